@@ -1,0 +1,23 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Rigid body simulation for ROS 2: scenes, integrators, recordings that can be proved.
+
+    from rigid_body_sim import Simulation, load_scene
+"""
+
+__version__ = '0.1.0'
+__all__ = ['Simulation', '__version__', 'load_scene']
+
+
+def __getattr__(name: str):
+    """Import the physics only when it is asked for: verbs that need none of it start faster."""
+    if name == 'Simulation':
+        from rigid_body_sim.physics.simulation import Simulation
+
+        return Simulation
+    if name == 'load_scene':
+        from rigid_body_sim.scene import load_scene
+
+        return load_scene
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -1,0 +1,131 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a force element is: a record that a scene can write, a table of numbers, a kernel that answers "what wrench now?".
+
+A force element never integrates. Its record is a frozen dataclass; the fields are the scene keys, described by `key`.
+Elements of one type are stacked in one table, one row each, so that a kernel serves them all in one loop and a scene
+without that type has neither table nor kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.model import Body, Vector
+
+WORLD = 'world'
+
+
+def key(
+    kind: str,
+    *,
+    unit: str = '',
+    default: Any = MISSING,
+    minimum: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """
+    Describe one scene key of a force element.
+
+        kind    : 'body', 'body_or_world', 'point', 'vector', 'number' or 'choice'
+        minimum : least number allowed
+        default : value where the key is absent; without one the key is required
+    """
+    metadata: dict[str, Any] = {'kind': kind, 'unit': unit}
+    if minimum is not None:
+        metadata['minimum'] = minimum
+    if choices:
+        metadata['choices'] = choices
+    return field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True)
+class Place:
+    """
+    A point of a moving body, or of the world.
+
+    index  : place of the body among the moving ones, -1 for the world
+    turns  : the same among the rigid ones, -1 for a point mass or the world
+    offset : (3,) [m] from the centre of mass in principal axes; for the world the point itself
+    """
+
+    index: int
+    turns: int
+    offset: Vector
+
+    def numbers(self) -> tuple[float, ...]:
+        """Give the five columns of a table that describe this place."""
+        return (float(self.index), float(self.turns), *self.offset)
+
+
+class Places(Protocol):
+    """Where the bodies of a scene are kept: see `physics.layout`."""
+
+    def place(self, body: str, point: Vector | None) -> Place:
+        """Find a point in shape coordinates of a body (None: its centre of mass), or in world coordinates for 'world'."""
+        ...
+
+    def principal_axes(self, body: str, vector: Vector) -> Vector:
+        """Turn a vector from the axes of a body into its principal axes."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class BodyState:
+    """
+    Position, orientation and velocities of every body of a scene by name, for potential energies.
+
+    bodies : name -> (body, position (3,) [m], matrix (3, 3) body to world)
+    """
+
+    bodies: Mapping[str, tuple[Body, NDArray[np.float64], NDArray[np.float64]]]
+
+    def point(self, body: str, point: Vector | None) -> NDArray[np.float64]:
+        """Give a point of a body (shape coordinates; None: its centre of mass) or of the world in world axes [m]."""
+        if body == WORLD:
+            return np.asarray(point if point is not None else (0.0, 0.0, 0.0))
+        record, position, matrix = self.bodies[body]
+        if point is None:
+            return position
+        return position + matrix @ (np.asarray(point, dtype=float) - record.center_of_mass)
+
+
+class ForceElement(Protocol):
+    """
+    One force of a scene.
+
+    TYPE       : scene type
+    COLUMNS    : width of a row of its table
+    accumulate : kernel (elements, start, count, time, translation, rotation) that adds the wrenches of `count` rows
+                 from `start` on
+    """
+
+    TYPE: str
+    COLUMNS: int
+    accumulate: Callable[..., None]
+
+    def row(self, places: Places) -> tuple[float, ...]:
+        """Give the row of the table."""
+        ...
+
+    def bodies(self) -> tuple[str, ...]:
+        """Name the bodies it acts on; a pair feels opposite forces, a single one is pushed from outside."""
+        ...
+
+    def depends_on_velocity(self) -> bool:
+        """Tell whether the wrench changes with velocity."""
+        ...
+
+    def conserves_energy(self) -> bool:
+        """Tell whether kinetic energy plus `potential_energy` stays the same under this force."""
+        ...
+
+    def potential_energy(self, state: BodyState) -> float:
+        """Give the energy stored [J]."""
+        ...

@@ -1,0 +1,28 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Commands held in the axes of a body: they turn with it, so they are evaluated like a force element.
+
+A command in world axes is part of what is held over the tick and costs nothing here.
+"""
+
+from __future__ import annotations
+
+from rigid_body_sim.physics.blocks import add_force, add_torque, to_world
+from rigid_body_sim.physics.kernels import kernel
+
+NAME = 'held_body_wrench'
+COLUMNS = 8
+
+
+@kernel
+def accumulate(elements, start, count, time, translation, rotation):
+    """Add the held wrenches: rows of index, turns, force (3) [N], torque (3) [N m], principal axes."""
+    for e in range(count):
+        m = start + 8 * e
+        index = int(elements[m])
+        turns = int(elements[m + 1])
+        a, b, c = to_world(rotation, turns, elements[m + 2], elements[m + 3], elements[m + 4])
+        add_force(translation, index, a, b, c)
+        a, b, c = to_world(rotation, turns, elements[m + 5], elements[m + 6], elements[m + 7])
+        add_torque(rotation, turns, a, b, c)

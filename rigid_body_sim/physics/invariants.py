@@ -1,0 +1,163 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Energy, momentum and angular momentum of a scene, and how far a run has let them drift.
+
+    E = sum p^2 / 2m + L . omega / 2 - m g . r + what the force elements store       [J]
+    P = sum p                                                                         [kg m/s]
+    L = sum r x p + L_i, about the origin of the world                                [kg m^2/s]
+
+Fixed bodies have none. Under uniform gravity and forces between the bodies alone, P - P0 = M g t, and the angular
+momentum about the common centre of mass stays.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.physics.forces.element import WORLD, BodyState
+from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.state import State
+
+Array = NDArray[np.float64]
+
+
+class Invariants:
+    """
+    The conserved quantities of one scene.
+
+    energy_is_conserved           : no force of the scene takes or gives energy
+    momentum_is_conserved         : no force but gravity comes from outside
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._moving = np.array([not body.fixed for body in scene.bodies], dtype=bool)
+        self._masses = np.array([body.mass if not body.fixed else 0.0 for body in scene.bodies])
+        self._inverse = np.divide(1.0, self._masses, where=self._moving, out=np.zeros(len(self._masses)))
+        self._gravity = np.asarray(scene.gravity)
+        anchored = {WORLD} | {body.name for body in scene.bodies if body.fixed}
+        self.energy_is_conserved = all(force.conserves_energy() for force in scene.forces)
+        self.momentum_is_conserved = all(
+            len(force.bodies()) > 1 and not anchored & set(force.bodies()) for force in scene.forces
+        )
+
+    def kinetic_energy(self, state: State) -> float:
+        """Of translation and rotation [J]."""
+        moving = 0.5 * np.sum(state.momentum**2 * self._inverse[:, None])
+        turning = 0.5 * np.sum(state.angular_momentum * state.angular_velocity)
+        return float(moving + turning)
+
+    def potential_energy(self, state: State) -> float:
+        """Of gravity, from the origin of the world, and of the force elements [J]."""
+        weight = -float(self._masses @ (state.position @ self._gravity))
+        if not self._scene.forces:
+            return weight
+        matrices = so3.matrix_from_quaternion(state.orientation)
+        bodies = {
+            body.name: (body, state.position[i], matrices[i])
+            for i, body in enumerate(self._scene.bodies)
+        }
+        view = BodyState(bodies)
+        return weight + math.fsum(force.potential_energy(view) for force in self._scene.forces)
+
+    def energy(self, state: State) -> float:
+        """Kinetic and potential [J]."""
+        return self.kinetic_energy(state) + self.potential_energy(state)
+
+    def momentum(self, state: State) -> Array:
+        """Total momentum (3,) [kg m/s]."""
+        return state.momentum.sum(axis=0)
+
+    def angular_momentum(self, state: State) -> Array:
+        """Total angular momentum about the origin of the world (3,) [kg m^2/s]."""
+        return _orbital(state.position, state.momentum) + state.angular_momentum.sum(axis=0)
+
+    def angular_momentum_about_center(self, state: State) -> Array:
+        """Total angular momentum about the common centre of mass (3,) [kg m^2/s]."""
+        center = self._masses @ state.position / (self._masses.sum() or 1.0)
+        velocity = self.momentum(state) / (self._masses.sum() or 1.0)
+        momentum = state.momentum - self._masses[:, None] * velocity
+        return (
+            _orbital(state.position - center, momentum) + state.angular_momentum.sum(axis=0)
+        )
+
+    def weight(self) -> Array:
+        """Total weight (3,) [N]: what changes the momentum of a scene left to itself."""
+        return self._masses.sum() * self._gravity
+
+    def scales(self, state: State) -> tuple[float, float, float]:
+        """Sizes that drifts of energy, momentum and angular momentum are relative to."""
+        energy = self.kinetic_energy(state) + abs(self.potential_energy(state))
+        momentum = float(np.sum(np.linalg.norm(state.momentum, axis=1)))
+        angular = float(np.sum(np.linalg.norm(state.angular_momentum, axis=1))) + float(
+            np.sum(np.linalg.norm(state.position, axis=1) * np.linalg.norm(state.momentum, axis=1))
+        )
+        return energy, momentum, angular
+
+
+def _orbital(position: Array, momentum: Array) -> Array:
+    """Sum of r x p."""
+    return np.cross(position, momentum).sum(axis=0)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """
+    Relative change of what should have stayed the same; None where no conservation law holds.
+
+    energy, momentum, angular_momentum : [-]
+    """
+
+    energy: float | None
+    momentum: float | None
+    angular_momentum: float | None
+
+
+class DriftMeter:
+    """
+    Adds up the drift over the stretches of a run in which a conservation law holds.
+
+    A command works on the bodies, so a stretch with a command does not count; nor, for energy, any stretch of a scene
+    with drag or dampers.
+    """
+
+    def __init__(self, invariants: Invariants, state: State, *, time: float) -> None:
+        self._of = invariants
+        self._last = self._measure(state, time)
+        self._drift = [0.0, np.zeros(3), np.zeros(3)]
+        self._worst = np.zeros(3)
+        self._scales = np.array(invariants.scales(state))
+
+    def _measure(self, state: State, time: float) -> tuple[float, Array, Array]:
+        momentum = self._of.momentum(state) - time * self._of.weight()
+        return self._of.energy(state), momentum, self._of.angular_momentum_about_center(state)
+
+    def sample(self, state: State, *, time: float, commanded: bool) -> None:
+        """Take the state at a later time [s]; `commanded`: whether a command acted since the last one."""
+        now = self._measure(state, time)
+        if not commanded:
+            self._drift = [
+                total + (new - old)
+                for total, new, old in zip(self._drift, now, self._last, strict=True)
+            ]
+        self._worst = np.maximum(self._worst, [np.linalg.norm(total) for total in self._drift])
+        self._scales = np.maximum(self._scales, self._of.scales(state))
+        self._last = now
+
+    def drift(self) -> Drift:
+        """Give the worst drift met at any sample, relative to the largest values met."""
+        energy, momentum, angular = (
+            float(worst / scale) if scale > 0.0 else 0.0
+            for worst, scale in zip(self._worst, self._scales, strict=True)
+        )
+        return Drift(
+            energy if self._of.energy_is_conserved else None,
+            momentum if self._of.momentum_is_conserved else None,
+            angular if self._of.momentum_is_conserved else None,
+        )

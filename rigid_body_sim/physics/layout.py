@@ -1,0 +1,173 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+From the bodies of a scene to the arrays of the kernels, and back to names.
+
+The kernels keep moving bodies only, rigid ones first, then point masses, each in scene order ("core order"), and turn
+rigid bodies about their principal axes. The principal frame is fixed in the body: q_principal = q_body V, where the
+columns of V are the principal axes in body axes. Where they coincide V = 1 and no bit is touched.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.physics.blocks import (
+    I1,
+    IM,
+    J1,
+    LX,
+    PX,
+    QW,
+    QX,
+    ROTATION,
+    ROTATION_STATE,
+    RX,
+    TRANSLATION,
+    TRANSLATION_STATE,
+    blocks,
+    gather,
+    rows,
+    scatter,
+)
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.forces.element import WORLD, Place
+from rigid_body_sim.physics.inertia_tensor import principal_axes
+from rigid_body_sim.physics.model import Body, Scene, Vector
+
+Array = NDArray[np.float64]
+NO_VECTOR: Vector = (0.0, 0.0, 0.0)
+
+
+class Layout:
+    """
+    Where each body of a scene is kept.
+
+    moving     : (m,)   scene index of each body in core order
+    n_rigid    : the first so many of them are rigid
+    moments    : (n_rigid, 3) [kg m^2]  principal moments
+    principal  : (n_rigid, 4) [-]       quaternion of V, principal to body axes
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.bodies = scene.bodies
+        self.names = tuple(body.name for body in scene.bodies)
+        self._index = {name: i for i, name in enumerate(self.names)}
+        movable = [i for i, body in enumerate(scene.bodies) if not body.fixed]
+        rigid = [i for i in movable if not scene.bodies[i].is_point]
+        self.moving = np.array(
+            rigid + [i for i in movable if scene.bodies[i].is_point], dtype=np.int64
+        )
+        self.n_moving = len(self.moving)
+        self.n_rigid = len(rigid)
+        self._core = {int(i): core for core, i in enumerate(self.moving)}
+        self.masses = np.array([scene.bodies[i].mass for i in self.moving], dtype=np.float64)
+        self.moments = np.zeros((self.n_rigid, 3))
+        self._axes = np.zeros((self.n_rigid, 3, 3))
+        for core, i in enumerate(rigid):
+            inertia = scene.bodies[i].inertia
+            assert inertia is not None
+            self.moments[core], self._axes[core] = principal_axes(inertia)
+        self.principal = so3.quaternion_from_matrix(self._axes).reshape(self.n_rigid, 4)
+
+    def index(self, name: str) -> int:
+        """Scene index of a body; InvalidModel for an unknown name."""
+        try:
+            return self._index[name]
+        except KeyError:
+            known = ', '.join(self.names[:8]) + (', …' if len(self.names) > 8 else '')
+            raise InvalidModel(f'no body is named {name!r}; the scene has: {known}') from None
+
+    def core(self, name: str) -> int:
+        """Core index of a moving body; InvalidModel for an unknown or a fixed one."""
+        core = self._core.get(self.index(name))
+        if core is None:
+            raise InvalidModel(
+                f'{name!r} is fixed and cannot be pushed; choose a body without `fixed: true`'
+            )
+        return core
+
+    def place(self, body: str, point: Vector | None) -> Place:
+        """Find a point in shape coordinates of a body (None: its centre of mass), or in world coordinates for 'world'."""
+        if body == WORLD:
+            return Place(-1, -1, point or NO_VECTOR)
+        index = self.index(body)
+        record = self.bodies[index]
+        arm = np.subtract(point, record.center_of_mass) if point is not None else np.zeros(3)
+        core = self._core.get(index)
+        if core is None:
+            start = record.initial
+            return Place(-1, -1, _vector(start.position + so3.rotate(start.orientation, arm)))
+        if core < self.n_rigid:
+            return Place(core, core, _vector(self._axes[core].T @ arm))
+        if np.any(arm):
+            raise InvalidModel(
+                f'{body!r} is a point mass and has no point {tuple(point or ())}; leave the point out'
+            )
+        return Place(core, -1, NO_VECTOR)
+
+    def principal_axes(self, body: str, vector: Vector) -> Vector:
+        """Turn a vector from the axes of a body into its principal axes."""
+        core = self.core(body)
+        if core >= self.n_rigid:
+            raise InvalidModel(f'{body!r} is a point mass and has no axes; use the frame world')
+        return _vector(self._axes[core].T @ np.asarray(vector))
+
+    def translation(self) -> Array:
+        """Make the translation blocks at the start of the scene."""
+        array = np.zeros(blocks(self.n_moving) * TRANSLATION)
+        starts = [self.bodies[i].initial for i in self.moving]
+        if self.n_moving:
+            scatter(array, TRANSLATION, RX, np.array([s.position for s in starts]))
+            velocities = np.array([s.velocity for s in starts])
+            scatter(array, TRANSLATION, PX, self.masses[:, None] * velocities)
+            scatter(array, TRANSLATION, IM, 1.0 / self.masses[:, None])
+        return array
+
+    def rotation(self) -> Array:
+        """Make the rotation blocks at the start of the scene; empty lanes hold a unit sphere at rest."""
+        array = np.zeros(blocks(self.n_rigid) * ROTATION)
+        rows(array, ROTATION, QW, 1)[:] = 1.0
+        rows(array, ROTATION, I1, 3)[:] = 1.0
+        rows(array, ROTATION, J1, 3)[:] = 1.0
+        if self.n_rigid:
+            starts = [self.bodies[i].initial for i in self.moving[: self.n_rigid]]
+            q = np.array([s.orientation for s in starts])
+            turned = [not np.array_equal(v, np.eye(3)) for v in self._axes]
+            q[turned] = so3.normalise(so3.multiply(q[turned], self.principal[turned]))
+            omega = so3.rotate_back(q, np.array([s.angular_velocity for s in starts]))
+            scatter(array, ROTATION, QX, q)
+            scatter(array, ROTATION, LX, so3.rotate(q, self.moments * omega))
+            scatter(array, ROTATION, I1, self.moments)
+            scatter(array, ROTATION, J1, 1.0 / self.moments)
+        return array
+
+    def state_bytes(self, translation: Array, rotation: Array) -> bytes:
+        """Give what a run must remember, core order, float64 little endian: r, p and their residuals, then q, L."""
+        points = gather(translation, TRANSLATION, 0, TRANSLATION_STATE // 64, self.n_moving)
+        turns = gather(rotation, ROTATION, 0, ROTATION_STATE // 64, self.n_rigid)
+        return points.astype('<f8').tobytes() + turns.astype('<f8').tobytes()
+
+    def set_state_bytes(self, state: bytes, translation: Array, rotation: Array) -> None:
+        """Restore what `state_bytes` gave."""
+        point_rows, turn_rows = TRANSLATION_STATE // 64, ROTATION_STATE // 64
+        wanted = 8 * (self.n_moving * point_rows + self.n_rigid * turn_rows)
+        if len(state) != wanted:
+            raise InvalidModel(f'a state of this scene has {wanted} bytes, got {len(state)}')
+        numbers = np.frombuffer(state, dtype='<f8').astype(np.float64)
+        split = self.n_moving * point_rows
+        if self.n_moving:
+            scatter(translation, TRANSLATION, 0, numbers[:split].reshape(-1, point_rows))
+        if self.n_rigid:
+            scatter(rotation, ROTATION, 0, numbers[split:].reshape(-1, turn_rows))
+
+    def body(self, core: int) -> Body:
+        """Body at a place of the core order."""
+        return self.bodies[int(self.moving[core])]
+
+
+def _vector(values: Array) -> Vector:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)

@@ -1,0 +1,242 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Mass, centre of mass and inertia tensor of a shape of uniform density.
+
+    m = integral dm,   r_c = (1/m) integral x dm,   I = integral (|d|^2 1 - d d^T) dm,   d = x -
+    r_c
+
+The products of inertia are the elements of this tensor: Ixy = -integral d_x d_y dm.
+Point masses are summed, simple solids have closed forms, and solids bounded by triangles are
+integrated exactly over tetrahedra (`volume_integrals`). Closed forms: Goldstein, Classical
+Mechanics, chapter 5.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.inertia_tensor import check_inertia, principal_axes
+from rigid_body_sim.physics.shapes import (
+    Box,
+    Capsule,
+    ConvexHull,
+    Cylinder,
+    Mesh,
+    Particle,
+    Particles,
+    Plane,
+    Shape,
+    Sphere,
+)
+from rigid_body_sim.physics.volume_integrals import hull_faces, need_closed, volume_integrals
+
+Array = NDArray[np.float64]
+
+__all__ = [
+    'MassProperties',
+    'check_inertia',
+    'moment_about',
+    'moved',
+    'of_shape',
+    'parallel_axes',
+    'principal_axes',
+    'union',
+]
+
+MASS_AGREEMENT = 1e-9  # [-] how near a stated mass of a particle union must be to the sum
+
+
+@dataclass(frozen=True, eq=False)
+class MassProperties:
+    """
+    What Newton and Euler need to know of a body.
+
+    mass           : [kg]
+    center_of_mass : (3,) [m]          shape coordinates
+    inertia        : (3, 3) [kg m^2]   about the centre of mass, axes of the shape
+    """
+
+    mass: float
+    center_of_mass: Array
+    inertia: Array
+
+
+def of_shape(
+    shape: Shape, *, mass: float | None = None, density: float | None = None
+) -> MassProperties:
+    """
+    Return the mass properties of a shape, from its mass [kg] or its density [kg/m^3].
+
+    The inertia of a particle is zero; that of a union of particles is whatever its sum gives
+    (`check_inertia`).
+    """
+    if isinstance(shape, Plane):
+        raise InvalidModel('a plane has no mass: it is static; remove mass and density')
+    with np.errstate(
+        all='ignore'
+    ):  # absurd sizes overflow to infinity and are refused by name below
+        if isinstance(shape, Particle | Particles):
+            return _of_points(shape, mass=mass, density=density)
+        volume, center, per_mass = _solid(shape)
+        mass = _mass(volume, mass=mass, density=density)
+        return MassProperties(mass, center, mass * per_mass)
+
+
+def parallel_axes(inertia: ArrayLike, *, mass: float, offset: ArrayLike) -> Array:
+    """
+    Move the reference point of an inertia tensor away from the centre of mass (Steiner).
+
+    I_O = I_C + m (|d|^2 1 - d d^T)
+        inertia : (3, 3) [kg m^2]  I_C, about the centre of mass
+        offset  : (3,) [m]         d, from the centre of mass to the new point or back
+    """
+    return np.asarray(inertia, dtype=np.float64) + mass * _turned_out(_outer(offset))
+
+
+def moment_about(properties: MassProperties, *, point: ArrayLike, direction: ArrayLike) -> float:
+    """
+    Return the moment of inertia [kg m^2] about an axis.
+
+    I_n = n . I_C n + m |n x (r_c - point)|^2
+        point     : (3,) [m]  any point of the axis, shape coordinates
+        direction : (3,)      along the axis, of any length but zero
+    """
+    n = np.asarray(direction, dtype=np.float64)
+    n = n / np.linalg.norm(n)
+    lever = np.cross(n, properties.center_of_mass - np.asarray(point, dtype=np.float64))
+    return float(n @ properties.inertia @ n + properties.mass * (lever @ lever))
+
+
+def moved(
+    properties: MassProperties, *, position: ArrayLike, orientation: ArrayLike
+) -> MassProperties:
+    """
+    See the same body from other axes: x' = position + R x, I' = R I R^T.
+
+        position    : (3,) [m]  origin of the shape in the new axes
+        orientation : (4,) [-]  unit quaternion xyzw, shape axes to new axes
+    """
+    r = rotation.matrix_from_quaternion(orientation)
+    center = np.asarray(position, dtype=np.float64) + r @ properties.center_of_mass
+    return MassProperties(properties.mass, center, _symmetric(r @ properties.inertia @ r.T))
+
+
+def union(parts: Sequence[MassProperties]) -> MassProperties:
+    """Join bodies rigidly; all parts are in the same coordinates, and overlaps count twice."""
+    if not parts:
+        raise InvalidModel('a union needs at least one part')
+    masses = np.array([part.mass for part in parts])
+    centers = np.array([part.center_of_mass for part in parts])
+    mass, center, inertia = _sums(masses, centers)
+    return MassProperties(mass, center, inertia + np.sum([part.inertia for part in parts], axis=0))
+
+
+def _of_points(
+    shape: Particle | Particles, *, mass: float | None, density: float | None
+) -> MassProperties:
+    if density is not None:
+        raise InvalidModel('particles have no volume, so a density says nothing; give their mass')
+    if isinstance(shape, Particle):
+        if mass is None:
+            raise InvalidModel('a particle needs a mass [kg]')
+        return MassProperties(_positive_mass(mass), np.zeros(3), np.zeros((3, 3)))
+    total, center, inertia = _sums(shape.masses, shape.positions)
+    if mass is not None and not abs(mass - total) <= MASS_AGREEMENT * total:
+        raise InvalidModel(
+            f'mass {mass} kg is not the sum of the particles, {total} kg; remove mass'
+        )
+    return MassProperties(_positive_mass(total), center, inertia)
+
+
+def _sums(masses: Array, positions: Array) -> tuple[float, Array, Array]:
+    """Sum point masses, from coordinates shifted to their mean: a far origin costs no digits."""
+    mass = float(np.sum(masses))
+    origin = np.mean(positions, axis=0)
+    center = np.einsum('i,ij->j', masses, positions - origin) / mass
+    d = positions - origin - center
+    return mass, origin + center, _turned_out(np.einsum('i,ij,ik->jk', masses, d, d))
+
+
+def _solid(
+    shape: Sphere | Box | Cylinder | Capsule | ConvexHull | Mesh,
+) -> tuple[float, Array, Array]:
+    """Return volume [m^3], centre [m] and inertia per mass [m^2] about the centre."""
+    match shape:
+        case Sphere(radius=r):
+            return 4.0 / 3.0 * math.pi * r * r * r, np.zeros(3), 0.4 * r * r * np.eye(3)
+        case Box(size=(a, b, c)):
+            return (
+                a * b * c,
+                np.zeros(3),
+                np.diag((b * b + c * c, a * a + c * c, a * a + b * b)) / 12.0,
+            )
+        case Cylinder(radius=r, length=h):
+            across = r * r / 4.0 + h * h / 12.0
+            return math.pi * r * r * h, np.zeros(3), np.diag((across, across, r * r / 2.0))
+        case Capsule(radius=r, length=h):
+            return _capsule(r, h)
+        case ConvexHull(vertices=vertices):
+            return volume_integrals(vertices, hull_faces(vertices))
+        case Mesh(vertices=vertices, faces=faces, name=name):
+            need_closed(faces, name=name)
+            return volume_integrals(vertices, faces)
+
+
+def _capsule(r: float, h: float) -> tuple[float, Array, Array]:
+    """
+    Join a cylinder and two half balls, whose centres lie 3r/8 beyond the ends.
+
+    I_x = m_c (h^2/12 + r^2/4) + m_s (2 r^2/5 + h^2/4 + 3 h r/8),  I_z = m_c r^2/2 + m_s 2 r^2/5
+    """
+    tube = h / (h + 4.0 / 3.0 * r)  # share of the cylinder in the mass
+    balls = 1.0 - tube
+    across = tube * (h * h / 12.0 + r * r / 4.0) + balls * (
+        0.4 * r * r + h * h / 4.0 + 0.375 * h * r
+    )
+    along = tube * r * r / 2.0 + balls * 0.4 * r * r
+    volume = math.pi * r * r * (h + 4.0 / 3.0 * r)
+    return volume, np.zeros(3), np.diag((across, across, along))
+
+
+def _mass(volume: float, *, mass: float | None, density: float | None) -> float:
+    if (mass is None) == (density is None):
+        raise InvalidModel('give either mass [kg] or density [kg/m^3], and not both')
+    if mass is not None:
+        return _positive_mass(mass)
+    assert density is not None
+    if not (math.isfinite(density) and density > 0.0):
+        raise InvalidModel(f'density is {density} kg/m^3; it must be positive and finite')
+    return _positive_mass(density * volume)
+
+
+def _positive_mass(mass: float) -> float:
+    if not (mass > 0.0 and math.isfinite(mass) and math.isfinite(1.0 / mass)):
+        raise InvalidModel(
+            f'mass is {mass} kg; it must be positive and finite, and so must be its inverse'
+        )
+    return float(mass)
+
+
+def _outer(d: ArrayLike) -> Array:
+    d = np.asarray(d, dtype=np.float64)
+    return np.outer(d, d)
+
+
+def _turned_out(second_moments: Array) -> Array:
+    """Return tr(C) 1 - C: the inertia tensor of the second moments C = integral d d^T dm."""
+    xx, yy, zz = np.diag(second_moments)
+    inertia = -second_moments
+    inertia[0, 0], inertia[1, 1], inertia[2, 2] = yy + zz, xx + zz, xx + yy
+    return inertia
+
+
+def _symmetric(matrix: Array) -> Array:
+    return 0.5 * (matrix + matrix.T)

@@ -1,0 +1,247 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The stages of a Runge–Kutta step for rotations: q' = q (omega, 0) / 2, omega' = I^-1 (R^T torque - omega x I omega).
+
+q is scaled by 1.5 - |q|^2 / 2 in every stage and normalised after the step: a smooth map that is one on the unit sphere,
+so the order stays. The workspace of a block holds y = (q, omega), the rate omega of the stage, then the slopes K of each
+stage, seven rows each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from rigid_body_sim.physics.blocks import (
+    I1,
+    I2,
+    I3,
+    J1,
+    J2,
+    J3,
+    LX,
+    LY,
+    LZ,
+    QW,
+    QX,
+    QY,
+    QZ,
+    TX,
+    TY,
+    TZ,
+    rotate,
+)
+from rigid_body_sim.physics.kernels import inline, kernel, unbound
+
+TURN = 448  # numbers of y, and of a slope, in a block
+TURN_START = 640  # where the slopes begin
+
+# bound for each tableau by `specialise`
+STAGES = 1
+A: tuple[float, ...] = (0.0,)
+B: tuple[float, ...] = (1.0,)
+B1 = B2 = B3 = 0.0
+LADDER: tuple[float, ...] = (0.0, 0.0, 0.0)  # the entries beside the diagonal
+move_: Callable[..., Any] = unbound
+end_: Callable[..., Any] = unbound
+
+
+@kernel
+def begin(lanes, s, y):
+    for k in range(lanes):
+        x, u, v, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+        a, b, c = rotate(-x, -u, -v, w, s[k + LX], s[k + LY], s[k + LZ])
+        a *= s[k + J1]
+        b *= s[k + J2]
+        c *= s[k + J3]
+        y[k], y[k + 64], y[k + 128], y[k + 192] = x, u, v, w
+        y[k + 256], y[k + 320], y[k + 384] = a, b, c
+        y[k + 448], y[k + 512], y[k + 576] = a, b, c
+
+
+@kernel
+def _move_by(lanes, factor, y, start, slope, s):
+    if start:
+        for k in range(lanes):
+            s[k + QX] = y[k] + factor * slope[k]
+            s[k + QY] = y[k + 64] + factor * slope[k + 64]
+            s[k + QZ] = y[k + 128] + factor * slope[k + 128]
+            s[k + QW] = y[k + 192] + factor * slope[k + 192]
+            y[k + 448] = y[k + 256] + factor * slope[k + 256]
+            y[k + 512] = y[k + 320] + factor * slope[k + 320]
+            y[k + 576] = y[k + 384] + factor * slope[k + 384]
+    else:
+        for k in range(lanes):
+            s[k + QX] += factor * slope[k]
+            s[k + QY] += factor * slope[k + 64]
+            s[k + QZ] += factor * slope[k + 128]
+            s[k + QW] += factor * slope[k + 192]
+            y[k + 448] += factor * slope[k + 256]
+            y[k + 512] += factor * slope[k + 320]
+            y[k + 576] += factor * slope[k + 384]
+
+
+@kernel
+def set_attitude(lanes, y, s):
+    """Scale q of a stage to unit length and rebuild L = R I omega for the forces to read."""
+    for k in range(lanes):
+        x, u, v, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+        f = 1.5 - 0.5 * (x * x + u * u + v * v + w * w)
+        x, u, v, w = x * f, u * f, v * f, w * f
+        s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, u, v, w
+        s[k + LX], s[k + LY], s[k + LZ] = rotate(
+            x, u, v, w, s[k + I1] * y[k + 448], s[k + I2] * y[k + 512], s[k + I3] * y[k + 576]
+        )
+
+
+@inline
+def _slope(x, u, v, w, a, b, c, tx, ty, tz, i1, i2, i3, v1, v2, v3):
+    """q' = q (omega, 0) / 2 and omega' = I^-1 (R^T torque - omega x I omega), q scaled to unit length."""
+    f = 1.5 - 0.5 * (x * x + u * u + v * v + w * w)
+    x, u, v, w = x * f, u * f, v * f, w * f
+    d, e, g = rotate(-x, -u, -v, w, tx, ty, tz)
+    return (
+        0.5 * (w * a + (u * c - v * b)),
+        0.5 * (w * b + (v * a - x * c)),
+        0.5 * (w * c + (x * b - u * a)),
+        -0.5 * (x * a + u * b + v * c),
+        (d - (i3 - i2) * b * c) * v1,
+        (e - (i1 - i3) * c * a) * v2,
+        (g - (i2 - i1) * a * b) * v3,
+    )
+
+
+@inline
+def _unit(x, u, v, w):
+    """Normalise to the last bit or two."""
+    f = 1.0 / math.sqrt(x * x + u * u + v * v + w * w)
+    x, u, v, w = x * f, u * f, v * f, w * f
+    f = 1.5 - 0.5 * (x * x + u * u + v * v + w * w)
+    return x * f, u * f, v * f, w * f
+
+
+@kernel
+def slope_of(lanes, s, y, slope):
+    for k in range(lanes):
+        x, u, v, w, a, b, c = _slope(
+            s[k + QX],
+            s[k + QY],
+            s[k + QZ],
+            s[k + QW],
+            y[k + 448],
+            y[k + 512],
+            y[k + 576],
+            s[k + TX],
+            s[k + TY],
+            s[k + TZ],
+            s[k + I1],
+            s[k + I2],
+            s[k + I3],
+            s[k + J1],
+            s[k + J2],
+            s[k + J3],
+        )
+        slope[k], slope[k + 64], slope[k + 128], slope[k + 192] = x, u, v, w
+        slope[k + 256], slope[k + 320], slope[k + 384] = a, b, c
+
+
+def move(stage, lanes, h, s, y):
+    """Make the state of a stage from the slopes of those before it."""
+    start = True
+    for j in range(stage):
+        a = A[stage * STAGES + j]
+        if a != 0.0:
+            slope = y[TURN_START + TURN * j : TURN_START + TURN * (j + 1)]
+            _move_by(lanes, h * a, y, start, slope, s)
+            start = False
+
+
+def end(lanes, h, s, y):
+    """y + h sum b K, q normalised, L rebuilt."""
+    for k in range(lanes):
+        x = u = v = w = a = b = c = 0.0
+        for j in range(STAGES):
+            m = TURN_START + TURN * j + k
+            x += B[j] * y[m]
+            u += B[j] * y[m + 64]
+            v += B[j] * y[m + 128]
+            w += B[j] * y[m + 192]
+            a += B[j] * y[m + 256]
+            b += B[j] * y[m + 320]
+            c += B[j] * y[m + 384]
+        x = y[k] + h * x
+        u = y[k + 64] + h * u
+        v = y[k + 128] + h * v
+        w = y[k + 192] + h * w
+        x, u, v, w = _unit(x, u, v, w)
+        s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, u, v, w
+        s[k + LX], s[k + LY], s[k + LZ] = rotate(
+            x,
+            u,
+            v,
+            w,
+            s[k + I1] * (y[k + 256] + h * a),
+            s[k + I2] * (y[k + 320] + h * b),
+            s[k + I3] * (y[k + 384] + h * c),
+        )
+
+
+def step_on_a_ladder(lanes, h, s, y):
+    """
+    Step free or steadily torqued rotations by a tableau in which each stage builds on the one before it alone.
+
+    Up to four stages (Euler, midpoint, the classical method) in registers: three times as fast as through `y`.
+    """
+    for k in range(lanes):
+        x, u, v, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+        i1, i2, i3 = s[k + I1], s[k + I2], s[k + I3]
+        v1, v2, v3 = s[k + J1], s[k + J2], s[k + J3]
+        tx, ty, tz = s[k + TX], s[k + TY], s[k + TZ]
+        a, b, c = rotate(-x, -u, -v, w, s[k + LX], s[k + LY], s[k + LZ])
+        a, b, c = a * v1, b * v2, c * v3
+        d1, d2, d3, d4, d5, d6, d7 = _slope(
+            x, u, v, w, a, b, c, tx, ty, tz, i1, i2, i3, v1, v2, v3
+        )
+        z1, z2, z3, z4 = B[0] * d1, B[0] * d2, B[0] * d3, B[0] * d4
+        z5, z6, z7 = B[0] * d5, B[0] * d6, B[0] * d7
+        if STAGES > 1:
+            g = h * LADDER[0]
+            d1, d2, d3, d4, d5, d6, d7 = _slope(
+                x + g * d1, u + g * d2, v + g * d3, w + g * d4, a + g * d5, b + g * d6, c + g * d7,
+                tx, ty, tz, i1, i2, i3, v1, v2, v3,
+            )  # fmt: skip
+            z1, z2, z3, z4 = z1 + B1 * d1, z2 + B1 * d2, z3 + B1 * d3, z4 + B1 * d4
+            z5, z6, z7 = z5 + B1 * d5, z6 + B1 * d6, z7 + B1 * d7
+        if STAGES > 2:
+            g = h * LADDER[1]
+            d1, d2, d3, d4, d5, d6, d7 = _slope(
+                x + g * d1, u + g * d2, v + g * d3, w + g * d4, a + g * d5, b + g * d6, c + g * d7,
+                tx, ty, tz, i1, i2, i3, v1, v2, v3,
+            )  # fmt: skip
+            z1, z2, z3, z4 = z1 + B2 * d1, z2 + B2 * d2, z3 + B2 * d3, z4 + B2 * d4
+            z5, z6, z7 = z5 + B2 * d5, z6 + B2 * d6, z7 + B2 * d7
+        if STAGES > 3:
+            g = h * LADDER[2]
+            d1, d2, d3, d4, d5, d6, d7 = _slope(
+                x + g * d1, u + g * d2, v + g * d3, w + g * d4, a + g * d5, b + g * d6, c + g * d7,
+                tx, ty, tz, i1, i2, i3, v1, v2, v3,
+            )  # fmt: skip
+            z1, z2, z3, z4 = z1 + B3 * d1, z2 + B3 * d2, z3 + B3 * d3, z4 + B3 * d4
+            z5, z6, z7 = z5 + B3 * d5, z6 + B3 * d6, z7 + B3 * d7
+        x, u, v, w = _unit(x + h * z1, u + h * z2, v + h * z3, w + h * z4)
+        s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, u, v, w
+        s[k + LX], s[k + LY], s[k + LZ] = rotate(
+            x, u, v, w, i1 * (a + h * z5), i2 * (b + h * z6), i3 * (c + h * z7)
+        )
+
+
+def step(lanes, h, s, y):
+    """Step free or steadily torqued rotations by any tableau."""
+    begin(lanes, s, y)
+    for stage in range(STAGES):
+        if stage > 0:
+            move_(stage, lanes, h, s, y)
+        slope_of(lanes, s, y, y[TURN_START + TURN * stage : TURN_START + TURN * (stage + 1)])
+    end_(lanes, h, s, y)

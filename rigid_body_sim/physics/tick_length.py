@@ -1,0 +1,36 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The tick length dt as a whole number of nanoseconds, so that time is k * dt_ns in integers.
+
+A decimal number of seconds is taken as it is written: 0.001 means one million nanoseconds,
+although no binary floating-point number equals 0.001; 1/3 is refused, not rounded.
+"""
+
+from decimal import Decimal
+
+from rigid_body_sim.physics.errors import InvalidModel
+
+NANOSECONDS = Decimal(1_000_000_000)  # [ns/s]
+LONGEST_NS = 2**63 - 1  # [ns] what a signed 64-bit stamp holds, 292 years
+
+
+def tick_nanoseconds(dt: float) -> int:
+    """Return dt [s] in nanoseconds; dt is read by the shortest decimal form of the number."""
+    exact = Decimal(repr(float(dt))) * NANOSECONDS
+    if not exact.is_finite() or exact <= 0:
+        raise InvalidModel(
+            f'{dt} s is not positive and finite; dt is at least 1e-09 s, for example 0.001'
+        )
+    if exact > LONGEST_NS:
+        raise InvalidModel(
+            f'{dt} s is longer than 64 bits of nanoseconds hold; '
+            f'the largest dt is {LONGEST_NS // 10**9} s'
+        )
+    nearest = max(1, round(exact))
+    if exact != nearest:
+        raise InvalidModel(
+            f'{dt} s is not a whole number of nanoseconds; '
+            f'the nearest allowed value is {nearest / NANOSECONDS:f} s'
+        )
+    return nearest
