@@ -1,0 +1,121 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The verbs: `python -m rigid_body_sim VERB …`, each also an executable of its own for `ros2 run rigid_body_sim VERB`.
+
+Exit codes: 0 done; 1 failed while running; 2 bad scene, parameter or argument; 3 replay differs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+from rigid_body_sim import __version__
+from rigid_body_sim.errors import RunError, UserError
+
+VERBS = {
+    'sim_node': 'the ROS 2 node: wrenches in, poses and twists out, a bag on request',
+    'simulate': 'run a scene without ROS, as fast as possible, into a bag',
+    'replay': 're-run a bag from its own scene and commands and compare bit by bit',
+    'bag': 'look after recordings: info, check, recover, diff',
+    'view': 'draw a run',
+    'wrench_pub': 'publish commands to a body, or those of a bag',
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one verb; return its exit code."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    if not words or words[0] in ('-h', '--help'):
+        print(_overview())
+        return 0 if words else 2
+    if words[0] == '--version':
+        print(__version__)
+        return 0
+    if words[0] not in VERBS:
+        print(
+            f'rigid_body_sim: error: unknown verb {words[0]!r}; choose one of: {", ".join(VERBS)}',
+            file=sys.stderr,
+        )
+        return 2
+    return run_verb(words[0], words[1:])
+
+
+def run_verb(verb: str, words: Sequence[str]) -> int:
+    """Run one verb with its own words; turn what it raises into one line and an exit code."""
+    try:
+        module = importlib.import_module(f'rigid_body_sim.verbs.{verb}')
+    except ModuleNotFoundError as missing:
+        return _fail(verb, f'the Python package {missing.name!r} is missing; install it, or source ROS 2', 2)
+    parser = argparse.ArgumentParser(prog=f'rigid_body_sim {verb}', description=module.__doc__)
+    module.add_arguments(parser)
+    # a node is given further words by ROS: --ros-args -p name:=value
+    known, unknown = parser.parse_known_args(words)
+    if unknown and not getattr(module, 'TAKES_ROS_ARGUMENTS', False):
+        parser.error(f'unrecognized arguments: {" ".join(unknown)}')
+    from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
+
+    try:
+        return module.run(known)
+    except (UserError, RunError) as error:
+        return _fail(verb, str(error), error.exit_code)
+    except InvalidModel as error:
+        return _fail(verb, str(error), 2)
+    except (SimulationDiverged, OSError) as error:
+        return _fail(verb, str(error), 1)
+
+
+def _fail(verb: str, message: str, code: int) -> int:
+    print(f'rigid_body_sim {verb}: error: {message}', file=sys.stderr)
+    return code
+
+
+def _overview() -> str:
+    width = max(map(len, VERBS))
+    lines = [f'  {verb:{width}}  {summary}' for verb, summary in VERBS.items()]
+    return '\n'.join(
+        [
+            'usage: python -m rigid_body_sim VERB …      (or: ros2 run rigid_body_sim VERB …)',
+            '',
+            *lines,
+            '',
+            'VERB --help tells the rest.',
+        ]
+    )
+
+
+def sim_node() -> int:
+    """Entry point of the executable `sim_node`."""
+    return run_verb('sim_node', sys.argv[1:])
+
+
+def simulate() -> int:
+    """Entry point of the executable `simulate`."""
+    return run_verb('simulate', sys.argv[1:])
+
+
+def replay() -> int:
+    """Entry point of the executable `replay`."""
+    return run_verb('replay', sys.argv[1:])
+
+
+def bag() -> int:
+    """Entry point of the executable `bag`."""
+    return run_verb('bag', sys.argv[1:])
+
+
+def view() -> int:
+    """Entry point of the executable `view`."""
+    return run_verb('view', sys.argv[1:])
+
+
+def wrench_pub() -> int:
+    """Entry point of the executable `wrench_pub`."""
+    return run_verb('wrench_pub', sys.argv[1:])
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,219 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+One run: a simulation that takes commands at tick boundaries and gives messages. What a tick is, is said here alone.
+
+Tick k, from k dt to (k + 1) dt:
+    commands that arrived are taken in order: a held one replaces what its source asked before, an impulse acts at once
+    the physics advances by dt
+    applied wrenches of tick k and the states after it are packed: at each publish tick those of all bodies, else the
+    wrenches of the bodies whose command changed at k, so that the first message with a new value names the tick on which
+    it first acted
+
+The node, `simulate` and `replay` all run through `Run`; the recorder sees the same bytes that are published.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim import commands as command_messages
+from rigid_body_sim.commands import Command, CommandRules
+from rigid_body_sim.physics.held_wrenches import FOREVER
+from rigid_body_sim.physics.invariants import Drift, DriftMeter
+from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.recording.batch import Batch
+from rigid_body_sim.recording.packing import StatePacker
+from rigid_body_sim.recording.topics import body_topic
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """
+    What turns a simulation into messages; recorded in the manifest.
+
+    namespace          : of the body topics
+    world_frame        : name of the world axes
+    command_timeout_ns : how long a held command lasts [ns]; 0: until changed
+    publish_every      : ticks between publish ticks
+    """
+
+    namespace: str = ''
+    world_frame: str = 'world'
+    command_timeout_ns: int = 200_000_000
+    publish_every: int = 10
+
+
+@dataclass(frozen=True)
+class TickOutput:
+    """
+    What came of one tick or of a stretch of them.
+
+    consumed : commands taken at the start, in order, with their messages
+    batch    : packed messages, or None
+    """
+
+    tick: int
+    consumed: Sequence[tuple[str, bytes]]
+    batch: Batch | None
+
+
+class Run:
+    """Takes commands, advances, packs. Knows neither clock nor file nor ROS."""
+
+    def __init__(self, simulation: Simulation, settings: RunSettings) -> None:
+        self.simulation = simulation
+        self.settings = settings
+        self.rules = CommandRules(simulation.scene, world_frame=settings.world_frame)
+        names = [body.name for body in simulation.scene.bodies]
+        self._index = {name: i for i, name in enumerate(names)}
+        self.packer = StatePacker(
+            names,
+            dt_ns=simulation.dt_ns,
+            namespace=settings.namespace,
+            frame_id=settings.world_frame,
+        )
+        self.command_timeout_ns = settings.command_timeout_ns
+        self._applied = np.zeros((2, len(names), 3))
+        self._published = self._applied.copy()
+        self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
+        self._commanded = bool(simulation.held_slots)
+
+    def _take(self, commands: Sequence[Command]) -> list[tuple[str, bytes]]:
+        """Apply commands; give the topic and message of each. Impulses are left in `_struck`."""
+        consumed = []
+        for command in commands:
+            self._apply(command)
+            topic = body_topic(self.settings.namespace, command.body, command.kind, '').name
+            consumed.append((topic, command_messages.encode(command)))
+        return consumed
+
+    def _apply(self, command: Command) -> None:
+        simulation = self.simulation
+        frame = self.rules.frame(command)
+        if command.kind == 'impulse':
+            struck = simulation.apply_impulse(
+                command.body, linear=command.force, angular=command.torque, frame=frame
+            )
+            self._struck[:, self._index[command.body]] += np.array(struck) / simulation.dt
+            self._any_struck = True
+            return
+        simulation.hold(
+            command.body,
+            command.kind,
+            force=command.force,
+            torque=command.torque,
+            frame=frame,
+            until=self._until(),
+        )
+
+    def _until(self) -> int:
+        if self.command_timeout_ns == 0:
+            return FOREVER
+        ticks = -(-self.command_timeout_ns // self.simulation.dt_ns)
+        return self.simulation.tick + ticks
+
+    def advance(self, ticks: int, commands: Sequence[Command] = ()) -> TickOutput:
+        """
+        Take commands, then advance over ticks up to the next publish tick or expiry of a command, at most `ticks`.
+
+        Raises SimulationDiverged; what was packed before is not lost, the ticks before are done.
+        """
+        simulation = self.simulation
+        tick = simulation.tick
+        changing = bool(commands) or simulation.next_expiry <= tick
+        if changing and not self._commanded:
+            self.sample_drift()
+        self._struck = np.zeros_like(self._applied)
+        self._any_struck = False
+        consumed = self._take(commands)
+        changed = self._update_applied(changing)
+        every = self.settings.publish_every
+        stop = min(tick + ticks, (tick // every + 1) * every)
+        if self._any_struck or changed.size:
+            stop = tick + 1
+        stop = min(stop, max(tick + 1, simulation.next_expiry))
+        if stop % every == 0 and stop > tick + 1:
+            simulation.step(stop - 1 - tick)
+            self._update_applied(False)
+            simulation.step(1)
+        else:
+            simulation.step(stop - tick)
+        if changing:
+            self._close_stretch()
+        if stop % every == 0:
+            return TickOutput(stop, consumed, self._pack_states())
+        if changed.size:
+            force, torque = self._applied + self._struck
+            batch = self.packer.pack_wrenches(changed, tick, force=force, torque=torque)
+            return TickOutput(stop, consumed, batch)
+        return TickOutput(stop, consumed, None)
+
+    def follow(
+        self, commands: Mapping[int, Sequence[Command]], last_tick: int
+    ) -> Iterator[tuple[int, TickOutput]]:
+        """Advance to a tick, taking commands at theirs; yield the first tick of each stretch and what came of it."""
+        simulation = self.simulation
+        pending = sorted((k for k in commands if simulation.tick <= k < last_tick), reverse=True)
+        while simulation.tick < last_tick:
+            tick = simulation.tick
+            if pending and pending[-1] == tick:
+                pending.pop()
+            stop = pending[-1] if pending else last_tick
+            yield tick, self.advance(stop - tick, commands.get(tick, ()))
+
+    def _update_applied(self, changing: bool) -> NDArray[np.int64]:
+        """Renew the applied wrenches; tell which bodies have other ones than before."""
+        if not (changing or self.simulation.has_turning_commands):
+            return np.zeros(0, dtype=np.int64)
+        self._applied = np.array(self.simulation.applied_wrench())
+        if not changing:
+            self._published = self._applied
+            return np.zeros(0, dtype=np.int64)
+        shown = self._applied + self._struck
+        different = (shown != self._published).any(axis=(0, 2))
+        self._published = self._applied
+        return np.flatnonzero(different)
+
+    def _pack_states(self) -> Batch:
+        state = self.simulation.state
+        force, torque = self._applied + self._struck if self._any_struck else self._applied
+        return self.packer.pack(
+            self.simulation.tick,
+            position=state.position,
+            orientation=state.orientation,
+            velocity=state.velocity,
+            angular_velocity=state.angular_velocity,
+            force=force,
+            torque=torque,
+        )
+
+    def _close_stretch(self) -> None:
+        """Begin to measure drift anew after commands; none counts while one acts."""
+        self._commanded = bool(self.simulation.held_slots)
+        self._sample(commanded=True)
+
+    def sample_drift(self) -> Drift:
+        """Measure what should have stayed the same, and give the worst so far."""
+        self._sample(commanded=self._commanded)
+        return self._meter.drift()
+
+    def _sample(self, *, commanded: bool) -> None:
+        simulation = self.simulation
+        self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
+
+    def reset(self) -> None:
+        """Put every body back to the start of the scene; time goes on, drift is measured anew."""
+        self.simulation.reset()
+        self._applied = np.zeros_like(self._applied)
+        self._published = self._applied
+        self._commanded = False
+        self._meter = DriftMeter(
+            self.simulation.invariants, self.simulation.state, time=self.simulation.time
+        )

@@ -1,0 +1,119 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+`replay BAG`: run a recorded bag again from its own scene and commands.
+
+With the same settings every message is compared bit by bit: exit code 0 if identical, 3 with the first difference if not.
+With --integrator or --dt the distance from the recording is reported.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+from tqdm import tqdm
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.replay import Comparison, Errors, Progress, RecordedRun, compare, measure
+
+SUMMARY = 're-run a bag from its own scene and commands and compare bit by bit'
+DIFFERS = 3
+UNITS = {'position': 'm', 'angle': 'rad', 'velocity': 'm/s', 'angular_velocity': 'rad/s'}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command line."""
+    parser.add_argument('bag', type=Path, help='bag directory or .mcap file recorded by this package')
+    parser.add_argument('--integrator', metavar='NAME', help='run with another integrator and report the error')
+    parser.add_argument('--dt', type=float, metavar='S', help='run with another tick length [s] and report the error')
+    parser.add_argument('-o', '--output', type=Path, metavar='BAG', help='record the new run')
+    parser.add_argument('--json', action='store_true', help='print one JSON object')
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Replay; exit code 0, or 3 where the replay differs from the recording."""
+    recorded = RecordedRun(arguments.bag)
+    if arguments.output is not None and arguments.output.exists():
+        raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
+    with tqdm(
+        unit='tick', unit_scale=True, disable=arguments.json or not sys.stderr.isatty(), leave=False
+    ) as bar:
+        progress = _shown_on(bar)
+        if arguments.integrator is None and arguments.dt is None:
+            outcome = compare(recorded, output=arguments.output, progress=progress)
+            bar.close()
+            return _tell(recorded, outcome, as_json=arguments.json)
+        again, errors = measure(
+            recorded,
+            integrator=arguments.integrator,
+            dt=arguments.dt,
+            output=arguments.output,
+            progress=progress,
+        )
+    settings = {'integrator': again.simulation.integrator.name, 'dt': again.simulation.dt}
+    _tell_errors(recorded, settings, errors, as_json=arguments.json)
+    return 0
+
+
+def _shown_on(bar: tqdm) -> Progress:
+    def progress(tick: int, last_tick: int) -> None:
+        if not bar.disable:
+            bar.total = last_tick
+            bar.update(tick - bar.n)
+
+    return progress
+
+
+def _tell(recorded: RecordedRun, outcome: Comparison, *, as_json: bool) -> int:
+    difference = outcome.difference
+    if as_json:
+        result = {
+            'identical': difference is None,
+            'ticks': outcome.ticks,
+            'bodies': len(recorded.scene.bodies),
+            'messages': outcome.messages,
+            'final_state_sha256': outcome.final_state_sha256,
+            'recovered': outcome.recovered,
+        }
+        if difference is not None:
+            result |= asdict(difference)
+        print(json.dumps(result))
+    elif difference is None:
+        saved = ' saved by the recovery' if outcome.recovered else ''
+        print(
+            f'identical: {outcome.ticks} ticks{saved} of {len(recorded.scene.bodies)} bodies, '
+            f'{outcome.messages} messages, every bit'
+        )
+        print(f'  sha256 of the final state: {outcome.final_state_sha256}')
+    else:
+        ulps = '' if difference.ulps is None else f' ({difference.ulps} ulp)'
+        body = f', body {difference.body!r}' if difference.body else ''
+        print(f'differs first in tick {difference.tick}{body}, {difference.field}{ulps}')
+        print(f'  recorded {difference.recorded}')
+        print(f'  replayed {difference.replayed}')
+    return DIFFERS if difference is not None else 0
+
+
+def _tell_errors(
+    recorded: RecordedRun, settings: dict[str, object], errors: dict[str, Errors], *, as_json: bool
+) -> None:
+    if as_json:
+        bodies = {name: asdict(error) for name, error in errors.items()}
+        print(json.dumps({'identical': False, **settings, 'errors': bodies}))
+        return
+    print(
+        f'recorded with {recorded.integrator} at {recorded.dt_ns * 1e-9:g} s, run again with '
+        f'{settings["integrator"]} at {settings["dt"]:g} s; largest (last) difference:'
+    )
+    width = max(map(len, errors), default=4)
+    for name, error in errors.items():
+        values = ', '.join(
+            f'{quantity.replace("_", " ")} {error.largest[quantity]:.2e} ({error.last[quantity]:.2e}) {unit}'
+            for quantity, unit in UNITS.items()
+            if error.last
+        )
+        print(f'  {name:{width}}  {values}')
