@@ -1,0 +1,84 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes on which integrators are judged."""
+
+from rigid_body_sim import load_scene
+
+
+def scene(bodies, *, forces=(), dt=0.001, gravity=(0.0, 0.0, 0.0)):
+    return load_scene(
+        {
+            'version': 1,
+            'name': 'test',
+            'dt': dt,
+            'gravity': list(gravity),
+            'bodies': bodies,
+            'forces': list(forces),
+        }
+    )
+
+
+def top(*, inertia=(1.0, 2.0, 3.0), omega=(0.01, 1.0, 0.01), dt=0.001, name='top', **initial):
+    """A free body with principal axes along its axes."""
+    i1, i2, i3 = inertia
+    body = {
+        'name': name,
+        'mass': 1.0,
+        'inertia': {'ixx': i1, 'iyy': i2, 'izz': i3},
+        'initial': {'angular_velocity_body': list(omega), **initial},
+    }
+    return scene([body], dt=dt)
+
+
+def oscillator(*, dt, stiffness=4.0, damping=0.0, position=1.0):
+    """A point mass of 1 kg on a spring along x."""
+    ball = {
+        'name': 'ball',
+        'shape': {'type': 'particle'},
+        'mass': 1.0,
+        'initial': {'position': [position, 0.0, 0.0]},
+    }
+    spring = {
+        'type': 'spring',
+        'a': 'ball',
+        'b': 'world',
+        'stiffness': stiffness,
+        'damping': damping,
+    }
+    return scene([ball], forces=[spring], dt=dt)
+
+
+def linked_bodies():
+    """Two tumbling bodies on damped and undamped springs off their centres, a point mass, drag and gravity."""
+    return scene(
+        [
+            {
+                'name': 'box',
+                'shape': {'type': 'box', 'size': [0.4, 0.2, 0.1]},
+                'mass': 2.0,
+                'initial': {'position': [0, 0, 1], 'angular_velocity': [1, 2, 3]},
+            },
+            {
+                'name': 'rod',
+                'mass': 1.0,
+                'inertia': {'ixx': 0.2, 'iyy': 0.3, 'izz': 0.25, 'ixy': 0.02, 'iyz': -0.01},
+                'initial': {'position': [1, 0, 1], 'velocity': [0, 1, 0]},
+            },
+            {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 0.5},
+        ],
+        forces=[
+            {
+                'type': 'spring',
+                'a': 'box',
+                'a_point': [0.2, 0.1, 0.05],
+                'b': 'rod',
+                'b_point': [0, 0.3, 0],
+                'stiffness': 40.0,
+                'rest_length': 0.5,
+            },
+            {'type': 'spring', 'a': 'ball', 'b': 'box', 'stiffness': 30.0, 'damping': 0.4},
+            {'type': 'drag', 'body': 'rod', 'linear': 0.1, 'angular_quadratic': 0.05},
+            {'type': 'constant', 'body': 'box', 'force': [0, 0, 1], 'frame': 'body', 'point': [0.1, 0, 0]},
+        ],
+        gravity=(0.0, 0.0, -9.81),
+    )

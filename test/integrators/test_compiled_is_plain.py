@@ -1,0 +1,85 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The compiled kernels and the plain Python source give the same bits."""
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.integrators import INTEGRATORS
+
+ROOT = str(Path(__file__).parents[2])
+
+PROGRAM = """
+import hashlib, sys
+sys.path.insert(0, sys.argv[1])
+from rigid_body_sim import Simulation
+from rigid_body_sim.physics import kernels
+import scenes
+linked = scenes.linked_bodies()
+print(kernels.COMPILED)
+for name in sys.argv[2:]:
+    digest = hashlib.sha256()
+    for scene in (linked, scenes.top(omega=(3.0, 10.0, 2.0), dt=0.02), scenes.top(omega=(30.0, 3.0, 1.0), dt=0.01)):
+        sim = Simulation(scene, integrator=name)
+        first = scene.bodies[0].name
+        sim.set_wrench(first, force=(1.0, 2.0, 3.0), torque=(0.1, 0.2, -0.3))
+        sim.step(20)
+        sim.set_wrench(first, force=(1.0, 2.0, 3.0), torque=(0.1, 0.2, -0.3), frame='body')
+        sim.step(20)
+        digest.update(sim.state_bytes() + sim.state.values.tobytes())
+    print(name, digest.hexdigest())
+"""
+
+
+def digests(*, compiled: bool) -> list[str]:
+    environment = os.environ | {'RIGID_BODY_SIM_COMPILE': '1' if compiled else '0', 'PYTHONPATH': ROOT}
+    result = subprocess.run(
+        [sys.executable, '-c', PROGRAM, str(Path(__file__).parent), *sorted(INTEGRATORS)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    first, *rest = result.stdout.splitlines()
+    assert first == str(compiled)
+    return rest
+
+
+@pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: there is nothing to compare with')
+def test_every_integrator_gives_the_same_bits_with_and_without_numba():
+    assert digests(compiled=True) == digests(compiled=False)
+
+
+def test_an_unwritable_cache_costs_time_but_not_the_run(tmp_path):
+    program = (
+        'from rigid_body_sim.physics import kernels\n'
+        'from rigid_body_sim import Simulation, load_scene\n'
+        "s = load_scene({'version': 1, 'name': 'x', 'dt': 0.001, 'bodies':"
+        " [{'name': 'b', 'mass': 1, 'shape': {'type': 'particle'}}]})\n"
+        'sim = Simulation(s)\nsim.step(10)\nprint(kernels.CACHE, sim.tick)\n'
+    )
+    blocked = tmp_path / 'file'
+    blocked.write_text('not a folder')
+    environment = {
+        key: value
+        for key, value in os.environ.items()
+        if key not in ('NUMBA_CACHE_DIR', 'XDG_CACHE_HOME', 'RIGID_BODY_SIM_CACHE')
+    }
+    environment |= {'HOME': str(blocked), 'PYTHONPATH': ROOT}
+    result = subprocess.run(
+        [sys.executable, '-c', program], env=environment, capture_output=True, text=True, check=True, timeout=120
+    )
+    assert result.stdout.split() == ['None', '10']
+
+
+def test_the_cache_folder_names_the_kernel_sources():
+    if kernels.CACHE is not None:
+        assert kernels.CACHE.name == f'kernels-{kernels._source_digest()}'
+        assert len(hashlib.sha256(b'').hexdigest()[:16]) == len(kernels._source_digest())

@@ -1,0 +1,130 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Measured order equals claimed order."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from rigid_body_sim import Simulation
+from rigid_body_sim.exact import drag, free_asymmetric_top, free_symmetric_top, oscillator
+from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.rotation import angle_between
+
+from . import scenes
+
+NAMES = sorted(INTEGRATORS)
+SLOPE = 0.1  # what the order may differ by: the next term of the error at the step lengths chosen
+
+
+def slope(error, steps):
+    """Last slope of log error over log step."""
+    errors = [error(h) for h in steps]
+    slopes = [
+        math.log(a / b) / math.log(g / h)
+        for (g, a), (h, b) in itertools.pairwise(zip(steps, errors, strict=True))
+    ]
+    return slopes[-1]
+
+
+# step lengths short enough for the leading term and long enough to stay clear of round-off
+FREE_STEPS = {1: (2e-4, 1e-4), 2: (0.01, 0.005), 4: (0.04, 0.02), 6: (0.16, 0.08)}
+FORCED_STEPS = {1: (2e-4, 1e-4), 2: (0.01, 0.005), 4: (0.04, 0.02)}
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_free_asymmetric_top_converges_with_the_claimed_order(name):
+    omega = (0.4, 1.0, 0.3)
+
+    def error(h):
+        sim = Simulation(scenes.top(omega=omega, dt=h), integrator=name)
+        sim.step(round(8.0 / h))
+        exact = free_asymmetric_top.rotation(8.0, inertia=(1, 2, 3), angular_velocity_body=omega)
+        return angle_between(sim.state.orientation[0], exact.orientation)
+
+    order = INTEGRATORS[name].free_order
+    assert slope(error, FREE_STEPS[order]) == pytest.approx(order, abs=SLOPE)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_free_symmetric_top_converges_with_the_claimed_order(name):
+    omega = (0.6, 0.0, 1.0)
+
+    def error(h):
+        sim = Simulation(
+            scenes.top(inertia=(2.0, 2.0, 1.0), omega=omega, dt=h), integrator=name
+        )
+        sim.step(round(8.0 / h))
+        exact = free_symmetric_top.rotation(
+            8.0, inertia_across=2.0, inertia_axial=1.0, angular_velocity_body=omega
+        )
+        return angle_between(sim.state.orientation[0], exact.orientation)
+
+    order = INTEGRATORS[name].free_order
+    assert slope(error, FREE_STEPS[order]) == pytest.approx(order, abs=SLOPE)
+
+
+@pytest.mark.parametrize('damping', [0.0, 0.8])
+@pytest.mark.parametrize('name', NAMES)
+def test_spring_converges_with_the_claimed_order(name, damping):
+    def error(h):
+        sim = Simulation(scenes.oscillator(dt=h, damping=damping), integrator=name)
+        sim.step(round(2.0 / h))
+        exact = oscillator.oscillation(
+            2.0, mass=1.0, stiffness=4.0, damping=damping, position=1.0
+        )
+        return math.hypot(
+            sim.state.position[0, 0] - float(exact.position[0]),
+            (sim.state.velocity[0, 0] - float(exact.velocity[0])) / 2.0,
+        )
+
+    order = INTEGRATORS[name].order
+    assert slope(error, FORCED_STEPS[order]) == pytest.approx(order, abs=SLOPE)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_quadratic_drag_converges_with_the_claimed_order(name):
+    def error(h):
+        scene = scenes.scene(
+            [{'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 1.0}],
+            forces=[{'type': 'drag', 'body': 'ball', 'quadratic': 0.5}],
+            gravity=(0.0, 0.0, -9.81),
+            dt=h,
+        )
+        sim = Simulation(scene, integrator=name)
+        sim.step(round(1.2 / h))
+        exact = drag.quadratic_fall(1.2, mass=1.0, coefficient=0.5, gravity=9.81)
+        return abs(sim.state.position[0, 2] - float(np.ravel(exact.position)[-1]))
+
+    order = INTEGRATORS[name].order
+    assert slope(error, FORCED_STEPS[order]) == pytest.approx(order, abs=SLOPE)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_torque_that_follows_the_attitude_converges_with_the_claimed_order(name):
+    """A top in a uniform field: a force in world axes at a point off the centre of mass, against the finest run."""
+
+    def attitude(h, integrator):
+        scene = scenes.scene(
+            [
+                {
+                    'name': 'top',
+                    'mass': 1.0,
+                    'inertia': {'ixx': 1.0, 'iyy': 1.2, 'izz': 0.7},
+                    'initial': {'angular_velocity': [0.3, 0.2, 2.0]},
+                }
+            ],
+            forces=[{'type': 'constant', 'body': 'top', 'force': [0.4, 0, -1.0], 'point': [0, 0, 0.5]}],
+            dt=h,
+        )
+        sim = Simulation(scene, integrator=integrator)
+        sim.step(round(2.0 / h))
+        return sim.state.orientation[0]
+
+    reference = attitude(0.001, 'rk4')  # its own error: 1e-13 rad, a thousandth of any below
+
+    order = INTEGRATORS[name].order
+    measured = slope(lambda h: angle_between(attitude(h, name), reference), FORCED_STEPS[order])
+    assert measured == pytest.approx(order, abs=SLOPE)
