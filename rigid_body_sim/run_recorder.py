@@ -14,7 +14,7 @@ import json
 import platform
 import time
 from collections.abc import Mapping
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from pathlib import Path
 
 from rigid_body_sim import __version__
@@ -44,7 +44,7 @@ class RunRecorder:
         self._run = run
         self._dropped = 0
         self._chain = hashlib.sha256()
-        self._wall_start = datetime.now(UTC)
+        self._wall_start = datetime.now(timezone.utc)
         self._clock_start = time.monotonic()
         scene = run.simulation.scene
         names = [body.name for body in scene.bodies]

@@ -140,6 +140,10 @@ class DriftMeter:
 
     def sample(self, state: State, *, time: float, commanded: bool) -> None:
         """Take the state at a later time [s]; `commanded`: whether a command acted since the last one."""
+        with np.errstate(over='ignore', invalid='ignore'):  # a run about to diverge squares to infinity
+            self._take(state, time, commanded)
+
+    def _take(self, state: State, time: float, commanded: bool) -> None:
         now = self._measure(state, time)
         if not commanded:
             self._drift = [
@@ -153,7 +157,7 @@ class DriftMeter:
     def drift(self) -> Drift:
         """Give the worst drift met at any sample, relative to the largest values met."""
         energy, momentum, angular = (
-            float(worst / scale) if scale > 0.0 else 0.0
+            float(worst) / float(scale) if 0.0 < scale < math.inf else 0.0 if scale == 0.0 else math.inf
             for worst, scale in zip(self._worst, self._scales, strict=True)
         )
         return Drift(

@@ -105,8 +105,7 @@ class Simulation:
         """
         end = self.tick + ticks
         while self.tick < end:
-            if self._held.slots and self._held.drop_expired(self.tick):
-                self._held_changed = True
+            self._drop_expired()
             if self._held_changed:
                 self._stepper.hold(self._held.write(self._stepper.translation, self._stepper.rotation))
                 self._held_changed = False
@@ -116,6 +115,10 @@ class Simulation:
             self.tick += done
             if done < chunk:
                 raise self._diverged()
+
+    def _drop_expired(self) -> None:
+        if self._held.slots and self._held.drop_expired(self.tick):
+            self._held_changed = True
 
     def _diverged(self) -> SimulationDiverged:
         core = self._stepper.first_diverged()
@@ -211,7 +214,7 @@ class Simulation:
 
         returns : (n, 3) and (n, 3), scene order, world axes; without gravity and force elements
         """
-        self._held.drop_expired(self.tick)
+        self._drop_expired()
         force, torque, table = self._held.sums()
         of_scene = np.zeros((2, len(self.scene.bodies), 3))
         of_scene[0, self._layout.moving] = force

@@ -173,9 +173,9 @@ def _report(
         'wall_time': wall,
         'compile_time': compiled,
         'ns_per_body_tick': wall / body_ticks * 1e9,
-        'energy_drift': drift.energy,
-        'momentum_drift': drift.momentum,
-        'angular_momentum_drift': drift.angular_momentum,
+        'energy_drift': _finite(drift.energy),
+        'momentum_drift': _finite(drift.momentum),
+        'angular_momentum_drift': _finite(drift.angular_momentum),
         'end_reason': reason,
     }
     if arguments.json:
@@ -186,6 +186,11 @@ def _report(
     for name in ('energy', 'momentum', 'angular_momentum'):
         print(f'  {name.replace("_", " ")} drift: {drift_text(result[name + "_drift"])}')
     print(f'  bag: {arguments.output}')
+
+
+def _finite(drift: float | None) -> float | None:
+    """JSON knows neither infinity nor NaN: a drift beyond the numbers is no number."""
+    return drift if drift is not None and math.isfinite(drift) else None
 
 
 def drift_text(drift: float | None) -> str:

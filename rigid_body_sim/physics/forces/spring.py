@@ -135,7 +135,8 @@ class Spring:
     def potential_energy(self, state: BodyState) -> float:
         """k (|d| - l)^2 / 2 [J]."""
         length = math.dist(state.point(self.a, self.a_point), state.point(self.b, self.b_point))
-        return 0.5 * self.stiffness * (length - self.rest_length) ** 2
+        stretch = length - self.rest_length
+        return 0.5 * self.stiffness * stretch * stretch
 
 
 ELEMENT = Spring

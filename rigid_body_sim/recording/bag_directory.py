@@ -1,0 +1,68 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The directory of a bag: made at the start, completed at the end.
+
+`NAME/NAME_0.mcap` and, written last, `NAME/metadata.yaml`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from io import FileIO
+from pathlib import Path
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.recording import bag_metadata
+from rigid_body_sim.recording.mcap_file import McapFile
+from rigid_body_sim.recording.topics import dump_yaml
+
+
+def file_name(directory: Path) -> str:
+    """Name of the MCAP file in a bag directory, as rosbag2 gives it."""
+    return f'{directory.resolve().name}_0.mcap'
+
+
+def create(directory: Path) -> Path:
+    """Make the directory of a new bag; its name must be free."""
+    if directory.suffix == '.mcap':
+        raise UserError(
+            f'{directory}: a recording is a directory, and the file in it gets the ending .mcap; '
+            'give a name without it'
+        )
+    try:
+        directory.mkdir(parents=True)
+    except FileExistsError as error:
+        raise UserError(
+            f'{directory}: exists already, and a recording is never overwritten; '
+            'choose another path or remove it'
+        ) from error
+    except OSError as error:
+        raise UserError(
+            f'{directory}: cannot be created ({error.strerror}); '
+            'choose a place that can be written'
+        ) from error
+    return directory
+
+
+def finish(
+    directory: Path,
+    file: McapFile,
+    stream: FileIO,
+    *,
+    topics: Sequence[bag_metadata.TopicSummary],
+    custom: Mapping[str, str],
+) -> None:
+    """Write the record for rosbag2, the summary, and, when all is on the disk, metadata.yaml."""
+    information = bag_metadata.bag_information(
+        file_name=file_name(directory),
+        topics=topics,
+        first_time=file.first_time or 0,
+        last_time=file.last_time or 0,
+        custom=custom,
+    )
+    file.write_metadata(bag_metadata.RECORD_NAME, {'serialized_metadata': dump_yaml(information)})
+    file.finish()
+    os.fsync(stream.fileno())
+    bag_metadata.write(directory, information)

@@ -1,0 +1,110 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+`metadata.yaml`: what rosbag2 and rosbags read before they open the MCAP file of a bag.
+
+Version 9, as ROS 2 Jazzy writes it. It is written last and by rename: a bag directory without it
+is unfinished. The quality of service stands here and in the channels; where the two differ,
+rosbags drops the topic in silence, so both come from the text in the channel.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.recording.topics import dump_yaml
+
+FILE_NAME = 'metadata.yaml'
+RECORD_NAME = 'rosbag2'  # the metadata record that holds the inner map in the MCAP file
+VERSION = 9
+_ROOT = 'rosbag2_bagfile_information'
+
+
+class TopicSummary(NamedTuple):
+    """One topic of a bag: its channel's fields and the number of its messages."""
+
+    name: str
+    type: str
+    encoding: str
+    qos: str
+    hash: str
+    messages: int
+
+
+def bag_information(
+    *,
+    file_name: str,
+    topics: Sequence[TopicSummary],
+    first_time: int,
+    last_time: int,
+    custom: Mapping[str, str],
+) -> dict[str, Any]:
+    """Return the inner map of metadata.yaml for a bag of one file; times in ns, 0 if empty."""
+    start = {'nanoseconds_since_epoch': first_time}
+    duration = {'nanoseconds': last_time - first_time}
+    count = sum(topic.messages for topic in topics)
+    return {
+        'version': VERSION,
+        'storage_identifier': 'mcap',
+        'duration': duration,
+        'starting_time': start,
+        'message_count': count,
+        'topics_with_message_count': [_topic_entry(topic) for topic in topics],
+        'compression_format': '',
+        'compression_mode': '',
+        'relative_file_paths': [file_name],
+        'files': [
+            {
+                'path': file_name,
+                'starting_time': start,
+                'duration': duration,
+                'message_count': count,
+            }
+        ],
+        'custom_data': dict(custom),
+        'ros_distro': 'jazzy',
+    }
+
+
+def write(directory: Path, information: Mapping[str, Any]) -> None:
+    """Write metadata.yaml under a temporary name, then rename it."""
+    temporary = directory / f'.{FILE_NAME}.part'
+    with temporary.open('w', encoding='utf-8') as stream:
+        stream.write(dump_yaml({_ROOT: dict(information)}))
+        stream.flush()
+        os.fsync(stream.fileno())
+    temporary.replace(directory / FILE_NAME)
+
+
+def read(directory: Path) -> dict[str, Any]:
+    """Return the inner map of a bag directory's metadata.yaml."""
+    path = directory / FILE_NAME
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+        information = content[_ROOT]
+        information['relative_file_paths'][0]
+    except (OSError, ValueError, yaml.YAMLError, LookupError, TypeError) as error:
+        problem = ' '.join(str(error).split())
+        raise UserError(
+            f'{path}: not the metadata of a bag ({type(error).__name__}: {problem})'
+        ) from error
+    return information
+
+
+def _topic_entry(topic: TopicSummary) -> dict[str, Any]:
+    return {
+        'topic_metadata': {
+            'name': topic.name,
+            'type': topic.type,
+            'serialization_format': topic.encoding,
+            'offered_qos_profiles': yaml.safe_load(topic.qos) or [],
+            'type_description_hash': topic.hash,
+        },
+        'message_count': topic.messages,
+    }

@@ -1,0 +1,202 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Writes a recorded run: a rosbag2 bag directory with one MCAP file.
+
+The manifest and the attachments come first and reach the file at once, so that a killed run still
+tells what it was; then the messages in the order they are handed in; at the end the ending record,
+the summary, and `metadata.yaml`. A directory without `metadata.yaml` is an unfinished recording:
+`bag recover` restores it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.recording import bag_directory
+from rigid_body_sim.recording.bag_metadata import TopicSummary
+from rigid_body_sim.recording.batch import (
+    MESSAGE_HEAD,
+    MESSAGE_HEAD_SIZE,
+    MESSAGE_LENGTH_EXTRA,
+    MESSAGE_OPCODE,
+    Batch,
+    Layout,
+)
+from rigid_body_sim.recording.chunk import join
+from rigid_body_sim.recording.chunk_queue import DirectQueue, Queue, ThreadedQueue
+from rigid_body_sim.recording.definitions import HASHES, definition
+from rigid_body_sim.recording.mcap_file import McapFile
+from rigid_body_sim.recording.topics import Topic, qos_text
+
+MANIFEST = 'rigid_body_sim'
+ENDING = 'rigid_body_sim_end'
+_MAX_CHANNELS = 65535  # channel ids are 16 bits, from 1
+_SHOWN_BY_ROSBAG2 = ('schema_version', 'dt_ns', 'integrator')
+_MEDIA_TYPES = {'.yaml': 'application/yaml', '.csv': 'text/csv', '.stl': 'model/stl'}
+
+
+class BagWriter:
+    """
+    One recording.
+
+    topics      : topics[i] gets channel id i + 1, which the packers' batches must agree with
+    manifest    : what the run is, as strings
+    attachments : file name -> bytes; the scene and what it names
+    background  : False: chunks are closed by bytes, in the caller's thread; equal runs give equal
+                  files. True: a worker thread writes them, half a second (wall) later at most
+    """
+
+    def __init__(
+        self,
+        directory: str | os.PathLike[str],
+        *,
+        topics: Sequence[Topic],
+        manifest: Mapping[str, str],
+        attachments: Mapping[str, bytes],
+        background: bool = False,
+    ) -> None:
+        if len(topics) > _MAX_CHANNELS:
+            raise UserError(
+                f'{directory}: {len(topics)} topics; a recording holds at most {_MAX_CHANNELS}; '
+                'record fewer bodies'
+            )
+        self.path = Path(directory)
+        self._topics = tuple(topics)
+        self._channels = {topic.name: number for number, topic in enumerate(topics, start=1)}
+        self._custom = {
+            f'{MANIFEST}.{key}': manifest[key] for key in _SHOWN_BY_ROSBAG2 if key in manifest
+        }
+        self._message_layouts: dict[tuple[str, int], Layout] = {}
+        self._checked: list[tuple[Topic, ...]] = []
+        self._safe_tick = 0
+        self._failure: RunError | None = None
+        self._closed = False
+        self._stream = (bag_directory.create(self.path) / bag_directory.file_name(self.path)).open(
+            'xb', buffering=0
+        )
+        try:
+            version = manifest.get('package_version', '')
+            self._file = McapFile(self._stream, library=f'rigid_body_sim {version}'.rstrip())
+            self._declare_topics()
+            self._file.write_metadata(MANIFEST, manifest)
+            for name, content in attachments.items():
+                media_type = _MEDIA_TYPES.get(Path(name).suffix, 'application/octet-stream')
+                self._file.write_attachment(name, media_type, content)
+        except OSError as error:
+            self._stream.close()
+            raise self._failed(error) from error
+        self._queue: Queue = (ThreadedQueue if background else DirectQueue)(self._write_chunk)
+
+    def write(self, batch: Batch) -> None:
+        """Record a batch. RunError if an earlier one could not be written."""
+        self._raise_failure()
+        topics = batch.layout.topics
+        if not any(topics is known for known in self._checked):
+            self._check(batch.layout)
+        self._queue.put(batch)
+
+    def write_message(self, topic: str, sequence: int, time_ns: int, payload: bytes) -> None:
+        """
+        Record one message between batches: a command that took effect at the start of tick
+        `sequence`.
+
+        payload : CDR bytes; log time and publish time are time_ns
+        """
+        layout = self._message_layouts.get((topic, len(payload)))
+        if layout is None:
+            layout = self._lay_out_message(topic, len(payload))
+        head = MESSAGE_HEAD.pack(
+            MESSAGE_OPCODE,
+            MESSAGE_LENGTH_EXTRA + len(payload),
+            self._channels[topic],
+            sequence,
+            time_ns,
+            time_ns,
+        )
+        self._queue.put(Batch(layout, head + payload, (time_ns,), None))
+
+    def flush(self) -> None:
+        """Hand everything recorded so far to the operating system."""
+        self._queue.flush()
+
+    def close(self, ending: Mapping[str, str]) -> None:
+        """
+        Finish the bag; a second call does nothing.
+
+        ending : how the run ended, as strings; the only place for wall-clock values
+        """
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            self._queue.stop()
+            self._raise_failure()
+            self._file.write_metadata(ENDING, ending)
+            bag_directory.finish(
+                self.path, self._file, self._stream, topics=self._summaries(), custom=self._custom
+            )
+        except OSError as error:
+            raise self._failed(error) from error
+        finally:
+            self._stream.close()
+
+    def _declare_topics(self) -> None:
+        qos = qos_text()
+        schemas: dict[str, int] = {}
+        for name, kind in self._topics:
+            if kind not in schemas:
+                schemas[kind] = self._file.add_schema(kind, 'ros2msg', definition(kind).encode())
+            metadata = {'offered_qos_profiles': qos, 'topic_type_hash': HASHES[kind]}
+            self._file.add_channel(schemas[kind], name, 'cdr', metadata)
+
+    def _summaries(self) -> list[TopicSummary]:
+        return [
+            TopicSummary(
+                name, kind, 'cdr', qos_text(), HASHES[kind], self._file.count(self._channels[name])
+            )
+            for name, kind in self._topics
+        ]
+
+    def _check(self, layout: Layout) -> None:
+        start = layout.first_channel_id - 1
+        if self._topics[start : start + len(layout.topics)] != layout.topics:
+            raise ValueError(
+                f'{self.path}: channel {layout.first_channel_id} of the batch is '
+                f'{layout.topics[0].name}, which is not what the recording was opened with'
+            )
+        self._checked.append(layout.topics)
+
+    def _lay_out_message(self, topic: str, size: int) -> Layout:
+        layout = Layout.of_records(
+            self._topics,
+            1,
+            channels=[self._channels[topic]],
+            sizes=[MESSAGE_HEAD_SIZE + size],
+            time_offsets=[0],
+        )
+        self._message_layouts[topic, size] = layout
+        return layout
+
+    def _write_chunk(self, batches: Sequence[Batch]) -> None:
+        self._raise_failure()
+        try:
+            self._file.write_chunk(join(batches))
+        except OSError as error:
+            raise self._failed(error) from error
+        self._safe_tick = max((batch.tick or 0 for batch in batches), default=0) or self._safe_tick
+
+    def _raise_failure(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def _failed(self, error: OSError) -> RunError:
+        self._failure = RunError(
+            f'{self.path}: writing failed ({error.strerror}); '
+            f'ticks up to {self._safe_tick} are safe; '
+            f'make room, then restore them with: bag recover {self.path} -o NEW'
+        )
+        return self._failure

@@ -1,0 +1,211 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+CDR bytes of the messages that this package writes and reads, without ROS.
+
+A payload starts with 4 encapsulation bytes (`00 01 00 00`: plain CDR, little endian). Alignment
+counts from byte 4:
+
+    4 int32 sec | 8 uint32 nanosec | 12 uint32 F | 16 frame_id, NUL (F bytes) | zeros | D doubles
+    D = 4 + up(12 + F, 8)        up(x, a): x rounded up to a multiple of a
+
+`Clock` ends after nanosec. `encode` writes little endian with zeroed padding, so equal messages
+have equal bytes; `decode` reads both byte orders and any padding, and refuses every other length
+or content with `CdrError`.
+
+Source: OMG DDS-XTYPES 1.3, section 7.4 (plain CDR version 1). Not a general decoder: only the
+types in `TYPES`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from struct import Struct
+from typing import ClassVar
+
+ENCAPSULATION = b'\x00\x01\x00\x00'
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+_HEAD = {0: Struct('>iI'), 1: Struct('<iI')}
+_LENGTH = {0: Struct('>I'), 1: Struct('<I')}
+_DOUBLES = {
+    (order, count): Struct(f'{"><"[order]}{count}d') for order in (0, 1) for count in (3, 6, 7)
+}
+
+
+class CdrError(ValueError):
+    """Bytes that are not a message of the named type."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Simulation time: sec [s] and nanosec [ns]."""
+
+    TYPE: ClassVar[str] = 'rosgraph_msgs/msg/Clock'
+    PARTS: ClassVar[tuple[tuple[str, int], ...]] = ()
+
+    sec: int
+    nanosec: int
+
+
+@dataclass(frozen=True, slots=True)
+class PoseStamped:
+    """Position [m] and orientation (unit quaternion xyzw) in the frame frame_id."""
+
+    TYPE: ClassVar[str] = 'geometry_msgs/msg/PoseStamped'
+    PARTS: ClassVar[tuple[tuple[str, int], ...]] = (('position', 3), ('orientation', 4))
+
+    sec: int
+    nanosec: int
+    frame_id: str
+    position: Vector
+    orientation: Quaternion
+
+
+@dataclass(frozen=True, slots=True)
+class TwistStamped:
+    """Linear [m/s] and angular [rad/s] velocity along the axes of frame_id."""
+
+    TYPE: ClassVar[str] = 'geometry_msgs/msg/TwistStamped'
+    PARTS: ClassVar[tuple[tuple[str, int], ...]] = (('linear', 3), ('angular', 3))
+
+    sec: int
+    nanosec: int
+    frame_id: str
+    linear: Vector
+    angular: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class WrenchStamped:
+    """Force [N] and torque [N m] (impulse topics: N s and N m s) along the axes of frame_id."""
+
+    TYPE: ClassVar[str] = 'geometry_msgs/msg/WrenchStamped'
+    PARTS: ClassVar[tuple[tuple[str, int], ...]] = (('force', 3), ('torque', 3))
+
+    sec: int
+    nanosec: int
+    frame_id: str
+    force: Vector
+    torque: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Vector3Stamped:
+    """One vector along the axes of frame_id; its meaning is the topic's."""
+
+    TYPE: ClassVar[str] = 'geometry_msgs/msg/Vector3Stamped'
+    PARTS: ClassVar[tuple[tuple[str, int], ...]] = (('vector', 3),)
+
+    sec: int
+    nanosec: int
+    frame_id: str
+    vector: Vector
+
+
+Message = Clock | PoseStamped | TwistStamped | WrenchStamped | Vector3Stamped
+
+TYPES: dict[str, type[Message]] = {
+    kind.TYPE: kind for kind in (Clock, PoseStamped, TwistStamped, WrenchStamped, Vector3Stamped)
+}
+
+
+def up(size: int, alignment: int) -> int:
+    """Round a size up to a multiple of the alignment."""
+    return -(-size // alignment) * alignment
+
+
+def header_tail(frame_id: str) -> bytes:
+    """
+    Bytes 12 to D of a stamped message: the length word, the frame's name, its NUL, and zeros.
+
+    They do not change from message to message: templates copy them.
+    """
+    name = frame_id.encode()
+    if b'\0' in name:
+        raise CdrError(f'frame_id {frame_id!r} contains NUL; a CDR string cannot hold it')
+    length = len(name) + 1
+    return (_LENGTH[1].pack(length) + name).ljust(up(12 + length, 8) - 8, b'\0')
+
+
+def encode(message: Message) -> bytes:
+    """Return the little-endian payload of a message, padding zeroed."""
+    try:
+        head = ENCAPSULATION + _HEAD[1].pack(message.sec, message.nanosec)
+    except Exception as error:
+        stamp = (message.sec, message.nanosec)
+        raise CdrError(f'{message.TYPE}: stamp {stamp} is not (int32, uint32)') from error
+    if isinstance(message, Clock):
+        return head
+    values = [value for name, _ in message.PARTS for value in getattr(message, name)]
+    return head + header_tail(message.frame_id) + _DOUBLES[1, len(values)].pack(*values)
+
+
+def decode(type_name: str, payload: bytes) -> Message:
+    """
+    Read one payload, strictly.
+
+    Raises CdrError for an unknown type, a truncated or overlong payload, and text that is not
+    UTF-8 with one NUL at its end.
+    """
+    kind = TYPES.get(type_name)
+    if kind is None:
+        raise CdrError(f'{type_name}: unknown type; known: {", ".join(TYPES)}')
+    size = len(payload)
+    _require(size >= 12, kind, f'{size} bytes, but the stamp ends at byte 12')
+    order = payload[1]
+    _require(
+        payload[0] == 0 and order <= 1,
+        kind,
+        f'encapsulation {bytes(payload[:2]).hex(" ")}, allowed: 00 00 and 00 01 (plain CDR)',
+    )
+    sec, nanosec = _HEAD[order].unpack_from(payload, 4)
+    if kind is Clock:
+        _require(size == 12, kind, f'{size} bytes, expected 12')
+        return Clock(sec, nanosec)
+    _require(size >= 16, kind, f'{size} bytes, but the length of frame_id ends at byte 16')
+    (length,) = _LENGTH[order].unpack_from(payload, 12)
+    start = 4 + up(12 + length, 8)
+    count = sum(width for _, width in kind.PARTS)
+    _require(
+        size == start + 8 * count,
+        kind,
+        f'{size} bytes, expected {start + 8 * count} with a frame_id of {length} bytes',
+    )
+    frame_id = _text(payload[16 : 16 + length], kind)
+    values = _DOUBLES[order, count].unpack_from(payload, start)
+    if count == 3:
+        return Vector3Stamped(sec, nanosec, frame_id, values)
+    return kind(sec, nanosec, frame_id, values[:3], values[3:])  # type: ignore[call-arg]
+
+
+def fields(message: Message) -> dict[str, int | float | str]:
+    """Every scalar of a message by its name, in the order of the bytes: `position.x` and so on."""
+    named: dict[str, int | float | str] = {
+        'stamp.sec': message.sec,
+        'stamp.nanosec': message.nanosec,
+    }
+    if not isinstance(message, Clock):
+        named['frame_id'] = message.frame_id
+    for part, _ in message.PARTS:
+        for axis, value in zip('xyzw', getattr(message, part)):
+            named[f'{part}.{axis}'] = value
+    return named
+
+
+def _text(content: bytes, kind: type[Message]) -> str:
+    """Text of a CDR string; some writers give the empty string length 0, without its NUL."""
+    if not content:
+        return ''
+    _require(content.find(b'\0') == len(content) - 1, kind, 'frame_id has no NUL at its end alone')
+    try:
+        return bytes(content[:-1]).decode()
+    except UnicodeDecodeError as error:
+        raise CdrError(f'{kind.TYPE}: frame_id is not UTF-8: {error}') from error
+
+
+def _require(condition: bool, kind: type[Message], problem: str) -> None:
+    if not condition:
+        raise CdrError(f'{kind.TYPE}: {problem}')

@@ -1,0 +1,79 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Message definitions and type hashes of the recorded types, so that a bag can be written where no
+ROS is installed.
+
+The texts are the field lists of the ROS 2 Jazzy `.msg` files without comments. `definition` joins
+a type and its dependencies as rosbag2 embeds them (`ros2msg` encoding); the hash (RIHS01,
+REP-2016) is that of the type description. The tests compare both with the installed files and with
+values computed by another implementation.
+"""
+
+from __future__ import annotations
+
+_SEPARATOR = '\n' + '=' * 80 + '\n'
+
+_FIELDS = {
+    'builtin_interfaces/msg/Time': ('int32 sec', 'uint32 nanosec'),
+    'std_msgs/msg/Header': ('builtin_interfaces/Time stamp', 'string frame_id'),
+    'rosgraph_msgs/msg/Clock': ('builtin_interfaces/Time clock',),
+    'geometry_msgs/msg/Point': ('float64 x', 'float64 y', 'float64 z'),
+    'geometry_msgs/msg/Quaternion': ('float64 x 0', 'float64 y 0', 'float64 z 0', 'float64 w 1'),
+    'geometry_msgs/msg/Vector3': ('float64 x', 'float64 y', 'float64 z'),
+    'geometry_msgs/msg/Pose': ('Point position', 'Quaternion orientation'),
+    'geometry_msgs/msg/Twist': ('Vector3 linear', 'Vector3 angular'),
+    'geometry_msgs/msg/Wrench': ('Vector3 force', 'Vector3 torque'),
+    'geometry_msgs/msg/PoseStamped': ('std_msgs/Header header', 'Pose pose'),
+    'geometry_msgs/msg/TwistStamped': ('std_msgs/Header header', 'Twist twist'),
+    'geometry_msgs/msg/WrenchStamped': ('std_msgs/Header header', 'Wrench wrench'),
+    'geometry_msgs/msg/Vector3Stamped': ('std_msgs/Header header', 'Vector3 vector'),
+}
+
+HASHES = {
+    'geometry_msgs/msg/PoseStamped': (
+        'RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8'
+    ),
+    'geometry_msgs/msg/TwistStamped': (
+        'RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64'
+    ),
+    'geometry_msgs/msg/WrenchStamped': (
+        'RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77'
+    ),
+    'geometry_msgs/msg/Vector3Stamped': (
+        'RIHS01_d4829622288cbb443886e7ea94ea5671a3b1be6bab4ad04224432a65f7d7887a'
+    ),
+    'rosgraph_msgs/msg/Clock': (
+        'RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564'
+    ),
+}
+
+
+def definition(type_name: str) -> str:
+    """
+    Return the text of a type followed by its dependencies.
+
+    Depth first, the dependencies of one type in sorted order, each once; the headline of a
+    dependency is `MSG: std_msgs/Header`, without `/msg/`.
+    """
+    sections = [_text(type_name)]
+    for name in _dependencies(type_name, set()):
+        sections.append(f'MSG: {name.replace("/msg/", "/")}\n{_text(name)}')
+    return _SEPARATOR.join(sections)
+
+
+def _text(type_name: str) -> str:
+    return ''.join(f'{field}\n' for field in _FIELDS[type_name])
+
+
+def _dependencies(type_name: str, seen: set[str]) -> list[str]:
+    package = type_name.split('/')[0]
+    used = (field.split()[0] for field in _FIELDS[type_name])
+    names = (word if '/' in word else f'{package}/{word}' for word in used)
+    known = {name.replace('/', '/msg/', 1) for name in names} & _FIELDS.keys()
+    found = []
+    for name in sorted(known - seen):
+        if name not in seen:
+            seen.add(name)
+            found += [name, *_dependencies(name, seen)]
+    return found

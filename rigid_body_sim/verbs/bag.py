@@ -1,0 +1,145 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Looks after recordings: what is in one, is it whole, save the rest of one, compare two."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from rigid_body_sim.recording.bag_check import check
+from rigid_body_sim.recording.bag_diff import Difference, compare
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.recovery import recover
+
+SUMMARY = 'look after recordings: info, check, recover, diff'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare `bag info|check|recover|diff`."""
+    actions = parser.add_subparsers(
+        dest='action', required=True, metavar='info|check|recover|diff'
+    )
+    info = actions.add_parser('info', help='topics, counts, time span and how the run ended')
+    info.set_defaults(do=_info)
+    verify = actions.add_parser(
+        'check', help='name everything that is wrong; exit 1 if anything is'
+    )
+    verify.set_defaults(do=_check)
+    restore = actions.add_parser('recover', help='save what is whole of a torn recording')
+    restore.set_defaults(do=_recover)
+    differ = actions.add_parser(
+        'diff', help='compare the messages of two recordings; exit 3 if they differ'
+    )
+    differ.set_defaults(do=_diff)
+    for action in (info, verify, restore):
+        action.add_argument('bag', metavar='BAG', help='bag directory or .mcap file')
+    restore.add_argument(
+        '-o', '--output', metavar='NEW', required=True, help='bag directory to write'
+    )
+    differ.add_argument('bag', metavar='A', help='bag directory or .mcap file')
+    differ.add_argument('other', metavar='B', help='bag directory or .mcap file')
+    for action in (info, verify, restore, differ):
+        action.add_argument('--json', action='store_true', help='print one JSON object')
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do what was asked; returns the exit code."""
+    return arguments.do(arguments)
+
+
+def _info(arguments: argparse.Namespace) -> int:
+    bag = Bag(arguments.bag)
+    facts = _facts(bag)
+    if arguments.json:
+        print(json.dumps(facts))
+        return 0
+    for key in ('bag', 'complete', 'start', 'duration', 'messages'):
+        print(f'{key + ":":<12}{facts[key]}{" s" if key in ("start", "duration") else ""}')
+    if bag.attachments:
+        print(
+            'attached:   ' + ', '.join(f'{n} ({s} bytes)' for n, s in facts['attachments'].items())
+        )
+    for title, content in (
+        ('manifest', bag.manifest),
+        ('ending', bag.ending or {}),
+        ('recovered', bag.recovered),
+    ):
+        _print_map(title, content)
+    width = max((len(name) for name in bag.topics), default=0)
+    print('topics:')
+    for name, topic in bag.topics.items():
+        print(f'  {name:<{width}}  {topic.type:<32}  {bag.counts[name]:>9}')
+    return 0
+
+
+def _facts(bag: Bag) -> dict[str, Any]:
+    return {
+        'bag': str(bag.path),
+        'complete': bag.complete,
+        'start': bag.first_time / 1e9,
+        'duration': (bag.last_time - bag.first_time) / 1e9,
+        'messages': sum(bag.counts.values()),
+        'topics': {
+            name: {'type': topic.type, 'count': bag.counts[name]}
+            for name, topic in bag.topics.items()
+        },
+        'attachments': {name: len(content) for name, content in bag.attachments.items()},
+        'manifest': bag.manifest,
+        'ending': bag.ending,
+        'recovered': bag.recovered,
+    }
+
+
+def _print_map(title: str, content: dict[str, str]) -> None:
+    if not content:
+        return
+    print(f'{title}:')
+    width = max(map(len, content))
+    for key, value in content.items():
+        line = ' '.join(value.split())
+        print(f'  {key:<{width}}  {line if len(line) <= 80 else line[:77] + "..."}')
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    findings = check(arguments.bag)
+    if arguments.json:
+        print(json.dumps({'bag': arguments.bag, 'findings': findings}))
+    else:
+        print('\n'.join(findings) if findings else f'{arguments.bag}: whole')
+    return 1 if findings else 0
+
+
+def _recover(arguments: argparse.Namespace) -> int:
+    found = recover(arguments.bag, arguments.output)
+    if arguments.json:
+        print(json.dumps({'bag': arguments.output, **found._asdict()}))
+        return 0
+    until = '' if found.last_tick is None else f' up to tick {found.last_tick}'
+    print(f'{arguments.output}: {found.messages} messages{until}, {found.dropped} dropped')
+    print(f'{arguments.bag}: {found.problem or "was whole"}')
+    return 0
+
+
+def _diff(arguments: argparse.Namespace) -> int:
+    comparison = compare(Bag(arguments.bag), Bag(arguments.other))
+    difference = comparison.difference
+    if arguments.json:
+        named = {} if difference is None else _plain(difference)
+        print(json.dumps({'identical': not named, 'messages': comparison.equal, **named}))
+    elif difference is None:
+        print(f'identical: {comparison.equal} messages')
+    else:
+        distance = '' if difference.ulps is None else f' ({difference.ulps} ulps)'
+        print(
+            f'differ after {comparison.equal} equal messages: tick {difference.tick}, '
+            f'{difference.topic}, {difference.field}: '
+            f'{difference.a!r} and {difference.b!r}{distance}'
+        )
+    return 0 if difference is None else 3
+
+
+def _plain(difference: Difference) -> dict[str, Any]:
+    """The difference for JSON, which has no NaN: values as text."""
+    return {**difference._asdict(), 'a': repr(difference.a), 'b': repr(difference.b)}

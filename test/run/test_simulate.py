@@ -1,0 +1,160 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""`simulate`: a scene to a bag."""
+
+import hashlib
+import math
+
+import pytest
+
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_reader import Bag
+
+from .conftest import SCENES
+
+SCENE = SCENES / 'two_bodies.yaml'
+
+
+def message_digest(path):
+    digest = hashlib.sha256()
+    for message in Bag(path).messages():
+        digest.update(repr(message).encode())
+    return digest.hexdigest()
+
+
+def test_two_runs_write_the_same_message_bytes(verb, tmp_path, commands):
+    for name in ('one', 'two'):
+        words = ('--duration', 0.5, '--commands', commands)
+        assert verb('simulate', SCENE, '-o', tmp_path / name, *words)[0] == 0
+    assert message_digest(tmp_path / 'one') == message_digest(tmp_path / 'two')
+
+
+def test_with_and_without_numba_the_message_bytes_are_the_same(process, tmp_path, commands):
+    for name, compiled in (('compiled', '1'), ('plain', '0')):
+        result = process(
+            'simulate', SCENE, '-o', tmp_path / name, '--duration', '0.3', '--commands', commands,
+            RIGID_BODY_SIM_COMPILE=compiled,
+        )  # fmt: skip
+        assert result.returncode == 0, result.stderr
+    assert message_digest(tmp_path / 'compiled') == message_digest(tmp_path / 'plain')
+
+
+def test_json_names_the_run_and_nothing_else_is_printed(as_json, tmp_path):
+    code, result = as_json('simulate', SCENES / 'free_fall.yaml', '-o', tmp_path / 'b', '--duration', 1)
+    assert code == 0
+    assert result['ticks'] * result['dt'] == pytest.approx(1.0)
+    assert result['sim_time'] == pytest.approx(1.0)
+    for key in ('energy_drift', 'momentum_drift', 'angular_momentum_drift'):
+        assert 0 <= result[key] < 1e-12  # round-off: free fall is integrated exactly
+    assert result['bag'] == str(tmp_path / 'b')
+    assert result['ns_per_body_tick'] > 0
+
+
+def test_a_bag_of_free_fall_holds_the_parabola(verb, tmp_path):
+    scene = tmp_path / 'fall.yaml'
+    scene.write_text(
+        'version: 1\nname: fall\ndt: 0.001\ngravity: [0, 0, -9.81]\n'
+        'bodies:\n  - {name: ball, mass: 1, shape: {type: sphere, radius: 0.1}, initial: {position: [0, 0, 10]}}\n'
+    )
+    assert verb('simulate', scene, '-o', tmp_path / 'b', '--duration', 1)[0] == 0
+    bag = Bag(tmp_path / 'b')
+    poses = list(bag.messages(['/ball/pose']))
+    assert len(poses) == 100
+    for message in poses:
+        pose = cdr.decode(bag.topics[message.topic].type, message.data)
+        t = message.log_time * 1e-9
+        assert message.sequence * 1_000_000 == message.log_time
+        assert pose.position[2] == pytest.approx(10 - 9.81 * t**2 / 2, rel=1e-13)  # round-off
+
+
+def test_commands_are_recorded_with_the_tick_on_which_they_first_acted(bag):
+    found = [
+        (m.topic, m.sequence, m.log_time)
+        for m in Bag(bag).messages(['/box/wrench', '/box/torque', '/ball/impulse'])
+    ]
+    assert found == [
+        ('/box/wrench', 50, 50_000_000),
+        ('/box/torque', 100, 100_000_000),
+        ('/ball/impulse', 150, 150_000_000),
+        ('/box/wrench', 203, 203_000_000),
+    ]
+
+
+def test_log_times_ascend_in_the_file(bag):
+    times = [message.log_time for message in Bag(bag).messages()]
+    assert times == sorted(times)
+
+
+def test_a_diverging_run_stops_names_the_body_and_leaves_a_readable_bag(verb, tmp_path):
+    scene = tmp_path / 'stiff.yaml'
+    scene.write_text(
+        'version: 1\nname: stiff\ndt: 0.01\n'
+        'bodies:\n  - {name: ball, mass: 1, shape: {type: particle}, initial: {position: [1, 0, 0]}}\n'
+        'forces:\n  - {type: spring, a: ball, b: world, stiffness: 1000000}\n'
+    )
+    code, _, err = verb('simulate', scene, '-o', tmp_path / 'b', '--integrator', 'explicit_euler')
+    assert code == 1
+    assert "'ball' diverged in tick" in err
+    assert err.count('\n') == 1
+    bag = Bag(tmp_path / 'b')
+    assert bag.ending['end_reason'] == 'diverged'
+    assert all(
+        math.isfinite(x)
+        for m in bag.messages(['/ball/pose'])
+        for x in cdr.decode(bag.topics[m.topic].type, m.data).position
+    )
+
+
+@pytest.mark.parametrize(
+    ('words', 'expected'),
+    [
+        (['no_such_scene.yaml', '-o', 'b'], 'no_such_scene'),
+        ([SCENE, '-o', 'b', '--integrator', 'rk5'], 'rk5'),
+        ([SCENE, '-o', 'b', '--dt', '0.3333333333333333'], 'nanosecond'),
+        ([SCENE, '-o', 'b', '--dt', '-1'], 'dt'),
+        ([SCENE, '-o', 'b', '--duration', '-1'], 'duration'),
+        ([SCENE, '-o', 'b', '--duration', 'nan'], 'duration'),
+        ([SCENE, '-o', 'b', '--commands', 'none.csv'], 'none.csv'),
+    ],
+)
+def test_bad_arguments_exit_2_with_one_line(verb, tmp_path, monkeypatch, words, expected):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = verb('simulate', *words)
+    assert code == 2
+    assert expected in err
+    assert err.count('\n') == 1
+    assert 'Traceback' not in err
+    assert not out
+    assert not (tmp_path / 'b').exists()
+
+
+def test_an_existing_bag_is_never_overwritten(verb, tmp_path):
+    (tmp_path / 'b').mkdir()
+    (tmp_path / 'b' / 'precious').write_text('data')
+    code, _, err = verb('simulate', SCENE, '-o', tmp_path / 'b')
+    assert code == 2
+    assert 'exists' in err
+    assert (tmp_path / 'b' / 'precious').read_text() == 'data'
+
+
+@pytest.mark.parametrize(
+    ('text', 'expected'),
+    [
+        ('time,body\n', 'needed'),
+        ('time,body,kind,colour\n0,box,force,red\n', 'colour'),
+        ('time,body,kind,fx\n0,box,push,1\n', "'push'"),
+        ('time,body,kind,fx\n0,nobody,force,1\n', 'nobody'),
+        ('time,body,kind,fx\n-1,box,force,1\n', 'time'),
+        ('time,body,kind,fx\n0,box,force,nan\n', 'finite'),
+        ('time,body,kind,fx\n0,box,force,one\n', "'one'"),
+        ('time,body,kind,tx\n0,ball,torque,1\n', 'point mass'),
+        ('time,body,kind,fx\n0,box\n', 'line 2'),
+    ],
+)
+def test_bad_command_files_are_refused_by_line(verb, tmp_path, text, expected):
+    path = tmp_path / 'c.csv'
+    path.write_text(text)
+    code, _, err = verb('simulate', SCENE, '-o', tmp_path / 'b', '--commands', path)
+    assert code == 2
+    assert expected in err
+    assert err.count('\n') == 1
