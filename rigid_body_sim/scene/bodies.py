@@ -1,0 +1,226 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Read one body: name, shape, mass properties, initial motion, contact material.
+
+`inertia` is the tensor about the centre of mass in body axes: its keys are the elements of the
+tensor, so ixy is minus the integral of x y dm. `inertia` and `center_of_mass` replace what the
+shape gives, each on its own: a `center_of_mass` alone moves the centre and keeps the tensor of the
+uniform shape.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics import mass_properties, rotation
+from rigid_body_sim.physics.mass_properties import MassProperties
+from rigid_body_sim.physics.model import Body, Material, Motion, Quaternion, Vector
+from rigid_body_sim.physics.shapes import Particle, Particles, Plane, Shape
+from rigid_body_sim.scene.files import Files
+from rigid_body_sim.scene.shapes import read_shape
+from rigid_body_sim.scene.values import Value, shown
+
+NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*', re.ASCII)
+RESERVED = ('world', 'clock')  # the frame of the world and the topic of simulation time
+LATER = ('mass_rate', 'exhaust_velocity')
+MATERIAL = {
+    'restitution': '-',
+    'friction': '-',
+    'rolling_friction': 'm',
+    'torsional_friction': 'm',
+}  # key: unit
+MASS = ('mass', 'density', 'inertia', 'center_of_mass')
+KEYS = ('name', 'shape', *MASS, 'fixed', 'initial', *MATERIAL)
+SPINS = ('angular_velocity', 'angular_velocity_body')
+MOMENTS = ('ixx', 'iyy', 'izz')
+PRODUCTS = ('ixy', 'ixz', 'iyz')
+
+
+def read_body(value: Value, files: Files) -> Body:
+    """Return one checked body."""
+    value.need_mapping('a mapping such as {name: box, shape: …, mass: 1.0}')
+    name = _name(value.at('name', what='a name of letters, digits and single underscores'))
+    for key in LATER:
+        later = value.find(key)
+        if later is not None:
+            raise later.error('variable mass comes in a later version; remove this key')
+    value.need_known(KEYS)
+    shape_value = value.find('shape')
+    shape = None if shape_value is None else read_shape(shape_value, files)
+    fixed = _fixed(value, shape)
+    body = _with_mass(Body(name=name, shape=shape, mass=0.0, fixed=fixed), value)
+    motion = _motion(value.find('initial'), is_particle=isinstance(shape, Particle), fixed=fixed)
+    return replace(body, initial=motion, material=_material(value))
+
+
+def _name(value: Value) -> str:
+    name = value.text('a name')
+    if not NAME.fullmatch(name) or '__' in name:
+        raise value.error(
+            f'got {shown(name)}; a body name is a letter, '
+            'then letters, digits and single underscores'
+        )
+    if name in RESERVED:
+        raise value.error(f'{name!r} is a reserved name ({", ".join(RESERVED)}); choose another')
+    return name
+
+
+def _fixed(value: Value, shape: Shape | None) -> bool:
+    given = value.find('fixed')
+    fixed = isinstance(shape, Plane) if given is None else given.truth()
+    if given is not None and isinstance(shape, Plane) and not fixed:
+        raise given.error('a plane is always fixed; remove this key or set it to true')
+    return fixed
+
+
+def _with_mass(body: Body, value: Value) -> Body:
+    """Return the body with mass, centre of mass and inertia."""
+    if isinstance(body.shape, Plane):
+        for key in MASS:
+            given = value.find(key)
+            if given is not None:
+                raise given.error('a plane is static and has no mass; remove this key')
+        return body
+    mass, density = (
+        _optional(value, key, unit) for key, unit in (('mass', 'kg'), ('density', 'kg/m^3'))
+    )
+    inertia_value, center_value = value.find('inertia'), value.find('center_of_mass')
+    if isinstance(body.shape, Particle):
+        for given in (inertia_value, center_value):
+            if given is not None:
+                raise given.error(
+                    'a particle is a point mass and does not rotate; remove this key, or the shape'
+                )
+    inertia = None if inertia_value is None else _inertia(inertia_value)
+    center = None if center_value is None else center_value.vector(unit='m')
+    if body.fixed and mass is None and density is None:
+        return replace(
+            body, center_of_mass=center or _center_of_fixed(body.shape, value), inertia=inertia
+        )
+    properties = _properties(
+        body, mass=mass, density=density, stated=inertia is not None, value=value
+    )
+    x, y, z = properties.center_of_mass
+    body = replace(
+        body, mass=properties.mass, center_of_mass=center or (float(x), float(y), float(z))
+    )
+    if isinstance(body.shape, Particle) or (body.shape is None and inertia is None):
+        return body
+    if inertia is None:
+        inertia = properties.inertia
+        with (value.find('shape') or value).blamed():
+            mass_properties.check_inertia(inertia)
+    return replace(body, inertia=inertia)
+
+
+def _properties(
+    body: Body, *, mass: float | None, density: float | None, stated: bool, value: Value
+) -> MassProperties:
+    """Return what the shape gives; a body without a shape has its mass and a stated inertia."""
+    shape = body.shape
+    if shape is None:
+        if not (stated or body.fixed):
+            raise value.error(
+                'shape is missing; give one ({type: particle} is a point mass), or an inertia'
+            )
+        if density is not None:
+            raise value.error(
+                'a body without a shape has no volume; give its mass [kg] in place of density'
+            )
+        shape = Particle()
+    elif mass is None and density is None and not isinstance(shape, Particle | Particles):
+        raise value.error('mass is missing; mass [kg] or density [kg/m^3] is needed')
+    if mass is None and density is None and isinstance(shape, Particle):
+        raise value.error('mass is missing; mass [kg] is needed')
+    with value.blamed():
+        return mass_properties.of_shape(shape, mass=mass, density=density)
+
+
+def _center_of_fixed(shape: Shape | None, value: Value) -> Vector:
+    """Return the centre of a fixed body without mass: only its shape says where it is."""
+    if shape is None or isinstance(shape, Particle):
+        return (0.0, 0.0, 0.0)
+    with (value.find('shape') or value).blamed():
+        density = None if isinstance(shape, Particles) else 1.0
+        x, y, z = mass_properties.of_shape(shape, density=density).center_of_mass
+    return float(x), float(y), float(z)
+
+
+def _inertia(value: Value) -> NDArray[np.float64]:
+    value.need_mapping('a mapping {ixx: , iyy: , izz: } [kg m^2]')
+    value.need_known((*MOMENTS, *PRODUCTS))
+    xx, yy, zz = (
+        value.at(key, what='a moment of inertia [kg m^2]').number(unit='kg m^2') for key in MOMENTS
+    )
+    xy, xz, yz = (_optional(value, key, 'kg m^2') or 0.0 for key in PRODUCTS)
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    with value.blamed():
+        mass_properties.check_inertia(inertia)
+    return inertia
+
+
+def _motion(value: Value | None, *, is_particle: bool, fixed: bool) -> Motion:
+    if value is None:
+        return Motion()
+    value.need_mapping('a mapping such as {position: [0, 0, 1]}')
+    value.need_known(('position', 'orientation', 'velocity', *SPINS))
+    for key in ('orientation', *SPINS):
+        given = value.find(key)
+        if given is not None and is_particle:
+            raise given.error('a particle is a point mass and does not rotate; remove this key')
+    orientation = _orientation(value.find('orientation'))
+    motion = Motion(
+        position=_vector(value, 'position', 'm'),
+        orientation=orientation,
+        velocity=_vector(value, 'velocity', 'm/s'),
+        angular_velocity=_angular_velocity(value, orientation),
+    )
+    if fixed and any((*motion.velocity, *motion.angular_velocity)):
+        raise value.error('a fixed body does not move; remove its velocities, or fixed')
+    return motion
+
+
+def _orientation(value: Value | None) -> Quaternion:
+    if value is None:
+        return rotation.IDENTITY
+    with value.blamed():
+        x, y, z, w = rotation.normalise(value.numbers(4, unit='-'))
+    return float(x), float(y), float(z), float(w)
+
+
+def _angular_velocity(value: Value, orientation: Quaternion) -> Vector:
+    in_body = value.find('angular_velocity_body')
+    if in_body is None:
+        return _vector(value, 'angular_velocity', 'rad/s')
+    if value.find('angular_velocity') is not None:
+        raise in_body.error('angular_velocity is given too; keep one of the two')
+    x, y, z = rotation.rotate(orientation, in_body.vector(unit='rad/s'))
+    return float(x), float(y), float(z)
+
+
+def _material(value: Value) -> Material:
+    given = {key: value.find(key) for key in MATERIAL}
+    return Material(
+        **{
+            key: item.number(
+                unit=MATERIAL[key], minimum=0.0, maximum=1.0 if key == 'restitution' else None
+            )
+            for key, item in given.items()
+            if item is not None
+        }
+    )
+
+
+def _optional(value: Value, key: str, unit: str) -> float | None:
+    given = value.find(key)
+    return None if given is None else given.number(unit=unit)
+
+
+def _vector(value: Value, key: str, unit: str) -> Vector:
+    given = value.find(key)
+    return (0.0, 0.0, 0.0) if given is None else given.vector(unit=unit)

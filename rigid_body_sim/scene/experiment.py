@@ -1,0 +1,150 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Read a whole scene: one YAML document is one experiment.
+
+SI units, z up, quaternions xyzw. Every key is read by somebody or refused; every refusal is a
+UserError of one line that names the place in the document.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model import Body, Scene
+from rigid_body_sim.physics.tick_length import tick_nanoseconds
+from rigid_body_sim.scene import document
+from rigid_body_sim.scene.bodies import read_body
+from rigid_body_sim.scene.files import Files
+from rigid_body_sim.scene.forces import read_force
+from rigid_body_sim.scene.values import Value, shown
+
+VERSION = 1
+KEYS = ('version', 'name', 'dt', 'integrator', 'gravity', 'contact', 'bodies', 'forces')
+CONTACT_MODES = ('none',)
+LATER_MODES = ('timestep', 'event')
+
+
+def load_scene(
+    source: str | Path | Mapping[str, Any] | bytes, *, files: Mapping[str, bytes] | None = None
+) -> Scene:
+    """
+    Read and check a scene.
+
+    source : path of a YAML file, a mapping with the same keys, or the bytes of a YAML text
+    files  : the bytes of the files that the scene names; without it they are read from the folder
+             of the scene file (for a mapping or bytes: the current folder), with it the disk is
+             not touched for them
+    """
+    text, name, folder = _text(source)
+    parsed = document.read(text, name=name, with_lines=not isinstance(source, Mapping))
+    return _scene(
+        Value(parsed.content, parsed), text=text, files=Files(folder=folder, given=files)
+    )
+
+
+def _text(source: str | Path | Mapping[str, Any] | bytes) -> tuple[bytes, str, Path]:
+    """Return the exact bytes, what to call them, and the folder for relative names."""
+    if isinstance(source, Mapping):
+        return document.write(dict(source)), 'scene', Path()
+    if isinstance(source, bytes):
+        return source, 'scene', Path()
+    if not isinstance(source, str | Path):
+        raise UserError(
+            f'scene: got {type(source).__name__}; a path, a mapping or bytes of YAML are needed'
+        )
+    try:
+        return Path(source).read_bytes(), str(source), Path(source).parent
+    except (OSError, ValueError) as error:  # ValueError: a null byte in the name
+        reason = getattr(error, 'strerror', None) or error
+        raise UserError(
+            f'{source}: cannot be read: {reason}; give the path of a scene file (YAML)'
+        ) from error
+
+
+def _scene(value: Value, *, text: bytes, files: Files) -> Scene:
+    value.need_mapping('a mapping with dt and bodies')
+    value.need_known(KEYS)
+    _check_version(value.find('version'))
+    dt_ns = _tick(value.at('dt', what='the tick length [s]'))
+    bodies = _bodies(value, files)
+    names = [body.name for body in bodies]
+    forces = value.find('forces')
+    settings = {
+        'integrator': _integrator(value.find('integrator')),
+        'gravity': None
+        if (gravity := value.find('gravity')) is None
+        else gravity.vector(unit='m/s^2'),
+        'forces': None
+        if forces is None
+        else tuple(read_force(item, names) for item in forces.items()),
+    }
+    return Scene(
+        name=_name(value),
+        dt_ns=dt_ns,
+        bodies=bodies,
+        contact=_contact(value.find('contact')),
+        source=text,
+        files=files.used,
+        **{key: setting for key, setting in settings.items() if setting is not None},
+    )
+
+
+def _check_version(value: Value | None) -> None:
+    if value is not None and (value.content != VERSION or isinstance(value.content, bool)):
+        raise value.error(
+            f'got {shown(value.content)}; this program reads scenes of version {VERSION}'
+        )
+
+
+def _name(value: Value) -> str:
+    given = value.find('name')
+    return given.text('a name') if given is not None else Path(value.document.name).stem
+
+
+def _tick(value: Value) -> int:
+    with value.blamed():
+        return tick_nanoseconds(value.number(unit='s'))
+
+
+def _integrator(value: Value | None) -> str | None:
+    if value is None:
+        return None
+    from rigid_body_sim.physics.integrators import (
+        INTEGRATORS,
+    )  # compiled kernels come with it: only when named
+
+    return value.choice(INTEGRATORS, what='integrator')
+
+
+def _contact(value: Value | None) -> dict[str, Any]:
+    if value is None:
+        return {'mode': 'none'}
+    value.need_mapping('a mapping such as {mode: none}')
+    mode = value.at('mode', what=f'one of {", ".join(CONTACT_MODES)}')
+    if isinstance(mode.content, str) and mode.content in LATER_MODES:
+        raise mode.error(
+            f'contact {mode.content!r} comes in a later version; '
+            f'this one supports: {", ".join(CONTACT_MODES)}'
+        )
+    mode.choice(CONTACT_MODES, what='contact mode')
+    value.need_known(('mode',))
+    return {'mode': 'none'}
+
+
+def _bodies(value: Value, files: Files) -> tuple[Body, ...]:
+    items = value.at('bodies', what='a list of bodies').items('a list of bodies')
+    if not items:
+        raise value.error('bodies is empty; a scene needs at least one body')
+    bodies: dict[str, Body] = {}
+    for item in items:
+        body = read_body(item, files)
+        if body.name in bodies:
+            raise item.at('name', what='a name').error(
+                f'the name {body.name!r} is taken by an earlier body; names must differ'
+            )
+        bodies[body.name] = body
+    return tuple(bodies.values())

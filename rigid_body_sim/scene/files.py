@@ -1,0 +1,89 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The further files a scene names: meshes.
+
+They are kept byte for byte, so that a recording holds the whole experiment. They come either from
+the folder of the scene, or from given bytes: then the disk is not touched.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.shapes import Mesh
+
+MESH_FORMATS = ('off', 'stl', 'obj', 'ply')
+
+
+class Files:
+    """
+    Bytes by the name written in the scene.
+
+    folder : where relative names are looked up
+    given  : the bytes themselves; None means they are read from the folder
+    """
+
+    def __init__(self, *, folder: Path, given: Mapping[str, bytes] | None) -> None:
+        self._folder = folder
+        self._given = given
+        self.used: dict[str, bytes] = {}
+
+    def read(self, name: str) -> bytes:
+        """Return the bytes of a file and remember them in `used`."""
+        if name not in self.used:
+            self.used[name] = (
+                self._given_bytes(name) if self._given is not None else self._disk_bytes(name)
+            )
+        return self.used[name]
+
+    def _given_bytes(self, name: str) -> bytes:
+        assert self._given is not None
+        if name not in self._given:
+            known = ', '.join(self._given) or 'none'
+            raise InvalidModel(
+                f'{name!r} is not among the given files ({known}); a recording must hold it'
+            )
+        return bytes(self._given[name])
+
+    def _disk_bytes(self, name: str) -> bytes:
+        try:
+            return (self._folder / name).read_bytes()
+        except (OSError, ValueError) as error:  # ValueError: a null byte in the name
+            reason = getattr(error, 'strerror', None) or error
+            raise InvalidModel(
+                f'{name!r} cannot be read: {reason}; the path is taken from the scene file'
+            ) from error
+
+
+def mesh_from_bytes(text: bytes, *, name: str) -> Mesh:
+    """
+    Read a triangle mesh through trimesh, which is imported only here.
+
+    Corners with the same coordinates become one vertex (STL stores each triangle apart), so that
+    open edges show.
+    """
+    kind = Path(name).suffix.lower().lstrip('.')
+    if kind not in MESH_FORMATS:
+        raise InvalidModel(
+            f'{name!r} has no known mesh format; allowed endings: {", ".join(MESH_FORMATS)}'
+        )
+    import trimesh
+
+    try:
+        loaded = trimesh.load_mesh(io.BytesIO(text), file_type=kind, process=False)
+        vertices = np.asarray(loaded.vertices, dtype=np.float64)
+        faces = np.asarray(loaded.faces, dtype=np.int64)
+        vertices, index = np.unique(vertices, axis=0, return_inverse=True)
+        faces = index.reshape(-1)[faces]
+    except (
+        Exception
+    ) as error:  # the parsers of trimesh raise whatever their text made them stumble over
+        reason = ' '.join(str(error).split()) or type(error).__name__
+        raise InvalidModel(f'{name!r} is not readable as {kind.upper()}: {reason}') from error
+    return Mesh(vertices, faces, name)

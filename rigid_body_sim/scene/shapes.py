@@ -1,0 +1,108 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Read the `shape` of a body: one small reader for each type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from rigid_body_sim.physics.shapes import (
+    Box,
+    Capsule,
+    ConvexHull,
+    Cylinder,
+    Mesh,
+    Particle,
+    Particles,
+    Plane,
+    Shape,
+    Sphere,
+)
+from rigid_body_sim.scene.files import Files, mesh_from_bytes
+from rigid_body_sim.scene.values import Value
+
+
+class Kind(NamedTuple):
+    """One type of shape: the keys it has beside `type`, and its reader."""
+
+    keys: tuple[str, ...]
+    read: Callable[[Value, Files], Shape]
+
+
+def read_shape(value: Value, files: Files) -> Shape:
+    """Return the shape that a mapping with a `type` describes."""
+    value.need_mapping('a mapping such as {type: sphere, radius: 0.1}')
+    kind = KINDS[value.at('type', what=f'one of {", ".join(KINDS)}').choice(KINDS, what='shape')]
+    value.need_known(('type', *kind.keys))
+    with value.blamed():
+        return kind.read(value, files)
+
+
+def _length(value: Value, key: str) -> float:
+    return value.at(key, what='a length [m]').number(unit='m')
+
+
+def _particle(value: Value, files: Files) -> Particle:
+    return Particle()
+
+
+def _sphere(value: Value, files: Files) -> Sphere:
+    return Sphere(_length(value, 'radius'))
+
+
+def _box(value: Value, files: Files) -> Box:
+    return Box(value.at('size', what='three edge lengths [m]').vector(unit='m'))
+
+
+def _cylinder(value: Value, files: Files) -> Cylinder:
+    return Cylinder(_length(value, 'radius'), _length(value, 'length'))
+
+
+def _capsule(value: Value, files: Files) -> Capsule:
+    return Capsule(_length(value, 'radius'), _length(value, 'length'))
+
+
+def _convex_hull(value: Value, files: Files) -> ConvexHull:
+    vertices = value.at('vertices', what='a list of points [m]')
+    points = [item.vector(unit='m') for item in vertices.items('a list of points [m]')]
+    return ConvexHull(np.array(points).reshape(-1, 3))
+
+
+def _mesh(value: Value, files: Files) -> Mesh:
+    file = value.at('file', what='the path of a mesh, taken from the scene file')
+    with file.blamed():
+        name = file.text('the path of a mesh')
+        return mesh_from_bytes(files.read(name), name=name)
+
+
+def _particles(value: Value, files: Files) -> Particles:
+    what = 'a list of {mass: kg, position: [m, m, m]}'
+    positions, masses = [], []
+    for item in value.at('particles', what=what).items(what):
+        item.need_mapping('{mass: kg, position: [m, m, m]}')
+        item.need_known(('mass', 'position'))
+        masses.append(item.at('mass', what='a mass [kg]').number(unit='kg', positive=True))
+        positions.append(item.at('position', what='three numbers [m]').vector(unit='m'))
+    return Particles(np.array(positions).reshape(-1, 3), np.array(masses))
+
+
+def _plane(value: Value, files: Files) -> Plane:
+    normal = value.at('normal', what='three numbers').vector(unit='-')
+    offset = value.find('offset')
+    return Plane(normal, 0.0 if offset is None else offset.number(unit='m'))
+
+
+KINDS = {
+    'particle': Kind((), _particle),
+    'sphere': Kind(('radius',), _sphere),
+    'box': Kind(('size',), _box),
+    'cylinder': Kind(('radius', 'length'), _cylinder),
+    'capsule': Kind(('radius', 'length'), _capsule),
+    'convex_hull': Kind(('vertices',), _convex_hull),
+    'mesh': Kind(('file',), _mesh),
+    'particles': Kind(('particles',), _particles),
+    'plane': Kind(('normal', 'offset'), _plane),
+}

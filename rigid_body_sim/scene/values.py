@@ -1,0 +1,175 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Values of a scene with their place in it, and the questions a reader may ask of them.
+
+Every question either answers with a checked value or raises a UserError of one line:
+`scenes/box.yaml: bodies[2].mass: got 'heavy'; a number [kg] is needed (line 14)`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+import reprlib
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model import Vector
+from rigid_body_sim.scene.document import Document, Path
+
+DECIMAL = re.compile(
+    r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?', re.ASCII
+)  # YAML 1.1 reads 1e-3 as a string
+LIKENESS = 0.5  # [-] how near a known key must be to be proposed in place of an unknown one
+
+
+@dataclass(frozen=True)
+class Value:
+    """One value of a scene and where it stands."""
+
+    content: Any
+    document: Document
+    path: Path = ()
+
+    def error(self, message: str) -> UserError:
+        """Return the error that names this place."""
+        place = ''.join(
+            f'[{key}]' if isinstance(key, int) else f'.{key}' for key in self.path
+        ).lstrip('.')
+        where = f'{self.document.name}: {place}: ' if place else f'{self.document.name}: '
+        line = self.document.line(self.path)
+        return UserError(where + message + (f' (line {line})' if line else ''))
+
+    @contextmanager
+    def blamed(self) -> Iterator[None]:
+        """Give the refusals of the physics inside this block the name of this place."""
+        try:
+            yield
+        except InvalidModel as error:
+            raise self.error(str(error)) from error
+
+    def number(
+        self,
+        *,
+        unit: str,
+        minimum: float | None = None,
+        maximum: float | None = None,
+        positive: bool = False,
+    ) -> float:
+        """Return a finite float; the text of a decimal is a number, a truth value is not."""
+        number = _number(self.content)
+        wanted = f'a {"positive " if positive else ""}number [{unit}]'
+        if number is None:
+            raise self.error(f'got {shown(self.content)}; {wanted} is needed')
+        if not math.isfinite(number):
+            raise self.error(f'got {shown(self.content)}; a finite number [{unit}] is needed')
+        if positive and number <= 0.0:
+            raise self.error(f'got {number!r}; {wanted} is needed')
+        if minimum is not None and number < minimum:
+            raise self.error(
+                f'got {number!r}; a number [{unit}] of at least {minimum!r} is needed'
+            )
+        if maximum is not None and number > maximum:
+            raise self.error(f'got {number!r}; a number [{unit}] of at most {maximum!r} is needed')
+        return number
+
+    def numbers(self, count: int, *, unit: str) -> tuple[float, ...]:
+        """Return a list of so many finite floats."""
+        if not isinstance(self.content, list) or len(self.content) != count:
+            raise self.error(
+                f'got {shown(self.content)}; a list of {count} numbers [{unit}] is needed'
+            )
+        return tuple(item.number(unit=unit) for item in self.items())
+
+    def vector(self, *, unit: str) -> Vector:
+        """Return three finite floats."""
+        x, y, z = self.numbers(3, unit=unit)
+        return x, y, z
+
+    def text(self, what: str) -> str:
+        """Return a non-empty string."""
+        if not isinstance(self.content, str) or not self.content:
+            raise self.error(f'got {shown(self.content)}; {what} is needed, as text')
+        return self.content
+
+    def choice(self, known: Collection[str], *, what: str) -> str:
+        """Return one of the known words."""
+        if not isinstance(self.content, str) or self.content not in known:
+            word = shown(self.content)
+            raise self.error(f'{what} {word} is unknown{_cure(word, known)}')
+        return self.content
+
+    def truth(self) -> bool:
+        """Return true or false."""
+        if not isinstance(self.content, bool):
+            raise self.error(f'got {shown(self.content)}; true or false is needed')
+        return self.content
+
+    def items(self, what: str = 'a list') -> list[Value]:
+        """Return the elements of a list."""
+        if not isinstance(self.content, list):
+            raise self.error(f'got {shown(self.content)}; {what} is needed')
+        return [
+            Value(item, self.document, (*self.path, index))
+            for index, item in enumerate(self.content)
+        ]
+
+    def need_mapping(self, what: str) -> None:
+        """Refuse anything but a mapping; to be asked before its keys are."""
+        if not isinstance(self.content, dict):
+            raise self.error(f'got {shown(self.content)}; {what} is needed')
+
+    def at(self, key: str, *, what: str) -> Value:
+        """Return the value of a key that must be there."""
+        value = self.find(key)
+        if value is None:
+            raise self.error(f'{key} is missing; {what} is needed')
+        return value
+
+    def find(self, key: str) -> Value | None:
+        """Return the value of a key, or None where the key is absent or empty."""
+        content = self.content.get(key)
+        return None if content is None else Value(content, self.document, (*self.path, key))
+
+    def need_known(self, known: Collection[str]) -> None:
+        """Refuse keys that nobody reads."""
+        for key in self.content:
+            if key not in known:
+                word = key if isinstance(key, str) and key.isprintable() else shown(key)
+                place = Value(None, self.document, (*self.path, word))
+                raise place.error(f'unknown key{_cure(word, known)}')
+
+
+def shown(content: Any) -> str:
+    """Return a short text of anything that can stand in a scene."""
+    if isinstance(content, dict):
+        return 'a mapping'
+    try:
+        return reprlib.repr(content)
+    except ValueError:  # an integer of more digits than Python prints
+        return 'a huge integer'
+
+
+def _number(content: Any) -> float | None:
+    if isinstance(content, bool):
+        return None
+    if isinstance(content, str) and not DECIMAL.fullmatch(content):
+        return None
+    if isinstance(content, int | float | str):
+        try:
+            return float(content)
+        except OverflowError:
+            return math.inf
+    return None
+
+
+def _cure(word: str, known: Collection[str]) -> str:
+    near = difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS)
+    proposal = f'; did you mean {near[0]!r}? allowed' if near else '; allowed'
+    return f'{proposal}: {", ".join(known)}'
