@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 
@@ -21,7 +22,7 @@ VERBS = {
     'simulate': 'run a scene without ROS, as fast as possible, into a bag',
     'replay': 're-run a bag from its own scene and commands and compare bit by bit',
     'bag': 'look after recordings: info, check, recover, diff',
-    'view': 'draw a run',
+    'view': 'draw a run: trajectories, speeds, energy, drift (PNG)',
     'wrench_pub': 'publish commands to a body, or those of a bag',
 }
 
@@ -52,10 +53,11 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
         return _fail(verb, f'the Python package {missing.name!r} is missing; install it, or source ROS 2', 2)
     parser = argparse.ArgumentParser(prog=f'rigid_body_sim {verb}', description=module.__doc__)
     module.add_arguments(parser)
-    # a node is given further words by ROS: --ros-args -p name:=value
-    known, unknown = parser.parse_known_args(words)
-    if unknown and not getattr(module, 'TAKES_ROS_ARGUMENTS', False):
-        parser.error(f'unrecognized arguments: {" ".join(unknown)}')
+    own, for_ros = list(words), []
+    if getattr(module, 'TAKES_ROS_ARGUMENTS', False):
+        own, for_ros = _split(words)
+    known = parser.parse_args(own)
+    known.ros_arguments = for_ros
     from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 
     try:
@@ -64,8 +66,26 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
         return _fail(verb, str(error), error.exit_code)
     except InvalidModel as error:
         return _fail(verb, str(error), 2)
+    except BrokenPipeError:  # whoever read our output has seen enough
+        sys.stdout = open(os.devnull, 'w')
+        return 0
     except (SimulationDiverged, OSError) as error:
         return _fail(verb, str(error), 1)
+
+
+def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Part a verb's own words from those between `--ros-args` and `--`, which are for ROS."""
+    own: list[str] = []
+    for_ros: list[str] = []
+    target = own
+    for word in words:
+        if word == '--ros-args':
+            target = for_ros
+        elif word == '--' and target is for_ros:
+            target = own
+            continue
+        target.append(word)
+    return own, for_ros
 
 
 def _fail(verb: str, message: str, code: int) -> int:

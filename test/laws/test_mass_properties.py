@@ -203,7 +203,9 @@ def test_a_thin_plate_is_a_solid() -> None:
 
 
 def test_dumbbell_has_the_reduced_mass_times_the_square_of_its_length() -> None:
-    dumbbell = of_shape(Particles(np.array(((1.0, 5.0, 0.0), (1.0, 5.0, 3.0))), np.array((1.0, 2.0))))
+    dumbbell = of_shape(
+        Particles(np.array(((1.0, 5.0, 0.0), (1.0, 5.0, 3.0))), np.array((1.0, 2.0)))
+    )
     assert dumbbell.mass == 3.0
     assert dumbbell.center_of_mass == pytest.approx((1.0, 5.0, 2.0), rel=ROUND_OFF)
     assert dumbbell.inertia == pytest.approx(np.diag((6.0, 6.0, 0.0)), abs=ROUND_OFF)
@@ -277,14 +279,14 @@ def test_turning_the_body_turns_the_tensor() -> None:
     tilted = moved(body, position=(0, 0, 0), orientation=TILT)
     n = np.array((0.2, -0.5, 0.8))
     about_n = moment_about(body, point=(0, 0, 0), direction=n)
-    about_turned_n = moment_about(
-        tilted, point=(0, 0, 0), direction=rotation.rotate(TILT, n)
-    )
+    about_turned_n = moment_about(tilted, point=(0, 0, 0), direction=rotation.rotate(TILT, n))
     assert about_turned_n == pytest.approx(about_n, rel=ROUND_OFF)
     assert np.array_equal(tilted.inertia, tilted.inertia.T)
 
 
-@pytest.mark.parametrize('moments', list(itertools.permutations((1.0, 2.0, 2.5))) + [(2.0, 2.0, 2.0)])
+@pytest.mark.parametrize(
+    'moments', list(itertools.permutations((1.0, 2.0, 2.5))) + [(2.0, 2.0, 2.0)]
+)
 def test_a_diagonal_tensor_keeps_its_axes_and_their_order(moments: tuple[float, ...]) -> None:
     found, axes = principal_axes(np.diag(moments))
     assert np.array_equal(found, moments)

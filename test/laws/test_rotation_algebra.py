@@ -106,7 +106,9 @@ def test_normalising_survives_every_length(length: float) -> None:
     assert q == pytest.approx((half, 0.0, -half, 0.0), abs=ROUND_OFF)
 
 
-@pytest.mark.parametrize('q', ((0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0), (math.inf, 0, 0, 0)))
+@pytest.mark.parametrize(
+    'q', ((0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0), (math.inf, 0, 0, 0))
+)
 def test_no_attitude_is_made_of_zero_or_nan(q: tuple[float, ...]) -> None:
     with pytest.raises(InvalidModel):
         rotation.normalise(q)
@@ -117,4 +119,8 @@ def test_leading_shapes_broadcast() -> None:
     assert rotation.rotate(q, np.ones((3, 3))).shape == (2, 3, 3)
     assert rotation.multiply(q, rotation.IDENTITY).shape == (2, 3, 4)
     assert rotation.matrix_from_quaternion(q).shape == (2, 3, 3, 3)
-    assert rotation.quaternion_from_matrix(np.broadcast_to(np.eye(3), (2, 3, 3, 3))).shape == (2, 3, 4)
+    assert rotation.quaternion_from_matrix(np.broadcast_to(np.eye(3), (2, 3, 3, 3))).shape == (
+        2,
+        3,
+        4,
+    )

@@ -1,0 +1,74 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Draws a recorded run as one PNG: trajectories, speeds, energy and the conservation laws."""
+
+from __future__ import annotations
+
+import argparse
+from io import BytesIO
+from pathlib import Path
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.scene import load_scene
+from rigid_body_sim.view.energy_history import energy_history
+from rigid_body_sim.view.picture import picture
+from rigid_body_sim.view.recorded_motion import read_motion
+
+SUMMARY = 'draw a recorded run: trajectories, speeds, energy and drift as a PNG'
+
+SCENE = 'scene.yaml'
+DOTS_PER_INCH = 130
+MOST_POINTS = 400_000  # over all bodies; more cost time and change no pixel
+SAMPLES = 2000  # per body at most: about the width of the picture
+FEWEST_SAMPLES = 200
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare `view BAG -o FILE.png`."""
+    parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file')
+    parser.add_argument(
+        '-o', '--output', metavar='FILE.png', required=True, type=Path, help='picture to write'
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Draw the picture; returns the exit code."""
+    _check_output(arguments.output)
+    bag = Bag(arguments.bag)
+    bodies = sum(name.endswith('/pose') for name in bag.topics)
+    samples = max(FEWEST_SAMPLES, min(SAMPLES, MOST_POINTS // max(bodies, 1)))
+    motion = read_motion(bag, samples=samples)
+    files = dict(bag.attachments)
+    source = files.pop(SCENE, None)
+    scene = None if source is None else load_scene(source, files=files)
+    energy = None if scene is None else energy_history(scene, motion)
+    figure = picture(motion, energy, title=_title(bag, None if scene is None else scene.name))
+    image = BytesIO()
+    figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
+    arguments.output.write_bytes(image.getvalue())
+    print(f'{arguments.output}: {len(motion.tracks)} bodies')
+    return 0
+
+
+def _check_output(output: Path) -> None:
+    if output.suffix == '.html':
+        raise UserError(f'{output}: the 3D page comes with a later version; give FILE.png')
+    if output.suffix != '.png':
+        raise UserError(
+            f'{output}: cannot draw {output.suffix or "without a suffix"}; give FILE.png'
+        )
+    if not output.parent.is_dir():
+        raise UserError(f'{output}: the folder {output.parent} does not exist; create it first')
+
+
+def _title(bag: Bag, scene: str | None) -> str:
+    """Scene, integrator and tick length, as far as the bag tells."""
+    parts = [scene or bag.path.name]
+    if integrator := bag.manifest.get('integrator'):
+        parts.append(f'integrator {integrator.split()[0]}')
+    if dt_ns := bag.manifest.get('dt_ns'):
+        parts.append(f'dt = {int(dt_ns) * 1e-9:g} s')
+    if not bag.complete and bag.manifest:
+        parts.append('run cut off')
+    return ', '.join(parts)

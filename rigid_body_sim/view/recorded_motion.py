@@ -1,0 +1,153 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The motion in a bag as arrays: one track per body, thinned evenly to what a picture can show.
+
+Any bag with `…/pose` (PoseStamped) and `…/twist` (TwistStamped) topics can be read; times are
+those of the stamps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.topics import Topic
+
+Array = NDArray[np.float64]
+
+WRENCH_BYTES = 48  # force and torque at the end of a WrenchStamped payload
+NO_WRENCH = bytes(WRENCH_BYTES)
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """
+    One body through time; in bags of other recorders the velocities may have times of their own.
+
+    time                       : (k,) [s]
+    position, orientation      : (k, 3) [m], (k, 4) [-] xyzw, world
+    twist_time                 : (j,) [s]
+    velocity, angular_velocity : (j, 3) [m/s], (j, 3) [rad/s], world axes
+    """
+
+    name: str
+    time: Array
+    position: Array
+    orientation: Array
+    twist_time: Array
+    velocity: Array
+    angular_velocity: Array
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedMotion:
+    """
+    Every body of a bag.
+
+    tracks       : in the order of the bag's topics
+    command_time : (c,) [s]  starts of the ticks on which a command acted, ascending
+    """
+
+    tracks: tuple[Track, ...]
+    command_time: Array
+
+
+def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
+    """
+    Read the motion of every body.
+
+    samples : at most about so many instants of each body are kept, first and last among them
+    """
+    poses = {name: t for name, t in bag.topics.items() if _is(t, 'pose', cdr.PoseStamped)}
+    twists = {name: t for name, t in bag.topics.items() if _is(t, 'twist', cdr.TwistStamped)}
+    wrenches = {
+        name for name, t in bag.topics.items() if _is(t, 'applied_wrench', cdr.WrenchStamped)
+    }
+    impulses = {name for name, t in bag.topics.items() if _is(t, 'impulse', cdr.WrenchStamped)}
+    kept: dict[str, list[bytes]] = {name: [] for name in (*poses, *twists)}
+    seen = dict.fromkeys(kept, 0)
+    commands: set[int] = set()
+    wanted = {*kept, *wrenches, *impulses}
+    total = sum(bag.counts.get(name, 0) for name in wanted)
+    for message in tqdm(bag.messages(wanted), total=total, unit=' messages', disable=None):
+        name = message.topic
+        if name in kept:
+            place, count = seen[name], bag.counts[name]
+            if place % -(-count // samples) == 0 or place == count - 1:
+                kept[name].append(message.data)
+            seen[name] = place + 1
+        elif name in impulses or message.data[-WRENCH_BYTES:] != NO_WRENCH:
+            commands.add(message.log_time)
+    tracks = [
+        _track(name, kept[name], kept.get(name.removesuffix('pose') + 'twist', []))
+        for name in poses
+        if kept[name]
+    ]
+    if not tracks:
+        raise UserError(
+            f'{bag.path}: holds no poses to draw; expected messages of {cdr.PoseStamped.TYPE} '
+            'on topics that end in /pose'
+        )
+    return RecordedMotion(_from_zero(tracks, bag), 1e-9 * np.array(sorted(commands), dtype=float))
+
+
+def _is(topic: Topic, leaf: str, kind: type[cdr.Message]) -> bool:
+    return topic.name.endswith(f'/{leaf}') and topic.type == kind.TYPE
+
+
+def _track(topic: str, poses: list[bytes], twists: list[bytes]) -> Track:
+    time, pose = _columns(cdr.PoseStamped, poses)
+    twist_time, twist = _columns(cdr.TwistStamped, twists)
+    return Track(
+        topic.split('/')[-2] or topic,
+        time,
+        pose[:, :3],
+        pose[:, 3:],
+        twist_time,
+        twist[:, :3],
+        twist[:, 3:],
+    )
+
+
+def _columns(kind: type[cdr.Message], payloads: list[bytes]) -> tuple[Array, Array]:
+    """Times [s] and numbers of payloads of one topic: at once where all are laid out alike."""
+    width = sum(count for _, count in kind.PARTS)
+    if not payloads:
+        return np.empty(0), np.empty((0, width))
+    size = len(payloads[0])
+    cdr.decode(kind.TYPE, payloads[0])  # refuses what is no such message
+    alike = all(len(payload) == size and payload[1] == 1 for payload in payloads)
+    if not alike:
+        messages = [cdr.decode(kind.TYPE, payload) for payload in payloads]
+        stamps = np.array([10**9 * message.sec + message.nanosec for message in messages])
+        rows = [[x for part, _ in kind.PARTS for x in getattr(m, part)] for m in messages]
+        return 1e-9 * stamps, np.array(rows, dtype=np.float64)
+    layout = np.dtype(
+        {
+            'names': ['sec', 'nanosec', 'numbers'],
+            'formats': ['<i4', '<u4', ('<f8', width)],
+            'offsets': [4, 8, size - 8 * width],
+            'itemsize': size,
+        }
+    )
+    table = np.frombuffer(b''.join(payloads), dtype=layout)
+    stamps = 10**9 * table['sec'].astype(np.int64) + table['nanosec']
+    return 1e-9 * stamps, table['numbers'].astype(np.float64)
+
+
+def _from_zero(tracks: list[Track], bag: Bag) -> tuple[Track, ...]:
+    """Count time from the first stamp in bags of other recorders; ours begin at zero."""
+    if bag.manifest:
+        return tuple(tracks)
+    start = min(track.time[0] for track in tracks)
+    return tuple(
+        replace(track, time=track.time - start, twist_time=track.twist_time - start)
+        for track in tracks
+    )

@@ -1,0 +1,264 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Pictures of recorded runs: read back truly, drawn visibly, refused clearly.
+
+The recorded motions are closed forms, so that the numbers in the picture are known.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+import yaml
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.exact import ballistic, free_asymmetric_top
+from rigid_body_sim.exact.attitude import rotate
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.bag_writer import BagWriter
+from rigid_body_sim.recording.packing import StatePacker
+from rigid_body_sim.recording.topics import Topic
+from rigid_body_sim.scene import load_scene
+from rigid_body_sim.verbs import view
+from rigid_body_sim.view.energy_history import energy_history
+from rigid_body_sim.view.picture import picture
+from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, read_motion
+
+DT_NS = 10_000_000
+TICKS = 200
+GRAVITY = (0.0, 0.0, -9.81)  # [m/s^2]
+MASS, INERTIA = 2.0, (0.3, 0.2, 0.4)  # [kg], [kg m^2]
+START, VELOCITY, SPIN = (0.0, 0.0, 1.0), (1.0, 0.5, 6.0), (0.1, 5.0, -0.2)
+
+
+def scene_text(bodies, gravity=GRAVITY):
+    """YAML of a scene of equal bodies; the motion is written elsewhere."""
+    moments = dict(zip(('ixx', 'iyy', 'izz'), INERTIA, strict=True))
+    return yaml.safe_dump(
+        {
+            'version': 1,
+            'name': 'thrown',
+            'dt': DT_NS * 1e-9,
+            'gravity': list(gravity),
+            'bodies': [{'name': name, 'mass': MASS, 'inertia': moments} for name in bodies],
+        }
+    ).encode()
+
+
+def motion_of(time, places):
+    """Thrown tumbling bodies, each shifted along y: the arrays that a tick records."""
+    flight = ballistic.flight(time, position=START, velocity=VELOCITY, acceleration=GRAVITY)
+    turning = free_asymmetric_top.rotation(time, inertia=INERTIA, angular_velocity_body=SPIN)
+    rates = rotate(turning.orientation, turning.angular_velocity_body)
+    shift = np.outer(np.arange(places), (0.0, 1.0, 0.0))
+    return {
+        'position': flight.position + shift,
+        'orientation': np.tile(turning.orientation, (places, 1)),
+        'velocity': np.tile(flight.velocity, (places, 1)),
+        'angular_velocity': np.tile(rates, (places, 1)),
+    }
+
+
+@pytest.fixture
+def throw(tmp_path):
+    """Record thrown bodies; `pushed` ticks carry an applied wrench and a jump of the speed."""
+
+    def make(bodies=('box', 'can'), *, scene=True, namespace='', pushed=(), jump=0.0):
+        packer = StatePacker(bodies, dt_ns=DT_NS, namespace=namespace)
+        path = tmp_path / 'thrown'
+        writer = BagWriter(
+            path,
+            topics=packer.topics,
+            manifest={'schema_version': '1', 'integrator': 'dmv6', 'dt_ns': str(DT_NS)},
+            attachments={'scene.yaml': scene_text(bodies)} if scene else {},
+        )
+        force, extra = np.zeros((len(bodies), 3)), np.zeros(3)
+        for tick in range(1, TICKS + 1):
+            arrays = motion_of(tick * DT_NS * 1e-9, len(bodies))
+            force[:] = tick - 1 in pushed
+            extra[0] += jump * (tick - 1 in pushed)
+            arrays['velocity'] += extra
+            writer.write(packer.pack(tick, **arrays, force=force, torque=0.0 * force))
+        writer.close({})
+        return path
+
+    return make
+
+
+def draw(bag, output):
+    """Run the verb."""
+    parser = argparse.ArgumentParser()
+    view.add_arguments(parser)
+    return view.run(parser.parse_args([str(bag), '-o', str(output)]))
+
+
+def test_the_picture_shows_more_than_paper(throw, tmp_path):
+    """The file opens as a picture and holds curves in several colours."""
+    output = tmp_path / 'run.png'
+    assert draw(throw(), output) == 0
+    pixels = matplotlib.image.imread(output)[:, :, :3]
+    assert pixels.shape[0] > 800 and pixels.shape[1] > 1000
+    colored = np.ptp(pixels, axis=2) > 0.3
+    assert colored.mean() > 1e-3
+    assert len(np.unique(np.round(pixels[colored] * 4), axis=0)) > 5
+
+
+def test_positions_and_speeds_come_back_to_the_bit(throw):
+    """What was packed is what is drawn."""
+    track = read_motion(Bag(throw(namespace='/lab')), samples=TICKS).tracks[1]
+    assert track.name == 'can'
+    expected = [motion_of(k * DT_NS * 1e-9, 2) for k in range(1, TICKS + 1)]
+    for name, rows in (
+        ('position', track.position),
+        ('orientation', track.orientation),
+        ('velocity', track.velocity),
+        ('angular_velocity', track.angular_velocity),
+    ):
+        np.testing.assert_array_equal(rows, [arrays[name][1] for arrays in expected])
+    np.testing.assert_allclose(track.time, np.arange(1, TICKS + 1) * 0.01, rtol=1e-15)
+
+
+def test_thinning_keeps_the_first_and_the_last_instant(throw):
+    """Thirty samples of two hundred: evenly spaced, and the end of the run is not lost."""
+    track = read_motion(Bag(throw()), samples=30).tracks[0]
+    assert 30 <= len(track.time) <= 31
+    np.testing.assert_allclose(track.time[[0, -1]], [0.01, 2.0], rtol=1e-15)
+    np.testing.assert_array_equal(track.time, track.twist_time)
+
+
+def test_energy_of_a_thrown_tumbling_body_is_constant_and_right(throw):
+    """E = m v^2/2 + I w^2/2 + m g z for two bodies, by hand."""
+    path = throw()
+    history = energy_history(
+        load_scene(scene_text(('box', 'can'))), read_motion(Bag(path), samples=50)
+    )
+    by_hand = 0.5 * MASS * np.dot(VELOCITY, VELOCITY) + MASS * 9.81 * START[2]
+    by_hand += 0.5 * np.dot(INERTIA, np.square(SPIN))
+    # Round-off of some thirty operations.
+    np.testing.assert_allclose(history.kinetic + history.potential, 2.0 * by_hand, rtol=1e-14)
+    assert history.drift.max() < 1e-14
+    assert np.ptp(history.kinetic) > 10.0
+
+
+def test_a_push_is_no_drift_but_a_jump_without_one_is(throw):
+    """The same jump of the speed, once under a recorded wrench and once with the wrench hidden."""
+    scene = load_scene(scene_text(('box', 'can')))
+    pushed = read_motion(Bag(throw(pushed=(100, 101), jump=0.5)), samples=TICKS)
+    np.testing.assert_allclose(pushed.command_time, [1.0, 1.01], rtol=1e-15)
+    assert energy_history(scene, pushed).drift.max() < 1e-14
+    hidden = RecordedMotion(pushed.tracks, np.empty(0))
+    drift = energy_history(scene, hidden).drift
+    assert drift[98].max() < 1e-14  # before the push
+    largest_speed = np.linalg.norm(pushed.tracks[0].velocity, axis=1).max()
+    np.testing.assert_allclose(drift[-1, 1], 1.0 / largest_speed, rtol=1e-12)  # 1 m/s gained
+
+
+def test_a_bag_without_a_scene_is_drawn_without_energy(throw, tmp_path):
+    """Nobody knows the masses: the panels say so."""
+    figure = drawn(throw(scene=False))
+    assert 'masses are unknown' in texts(figure)
+    assert draw(tmp_path / 'thrown', tmp_path / 'run.png') == 0
+
+
+def test_title_axes_and_legend_name_what_is_seen(throw, tmp_path, monkeypatch):
+    """Scene, integrator and dt above; units on every axis; bodies by name."""
+    seen = {}
+    monkeypatch.setattr(
+        view, 'picture', lambda *a, **k: seen.setdefault('figure', picture(*a, **k))
+    )
+    draw(throw(('box', 'can')), tmp_path / 'run.png')
+    said = texts(seen['figure'])
+    for words in ('thrown, integrator dmv6, dt = 0.01 s', 'box', 'can', 'x [m]', 'z [m]'):
+        assert words in said
+    for label in ('speed [m/s]', 'angular speed [rad/s]', 'energy [J]', 'simulation time [s]'):
+        assert label in said
+
+
+def test_of_many_bodies_ten_are_named_and_the_rest_counted(throw):
+    """Fourteen bodies: no legend of fourteen lines, and no silence about the other four."""
+    said = texts(drawn(throw(tuple(f'body_{i}' for i in range(14)))))
+    assert 'the first 10 of 14 bodies' in said and '4 more bodies, not named' in said
+    assert 'body_9' in said and 'body_10' not in said
+
+
+def test_bodies_that_only_turn_are_shown_by_the_paths_of_their_axes():
+    """A spin about z on the spot: the picture follows x or y, never z, which does not move."""
+    t = np.linspace(0.0, 3.0, 50)
+    turning = free_asymmetric_top.rotation(t, inertia=INERTIA, angular_velocity_body=(0, 0, 2.0))
+    zeros = np.zeros((50, 3))
+    motion = RecordedMotion(
+        (track('top', t, zeros, turning.orientation, zeros, zeros + (0, 0, 2.0)),), np.empty(0)
+    )
+    said = texts(picture(motion, None, title='spin'))
+    assert 'no body travels' in said
+    assert 'top: x axis' in said or 'top: y axis' in said
+
+
+def test_a_bag_of_another_recorder_starts_at_zero(tmp_path):
+    """No manifest, no tick numbers, stamps of the wall clock, a frame name of changing length."""
+    path = tmp_path / 'foreign'
+    writer = BagWriter(
+        path, topics=[Topic('/rover/pose', cdr.PoseStamped.TYPE)], manifest={}, attachments={}
+    )
+    for k, frame in enumerate(('map', 'odometry', 'map')):
+        message = cdr.PoseStamped(1_700_000_000 + k, 5, frame, (1.0 * k, 0.0, 0.0), (0, 0, 0, 1))
+        writer.write_message('/rover/pose', 0, 10**18 + k, cdr.encode(message))
+    writer.close({})
+    motion = read_motion(Bag(path), samples=10)
+    # The stamps are 1.7e9 s: their round-off is 2.4e-7 s.
+    np.testing.assert_allclose(motion.tracks[0].time, [0.0, 1.0, 2.0], atol=5e-7)
+    np.testing.assert_array_equal(motion.tracks[0].position[:, 0], [0.0, 1.0, 2.0])
+    assert draw(path, tmp_path / 'run.png') == 0
+
+
+def test_a_page_in_html_is_promised_for_later(tmp_path):
+    """The output is refused before the bag is looked at."""
+    with pytest.raises(UserError, match=r'the 3D page comes with a later version; give FILE\.png'):
+        draw(tmp_path / 'nothing', tmp_path / 'run.html')
+
+
+@pytest.mark.parametrize('name', ['run.pdf', 'run', 'missing/run.png'])
+def test_other_outputs_are_refused(name, tmp_path):
+    """A format that is not drawn, and a folder that is not there."""
+    with pytest.raises(UserError, match=r'give FILE\.png|create it first'):
+        draw(tmp_path / 'nothing', tmp_path / Path(name))
+
+
+def test_a_bag_without_poses_is_refused(tmp_path):
+    """The message names what was looked for."""
+    writer = BagWriter(
+        tmp_path / 'empty',
+        topics=[Topic('/clock', cdr.Clock.TYPE)],
+        manifest={},
+        attachments={},
+    )
+    writer.close({})
+    with pytest.raises(UserError, match='holds no poses to draw'):
+        draw(tmp_path / 'empty', tmp_path / 'run.png')
+
+
+def drawn(path):
+    """The figure of a bag as the verb draws it, its scene included."""
+    bag = Bag(path)
+    motion = read_motion(bag, samples=50)
+    source = bag.attachments.get('scene.yaml')
+    energy = energy_history(load_scene(source), motion) if source else None
+    return picture(motion, energy, title='run')
+
+
+def texts(figure):
+    """Everything written in a figure, one line each."""
+    figure.canvas.draw()
+    found = figure.findobj(lambda artist: hasattr(artist, 'get_text'))
+    return '\n'.join(artist.get_text() for artist in found)
+
+
+def track(name, time, position, orientation, velocity, angular_velocity):
+    """A track whose poses and twists share their times."""
+    return Track(name, time, position, orientation, time, velocity, angular_velocity)
