@@ -92,7 +92,7 @@ def write(mapping: Mapping[str, Any]) -> bytes:
 
 
 class _Loader(_SafeLoader):  # type: ignore[misc, valid-type]  # the base is chosen at run time
-    """A safe loader that refuses duplicate keys and absurd nesting (the C parser would crash on it)."""
+    """A safe loader that refuses duplicate keys, and nesting on which the C parser would crash."""
 
     depth = 0
 

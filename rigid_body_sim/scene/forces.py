@@ -27,7 +27,7 @@ def read_force(value: Value, bodies: Collection[str]) -> Any:
 
     value.need_mapping('a mapping such as {type: drag, body: ball, linear: 0.1}')
     kind = value.at('type', what=f'one of {", ".join(FORCES)}').choice(FORCES, what='force')
-    element = FORCES[kind]
+    element: Any = FORCES[kind]
     fields = dataclasses.fields(element)
     value.need_known(('type', *(field.name for field in fields)))
     settings = {}

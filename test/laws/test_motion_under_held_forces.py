@@ -152,6 +152,30 @@ def test_torque_on_a_point_mass_is_refused():
         Simulation(scene).set_wrench('ball', torque=(1.0, 0.0, 0.0))
 
 
+@pytest.mark.parametrize(
+    'force',
+    [
+        {'type': 'constant', 'body': 'ball', 'torque': [1, 0, 0]},
+        {'type': 'constant', 'body': 'ball', 'force': [1, 0, 0], 'frame': 'body'},
+        {'type': 'constant', 'body': 'ball', 'force': [1, 0, 0], 'point': [0, 0, 1]},
+        {'type': 'drag', 'body': 'ball', 'angular': 0.1},
+        {'type': 'spring', 'a': 'ball', 'a_point': [0, 0, 1], 'b': 'world', 'stiffness': 1},
+    ],
+)
+def test_force_element_that_would_turn_a_point_mass_is_refused(force):
+    scene = load_scene(
+        {
+            'version': 1,
+            'name': 'point',
+            'dt': 0.001,
+            'bodies': [{'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 1.0}],
+            'forces': [force],
+        }
+    )
+    with pytest.raises(InvalidModel, match='point mass'):
+        Simulation(scene)
+
+
 def test_command_to_a_fixed_body_is_refused():
     scene = load_scene(
         {

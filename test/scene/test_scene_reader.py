@@ -1,6 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What the scene reader accepts, and how it refuses: one line with what, where, got, allowed, cure."""
+"""What the scene reader accepts, and how it refuses: in one line, with place and cure."""
 
 from __future__ import annotations
 
@@ -74,9 +74,7 @@ class Rope:
     damping: float = field(
         default=0.0, metadata={'kind': 'number', 'unit': 'N s/m', 'minimum': 0.0}
     )
-    side: str = field(
-        default='left', metadata={'kind': 'choice', 'choices': ('left', 'right')}
-    )
+    side: str = field(default='left', metadata={'kind': 'choice', 'choices': ('left', 'right')})
 
     def __post_init__(self) -> None:
         if self.a == self.b:
@@ -85,10 +83,12 @@ class Rope:
 
 @pytest.fixture(autouse=True)
 def registries(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Read scenes against two small registries: the reader knows no force and no integrator by name."""
+    """Read against two small registries: the reader knows no force or integrator by name."""
     monkeypatch.setattr('rigid_body_sim.physics.forces.FORCES', {'rope': Rope}, raising=False)
     monkeypatch.setattr(
-        'rigid_body_sim.physics.integrators.INTEGRATORS', {'quick': None, 'exact': None}, raising=False
+        'rigid_body_sim.physics.integrators.INTEGRATORS',
+        {'quick': None, 'exact': None},
+        raising=False,
     )
 
 
@@ -164,7 +164,9 @@ def test_file_bytes_and_mapping_give_the_same_scene(tmp_path: Path) -> None:
 
 def test_the_source_of_a_mapping_is_the_scene_again_bit_for_bit() -> None:
     odd = (1e-7 / 3, -0.0, 1.7e300)
-    first = load_scene(scene(bodies=[body(initial={'position': np.array(odd)}, mass=np.float64(0.1))]))
+    first = load_scene(
+        scene(bodies=[body(initial={'position': np.array(odd)}, mass=np.float64(0.1))])
+    )
     again = load_scene(first.source)
     assert first.bodies[0].initial.position == odd
     assert math.copysign(1.0, first.bodies[0].initial.position[1]) == -1.0
@@ -257,8 +259,14 @@ def test_a_mesh_is_read_beside_the_scene_and_kept_with_it(tmp_path: Path) -> Non
     (tmp_path / 'meshes' / 'corner.off').write_bytes(TETRAHEDRON)
     shape = {'type': 'mesh', 'file': 'meshes/corner.off'}
     path = tmp_path / 'mesh.yaml'
-    path.write_bytes(load_scene(scene()).source.replace(b'bodies:', b'bodies:\n' + b"""\
-- {name: corner, density: 6, shape: {type: mesh, file: meshes/corner.off}}"""))
+    path.write_bytes(
+        load_scene(scene()).source.replace(
+            b'bodies:',
+            b'bodies:\n'
+            + b"""\
+- {name: corner, density: 6, shape: {type: mesh, file: meshes/corner.off}}""",
+        )
+    )
     read = load_scene(path)
     assert read.files == {'meshes/corner.off': TETRAHEDRON}
     corner = read.bodies[0]
@@ -271,7 +279,9 @@ def test_a_mesh_is_read_beside_the_scene_and_kept_with_it(tmp_path: Path) -> Non
     assert again.files == read.files
     message = refusal(path, files={})
     assert "bodies[0].shape.file: 'meshes/corner.off' is not among the given files" in message
-    assert 'cannot be read' in refusal(scene(bodies=[body(shape={**shape, 'file': 'nowhere.off'})]))
+    assert 'cannot be read' in refusal(
+        scene(bodies=[body(shape={**shape, 'file': 'nowhere.off'})])
+    )
 
 
 def test_an_stl_mesh_joins_its_corners() -> None:
@@ -362,8 +372,14 @@ REFUSED_BODIES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'shape': {}}, 'bodies[0].shape: type is missing; one of particle'),
     ({'shape': {'type': 'bocks'}}, "bodies[0].shape.type: shape 'bocks' is unknown"),
     ({'shape': {'type': ['box']}}, "shape ['box'] is unknown"),
-    ({'shape': {'type': 'box', 'sise': [1, 1, 1]}}, "shape.sise: unknown key; did you mean 'size'?"),
-    ({'shape': {'type': 'box', 'size': [1, 1]}}, 'shape.size: got [1, 1]; a list of 3 numbers [m]'),
+    (
+        {'shape': {'type': 'box', 'sise': [1, 1, 1]}},
+        "shape.sise: unknown key; did you mean 'size'?",
+    ),
+    (
+        {'shape': {'type': 'box', 'size': [1, 1]}},
+        'shape.size: got [1, 1]; a list of 3 numbers [m]',
+    ),
     ({'shape': {'type': 'box', 'size': [1, 1, 'x']}}, "shape.size[2]: got 'x'; a number [m]"),
     ({'shape': {'type': 'box', 'size': [1, 1, 0]}}, 'size along z is 0.0 m; it must be positive'),
     ({'shape': {'type': 'sphere'}}, 'bodies[0].shape: radius is missing; a length [m]'),
@@ -384,7 +400,10 @@ REFUSED_BODIES: tuple[tuple[dict[str, Any], str], ...] = (
         'bodies[0].fixed: a plane is always fixed',
     ),
     ({'shape': {'type': 'particle'}, 'density': 1, 'mass': None}, 'no volume'),
-    ({'shape': {'type': 'particle'}, 'inertia': {'ixx': 1}}, 'inertia: a particle is a point mass'),
+    (
+        {'shape': {'type': 'particle'}, 'inertia': {'ixx': 1}},
+        'inertia: a particle is a point mass',
+    ),
     (
         {'shape': {'type': 'particle'}, 'initial': {'orientation': [0, 0, 0, 1]}},
         'bodies[0].initial.orientation: a particle is a point mass and does not rotate',
@@ -406,7 +425,10 @@ REFUSED_BODIES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'initial': {'orientation': [0, 0, 0, 0]}}, 'orientation: a quaternion of zero length'),
     ({'initial': {'orientation': [0, 0, math.nan, 1]}}, 'orientation[2]: got nan; a finite'),
     ({'initial': {'orientation': [0, 0, 1]}}, 'a list of 4 numbers'),
-    ({'initial': {'positon': [0, 0, 0]}}, "initial.positon: unknown key; did you mean 'position'?"),
+    (
+        {'initial': {'positon': [0, 0, 0]}},
+        "initial.positon: unknown key; did you mean 'position'?",
+    ),
     (
         {'initial': {'angular_velocity': [0, 0, 1], 'angular_velocity_body': [0, 0, 1]}},
         'keep one of the two',
@@ -441,7 +463,10 @@ REFUSED_SCENES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'bodies': [body(), body()]}, "scene: bodies[1].name: the name 'box' is taken"),
     ({'version': 2}, 'scene: version: got 2; this program reads scenes of version 1'),
     ({'version': True}, 'scene: version: got True'),
-    ({'integrator': 'quik'}, "integrator 'quik' is unknown; did you mean 'quick'? allowed: quick,"),
+    (
+        {'integrator': 'quik'},
+        "integrator 'quik' is unknown; did you mean 'quick'? allowed: quick,",
+    ),
     ({'integrator': 3}, 'integrator 3 is unknown'),
     ({'gravity': -9.81}, 'scene: gravity: got -9.81; a list of 3 numbers [m/s^2]'),
     ({'gravity': [0, 0, '.nan']}, "scene: gravity[2]: got '.nan'; a number"),
@@ -453,7 +478,10 @@ REFUSED_SCENES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'forces': {}}, 'forces: got a mapping; a list'),
     ({'forces': [{}]}, 'forces[0]: type is missing; one of rope'),
     ({'forces': [{'type': 'roap'}]}, "forces[0].type: force 'roap' is unknown; did you mean"),
-    ({'forces': [{'type': 'rope', 'a': 'box'}]}, "forces[0]: b is missing; the name of a body, or"),
+    (
+        {'forces': [{'type': 'rope', 'a': 'box'}]},
+        'forces[0]: b is missing; the name of a body, or',
+    ),
     (
         {'forces': [{'type': 'rope', 'a': 'bax', 'b': 'world', 'stiffness': 1}]},
         "forces[0].a: body 'bax' is unknown; did you mean 'box'? allowed: box",
@@ -490,7 +518,9 @@ def test_an_impossible_scene_is_refused(changes: dict[str, Any], reason: str) ->
 def test_a_refusal_names_file_place_and_line(tmp_path: Path) -> None:
     path = tmp_path / 'box.yaml'
     path.write_bytes(EXAMPLE.replace(b'mass: 0.5', b'mass: much'))
-    assert refusal(path) == f"{path}: bodies[1].mass: got 'much'; a number [kg] is needed (line 16)"
+    assert (
+        refusal(path) == f"{path}: bodies[1].mass: got 'much'; a number [kg] is needed (line 16)"
+    )
 
 
 @pytest.mark.parametrize(
@@ -573,11 +603,18 @@ VALID = {
     'bodies': [
         body(initial={'position': [0, 0, 1], 'orientation': [0, 0, 0, 1], 'velocity': [0, 1, 0]}),
         body(name='ball', shape={'type': 'particle'}, initial={'position': [0, 0, 1]}),
-        body(name='can', shape={'type': 'cylinder', 'radius': 1, 'length': 2}, center_of_mass=[0, 0, 1]),
+        body(
+            name='can',
+            shape={'type': 'cylinder', 'radius': 1, 'length': 2},
+            center_of_mass=[0, 0, 1],
+        ),
         body(name='pill', shape={'type': 'capsule', 'radius': 1, 'length': 2}, restitution=0.5),
         body(
             name='hull',
-            shape={'type': 'convex_hull', 'vertices': [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]},
+            shape={
+                'type': 'convex_hull',
+                'vertices': [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+            },
             inertia={'ixx': 1, 'iyy': 1, 'izz': 1, 'ixy': 0.1},
         ),
         body(
@@ -597,8 +634,10 @@ VALID = {
 def places(content: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     """List the paths of all values inside a nested content."""
     children = (
-        content.items() if isinstance(content, dict)
-        else enumerate(content) if isinstance(content, list)
+        content.items()
+        if isinstance(content, dict)
+        else enumerate(content)
+        if isinstance(content, list)
         else ()
     )
     return [path] + [place for key, child in children for place in places(child, (*path, key))]

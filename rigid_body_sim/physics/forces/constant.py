@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rigid_body_sim.physics.blocks import add_force, add_torque, to_world
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.element import BodyState, Places, key
 from rigid_body_sim.physics.kernels import kernel
 from rigid_body_sim.physics.model import Vector
@@ -58,6 +59,11 @@ class Constant:
     def row(self, places: Places) -> tuple[float, ...]:
         """Place, force and torque (principal axes where the frame is the body's), frame."""
         place = places.place(self.body, self.point)
+        if place.turns < 0 and (any(self.torque) or self.frame == 'body'):
+            raise InvalidModel(
+                f'force constant: {self.body!r} is a point mass, which takes no torque and has no axes; '
+                'give a force in the frame world'
+            )
         if self.frame == 'world':
             return (*place.numbers(), *self.force, *self.torque, 0.0)
         force = places.principal_axes(self.body, self.force)

@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass
 
 from rigid_body_sim.physics.blocks import add_force, add_torque, angular_velocity, velocity
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.element import BodyState, Places, key
 from rigid_body_sim.physics.kernels import kernel
 
@@ -50,6 +51,10 @@ class Drag:
     def row(self, places: Places) -> tuple[float, ...]:
         """Body, then the four coefficients."""
         place = places.place(self.body, None)
+        if place.turns < 0 and (self.angular or self.angular_quadratic):
+            raise InvalidModel(
+                f'force drag: {self.body!r} is a point mass, which does not turn; leave angular and angular_quadratic out'
+            )
         coefficients = (self.linear, self.quadratic, self.angular, self.angular_quadratic)
         return (float(place.index), float(place.turns), *coefficients)
 
