@@ -1,0 +1,44 @@
+# `make demo` and `make test` need nothing but a Python; `make help` lists the rest.
+
+ROOT := $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))
+PYTHON := $(ROOT)/.venv/bin/python
+PYTEST_ARGS ?=
+
+# The package is run from this tree. A foreign PYTHONPATH counts only where a ROS 2 is sourced.
+export PYTHONPATH := $(ROOT)$(if $(ROS_DISTRO),:$(PYTHONPATH))
+# The ROS wheels restart Python once; a parent's mark would keep them from doing so.
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONHOME
+# Whatever is cached or logged stays in .venv, also where HOME is not writable.
+export RIGID_BODY_SIM_CACHE := $(ROOT)/.venv/cache
+export NUMBA_CACHE_DIR := $(RIGID_BODY_SIM_CACHE)
+export HYPOTHESIS_STORAGE_DIRECTORY := $(ROOT)/.venv/cache/hypothesis
+export MPLCONFIGDIR := $(ROOT)/.venv/cache/matplotlib
+export PYTHONPYCACHEPREFIX := $(ROOT)/.venv/cache/bytecode
+export ROS_LOG_DIR := $(ROOT)/.venv/log
+# Nobody outside this machine, and no other run on it, is heard (ports of domains above 101 are not safe).
+export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
+export ROS_DOMAIN_ID := $(shell echo $$((1 + $$$$ % 100)))
+# Plugins of a sourced ROS belong to another pytest.
+export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
+
+.PHONY: help venv demo test lint bench clean
+help:  ## this list
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(ROOT)/Makefile
+
+venv:  ## make .venv with the pinned requirements, if it is not complete
+	@sh $(ROOT)/tools/make_venv.sh
+
+demo: venv  ## node, commands from a second process, bag, replay, picture
+	@cd $(ROOT) && $(PYTHON) tools/demo.py
+
+test: venv  ## the whole test suite; PYTEST_ARGS='-k name' for a part
+	@cd $(ROOT) && $(PYTHON) -m pytest -q -p hypothesispytest -p xdist $(PYTEST_ARGS)
+
+lint: venv  ## ruff and pyright
+	@cd $(ROOT) && .venv/bin/ruff check && .venv/bin/ruff format --check && .venv/bin/pyright
+
+bench: venv  ## the figures that tests must not judge: costs, real-time behaviour
+	@cd $(ROOT) && $(PYTHON) benchmark/run.py
+
+clean:  ## remove .venv and everything built
+	@cd $(ROOT) && rm -rf .venv build install log .pytest_cache .hypothesis .ruff_cache *.egg-info

@@ -1,0 +1,118 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+`colcon build` makes a package that `ros2 run` can start.
+
+Every verb is an executable, every scene and parameter file stands below share.
+"""
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+NAME = 'rigid_body_sim'
+ROOT = Path(__file__).parents[2]
+PARTS = (NAME, 'config', 'resource', 'package.xml', 'setup.py', 'setup.cfg', 'pyproject.toml')
+VERBS = sorted(
+    path.stem for path in (ROOT / NAME / 'verbs').glob('*.py') if path.stem != '__init__'
+)
+NEED_ROS = {'sim_node', 'wrench_pub'}
+
+
+def run(
+    *command: str | Path, environment: dict[str, str], cwd: Path
+) -> subprocess.CompletedProcess:
+    """
+    Run to the end, output kept.
+    """
+    return subprocess.run(
+        [str(part) for part in command],
+        env=environment,
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+@pytest.fixture(scope='module')
+def environment():
+    """
+    The environment without the way to this tree, so that only what was installed can be imported.
+    """
+    foreign = [
+        entry
+        for entry in os.environ.get('PYTHONPATH', '').split(os.pathsep)
+        if entry and Path(entry).resolve() != ROOT
+    ]
+    return {**os.environ, 'PYTHONPATH': os.pathsep.join(foreign)}
+
+
+@pytest.fixture(scope='module')
+def workspace(tmp_path_factory, environment):
+    """
+    A temporary colcon workspace in which a copy of the package was built.
+    """
+    pytest.importorskip('colcon_core')
+    workspace = tmp_path_factory.mktemp('workspace')
+    source = workspace / 'src' / NAME
+    source.mkdir(parents=True)
+    for part in PARTS:
+        if (ROOT / part).is_dir():
+            shutil.copytree(
+                ROOT / part, source / part, ignore=shutil.ignore_patterns('__pycache__')
+            )
+        else:
+            shutil.copy(ROOT / part, source / part)
+    built = run(sys.executable, '-m', 'colcon', 'build', environment=environment, cwd=workspace)
+    assert built.returncode == 0, built.stdout + built.stderr
+    return workspace
+
+
+@pytest.fixture(scope='module')
+def installed(workspace):
+    """
+    Where the package was installed.
+    """
+    return workspace / 'install' / NAME
+
+
+def test_the_verbs_of_setup_are_the_modules_of_the_verbs_room():
+    tree = ast.parse((ROOT / 'setup.py').read_text(encoding='utf-8'))
+    listed = next(
+        ast.literal_eval(node.value)
+        for node in tree.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == 'VERBS'
+    )
+    assert sorted(listed) == VERBS
+
+
+@pytest.mark.parametrize('verb', VERBS)
+def test_each_verb_is_an_executable_that_starts(workspace, installed, environment, verb):
+    program = installed / 'lib' / NAME / verb
+    assert os.access(program, os.X_OK)
+    if verb in NEED_ROS and find_spec('rclpy') is None:
+        pytest.skip('this verb needs rclpy')
+    modules = next(installed.glob('lib/python*/site-packages'))
+    path = os.pathsep.join([str(modules), environment['PYTHONPATH']])
+    started = run(
+        program, '--help', environment={**environment, 'PYTHONPATH': path}, cwd=workspace
+    )
+    assert started.returncode == 0, started.stderr
+    assert verb in started.stdout
+
+
+def test_every_config_file_is_installed_below_share(installed):
+    kept = {path.relative_to(ROOT) for path in (ROOT / 'config').rglob('*') if path.is_file()}
+    share = installed / 'share' / NAME
+    assert {
+        path.relative_to(share) for path in (share / 'config').rglob('*') if path.is_file()
+    } == kept
+    assert (share / 'package.xml').is_file()
+    assert (installed / 'share/ament_index/resource_index/packages' / NAME).is_file()
