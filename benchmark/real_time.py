@@ -1,10 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Does the node keep up with real time? Ten bodies at 1 kHz, commands at 100 Hz from another process, recording on.
+Does the node keep up with real time?
 
-Prints: ticks done of those due, lateness, messages published, received and recorded, gaps in what a subscriber saw, and
-the share of one core that the node took. A figure, not a test: a busy machine makes it worse.
+Ten bodies at 1 kHz, commands at 100 Hz from another process, recording on. Prints: ticks done of
+those due, lateness, messages published, received and recorded, gaps in what a subscriber saw, and
+the share of one core that the node took. Figures, not a test: a busy machine makes them worse.
 
     python benchmark/real_time.py --seconds 60 --publish-rate 100
 """
@@ -99,7 +100,9 @@ def measure(seconds: float, publish_rate: float, bag: Path) -> Watcher:
     words = [word for name, value in settings.items() for word in ('-p', f'{name}:={value}')]
     node = subprocess.Popen([*verb, 'sim_node', '--ros-args', *words])
     command = ['wrench_pub', COMMANDED, '--force', '1', '0', '0', '--rate', str(COMMAND_RATE)]
-    commander = subprocess.Popen([*verb, *command, '--for', str(seconds)], stdout=subprocess.DEVNULL)
+    commander = subprocess.Popen(
+        [*verb, *command, '--for', str(seconds)], stdout=subprocess.DEVNULL
+    )
     watcher = Watcher(psutil.Process(node.pid))
     try:
         watcher.watch(seconds)
@@ -113,7 +116,9 @@ def measure(seconds: float, publish_rate: float, bag: Path) -> Watcher:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument('--seconds', type=float, default=60.0)
     parser.add_argument('--publish-rate', type=float, default=100.0, help='[Hz]')
     arguments = parser.parse_args()
@@ -130,13 +135,15 @@ def report(watcher: Watcher, bag: Bag, arguments: argparse.Namespace) -> None:
     period = round(1e9 / arguments.publish_rate)
     published = round(arguments.seconds * arguments.publish_rate)
     gaps = sum((after - before) // period - 1 for before, after in zip(stamps, stamps[1:]))
-    states = sum(n for name, n in bag.counts.items() if name.endswith(('/pose', '/twist', '/clock')))
+    states = sum(
+        n for name, n in bag.counts.items() if name.endswith(('/pose', '/twist', '/clock'))
+    )
     commands = bag.counts[f'/{COMMANDED}/wrench']
     rows = {
-        'machine': f'{platform.machine()}, {psutil.cpu_count()} cores, load {psutil.getloadavg()[0]:.1f}, '
-        f'Python {platform.python_version()}',
-        'run': f'{BODIES} bodies, dt {DT:g} s, {arguments.seconds:g} s, published at {arguments.publish_rate:g} Hz, '
-        f'commands at {COMMAND_RATE} Hz',
+        'machine': f'{platform.machine()}, {psutil.cpu_count()} cores, '
+        f'load {psutil.getloadavg()[0]:.1f}, Python {platform.python_version()}',
+        'run': f'{BODIES} bodies, dt {DT:g} s, {arguments.seconds:g} s, '
+        f'published at {arguments.publish_rate:g} Hz, commands at {COMMAND_RATE} Hz',
         'ticks done of due': f'{figures["tick"]} of {due}',
         'drift of the last deadline': f'{float(figures["last lateness [s]"]) * 1e3:.3f} ms',
         'largest lateness': f'{float(figures["largest lateness [s]"]) * 1e3:.3f} ms',

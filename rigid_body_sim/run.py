@@ -15,6 +15,7 @@ The node, `simulate` and `replay` all run through `Run`; the recorder sees the s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -23,7 +24,8 @@ from numpy.typing import NDArray
 
 from rigid_body_sim import commands as command_messages
 from rigid_body_sim.commands import Command, CommandRules
-from rigid_body_sim.physics.held_wrenches import FOREVER
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.held_wrenches import FOREVER, Slot
 from rigid_body_sim.physics.invariants import Drift, DriftMeter
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.batch import Batch
@@ -31,6 +33,8 @@ from rigid_body_sim.recording.packing import StatePacker
 from rigid_body_sim.recording.topics import body_topic
 
 Array = NDArray[np.float64]
+
+_NOBODY = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,13 @@ class RunSettings:
     world_frame: str = 'world'
     command_timeout_ns: int = 200_000_000
     publish_every: int = 10
+
+
+def publish_every(rate_hz: float, dt_ns: int) -> int:
+    """Count the ticks between published states; UserError unless the rate is positive."""
+    if not math.isfinite(rate_hz) or rate_hz <= 0:
+        raise UserError(f'publish rate {rate_hz:g} Hz; allowed: a positive number')
+    return max(1, round(1e9 / rate_hz / dt_ns))
 
 
 @dataclass(frozen=True)
@@ -80,8 +91,7 @@ class Run:
             frame_id=settings.world_frame,
         )
         self.command_timeout_ns = settings.command_timeout_ns
-        self._applied = np.zeros((2, len(names), 3))
-        self._published = self._applied.copy()
+        self._applied = np.array(simulation.applied_wrench())
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
         self._commanded = bool(simulation.held_slots)
 
@@ -132,8 +142,10 @@ class Run:
             self.sample_drift()
         self._struck = np.zeros_like(self._applied)
         self._any_struck = False
+        held = simulation.held_slots if changing else {}
         consumed = self._take(commands)
-        changed = self._update_applied(changing)
+        self._update_applied(changing)
+        changed = self._changed_since(held) if changing else _NOBODY
         every = self.settings.publish_every
         stop = min(tick + ticks, (tick // every + 1) * every)
         if self._any_struck or changed.size:
@@ -168,17 +180,23 @@ class Run:
             stop = pending[-1] if pending else last_tick
             yield tick, self.advance(stop - tick, commands.get(tick, ()))
 
-    def _update_applied(self, changing: bool) -> NDArray[np.int64]:
-        """Renew the applied wrenches; tell which bodies have other ones than before."""
-        if not (changing or self.simulation.has_turning_commands):
-            return np.zeros(0, dtype=np.int64)
-        self._applied = np.array(self.simulation.applied_wrench())
-        if not changing:
-            self._published = self._applied
-            return np.zeros(0, dtype=np.int64)
-        shown = self._applied + self._struck
-        different = (shown != self._published).any(axis=(0, 2))
-        self._published = self._applied
+    def _update_applied(self, changing: bool) -> None:
+        """Renew the applied wrenches where they may be others than before."""
+        if changing or self.simulation.has_turning_commands:
+            self._applied = np.array(self.simulation.applied_wrench())
+
+    def _changed_since(self, held: dict[tuple[int, str], Slot]) -> NDArray[np.int64]:
+        """
+        Tell which bodies are asked for something else than before, or were struck.
+
+        What is asked decides, not the wrench that comes of it: commands that turn with a body change it in every
+        tick, and whether by a bit or not must not depend on how many ticks are done at once.
+        """
+        now = self.simulation.held_slots
+        different = self._struck.any(axis=(0, 2))
+        for key in held.keys() | now.keys():
+            if _asked(held.get(key)) != _asked(now.get(key)):
+                different[self.simulation.scene_index(key[0])] = True
         return np.flatnonzero(different)
 
     def _pack_states(self) -> Batch:
@@ -195,9 +213,10 @@ class Run:
         )
 
     def _close_stretch(self) -> None:
-        """Begin to measure drift anew after commands; none counts while one acts."""
+        """Begin to measure drift anew when no command acts any more; none counts while one does."""
         self._commanded = bool(self.simulation.held_slots)
-        self._sample(commanded=True)
+        if not self._commanded:
+            self._sample(commanded=True)
 
     def sample_drift(self) -> Drift:
         """Measure what should have stayed the same, and give the worst so far."""
@@ -212,8 +231,12 @@ class Run:
         """Put every body back to the start of the scene; time goes on, drift is measured anew."""
         self.simulation.reset()
         self._applied = np.zeros_like(self._applied)
-        self._published = self._applied
         self._commanded = False
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time
         )
+
+
+def _asked(slot: Slot | None) -> tuple[object, ...] | None:
+    """What a held command asks for, without how long."""
+    return None if slot is None else (slot.force, slot.torque, slot.turns_with_body)

@@ -18,9 +18,10 @@ from rigid_body_sim.commands import Command, read_csv
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.run import Run, RunSettings
+from rigid_body_sim.run import Run, RunSettings, publish_every
 from rigid_body_sim.run_recorder import RunRecorder
 from rigid_body_sim.scene import load_scene
+from rigid_body_sim.shipped_scenes import find_scene
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
 DRIFT_SAMPLES = 256  # looks at the invariants over a run: enough to catch an oscillation, cheap beside the run
@@ -29,7 +30,7 @@ PROGRESS_EVERY = 0.2  # [s] wall
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command line."""
-    parser.add_argument('scene', type=Path, help='scene file (YAML)')
+    parser.add_argument('scene', help='scene file (YAML), or the name of a shipped scene')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='BAG', help='bag to write')
     parser.add_argument('--duration', type=float, default=10.0, metavar='S', help='simulated time [s], default 10')
     parser.add_argument('--dt', type=float, metavar='S', help='tick length [s], default: of the scene')
@@ -55,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate; exit code 0, or 1 for a run that diverged (its bag is closed and readable)."""
-    scene = load_scene(arguments.scene)
+    scene = load_scene(find_scene(arguments.scene))
     simulation = Simulation(scene, integrator=arguments.integrator, dt=arguments.dt)
     ticks = whole_ticks(arguments.duration, simulation)
     timed = (
@@ -63,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     settings = RunSettings(
         command_timeout_ns=_nanoseconds(arguments.command_timeout),
-        publish_every=publish_every(arguments.publish_rate, simulation),
+        publish_every=publish_every(arguments.publish_rate, simulation.dt_ns),
     )
     if arguments.output.exists():
         raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
@@ -125,13 +126,6 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
     return ticks
 
 
-def publish_every(rate_hz: float, simulation: Simulation) -> int:
-    """Count the ticks between published states."""
-    if not math.isfinite(rate_hz) or rate_hz <= 0:
-        raise UserError(f'publish rate {rate_hz:g} Hz; allowed: a positive number')
-    return max(1, round(1e9 / rate_hz / simulation.dt_ns))
-
-
 def _nanoseconds(seconds: float) -> int:
     if not math.isfinite(seconds) or seconds < 0:
         raise UserError(f'--command-timeout {seconds:g} s; allowed: 0 (until changed) or more')
@@ -166,6 +160,7 @@ def _report(
         'bag': str(arguments.output),
         'scene': simulation.scene.name,
         'integrator': simulation.integrator.name,
+        'integrator_options': dict(simulation.integrator.settings),
         'dt': simulation.dt,
         'bodies': bodies,
         'ticks': simulation.tick,

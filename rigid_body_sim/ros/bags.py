@@ -1,0 +1,75 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The bags of one node: at most one is open; each stretch of recording gets one of its own.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from itertools import count
+from pathlib import Path
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.run import Run, TickOutput
+from rigid_body_sim.run_recorder import RunRecorder
+
+
+class Bags:
+    """
+    Opens, feeds and closes bags.
+
+    asked : path of the first bag; later ones get _2, _3 and so on; None: a name with date and time
+    path  : the open bag, or the last one; None if there was none
+    """
+
+    def __init__(self, run: Run, asked: Path | None) -> None:
+        self._run = run
+        self._asked = asked
+        self._recorder: RunRecorder | None = None
+        self.path: Path | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a recording runs."""
+        return self._recorder is not None
+
+    def start(self) -> Path:
+        """Open the next bag at the present tick; UserError if its path is taken."""
+        path = self._next_path()
+        self._recorder = RunRecorder(self._run, path, background=True)
+        self.path = path
+        return path
+
+    def record(self, output: TickOutput, tick: int) -> None:
+        """Record what came of the ticks from `tick` on, if a bag is open; RunError: disk full."""
+        if self._recorder is not None:
+            self._recorder.record(output, tick=tick)
+
+    def stop(self, reason: str) -> None:
+        """Close the open bag, if there is one; RunError if it could not be finished."""
+        recorder, self._recorder = self._recorder, None
+        if recorder is not None:
+            recorder.close(reason)
+
+    def _next_path(self) -> Path:
+        if self._asked is None:
+            return _free(Path(f'rigid_body_sim_{datetime.now():%Y%m%d_%H%M%S}'))
+        if self.path is None:
+            return need_free(self._asked)
+        return _free(self._asked)
+
+
+def need_free(path: Path) -> Path:
+    """Return the path of a new bag; UserError if something is there."""
+    if path.exists():
+        raise UserError(f'{path}: exists already; choose another record_path or remove it')
+    return path
+
+
+def _free(path: Path) -> Path:
+    """Return the path, or the first of path_2, path_3, … that nothing has."""
+    if not path.exists():
+        return path
+    later = (path.with_name(f'{path.name}_{number}') for number in count(2))
+    return next(candidate for candidate in later if not candidate.exists())

@@ -1,0 +1,56 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Between messages and what the rest of the node speaks: the only place that touches their fields.
+
+Commands and states never become message objects: their bytes are read and written by
+`recording.cdr`, which costs a fifth and gives equal bytes for equal values.
+"""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
+from rosgraph_msgs.msg import Clock
+from std_srvs.srv import SetBool, Trigger
+
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.ros.health import ERROR, OK, WARN, Health
+from rigid_body_sim.ros.requests import Answer
+
+MESSAGE_TYPES = {
+    cdr.Clock.TYPE: Clock,
+    cdr.PoseStamped.TYPE: PoseStamped,
+    cdr.TwistStamped.TYPE: TwistStamped,
+    cdr.WrenchStamped.TYPE: WrenchStamped,
+    cdr.Vector3Stamped.TYPE: Vector3Stamped,
+}
+_LEVELS = {OK: DiagnosticStatus.OK, WARN: DiagnosticStatus.WARN, ERROR: DiagnosticStatus.ERROR}
+
+
+def wanted(request: SetBool.Request) -> bool:
+    """Read whether a SetBool asks for on or off."""
+    return request.data
+
+
+def answered(
+    response: SetBool.Response | Trigger.Response, answer: Answer
+) -> SetBool.Response | Trigger.Response:
+    """Fill in the response of a service."""
+    response.success, response.message = answer
+    return response
+
+
+def diagnostics(health: Health, *, node_name: str, stamp: Time) -> DiagnosticArray:
+    """Give the figures of a run as one status; `stamp`: wall time."""
+    status = DiagnosticStatus(
+        level=_LEVELS[health.level],
+        name=f'{node_name}: simulation',
+        message=health.message,
+        hardware_id=health.scene,
+        values=[KeyValue(key=key, value=value) for key, value in health.values().items()],
+    )
+    array = DiagnosticArray(status=[status])
+    array.header.stamp = stamp
+    return array

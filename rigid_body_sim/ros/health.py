@@ -1,0 +1,101 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How a run does: what /diagnostics says, and the sentence at the end. No message type is known here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from rigid_body_sim.physics.invariants import Drift
+
+BEHIND = 0.95  # share of the requested real-time factor below which a run is called slow
+OK, WARN, ERROR = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Health:
+    """
+    The figures of one moment.
+
+    factor_asked         : real-time factor asked for; 0: as fast as possible
+    factor               : reached in the last period
+    overruns, lags       : see `Pacer`
+    largest_lateness, last_lateness : [s]
+    accepted, refused    : commands; refused ones by reason
+    bag                  : what is recorded to; empty when nothing is
+    failure              : why the run ended, if it failed
+    """
+
+    scene: str
+    tick: int
+    time: float
+    paused: bool
+    factor_asked: float
+    factor: float
+    overruns: int
+    lags: int
+    largest_lateness: float
+    last_lateness: float
+    accepted: int
+    last_refusal: str
+    drift: Drift
+    bag: str
+    refused: Mapping[str, int] = field(default_factory=dict)
+    failure: str = ''
+
+    @property
+    def level(self) -> int:
+        """OK, WARN when the run is slower than asked, ERROR when it failed."""
+        if self.failure:
+            return ERROR
+        return WARN if not self.paused and self.factor < BEHIND * self.factor_asked else OK
+
+    @property
+    def message(self) -> str:
+        """One sentence."""
+        if self.failure:
+            return self.failure
+        if self.paused:
+            return 'paused'
+        if self.level == WARN:
+            return (
+                f'slower than asked: real-time factor {self.factor:.3f} of {self.factor_asked:g}'
+            )
+        return 'running'
+
+    def values(self) -> dict[str, str]:
+        """Every figure by name, as text."""
+        texts = {
+            'tick': str(self.tick),
+            'time [s]': f'{self.time:.9f}',
+            'real-time factor': f'{self.factor:.4f}',
+            'real-time factor asked': f'{self.factor_asked:g}',
+            'overruns': str(self.overruns),
+            'lags': str(self.lags),
+            'largest lateness [s]': f'{self.largest_lateness:.6f}',
+            'last lateness [s]': f'{self.last_lateness:.6f}',
+            'accepted commands': str(self.accepted),
+            'refused commands': str(sum(self.refused.values())),
+            'last refusal': self.last_refusal,
+            'energy drift': _drift(self.drift.energy),
+            'momentum drift': _drift(self.drift.momentum),
+            'angular momentum drift': _drift(self.drift.angular_momentum),
+            'recording': self.bag,
+        }
+        return texts | {f'refused: {reason}': str(n) for reason, n in self.refused.items()}
+
+    def summary(self) -> str:
+        """What to say when it is over."""
+        return (
+            f'{self.tick} ticks, {self.time:g} s; overruns {self.overruns}, largest lateness '
+            f'{self.largest_lateness * 1e3:.3f} ms, last {self.last_lateness * 1e3:.3f} ms; '
+            f'commands {self.accepted}, refused {sum(self.refused.values())}; '
+            f'energy drift {_drift(self.drift.energy)}'
+        )
+
+
+def _drift(drift: float | None) -> str:
+    return 'not conserved in this scene' if drift is None else f'{drift:.3e}'

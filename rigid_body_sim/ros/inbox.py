@@ -1,0 +1,71 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Where commands wait between the executor's thread, which fills it, and the tick that takes them.
+
+A command is judged as it comes in: what is refused is counted by its reason and goes no further.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Mapping
+
+from rigid_body_sim.commands import Command, CommandRules, decode
+from rigid_body_sim.recording.cdr import CdrError
+
+ROOM = 100_000  # [commands] that may wait; only a paused simulation lets so many come together
+_REASONS = (
+    50  # different reasons that are counted apart; a sender that invents frames fills no memory
+)
+OTHER = 'other reasons'
+
+
+class Inbox:
+    """One writer, one reader; no lock, because `deque` needs none for that."""
+
+    def __init__(self, rules: CommandRules) -> None:
+        self._rules = rules
+        self._waiting: deque[Command] = deque()
+        self._refused: Counter[str] = Counter()
+        self.last_refusal = ''
+        self.accepted = 0
+
+    def receive(self, body: str, kind: str, data: bytes) -> str | None:
+        """
+        Judge and store a command as it came over the wire.
+
+        returns : why it is refused; None if it is not
+        """
+        try:
+            command = decode(body, kind, data)
+        except CdrError as error:
+            return self._refuse(f'{kind} for {body!r} cannot be read: {error}')
+        reason = self._rules.refusal(command)
+        if reason is None and len(self._waiting) >= ROOM:
+            reason = f'{ROOM} commands wait already; is the simulation paused?'
+        if reason is not None:
+            return self._refuse(reason)
+        self.accepted += 1
+        self._waiting.append(command)
+        return None
+
+    def _refuse(self, reason: str) -> str:
+        known = reason in self._refused or len(self._refused) < _REASONS
+        self._refused[reason if known else OTHER] += 1
+        self.last_refusal = reason
+        return reason
+
+    @property
+    def refused(self) -> Mapping[str, int]:
+        """Number of refused commands by reason: a copy."""
+        return dict(self._refused)
+
+    def take(self) -> list[Command]:
+        """Take what waits, in the order of arrival."""
+        waiting = self._waiting
+        return [waiting.popleft() for _ in range(len(waiting))]
+
+    def clear(self) -> None:
+        """Forget what waits."""
+        self._waiting.clear()

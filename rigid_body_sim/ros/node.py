@@ -1,0 +1,183 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The node: topics, services and parameters of a run. It hands bytes on and decides nothing.
+
+The `Listener`'s thread judges and stores commands (`Inbox`), the executor's passes wishes on
+(`RequestQueue`), that of the `RunLoop` publishes.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
+from std_srvs.srv import SetBool, Trigger
+
+from rigid_body_sim.commands import KINDS
+from rigid_body_sim.recording.batch import Batch
+from rigid_body_sim.recording.topics import CLOCK_TOPIC, COMMAND_TYPES, Topic, body_topic
+from rigid_body_sim.ros import conversions, parameters, quality
+from rigid_body_sim.ros.bags import Bags
+from rigid_body_sim.ros.health import Health
+from rigid_body_sim.ros.inbox import Inbox
+from rigid_body_sim.ros.listener import Listener, NotForExecutors
+from rigid_body_sim.ros.requests import Answer
+from rigid_body_sim.ros.run_loop import RunLoop
+
+NAME = 'rigid_body_sim'
+ARRIVAL = 0.5  # [s] for the last messages to arrive, all together
+ANSWER_PERIOD = (
+    0.05  # [s] between looks whether the run has ended while a service waits for its answer
+)
+
+
+class SimNode(Node):
+    """The ROS side of one run: first the parameters (`settings`), then, with `open`, the rest."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(NAME, context=context)
+        self.settings = parameters.declare(self)
+        for warning in parameters.strangers(list(self._parameter_overrides)):
+            self.get_logger().warning(warning)
+        self._senders: list[Callable[[bytes], None]] = []
+        self._health: Health | None = None
+
+    def open_topics(self, topics: Sequence[Topic], bodies: Sequence[str], inbox: Inbox) -> None:
+        """Publish the states and take commands."""
+        state = quality.of_states()
+        command = quality.of_commands(self.settings.command_reliability)
+        publishers = {
+            topic.name: self.create_publisher(
+                conversions.MESSAGE_TYPES[topic.type], topic.name, state
+            )
+            for topic in topics
+            if topic.name != CLOCK_TOPIC or self.settings.publish_clock
+        }
+        # channel ids count from 1; what has no publisher is recorded only
+        self._senders = [_nowhere, *(_sender(publishers.get(topic.name)) for topic in topics)]
+        takers: dict[Subscription, Callable[[bytes], object]] = {}
+        for body in bodies:
+            for kind in KINDS:
+                subscription = self.create_subscription(
+                    conversions.MESSAGE_TYPES[COMMAND_TYPES[kind]],
+                    body_topic(self.get_namespace(), body, kind, '').name,
+                    _nowhere,
+                    command,
+                    callback_group=NotForExecutors(),
+                    raw=True,
+                )
+                takers[subscription] = partial(self._receive, inbox, body, kind)
+        self.listener = Listener(self.context, takers)
+        self._events = quality.NowAndThen()
+        self._events.adopt([*publishers.values(), *takers])
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', state)
+        self._reported = self.create_guard_condition(self._publish_health)
+
+    def _receive(self, inbox: Inbox, body: str, kind: str, data: bytes) -> None:
+        reason = inbox.receive(body, kind, data)
+        if reason is not None:
+            self.get_logger().warning(f'refused: {reason}', throttle_duration_sec=1.0)
+
+    def publish(self, batch: Batch) -> None:
+        """Send what was packed; called by the run's thread."""
+        senders = self._senders
+        for channel, payload in batch.payloads():
+            senders[channel](payload)
+
+    def report(self, health: Health) -> None:
+        """Hand the figures to the executor's thread, which publishes them."""
+        self._health = health
+        self._reported.trigger()
+
+    def _publish_health(self) -> None:
+        self._events.look()
+        if self._health is not None:
+            stamp = self.get_clock().now().to_msg()
+            name = self.get_fully_qualified_name().lstrip('/')
+            message = conversions.diagnostics(self._health, node_name=name, stamp=stamp)
+            self._diagnostics.publish(message)
+
+    def last_words(self) -> str:
+        """Publish the figures of the end, let all messages arrive, and put them in a sentence."""
+        self._publish_health()
+        deadline = time.monotonic() + ARRIVAL
+        for publisher in self.publishers:
+            left = max(0.0, deadline - time.monotonic())
+            publisher.wait_for_all_acked(Duration(seconds=left))
+        return self._health.summary() if self._health is not None else ''
+
+    def serve(self, loop: RunLoop, bags: Bags) -> None:
+        """Offer the services and the live parameters."""
+        self._loop, self._bags = loop, bags
+        self.create_service(SetBool, '~/pause', partial(self._switch, 'pause'))
+        self.create_service(SetBool, '~/record', partial(self._switch, 'record'))
+        self.create_service(Trigger, '~/step', self._step)
+        self.create_service(Trigger, '~/reset', self._reset)
+        self.add_on_set_parameters_callback(self._judge)
+        self.add_post_set_parameters_callback(self._apply)
+
+    def _switch(
+        self, name: str, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        return conversions.answered(response, self._ask(name, conversions.wanted(request)))
+
+    def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        ticks = self.get_parameter('step_count').value
+        return conversions.answered(response, self._ask('step', ticks))
+
+    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return conversions.answered(response, self._ask('reset'))
+
+    def _ask(self, name: str, value: float = 0.0) -> Answer:
+        """Wait for the tick boundary at which the run's thread answers."""
+        request = self._loop.requests.post(name, value)
+        while not request.answered.wait(ANSWER_PERIOD):
+            if self._loop.ending is not None:
+                request.give(Answer(False, 'the run has ended'))
+        assert request.answer is not None
+        if name == 'record' or not request.answer.granted:
+            self.get_logger().info(f'{name}: {request.answer.message}')
+        return request.answer
+
+    def _judge(self, given: list[Parameter]) -> SetParametersResult:
+        for parameter in given:
+            if parameter.name == 'use_sim_time' and parameter.value:
+                return _refused('this node makes the simulation time and must not wait for it')
+            if parameter.name == 'command_timeout' and self._bags.is_open:
+                return _refused(
+                    'command_timeout cannot be changed while recording, because a replay could '
+                    'not know; call ~/record with false first'
+                )
+        return SetParametersResult(successful=True)
+
+    def _apply(self, given: list[Parameter]) -> None:
+        for parameter in given:
+            if parameter.name in ('real_time_factor', 'stop_time', 'command_timeout'):
+                self._loop.requests.post(parameter.name, parameter.value)
+
+
+def _refused(reason: str) -> SetParametersResult:
+    return SetParametersResult(successful=False, reason=reason)
+
+
+def _sender(publisher: Publisher | None) -> Callable[[bytes], None]:
+    """
+    Return what sends bytes: below `publish`, whose guard against destruction costs as much again.
+
+    The node keeps its publishers until the thread that sends has ended.
+    """
+    return _nowhere if publisher is None else publisher.handle.publish_raw
+
+
+def _nowhere(_: bytes) -> None:
+    """Take a message that nobody publishes."""

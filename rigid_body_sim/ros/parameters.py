@@ -1,0 +1,250 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The parameters of the node: what each means, what it may be, and what was given.
+
+A parameter is read once, at the start, unless it is live. What cannot be used ends the node with
+exit code 2 before anything moves.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from rigid_body_sim.errors import UserError
+
+LARGEST = 1e9  # upper end of ranges that have no natural one
+_BUILT_IN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+
+
+@dataclass(frozen=True)
+class Entry:
+    """
+    One parameter.
+
+    default : fixes the type; an empty tuple stands for a list of texts
+    range   : smallest and largest number
+    choices : allowed texts
+    live    : may be changed while the node runs
+    """
+
+    name: str
+    default: bool | int | float | str | tuple[str, ...]
+    description: str
+    range: tuple[float, float] | None = None
+    choices: tuple[str, ...] = ()
+    live: bool = False
+
+
+PARAMETERS = (
+    Entry('scene', 'demo', 'path of a scene file, or the name of a shipped scene'),
+    Entry(
+        'dt',
+        0.0,
+        'tick length [s], a whole number of nanoseconds; 0.0: of the scene',
+        (0.0, LARGEST),
+    ),
+    Entry('integrator', '', 'name of the integrator; empty: of the scene'),
+    Entry(
+        'publish_rate',
+        100.0,
+        'states per second of simulation time [Hz], rounded to whole ticks',
+        (1e-9, LARGEST),
+    ),
+    Entry(
+        'real_time_factor',
+        1.0,
+        'seconds of simulation time per second of wall time; 0.0: as fast as possible',
+        (0.0, LARGEST),
+        live=True,
+    ),
+    Entry('start_paused', False, 'start without moving; ~/step and ~/pause go on'),
+    Entry(
+        'step_mode',
+        'free',
+        'free: time runs by itself; lockstep (comes in a later version): steps wait for commands',
+        choices=('free', 'lockstep'),
+    ),
+    Entry('lockstep_topics', (), 'topics that a step waits for (comes in a later version)'),
+    Entry('step_count', 1, 'ticks per call of ~/step', (1, 2**31 - 1), live=True),
+    Entry(
+        'command_timeout',
+        0.2,
+        'how long a held command lasts [s of simulation time]; 0.0: until changed; '
+        'not to be changed while recording',
+        (0.0, LARGEST),
+        live=True,
+    ),
+    Entry(
+        'stop_time',
+        0.0,
+        'simulation time at which the node ends [s]; 0.0: never',
+        (0.0, LARGEST),
+        live=True,
+    ),
+    Entry('record', False, 'record from the start'),
+    Entry(
+        'record_path',
+        '',
+        'bag to write; empty: rigid_body_sim_<date>_<time> in the current folder',
+    ),
+    Entry('world_frame', 'world', 'name of the world axes in frame_id'),
+    Entry('publish_clock', True, 'publish simulation time on /clock'),
+    Entry('publish_odometry', False, 'publish <body>/odom (comes in a later version)'),
+    Entry('publish_tf', False, 'publish /tf (comes in a later version)'),
+    Entry('publish_markers', False, 'publish ~/markers (comes in a later version)'),
+    Entry(
+        'publish_arrays',
+        False,
+        'publish poses and twists of all bodies in one message (comes in a later version)',
+    ),
+    Entry(
+        'diagnostics_period',
+        1.0,
+        'time between two messages on /diagnostics [s of wall time]',
+        (0.05, LARGEST),
+    ),
+    Entry(
+        'command_reliability',
+        'reliable',
+        'asked of the publishers of commands; best_effort takes every publisher, and may lose',
+        choices=('reliable', 'best_effort'),
+    ),
+)
+_LATER = ('publish_odometry', 'publish_tf', 'publish_markers', 'publish_arrays')
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the node was given: the parameters by name, after the checks."""
+
+    scene: str
+    dt: float
+    integrator: str
+    publish_rate: float
+    real_time_factor: float
+    start_paused: bool
+    step_mode: str
+    lockstep_topics: tuple[str, ...]
+    step_count: int
+    command_timeout: float
+    stop_time: float
+    record: bool
+    record_path: str
+    world_frame: str
+    publish_clock: bool
+    publish_odometry: bool
+    publish_tf: bool
+    publish_markers: bool
+    publish_arrays: bool
+    diagnostics_period: float
+    command_reliability: str
+
+
+def declare(node: Node) -> Settings:
+    """Declare every parameter and read it; UserError for what cannot be used."""
+    if node.get_parameter('use_sim_time').value:
+        raise UserError(
+            'parameter use_sim_time: got true; this node makes the simulation time on /clock and '
+            'must not wait for it; leave use_sim_time out'
+        )
+    settings = Settings(**{entry.name: _declare(node, entry) for entry in PARAMETERS})
+    for name in _LATER:
+        if getattr(settings, name):
+            raise UserError(
+                f'parameter {name}: got true; it comes in a later version; leave it out'
+            )
+    if settings.step_mode != 'free' or settings.lockstep_topics:
+        raise UserError(
+            'parameter step_mode: lockstep comes in a later version; allowed: free, without '
+            'lockstep_topics; or start paused and call ~/step'
+        )
+    if not settings.world_frame or '\0' in settings.world_frame:
+        raise UserError(
+            f'parameter world_frame: got {settings.world_frame!r}; allowed: a name, such as world'
+        )
+    return settings
+
+
+def _declare(node: Node, entry: Entry) -> Any:
+    default = Parameter.Type.STRING_ARRAY if entry.default == () else entry.default
+    try:
+        value = node.declare_parameter(entry.name, default, _descriptor(entry)).value
+    except InvalidParameterTypeException as error:
+        raise UserError(_type_problem(entry, str(error))) from None
+    except InvalidParameterValueException as error:
+        got = str(error).partition('(')[2].partition(')')[0]
+        raise UserError(f'parameter {entry.name}: got {got}; allowed: {allowed(entry)}') from None
+    if entry.choices and value not in entry.choices:
+        raise UserError(f'parameter {entry.name}: got {value!r}; allowed: {allowed(entry)}')
+    return tuple(value or ()) if entry.default == () else value
+
+
+def _type_problem(entry: Entry, message: str) -> str:
+    got = message.partition("' to '")[2].partition("' of type '")[0]
+    problem = f'parameter {entry.name}: got {got}; allowed: {allowed(entry)}'
+    if isinstance(entry.default, float) and got.lstrip('+-').isdigit():
+        problem += f'; ROS tells whole from other numbers: write {got}.0'
+    return problem
+
+
+def allowed(entry: Entry) -> str:
+    """Say in words what a parameter may be."""
+    if entry.choices:
+        return ', '.join(entry.choices)
+    kind = {bool: 'true or false', int: 'a whole number', float: 'a number', str: 'a text'}.get(
+        type(entry.default), 'a list of texts'
+    )
+    return f'{kind} from {entry.range[0]:g} to {entry.range[1]:g}' if entry.range else kind
+
+
+def _descriptor(entry: Entry) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(
+        description=entry.description,
+        read_only=not entry.live,
+        additional_constraints=', '.join(entry.choices),
+    )
+    if entry.range:
+        low, high = entry.range
+        if isinstance(entry.default, float):
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=low, to_value=high, step=0.0)
+            ]
+        else:
+            descriptor.integer_range = [
+                IntegerRange(from_value=int(low), to_value=int(high), step=1)
+            ]
+    return descriptor
+
+
+def strangers(given: Sequence[str]) -> list[str]:
+    """One warning for each given parameter that the node does not have."""
+    known = [field.name for field in fields(Settings)]
+    warnings = []
+    for name in given:
+        if name in known or name.partition('.')[0] in _BUILT_IN:
+            continue
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f'; did you mean {near[0]}?' if near else ''
+        warnings.append(f'parameter {name} is not one of this node and has no effect{hint}')
+    return warnings
+
+
+def help_text() -> str:
+    """List the parameters for `--help`."""
+    lines = ['parameters (-p name:=value; (live) ones may be changed while the node runs):']
+    for entry in PARAMETERS:
+        default = 'none' if entry.default == () else entry.default
+        default = str(default).lower() if isinstance(default, bool) else default
+        live = ' (live)' if entry.live else ''
+        lines.append(f'  {entry.name} [{default if default != "" else "empty"}]{live}')
+        lines.append(f'      {entry.description}; {allowed(entry)}')
+    return '\n'.join(lines)

@@ -1,0 +1,184 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Sends commands to a node: one wrench over and over, an impulse once, or what a bag holds.
+
+Deadlines are absolute; messages are sent as bytes.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import rclpy
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+from rigid_body_sim.commands import Command, encode
+from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.topics import COMMAND_TYPES, Topic, body_topic
+from rigid_body_sim.ros import conversions, quality
+
+MATCHING = 10.0  # [s] for a subscriber to be found; discovery takes up to 2.5 s on a quiet machine
+LOOK_EVERY = 0.02  # [s] between looks for it
+LAST_WORDS = 5.0  # [s] for the last message to arrive
+
+
+class Message(NamedTuple):
+    """When to send which bytes on which topic; time [s] from the start."""
+
+    time: float
+    topic: str
+    data: bytes
+
+
+class Sender:
+    """A node that sends; use it in a `with`."""
+
+    def __init__(self) -> None:
+        self._context = Context()
+        rclpy.init(args=[], context=self._context)
+        # several senders at once are usual, hence a name of its own
+        self._node = Node(
+            f'wrench_pub_{time.monotonic_ns()}',
+            context=self._context,
+            start_parameter_services=False,
+        )
+        self._publishers: dict[str, Publisher] = {}
+
+    def __enter__(self) -> Sender:
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+    def now(self) -> int:
+        """Wall time [ns], for stamps."""
+        return self._node.get_clock().now().nanoseconds
+
+    def open(self, topics: Sequence[Topic]) -> None:
+        """Publish on these topics; RunError if after 10 s one of them has no listener."""
+        for topic in topics:
+            kind = conversions.MESSAGE_TYPES[topic.type]
+            self._publishers[topic.name] = self._node.create_publisher(
+                kind, topic.name, quality.of_commands()
+            )
+        deadline = time.monotonic() + MATCHING
+        while lonely := [n for n, p in self._publishers.items() if not p.get_subscription_count()]:
+            if time.monotonic() > deadline:
+                raise RunError(
+                    f'nobody listens to {", ".join(lonely)} after {MATCHING:g} s; is the node '
+                    'running, with this body, in this namespace and ROS_DOMAIN_ID?'
+                )
+            time.sleep(LOOK_EVERY)
+
+    def send(self, topic: str, data: bytes) -> None:
+        """Send one message."""
+        self._publishers[topic].publish(data)
+
+    def play(self, messages: Iterator[Message] | Sequence[Message]) -> int:
+        """Send each message at its time; return how many."""
+        start = time.monotonic()
+        count = 0
+        for message in messages:
+            time.sleep(max(0.0, start + message.time - time.monotonic()))
+            self.send(message.topic, message.data)
+            count += 1
+        return count
+
+    def finish(self) -> None:
+        """Wait until what was sent has arrived."""
+        for publisher in self._publishers.values():
+            publisher.wait_for_all_acked(Duration(seconds=LAST_WORDS))
+
+
+def publish_command(command: Command, *, namespace: str, rate_hz: float, seconds: float) -> int:
+    """
+    Send a command: an impulse once; a wrench at `rate_hz` for `seconds` and then a zero one.
+
+    returns : messages sent
+    """
+    topic = body_topic(namespace, command.body, command.kind, COMMAND_TYPES[command.kind])
+    held = command.kind != 'impulse'
+    ticks = max(1, round(seconds * rate_hz)) if held else 1
+    with Sender() as sender:
+        sender.open([topic])
+        try:
+            sender.play(
+                Message(k / rate_hz, topic.name, _stamped(command, sender)) for k in range(ticks)
+            )
+            if held:
+                time.sleep(1 / rate_hz)
+        finally:  # also when interrupted
+            if held:
+                sender.send(topic.name, _stamped(Command(command.body, command.kind), sender))
+        sender.finish()
+    return ticks + held
+
+
+def _stamped(command: Command, sender: Sender) -> bytes:
+    return encode(
+        Command(
+            command.body,
+            command.kind,
+            command.force,
+            command.torque,
+            command.frame_id,
+            sender.now(),
+        )
+    )
+
+
+def play_bag(path: Path, *, topics: Sequence[str], rate_factor: float) -> int:
+    """
+    Send the commands of a bag, of any rosbag2 recorder, with the spacing of their log times.
+
+    topics      : names to send; empty: every command topic of the bag
+    rate_factor : 2 plays twice as fast
+    returns     : messages sent
+    """
+    chosen, messages = commands_of_bag(path, topics=topics, rate_factor=rate_factor)
+    with Sender() as sender:
+        sender.open(chosen)
+        count = sender.play(messages)
+        sender.finish()
+    return count
+
+
+def commands_of_bag(
+    path: Path, *, topics: Sequence[str], rate_factor: float
+) -> tuple[list[Topic], list[Message]]:
+    """Read the command topics of a bag and their messages by log time; UserError if none."""
+    bag = Bag(path)
+    present = {
+        topic.name: topic
+        for topic in bag.topics.values()
+        if is_command(topic) and bag.counts[topic.name]
+    }
+    missing = [name for name in topics if name not in present]
+    if missing or not present:
+        raise UserError(
+            f'{path}: no commands on {", ".join(missing) or "any topic"}; '
+            f'command topics in this bag: {", ".join(sorted(present)) or "none"}'
+        )
+    chosen = [topic for name, topic in present.items() if not topics or name in topics]
+    recorded = sorted(
+        bag.messages([topic.name for topic in chosen]), key=lambda message: message.log_time
+    )
+    first = recorded[0].log_time
+    return chosen, [
+        Message((message.log_time - first) * 1e-9 / rate_factor, message.topic, message.data)
+        for message in recorded
+    ]
+
+
+def is_command(topic: Topic) -> bool:
+    """Whether a topic is one on which a body takes commands: by its last name and its type."""
+    return COMMAND_TYPES.get(topic.name.rsplit('/', 1)[-1]) == topic.type

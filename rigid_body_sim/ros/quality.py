@@ -1,0 +1,76 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Quality of service of the node's topics, and the word about a peer whose own does not fit.
+
+State: reliable, volatile, the last 10: it serves reliable and best-effort subscribers. Commands:
+reliable, or best effort on request, and a deep queue, because a burst of impulses must not be cut
+where the machine lets the node wait. A best-effort publisher never matches a reliable
+subscription, which looks like a dead topic; that is why it is logged.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.publisher import Publisher
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+from rclpy.subscription import Subscription
+
+STATE_DEPTH = 10  # [messages]
+COMMAND_DEPTH = 1000  # [messages] 10 lost some of a burst on a busy machine
+LOOK = 0.01  # [s] enough for a few rounds of the executor
+
+
+def of_states() -> QoSProfile:
+    """Make the profile of what the node publishes."""
+    return _profile(STATE_DEPTH, 'reliable')
+
+
+def of_commands(reliability: str = 'reliable') -> QoSProfile:
+    """Make the profile of commands, at either end; reliability: 'reliable' or 'best_effort'."""
+    return _profile(COMMAND_DEPTH, reliability)
+
+
+def _profile(depth: int, reliability: str) -> QoSProfile:
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=ReliabilityPolicy[reliability.upper()],
+        durability=DurabilityPolicy.VOLATILE,
+    )
+
+
+class NowAndThen(ReentrantCallbackGroup):
+    """
+    Event handlers that the executor looks at only for a short while after `look`.
+
+    Each topic has two of them, and an executor that waits for all those of 10 bodies takes 0.6 ms
+    longer for whatever it does (measured), while the stepping thread waits for the interpreter.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._until = 0.0
+
+    def look(self) -> None:
+        """Let the executor look at the events now."""
+        self._until = time.monotonic() + LOOK
+
+    def can_execute(self, entity: object) -> bool:
+        """Whether the executor may wait for the event now."""
+        return time.monotonic() < self._until
+
+    def adopt(self, endpoints: Iterable[Publisher | Subscription]) -> None:
+        """Take over the event handlers of publishers and subscriptions."""
+        for endpoint in endpoints:
+            for handler in endpoint.event_handlers:
+                handler.callback_group = self
+                self.add_entity(handler)

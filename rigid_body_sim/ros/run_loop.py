@@ -1,0 +1,262 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The thread that owns the world: waits for the wall clock, takes commands, advances, records,
+publishes.
+
+Every other thread reaches the run through two doors only: the inbox (commands) and the requests
+(services, live parameters), both opened at tick boundaries. The wall clock decides when a tick
+runs, never what it computes.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.recording.batch import Batch
+from rigid_body_sim.ros.bags import Bags
+from rigid_body_sim.ros.health import Health
+from rigid_body_sim.ros.inbox import Inbox
+from rigid_body_sim.ros.pacer import Pacer
+from rigid_body_sim.ros.requests import Answer, Request, RequestQueue
+from rigid_body_sim.run import Run
+
+LONGEST_SLEEP = 20_000_000  # [ns] without looking at requests
+BREATH_EVERY = (
+    2_000_000  # [ns] of work as fast as possible before other threads get the interpreter
+)
+BREATH = 1e-4  # [s] that is long enough for one of them to take it
+BURST = 1000  # [tick] in one go; more delays commands, requests and the end
+NEVER = 2**62  # [tick]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """
+    How a run ended.
+
+    reason  : signal, stop_time, diverged, error
+    problem : what to raise; None if all went well
+    """
+
+    reason: str
+    problem: Exception | None = None
+
+
+class RunLoop:
+    """
+    Steps one run until it is told to stop, reaches the stop time, or fails.
+
+    publish : takes each packed batch
+    report  : takes the figures, every `report_period` seconds
+    stop    : set it to end the run as by a signal; a plain attribute, so that a signal handler may
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        *,
+        inbox: Inbox,
+        bags: Bags,
+        publish: Callable[[Batch], None],
+        report: Callable[[Health], None],
+        report_period: float,
+        factor: float,
+        stop_time: float,
+        paused: bool,
+        rerecord: bool,
+    ) -> None:
+        self.stop = False
+        self.ending: Ending | None = None
+        self.requests = RequestQueue()
+        self._run = run
+        self._inbox = inbox
+        self._bags = bags
+        self._publish = publish
+        self._report = report
+        self._report_period = round(report_period * 1e9)
+        self._paused = paused
+        self._rerecord = rerecord
+        now = time.monotonic_ns()
+        self._next_report = now + self._report_period
+        self._pacer = Pacer(dt_ns=run.simulation.dt_ns, factor=factor, now=now)
+        self._stop_tick = self._tick_of(stop_time)
+
+    def run(self) -> None:
+        """Run to the end and close the bag: the whole life of the thread."""
+        ending = self._guarded(self._loop)
+        closing = self._guarded(lambda: self._close(ending.reason))
+        self.ending = ending if ending.problem is not None else closing
+        self._refuse_the_rest()
+        self._guarded(lambda: self._tell(time.monotonic_ns()))
+
+    def _guarded(self, work: Callable[[], str]) -> Ending:
+        try:
+            return Ending(work())
+        except SimulationDiverged as problem:
+            return Ending('diverged', problem)
+        except Exception as problem:
+            return Ending('error', problem)
+
+    def _close(self, reason: str) -> str:
+        self._bags.stop(reason)
+        return reason
+
+    def _loop(self) -> str:
+        self._pacer.restart(time.monotonic_ns())
+        breath = 0
+        requests, simulation, pacer = self.requests, self._run.simulation, self._pacer
+        while not self.stop:
+            if requests.waiting:
+                self._serve()
+            if simulation.tick >= self._stop_tick:
+                return 'stop_time'
+            now = time.monotonic_ns()
+            if now >= self._next_report:
+                self._tell(now)
+                self._next_report = now + self._report_period
+            if self._paused:
+                self._doze(now, self._next_report)
+            elif not pacer.factor:
+                pacer.begin(self._advance(self._stop_tick - simulation.tick), now)
+                if now >= breath:
+                    time.sleep(BREATH)
+                    breath = time.monotonic_ns() + BREATH_EVERY
+            elif due := pacer.due(now):
+                pacer.begin(self._advance(min(due, self._stop_tick - simulation.tick)), now)
+            else:
+                self._doze(now, pacer.deadline)
+        return 'signal'
+
+    def _doze(self, now: int, until: int) -> None:
+        """Sleep up to a time, less if a request comes."""
+        left = until - now
+        if left <= LONGEST_SLEEP:
+            time.sleep(max(0, left) * 1e-9)
+            return
+        wake = self.requests.wake
+        wake.wait((left - LONGEST_SLEEP // 2) * 1e-9 if left < 5 * LONGEST_SLEEP else 0.1)
+        wake.clear()
+
+    def _advance(self, ticks: int) -> int:
+        """
+        Do some of the ticks, but one only if commands came: then no tick was done if it fails.
+
+        returns : ticks done
+        """
+        run, tick = self._run, self._run.simulation.tick
+        commands = self._inbox.take()
+        output = run.advance(1 if commands else min(ticks, BURST), commands)
+        self._bags.record(output, tick)
+        if output.batch is not None:
+            self._publish(output.batch)
+        return output.tick - tick
+
+    def _serve(self) -> None:
+        waiting = self.requests.waiting
+        while waiting:
+            request = waiting.popleft()
+            try:
+                request.give(self._answer(request))
+            except Exception as problem:
+                request.give(Answer(False, str(problem)))
+                raise
+
+    def _refuse_the_rest(self) -> None:
+        waiting = self.requests.waiting
+        while waiting:
+            waiting.popleft().give(Answer(False, 'the run has ended'))
+
+    def _answer(self, request: Request) -> Answer:
+        match request.name:
+            case 'pause':
+                return self._pause(bool(request.value))
+            case 'step':
+                return self._step(int(request.value))
+            case 'reset':
+                return self._reset()
+            case 'record':
+                return self._record(bool(request.value))
+            case 'real_time_factor':
+                self._pacer.set_factor(request.value, time.monotonic_ns())
+            case 'stop_time':
+                self._stop_tick = self._tick_of(request.value)
+            case 'command_timeout':
+                self._run.command_timeout_ns = round(request.value * 1e9)
+        return Answer(True, '')
+
+    def _tick_of(self, stop_time: float) -> int:
+        return -(-round(stop_time * 1e9) // self._run.simulation.dt_ns) if stop_time else NEVER
+
+    def _where(self) -> str:
+        simulation = self._run.simulation
+        return f'tick {simulation.tick}, {simulation.time:g} s'
+
+    def _pause(self, paused: bool) -> Answer:
+        self._paused = paused
+        self._pacer.restart(time.monotonic_ns())
+        return Answer(True, f'{"paused" if paused else "running"} at {self._where()}')
+
+    def _step(self, ticks: int) -> Answer:
+        if not self._paused:
+            return Answer(False, 'not paused: call ~/pause with true first')
+        simulation = self._run.simulation
+        end = min(simulation.tick + ticks, self._stop_tick)
+        while simulation.tick < end and not self.stop:
+            self._advance(end - simulation.tick)
+        return Answer(simulation.tick == end, f'at {self._where()}')
+
+    def _reset(self) -> Answer:
+        recorded = self._bags.is_open
+        self._bags.stop('reset')
+        self._inbox.clear()
+        self._run.reset()
+        said = f'reset at {self._where()}; time goes on'
+        if recorded:
+            said += f'; closed {self._bags.path}'
+        if recorded and self._rerecord:
+            said += f'; recording to {self._bags.start()}'
+        return Answer(True, said)
+
+    def _record(self, wanted: bool) -> Answer:
+        if wanted == self._bags.is_open:
+            state = f'recording to {self._bags.path}' if wanted else 'not recording'
+            return Answer(True, f'already {state}')
+        if not wanted:
+            self._bags.stop('stopped')
+            return Answer(True, f'closed {self._bags.path}')
+        try:
+            return Answer(True, f'recording to {self._bags.start()} from {self._where()}')
+        except (UserError, RunError, OSError) as error:
+            return Answer(False, str(error))
+
+    def _tell(self, now: int) -> str:
+        self._report(self.health(now))
+        return ''
+
+    def health(self, now: int) -> Health:
+        """Take the figures; for the thread of the loop, or when it has ended."""
+        simulation, pacer = self._run.simulation, self._pacer
+        problem = self.ending.problem if self.ending else None
+        return Health(
+            scene=simulation.scene.name,
+            tick=simulation.tick,
+            time=simulation.time,
+            paused=self._paused,
+            factor_asked=pacer.factor,
+            factor=pacer.factor_reached(now),
+            overruns=pacer.overruns,
+            lags=pacer.lags,
+            largest_lateness=pacer.largest_lateness * 1e-9,
+            last_lateness=pacer.last_lateness * 1e-9,
+            accepted=self._inbox.accepted,
+            refused=self._inbox.refused,
+            last_refusal=self._inbox.last_refusal,
+            drift=self._run.sample_drift(),
+            bag=str(self._bags.path) if self._bags.is_open else '',
+            failure=str(problem) if problem else '',
+        )

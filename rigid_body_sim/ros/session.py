@@ -1,0 +1,173 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The life of the node from the command line to its end.
+"""
+
+from __future__ import annotations
+
+import gc
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+import rclpy
+from rclpy.context import Context
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.signals import SignalHandlerOptions
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.ros.bags import Bags, need_free
+from rigid_body_sim.ros.inbox import Inbox
+from rigid_body_sim.ros.node import SimNode
+from rigid_body_sim.ros.parameters import Settings
+from rigid_body_sim.ros.run_loop import Ending, RunLoop
+from rigid_body_sim.ros.signals import Signals, Stopped
+from rigid_body_sim.run import Run, RunSettings, publish_every
+from rigid_body_sim.scene import load_scene
+from rigid_body_sim.shipped_scenes import find_scene
+
+SPIN = 0.1  # [s] between looks whether the run has ended or a signal came
+SWITCH_INTERVAL = 5e-4  # [s] that a thread may keep the interpreter; Python's 5 ms make ticks late
+
+
+def run_node(words: Sequence[str], signals: Signals) -> None:
+    """
+    Run the node to its end: stop_time, or a signal.
+
+    words : arguments for ROS, from --ros-args on
+
+    Raises UserError and InvalidModel for what cannot be used, RunError and SimulationDiverged for
+    what failed on the way.
+    """
+    context = Context()
+    try:
+        _session(words, context, signals)
+    except Stopped:
+        pass
+    finally:
+        context.try_shutdown()
+
+
+def _session(words: Sequence[str], context: Context, signals: Signals) -> None:
+    node = _make_node(words, context)
+    log = node.get_logger()
+    try:
+        run = _make_run(node, signals)
+        inbox = Inbox(run.rules)
+        bags = Bags(run, _record_path(node.settings))
+        node.open_topics(
+            run.packer.topics, [body.name for body in run.simulation.scene.bodies], inbox
+        )
+        if node.settings.record:
+            bags.start()
+        loop = _make_loop(node, run, inbox, bags)
+        node.serve(loop, bags)
+        signals.watch(loop)
+        log.info(_ready_line(node, run, bags))
+        ending = _spin(node, loop, context)
+        log.info(f'{ending.reason}: {node.last_words()}')
+        if bags.path is not None:
+            log.info(f'recorded: {bags.path}')
+    finally:
+        node.destroy_node()
+    if ending.problem is not None:
+        raise ending.problem
+
+
+def _make_node(words: Sequence[str], context: Context) -> SimNode:
+    try:
+        rclpy.init(
+            args=list(words), context=context, signal_handler_options=SignalHandlerOptions.NO
+        )
+        return SimNode(context)
+    except InvalidParameterTypeException as error:  # of a parameter that every node has
+        raise UserError(f'parameters: {error}') from None
+    except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
+        said = ' '.join(str(error).split()).partition(', at /')[0]
+        raise UserError(f'arguments for ROS: {said}; see: sim_node --help') from None
+
+
+def _record_path(settings: Settings) -> Path | None:
+    return Path(settings.record_path) if settings.record_path else None
+
+
+def _make_run(node: SimNode, signals: Signals) -> Run:
+    """Read the scene and compile what it needs, so that no tick has to wait for it."""
+    settings = node.settings
+    scene = load_scene(find_scene(settings.scene))
+    simulation = Simulation(scene, integrator=settings.integrator or None, dt=settings.dt or None)
+    every = publish_every(settings.publish_rate, simulation.dt_ns)
+    path = _record_path(settings)
+    if path is not None:
+        need_free(path)
+
+    def progress(text: str) -> None:
+        signals.check()
+        node.get_logger().info(f'preparing: {text} (compiled once per machine)')
+
+    simulation.prepare(commands_in_body_axes=True, progress=progress)
+    signals.check()
+    return Run(
+        simulation,
+        RunSettings(
+            namespace=node.get_namespace(),
+            world_frame=settings.world_frame,
+            command_timeout_ns=round(settings.command_timeout * 1e9),
+            publish_every=every,
+        ),
+    )
+
+
+def _make_loop(node: SimNode, run: Run, inbox: Inbox, bags: Bags) -> RunLoop:
+    settings = node.settings
+    return RunLoop(
+        run,
+        inbox=inbox,
+        bags=bags,
+        publish=node.publish,
+        report=node.report,
+        report_period=settings.diagnostics_period,
+        factor=settings.real_time_factor,
+        stop_time=settings.stop_time,
+        paused=settings.start_paused,
+        rerecord=settings.record,
+    )
+
+
+def _ready_line(node: SimNode, run: Run, bags: Bags) -> str:
+    simulation = run.simulation
+    names = ', '.join(body.name for body in simulation.scene.bodies)
+    prefix = node.get_namespace().rstrip('/')
+    recording = f'recording to {bags.path}' if bags.is_open else 'not recording'
+    return (
+        f'ready: {simulation.scene.name} ({names}), {simulation.integrator.name}, '
+        f'dt {simulation.dt:g} s, topics {prefix}/<body>/…, {recording}'
+        f'{", paused" if node.settings.start_paused else ""}'
+    )
+
+
+def _spin(node: SimNode, loop: RunLoop, context: Context) -> Ending:
+    """Let the loop run in its thread, and the executor here, until it has ended."""
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    thread = threading.Thread(target=loop.run, name='run_loop')
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    gc.collect()
+    gc.freeze()  # what is loaded by now stays: no long collection in the middle of a run
+    node.listener.start()
+    thread.start()
+    try:
+        while loop.ending is None:
+            executor.spin_once(timeout_sec=SPIN)
+    finally:
+        loop.stop = True
+        thread.join()
+        node.listener.stop()
+        executor.shutdown()
+    assert loop.ending is not None
+    return loop.ending

@@ -1,0 +1,97 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+`wrench_pub BODY --force X Y Z …` publishes a command; `wrench_pub --bag BAG` those of a recording.
+
+It waits until the node listens, at most 10 s.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from pathlib import Path
+
+from rigid_body_sim.commands import NO_VECTOR, Command
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.ros.playback import play_bag, publish_command
+
+SUMMARY = 'publish commands to a body, or those of a bag'
+TAKES_ROS_ARGUMENTS = True  # a launch file adds some; none means anything here
+_NUMBER = re.compile(r'-(\d|\.\d|inf|nan)', re.IGNORECASE)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command line."""
+    parser._negative_number_matcher = _NUMBER  # argparse's own takes -1e-3 for an option
+    vector = {'nargs': 3, 'type': float, 'metavar': ('X', 'Y', 'Z')}
+    parser.add_argument('body', nargs='?', metavar='BODY', help='name of the body')
+    parser.add_argument('--force', **vector, help='force [N], or with --impulse [N s]')
+    parser.add_argument('--torque', **vector, help='torque [N m], or with --impulse [N m s]')
+    parser.add_argument(
+        '--frame', choices=('world', 'body'), default='world', help='axes, default world'
+    )
+    parser.add_argument('--impulse', action='store_true', help='send an impulse, once')
+    parser.add_argument(
+        '--rate', type=float, default=100.0, metavar='HZ', help='messages per second, default 100'
+    )
+    parser.add_argument(
+        '--for',
+        type=float,
+        default=1.0,
+        metavar='S',
+        dest='seconds',
+        help='how long [s], default 1; then a zero wrench',
+    )
+    parser.add_argument('--namespace', default='', metavar='NS', help='namespace of the node')
+    parser.add_argument(
+        '--bag',
+        type=Path,
+        metavar='BAG',
+        help='send the commands of this bag, as they were spaced',
+    )
+    parser.add_argument(
+        '--rate-factor', type=float, default=1.0, metavar='R', help='2 plays the bag twice as fast'
+    )
+    parser.add_argument(
+        '--topics', nargs='+', default=[], metavar='TOPIC', help='only these topics of the bag'
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Publish; 1 if nobody listens."""
+    if (arguments.body is None) == (arguments.bag is None):
+        raise UserError('give either the name of a BODY or --bag BAG')
+    for option in ('rate', 'seconds', 'rate_factor'):
+        value = getattr(arguments, option)
+        if not (math.isfinite(value) and value > 0):
+            name = {'seconds': 'for'}.get(option, option.replace('_', '-'))
+            raise UserError(f'--{name} {value:g}; allowed: a positive number')
+    try:
+        count = _play(arguments) if arguments.bag is not None else _publish(arguments)
+    except KeyboardInterrupt:
+        return 0
+    print(f'{count} messages sent')
+    return 0
+
+
+def _play(arguments: argparse.Namespace) -> int:
+    if arguments.force or arguments.torque or arguments.impulse:
+        raise UserError('--bag sends what was recorded; leave out --force, --torque and --impulse')
+    return play_bag(arguments.bag, topics=arguments.topics, rate_factor=arguments.rate_factor)
+
+
+def _publish(arguments: argparse.Namespace) -> int:
+    if not (arguments.force or arguments.torque):
+        raise UserError('give --force X Y Z, --torque X Y Z, or both')
+    command = Command(
+        arguments.body,
+        'impulse' if arguments.impulse else 'wrench',
+        tuple(arguments.force or NO_VECTOR),
+        tuple(arguments.torque or NO_VECTOR),
+        arguments.body if arguments.frame == 'body' else '',
+    )
+    return publish_command(
+        command, namespace=arguments.namespace, rate_hz=arguments.rate, seconds=arguments.seconds
+    )

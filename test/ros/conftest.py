@@ -1,0 +1,359 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A node in a process of its own, and a peer in this one that talks to it over DDS.
+
+Nothing here waits for a fixed time: `Peer.until` spins until something holds, at most 10 s,
+because discovery may take 2.5 s on a quiet machine.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+import rclpy  # noqa: E402
+from geometry_msgs.msg import Vector3Stamped, WrenchStamped  # noqa: E402
+from rcl_interfaces.srv import ListParameters, SetParameters  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from rclpy.qos import QoSProfile  # noqa: E402
+from std_srvs.srv import SetBool, Trigger  # noqa: E402
+
+from rigid_body_sim.recording import cdr  # noqa: E402
+from rigid_body_sim.recording.bag_reader import Bag  # noqa: E402
+from rigid_body_sim.ros.conversions import MESSAGE_TYPES  # noqa: E402
+
+ROOT = Path(__file__).parents[2]
+PATIENCE = 10.0  # [s]
+COMPILING = 120.0  # [s] for a node to be ready where nothing is compiled yet
+DOMAIN = 1 + os.getpid() % 100
+
+# A box turned by 90 degrees about z (its x axis points along y), a point mass, a fixed body.
+SCENE = """
+version: 1
+name: laboratory
+dt: 0.001
+gravity: [0, 0, 0]
+bodies:
+  - name: box
+    shape: {type: box, size: [0.4, 0.2, 0.1]}
+    mass: 2.0
+    initial: {position: [0, 0, 0], orientation: [0, 0, 0.7071067811865476, 0.7071067811865476]}
+  - name: stone
+    shape: {type: particle}
+    mass: 0.5
+    initial: {position: [1, 0, 0]}
+  - name: plate
+    shape: {type: sphere, radius: 0.1}
+    fixed: true
+    initial: {position: [0, 0, -5]}
+"""
+
+
+@pytest.fixture(scope='session', autouse=True)
+def isolated():
+    """
+    Hear nobody but the processes of this test run.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        patch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
+        patch.setenv('PYTHONPATH', str(ROOT), prepend=os.pathsep)
+        yield
+
+
+class Peer:
+    """
+    Another ROS node, in this process.
+    """
+
+    def __init__(self, namespace):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=DOMAIN)
+        self.node = rclpy.create_node(f'peer_{time.monotonic_ns()}', context=self.context)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor.add_node(self.node)
+        self.namespace = namespace
+
+    def until(self, holds, what='it', seconds=PATIENCE):
+        """
+        Spin until `holds()` is true; return what it gave.
+        """
+        deadline = time.monotonic() + seconds
+        while not (value := holds()):
+            assert time.monotonic() < deadline, f'{what} did not come within {seconds} s'
+            self._executor.spin_once(timeout_sec=0.02)
+        return value
+
+    def full(self, name):
+        """
+        Absolute name below the namespace of the node.
+        """
+        return name if name.startswith('/') else f'{self.namespace}/{name}'
+
+    def listen(self, name, kind, reliability='reliable'):
+        """
+        Collect the decoded messages of a topic from now on.
+        """
+        heard = []
+        profile = QoSProfile(
+            depth=1000, reliability=rclpy.qos.ReliabilityPolicy[reliability.upper()]
+        )
+        subscription = self.node.create_subscription(
+            MESSAGE_TYPES[kind.TYPE],
+            self.full(name),
+            lambda data: heard.append(cdr.decode(kind.TYPE, data)),
+            profile,
+            raw=True,
+        )
+        self.until(subscription.get_publisher_count, f'a publisher of {name}')
+        # The node may not know of us yet. It learns of the client below later, in the order in
+        # which both were made; so when that one has its answer, the publisher sends to us.
+        self.call(ListParameters, 'rigid_body_sim/list_parameters', ListParameters.Request())
+        return heard
+
+    def sender(self, name, kind, reliability='reliable'):
+        """
+        Make a publisher; wait until somebody listens.
+        """
+        profile = QoSProfile(
+            depth=1000, reliability=rclpy.qos.ReliabilityPolicy[reliability.upper()]
+        )
+        publisher = self.node.create_publisher(kind, self.full(name), profile)
+        if reliability == 'reliable':
+            self.until(publisher.get_subscription_count, f'a subscriber of {name}')
+        return publisher
+
+    def call(self, kind, name, request):
+        """
+        Call a service.
+        """
+        client = self.node.create_client(kind, self.full(name))
+        self.until(client.service_is_ready, f'service {name}')
+        future = client.call_async(request)
+        self.until(future.done, f'answer of {name}')
+        self.node.destroy_client(client)
+        return future.result()
+
+    def trigger(self, name):
+        """
+        Call ~/step or ~/reset.
+        """
+        return self.call(Trigger, f'rigid_body_sim/{name}', Trigger.Request())
+
+    def switch(self, name, on):
+        """
+        Call ~/pause or ~/record.
+        """
+        return self.call(SetBool, f'rigid_body_sim/{name}', SetBool.Request(data=on))
+
+    def set(self, name, value):
+        """
+        Set a parameter; returns the result.
+        """
+        parameter = Parameter(name, value=value).to_parameter_msg()
+        request = SetParameters.Request(parameters=[parameter])
+        return self.call(SetParameters, 'rigid_body_sim/set_parameters', request).results[0]
+
+    def close(self):
+        """
+        End it.
+        """
+        self._executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+class NodeProcess:
+    """
+    `sim_node` in a process of its own.
+    """
+
+    def __init__(self, folder, *, namespace, parameters, preexec=None):
+        self.folder = folder
+        self.namespace = namespace
+        words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
+        command = [
+            sys.executable,
+            '-m',
+            'rigid_body_sim',
+            'sim_node',
+            '--ros-args',
+            '-r',
+            f'__ns:={namespace}',
+        ]
+        self._log = (folder / 'node.log').open('w+')
+        self.process = subprocess.Popen(
+            [*command, *words], cwd=folder, stderr=self._log, stdout=self._log, preexec_fn=preexec
+        )
+
+    @property
+    def said(self):
+        """
+        What it wrote so far.
+        """
+        return (self.folder / 'node.log').read_text()
+
+    def stop(self, number=signal.SIGINT):
+        """
+        Send a signal; returns the exit code.
+        """
+        self.process.send_signal(number)
+        return self.wait()
+
+    def wait(self):
+        """
+        Wait for the end; returns the exit code.
+        """
+        return self.process.wait(timeout=PATIENCE)
+
+    def close(self):
+        """
+        Make sure that it is gone.
+        """
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self._log.close()
+
+
+def start(folder, namespace, preexec=None, **parameters):
+    """
+    Start a node on the scene of this folder.
+    """
+    scene = folder / 'laboratory.yaml'
+    scene.write_text(SCENE)
+    node = NodeProcess(
+        folder, namespace=namespace, parameters={'scene': scene, **parameters}, preexec=preexec
+    )
+    deadline = time.monotonic() + COMPILING
+    while 'ready:' not in node.said and node.process.poll() is None:
+        assert time.monotonic() < deadline, f'not ready within {COMPILING} s: {node.said}'
+        time.sleep(0.02)
+    return node
+
+
+@pytest.fixture
+def start_node(tmp_path, request):
+    """
+    Start nodes with given parameters; each gets a namespace of its own.
+    """
+    started = []
+
+    def make(**parameters):
+        namespace = f'/n{time.monotonic_ns()}'
+        node = start(tmp_path, namespace, **parameters)
+        started.append(node)
+        return node
+
+    yield make
+    for node in started:
+        node.close()
+
+
+@pytest.fixture
+def meet():
+    """
+    Make peers of nodes.
+    """
+    peers = []
+
+    def make(node):
+        peers.append(Peer(node.namespace))
+        return peers[-1]
+
+    yield make
+    for peer in peers:
+        peer.close()
+
+
+@pytest.fixture(scope='session')
+def running(tmp_path_factory):
+    """
+    One node in real time, and its peer, for many tests.
+    """
+    node = start(
+        tmp_path_factory.mktemp('lab'), '/lab', publish_clock='false', diagnostics_period=0.1
+    )
+    peer = Peer('/lab')
+    peer.node_process = node
+    yield peer
+    peer.close()
+    code = node.stop()
+    node.close()
+    assert code == 0
+
+
+@pytest.fixture
+def lab(running):
+    """
+    The peer of the running node, everything at rest again.
+    """
+    assert running.switch('pause', False).success
+    assert running.trigger('reset').success
+    yield running
+    for name, value in (('real_time_factor', 1.0), ('command_timeout', 0.2)):
+        assert running.set(name, value).successful
+
+
+@pytest.fixture
+def run_verb():
+    """
+    Run another verb in a process of its own; returns the finished process.
+    """
+
+    def run(*words):
+        command = [sys.executable, '-m', 'rigid_body_sim', *map(str, words)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=60)
+
+    return run
+
+
+@pytest.fixture
+def commands_in():
+    """
+    Read the consumed commands of a bag: (topic, tick, log time, bytes), in file order.
+    """
+
+    def read(path):
+        bag = Bag(path)
+        leaves = ('/force', '/torque', '/wrench', '/impulse')
+        return list(bag.messages([name for name in bag.topics if name.endswith(leaves)]))
+
+    return read
+
+
+def force(x, y, z, frame=''):
+    """
+    Vector3Stamped with a frame.
+    """
+    message = Vector3Stamped()
+    message.header.frame_id = frame
+    message.vector.x, message.vector.y, message.vector.z = map(float, (x, y, z))
+    return message
+
+
+def wrench(linear, angular=(0, 0, 0), frame=''):
+    """
+    WrenchStamped with a frame.
+    """
+    message = WrenchStamped()
+    message.header.frame_id = frame
+    message.wrench.force.x, message.wrench.force.y, message.wrench.force.z = map(float, linear)
+    message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z = map(float, angular)
+    return message
+
+
+@pytest.fixture
+def messages():
+    """
+    Makers of command messages.
+    """
+    return type('Messages', (), {'force': staticmethod(force), 'wrench': staticmethod(wrench)})

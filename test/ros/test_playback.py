@@ -1,0 +1,177 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+`wrench_pub`: commands of the command line, and of any recording, reach a node in another process.
+"""
+
+import pytest
+from geometry_msgs.msg import Vector3Stamped
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from rigid_body_sim.__main__ import main
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.cdr import PoseStamped
+from rigid_body_sim.recording.cdr import WrenchStamped as Applied
+from rigid_body_sim.ros import playback
+
+FIRST = 1_700_000_000_000_000_000  # [ns] a foreign recorder stamps with wall time
+
+
+@pytest.fixture
+def foreign_bag(tmp_path):
+    """
+    A bag as another recorder writes it: commands every 20 ms, and topics that are none.
+    """
+    store = get_typestore(Stores.ROS2_JAZZY)
+    kinds = {
+        f'geometry_msgs/msg/{name}': store.types[f'geometry_msgs/msg/{name}']
+        for name in ('Vector3Stamped', 'WrenchStamped', 'Vector3', 'Wrench')
+    }
+    header, time = store.types['std_msgs/msg/Header'], store.types['builtin_interfaces/msg/Time']
+    vector, wrench = kinds['geometry_msgs/msg/Vector3'], kinds['geometry_msgs/msg/Wrench']
+    path = tmp_path / 'foreign'
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topics = {
+            name: writer.add_connection(topic, kind, typestore=store)
+            for name, topic, kind in (
+                ('force', '/lab/stone/force', 'geometry_msgs/msg/Vector3Stamped'),
+                ('impulse', '/lab/box/impulse', 'geometry_msgs/msg/WrenchStamped'),
+                ('other', '/lab/stone/felt', 'geometry_msgs/msg/Vector3Stamped'),
+            )
+        }
+
+        def write(name, ms, message):
+            kind = topics[name].msgtype
+            writer.write(topics[name], FIRST + ms * 1_000_000, store.serialize_cdr(message, kind))
+
+        def head(ms):
+            return header(stamp=time(sec=5, nanosec=ms), frame_id='')
+
+        for k in range(10):
+            push = vector(x=float(k + 1), y=0.0, z=0.0)
+            write(
+                'force',
+                20 * k,
+                kinds['geometry_msgs/msg/Vector3Stamped'](header=head(k), vector=push),
+            )
+            write(
+                'other',
+                20 * k,
+                kinds['geometry_msgs/msg/Vector3Stamped'](header=head(k), vector=push),
+            )
+        zero = vector(x=0.0, y=0.0, z=0.0)
+        jolt = wrench(force=vector(x=0.0, y=0.0, z=4.0), torque=zero)
+        write(
+            'impulse', 100, kinds['geometry_msgs/msg/WrenchStamped'](header=head(0), wrench=jolt)
+        )
+    return path
+
+
+def test_commands_of_a_foreign_bag_drive_the_node_as_they_were_spaced(lab, foreign_bag, capsys):
+    applied = lab.listen('stone/applied_wrench', Applied)
+    poses = lab.listen('box/pose', PoseStamped)
+    assert main(['wrench_pub', '--bag', str(foreign_bag)]) == 0
+    assert '11 messages sent' in capsys.readouterr().out
+    lab.until(lambda: any(a.force[0] == 10.0 for a in applied), 'the last force')
+    began = {}
+    for a in applied:
+        if a.force[0]:
+            began.setdefault(a.force[0], a.sec + a.nanosec * 1e-9)
+    assert sorted(began) == [float(k) for k in range(1, 11)]
+    # 9 intervals of 20 ms, as true as a busy machine is
+    assert began[10.0] - began[1.0] == pytest.approx(0.18, abs=0.1)
+    lab.until(lambda: poses and poses[-1].position[2] > 0, 'the jolt')
+
+
+def test_a_bag_of_the_node_itself_can_be_played_and_chosen_from(
+    lab, start_node, meet, messages, capsys
+):
+    node = start_node(record='true', record_path='own', start_paused='true')
+    peer = meet(node)
+    peer.sender('box/force', Vector3Stamped).publish(messages.force(0.5, 0, 0))
+    applied = peer.listen('box/applied_wrench', Applied)
+    peer.until(
+        lambda: peer.trigger('step').success and any(a.force[0] for a in applied), 'the force'
+    )
+    assert node.stop() == 0
+    chosen, timed = playback.commands_of_bag(node.folder / 'own', topics=[], rate_factor=1.0)
+    assert [topic.name for topic in chosen] == [f'{node.namespace}/box/force']
+    (message,) = timed
+    assert cdr.decode(chosen[0].type, message.data).vector == (0.5, 0.0, 0.0)
+    assert main(['wrench_pub', '--bag', str(node.folder / 'own'), '--topics', '/x/force']) == 2
+    assert f'{node.namespace}/box/force' in capsys.readouterr().err
+
+
+def test_a_bag_is_played_twice_as_fast_on_request(foreign_bag):
+    _, slow = playback.commands_of_bag(foreign_bag, topics=['/lab/stone/force'], rate_factor=1.0)
+    _, fast = playback.commands_of_bag(foreign_bag, topics=['/lab/stone/force'], rate_factor=2.0)
+    assert [m.time for m in slow] == pytest.approx([0.02 * k for k in range(10)])
+    assert [m.time for m in fast] == pytest.approx([0.01 * k for k in range(10)])
+
+
+def test_a_wrench_of_the_command_line_acts_and_is_let_go(lab, run_verb):
+    applied = lab.listen('box/applied_wrench', Applied)
+    assert lab.set('command_timeout', 0.0).successful
+    done = run_verb(
+        'wrench_pub', 'box', '--namespace', '/lab',
+        '--force', '-1e-1', '0', '.5', '--torque', '0', '0', '-2',
+        '--frame', 'body', '--rate', '50', '--for', '0.2',
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert '11 messages sent' in done.stdout
+    lab.until(
+        lambda: applied and not any(applied[-1].force) and any(any(a.force) for a in applied),
+        'release',
+    )
+    acting = next(a for a in applied if any(a.force))
+    assert acting.force == pytest.approx((0, -0.1, 0.5), abs=1e-12)  # its x axis points along y
+    assert acting.torque == pytest.approx((0, 0, -2), abs=1e-12)
+
+
+def test_an_impulse_of_the_command_line_acts_once(lab, capsys):
+    applied = lab.listen('stone/applied_wrench', Applied)
+    words = [
+        'wrench_pub',
+        'stone',
+        '--impulse',
+        '--force',
+        '0',
+        '0.002',
+        '0',
+        '--namespace',
+        'lab',
+    ]
+    assert main(words) == 0
+    struck = lab.until(lambda: [a for a in applied if a.force[1]], 'the jolt')
+    seen = len(applied)
+    lab.until(lambda: len(applied) > seen + 5, 'later ticks')
+    assert len([a for a in applied if a.force[1]]) == len(struck) == 1
+    assert struck[0].force[1] == pytest.approx(0.002 / 0.001)
+
+
+def test_nobody_listening_is_an_error(monkeypatch, capsys):
+    monkeypatch.setattr(playback, 'MATCHING', 0.2)
+    assert main(['wrench_pub', 'nobody', '--force', '1', '0', '0']) == 1
+    said = capsys.readouterr().err
+    assert '/nobody/wrench' in said
+    assert said.count('\n') == 1
+
+
+@pytest.mark.parametrize(
+    ('words', 'expected'),
+    [
+        (['box'], '--force'),
+        ([], 'BODY'),
+        (['box', '--bag', 'b'], 'BODY'),
+        (['--bag', 'none'], 'none'),
+        (['box', '--force', '1', '0', '0', '--rate', '0'], '--rate'),
+        (['box', '--force', '1', '0', '0', '--for', '-1'], '--for'),
+        (['--bag', 'b', '--impulse'], '--impulse'),
+    ],
+)
+def test_a_bad_command_line_exits_2_with_one_line(capsys, words, expected):
+    assert main(['wrench_pub', *words]) == 2
+    said = capsys.readouterr().err
+    assert expected in said
+    assert said.count('\n') == 1

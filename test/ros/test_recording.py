@@ -1,0 +1,204 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Bags written by the node: complete after every kind of end, and a replay of each is identical.
+"""
+
+import json
+import resource
+import signal
+
+import pytest
+from geometry_msgs.msg import Vector3Stamped, WrenchStamped
+
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.cdr import WrenchStamped as Applied
+
+DT_NS = 1_000_000
+
+
+def replayed(run_verb, path):
+    """
+    Replay a bag; returns what it said.
+    """
+    done = run_verb('replay', path, '--json')
+    assert done.returncode in (0, 3), done.stderr
+    return json.loads(done.stdout)
+
+
+def test_commands_of_another_process_are_recorded_at_the_tick_on_which_they_acted(
+    start_node, meet, messages, commands_in, run_verb
+):
+    node = start_node(record='true', record_path='live')
+    peer = meet(node)
+    applied = peer.listen('box/applied_wrench', Applied)
+    force, wrench = (
+        peer.sender('box/force', Vector3Stamped),
+        peer.sender('stone/wrench', WrenchStamped),
+    )
+    sent = []
+    for k in range(1, 31):
+        message = messages.force(k, 0, 0, frame='box' if k % 2 else '')
+        message.header.stamp.nanosec = k
+        force.publish(message)
+        wrench.publish(messages.wrench((0, 0, -k)))
+        sent.append(float(k))
+        seen = len(applied)
+        peer.until(lambda seen=seen: len(applied) > seen, 'the next applied wrench')
+    force.publish(messages.force(1, 0, 0, frame='nowhere'))
+    peer.until(lambda: 'refused' in node.said, 'the refusal')
+    assert node.stop(signal.SIGINT) == 0
+    bag = Bag(node.folder / 'live')
+    assert bag.complete
+    assert bag.ending['end_reason'] == 'signal'
+    recorded = [
+        message for message in commands_in(bag.path) if message.topic.endswith('box/force')
+    ]
+    decoded = [cdr.decode(cdr.Vector3Stamped.TYPE, message.data) for message in recorded]
+    assert [message.vector[0] for message in decoded] == sent
+    assert [message.nanosec for message in decoded] == list(range(1, 31))
+    assert len(commands_in(bag.path)) == 60
+    # the applied wrench of the very tick shows the command
+    shown = {
+        m.sequence: cdr.decode(Applied.TYPE, m.data)
+        for m in bag.messages([f'{node.namespace}/box/applied_wrench'])
+    }
+    last_of_tick = {m.sequence: command for m, command in zip(recorded, decoded)}
+    for tick, command in last_of_tick.items():
+        x, y, _ = shown[tick].force
+        assert (y if command.frame_id == 'box' else x) == pytest.approx(
+            command.vector[0], rel=1e-15
+        )
+    assert all(m.log_time == m.sequence * DT_NS for m in recorded)
+    outcome = replayed(run_verb, bag.path)
+    assert outcome['identical'], outcome
+
+
+def test_no_impulse_of_a_burst_is_lost_while_the_machine_lets_the_node_wait(
+    start_node, meet, messages, commands_in
+):
+    node = start_node(record='true', record_path='burst')
+    peer = meet(node)
+    twists = peer.listen('stone/twist', cdr.TwistStamped)
+    sender = peer.sender('stone/impulse', WrenchStamped)
+    node.process.send_signal(signal.SIGSTOP)
+    for _ in range(200):
+        sender.publish(messages.wrench((0, 0, 1)))
+    node.process.send_signal(signal.SIGCONT)
+    # 200 times 1 N s on 0.5 kg, all exact in binary
+    peer.until(lambda: twists and twists[-1].linear[2] == 400.0, 'the last impulse')
+    assert node.stop() == 0
+    assert len(commands_in(node.folder / 'burst')) == 200
+
+
+def test_recording_from_the_middle_with_a_held_command_replays_identically(
+    start_node, meet, messages, run_verb
+):
+    node = start_node(command_timeout=0.0, record_path='middle')
+    peer = meet(node)
+    applied = peer.listen('box/applied_wrench', Applied)
+    sender = peer.sender('box/wrench', WrenchStamped)
+    sender.publish(messages.wrench((1, 0, 0), (0, 0, 0.1), frame='box'))
+    peer.until(lambda: any(any(a.force) for a in applied), 'the force')
+    steady = peer.listen('stone/applied_wrench', Applied)
+    push = peer.sender('stone/force', Vector3Stamped)
+    push.publish(messages.force(0, 1, 0))
+    peer.until(lambda: any(any(a.force) for a in steady), 'the steady force')
+    answer = peer.switch('record', True)
+    assert 'recording to middle' in answer.message
+    assert 'already' in peer.switch('record', True).message
+    refusal = peer.set('command_timeout', 1.0)
+    assert not refusal.successful
+    assert 'recording' in refusal.reason
+    for _ in range(5):
+        push.publish(messages.force(0, 1, 0))  # nothing changes, so no wrench is published for it
+        sender.publish(messages.wrench((1, 0, 0), (0, 0, 0.1), frame='box'))
+        seen = len(applied)
+        peer.until(lambda seen=seen: len(applied) > seen, 'the next applied wrench')
+    assert peer.switch('record', False).success
+    # a second stretch gets a bag of its own
+    assert 'middle_2' in peer.switch('record', True).message
+    sender.publish(messages.wrench((0, 2, 0)))
+    peer.until(lambda: any(a.force[1] == 2.0 for a in applied), 'the other force')
+    assert node.stop(signal.SIGTERM) == 0
+    for name, reason in (('middle', 'stopped'), ('middle_2', 'signal')):
+        bag = Bag(node.folder / name)
+        assert bag.ending['end_reason'] == reason
+        assert int(bag.manifest['first_tick']) > 0
+        outcome = replayed(run_verb, bag.path)
+        assert outcome['identical'], outcome
+
+
+def test_a_reset_ends_the_bag_and_begins_another(start_node, meet, run_verb):
+    node = start_node(record='true', record_path='run', start_paused='true', step_count=25)
+    peer = meet(node)
+    assert peer.trigger('step').success
+    answer = peer.trigger('reset')
+    assert 'run_2' in answer.message
+    assert peer.trigger('step').success
+    assert node.stop() == 0
+    first, second = Bag(node.folder / 'run'), Bag(node.folder / 'run_2')
+    assert (first.ending['end_reason'], first.ending['last_tick']) == ('reset', '25')
+    assert (second.ending['end_reason'], second.manifest['first_tick']) == ('signal', '25')
+    assert second.ending['last_tick'] == '50'
+    assert replayed(run_verb, second.path)['identical']
+
+
+def test_a_killed_recording_can_be_recovered_and_replayed(start_node, meet, messages, run_verb):
+    node = start_node(record='true', record_path='torn')
+    peer = meet(node)
+    applied = peer.listen('box/applied_wrench', Applied)
+    peer.sender('box/force', Vector3Stamped).publish(messages.force(1, 0, 0))
+    start = peer.until(lambda: [a for a in applied if a.force[0]], 'the force')[0]
+
+    def later(a):
+        return (a.sec - start.sec) * 1_000_000_000 + a.nanosec - start.nanosec >= 900_000_000
+
+    killed_at = peer.until(lambda: [a for a in applied if later(a)], 'almost another second')[-1]
+    assert node.stop(signal.SIGKILL) == -signal.SIGKILL
+    saved = node.folder / 'saved'
+    done = run_verb('bag', 'recover', node.folder / 'torn', '-o', saved)
+    assert done.returncode == 0, done.stderr
+    bag = Bag(saved)
+    lost = killed_at.sec * 1_000_000_000 + killed_at.nanosec - bag.last_time
+    assert lost < 500_000_000  # [ns] the promise; the node ran in real time
+    assert bag.counts[f'{node.namespace}/box/force'] == 1
+    assert replayed(run_verb, saved)['identical']
+
+
+def test_stop_time_ends_the_run_with_a_whole_bag(start_node):
+    node = start_node(record='true', record_path='all', real_time_factor=0.0, stop_time=2.0)
+    assert node.wait() == 0
+    bag = Bag(node.folder / 'all')
+    assert (bag.ending['end_reason'], bag.ending['last_tick']) == ('stop_time', '2000')
+    assert bag.counts['/clock'] == 200
+
+
+def test_a_full_disk_ends_the_run_with_1_and_says_what_is_safe(start_node):
+    def small_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+
+    node = start_node(record='true', record_path='full', real_time_factor=0.0, preexec=small_files)
+    assert node.wait() == 1
+    last = node.said.strip().splitlines()[-1]
+    assert 'are safe' in last
+    assert 'Traceback' not in node.said
+
+
+def test_a_run_that_diverges_ends_with_1_and_a_readable_bag(start_node, tmp_path):
+    scene = tmp_path / 'stiff.yaml'
+    scene.write_text(
+        'version: 1\ndt: 0.1\nintegrator: explicit_euler\nbodies:\n'
+        '  - {name: b, shape: {type: particle}, mass: 1.0e-3, initial: {position: [1, 0, 0]}}\n'
+        'forces:\n  - {type: spring, a: b, b: world, stiffness: 1.0e+9, rest_length: 0.1}\n'
+    )
+    node = start_node(
+        scene=scene, record='true', record_path='wild', real_time_factor=0.0, publish_rate=10.0
+    )
+    assert node.wait() == 1
+    assert "'b' diverged in tick" in node.said.strip().splitlines()[-1]
+    assert 'Traceback' not in node.said
+    bag = Bag(node.folder / 'wild')
+    assert bag.ending['end_reason'] == 'diverged'
+    assert bag.counts['/clock'] == int(bag.ending['last_tick']) > 0

@@ -1,0 +1,114 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Services and live parameters: each is answered at a tick boundary.
+"""
+
+import time
+
+import pytest
+from geometry_msgs.msg import Vector3Stamped
+
+from rigid_body_sim.recording.cdr import Clock, PoseStamped
+from rigid_body_sim.recording.cdr import WrenchStamped as Applied
+
+
+def test_a_paused_run_moves_by_steps_alone(start_node, meet):
+    node = start_node(start_paused='true', publish_rate=1000.0, step_count=3)
+    peer = meet(node)
+    clock = peer.listen('/clock', Clock)
+    assert not clock
+    assert peer.trigger('step').message == 'at tick 3, 0.003 s'
+    peer.until(lambda: len(clock) == 3, 'three ticks')
+    # the clock starts at dt, because many nodes take 0 for "no clock"
+    assert [(c.sec, c.nanosec) for c in clock] == [(0, k * 1_000_000) for k in (1, 2, 3)]
+    assert peer.set('step_count', 1).successful
+    assert peer.trigger('step').message == 'at tick 4, 0.004 s'
+    assert peer.switch('pause', False).success
+    answer = peer.trigger('step')
+    assert not answer.success
+    assert 'pause' in answer.message
+
+
+def test_pause_stops_time(lab):
+    poses = lab.listen('box/pose', PoseStamped)
+    lab.until(lambda: poses, 'a pose')
+    tick = lab.switch('pause', True).message
+    # two services later it is still the same tick
+    assert lab.switch('pause', True).message == tick
+    assert lab.switch('pause', False).message == tick.replace('paused', 'running')
+    count = len(poses)
+    lab.until(lambda: len(poses) > count, 'a pose after the pause')
+
+
+def test_reset_puts_every_body_back_and_lets_time_go_on(lab, messages):
+    poses = lab.listen('box/pose', PoseStamped)
+    assert lab.set('command_timeout', 0.0).successful
+    lab.sender('box/force', Vector3Stamped).publish(messages.force(50, 0, 0))
+    moved = lab.until(lambda: [p for p in poses if p.position[0] > 0.1], 'motion')[-1]
+    assert lab.trigger('reset').success
+    back = lab.until(
+        lambda: [
+            p
+            for p in poses
+            if p.position[0] == 0 and p.sec + p.nanosec * 1e-9 > moved.sec + moved.nanosec * 1e-9
+        ],
+        'the start',
+    )[0]
+    # the held command is gone too
+    count = len(poses)
+    lab.until(lambda: len(poses) > count + 5, 'more poses')
+    assert all(p.position == back.position for p in poses[count:])
+
+
+def test_the_real_time_factor_is_live_and_zero_starves_nobody(lab):
+    def ticks_in(seconds):
+        start, wall = (
+            int(lab.switch('pause', False).message.split()[3].rstrip(',')),
+            time.monotonic(),
+        )
+        lab.until(lambda: time.monotonic() > wall + seconds, 'time')
+        return int(lab.switch('pause', False).message.split()[3].rstrip(',')) - start
+
+    assert lab.set('real_time_factor', 0.25).successful
+    slow = ticks_in(0.4)
+    assert lab.set('real_time_factor', 0.0).successful
+    asked = time.monotonic()
+    fast = ticks_in(0.4)
+    assert time.monotonic() - asked < 5.0  # both answers came while the loop was as busy as can be
+    assert slow < 300 < fast
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'why'),
+    [
+        ('dt', 0.01, 'read-only'),
+        ('scene', 'demo', 'read-only'),
+        ('real_time_factor', -1.0, 'range'),
+        ('real_time_factor', 1, 'type'),
+        ('use_sim_time', True, 'must not wait'),
+    ],
+)
+def test_a_parameter_that_cannot_change_is_refused_with_a_reason(lab, name, value, why):
+    result = lab.set(name, value)
+    assert not result.successful
+    assert why in result.reason
+
+
+def test_the_clock_is_left_to_others_when_asked(lab):
+    own = [info.node_namespace for info in lab.node.get_publishers_info_by_topic('/clock')]
+    assert '/lab' not in own
+
+
+def test_impulses_and_forces_sent_while_paused_wait_for_the_next_tick(lab, messages):
+    applied = lab.listen('stone/applied_wrench', Applied)
+    assert lab.switch('pause', True).success
+    sender = lab.sender('stone/force', Vector3Stamped)
+    sender.publish(messages.force(0, 0, 1))
+    assert not any(a.force[2] for a in applied)
+    # the service call after the message gives it time to arrive; the tick takes it
+    acting = lab.until(
+        lambda: lab.trigger('step').success and [a for a in applied if a.force[2] == 1.0],
+        'the force',
+    )
+    assert acting

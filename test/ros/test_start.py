@@ -1,0 +1,88 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What cannot be used ends the node with exit code 2 and one line; nothing is left behind.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+import yaml
+
+from rigid_body_sim.__main__ import main
+from rigid_body_sim.ros.parameters import PARAMETERS, strangers
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize(
+    ('given', 'expected'),
+    [
+        ('dt:=1', ['dt', '1.0']),
+        ('publish_rate:=100', ['publish_rate', '100.0']),
+        ('publish_rate:=-1.0', ['publish_rate', '-1.0']),
+        ('real_time_factor:=.nan', ['real_time_factor', 'nan']),
+        ('dt:=0.3333333333333333', ['nanosecond']),
+        ('scene:=no_such_scene', ['no_such_scene', 'ten_bodies']),
+        ('integrator:=rk5', ['rk5', 'dmv6']),
+        ('record:=1', ['record', 'true or false']),
+        ('use_sim_time:=true', ['use_sim_time']),
+        ('step_mode:=lockstep', ['step_mode', 'later']),
+        ('step_mode:=some', ['step_mode', 'free']),
+        ('lockstep_topics:=[a]', ['lockstep', 'later']),
+        ('publish_tf:=true', ['publish_tf', 'later']),
+        ('publish_arrays:=true', ['publish_arrays', 'later']),
+        ("world_frame:=''", ['world_frame']),
+        ('command_reliability:=maybe', ['command_reliability', 'best_effort']),
+        ('record_path:=taken', ['taken', 'exists']),
+    ],
+)
+def test_a_bad_parameter_exits_2_with_one_line(monkeypatch, tmp_path, capfd, given, expected):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'taken').mkdir()
+    code = main(['sim_node', '--ros-args', '-p', given])
+    said = capfd.readouterr().err
+    assert code == 2
+    (line,) = [line for line in said.splitlines() if 'error' in line]
+    assert line.startswith('rigid_body_sim sim_node: error:')
+    assert all(word in line for word in expected), line
+    assert 'Traceback' not in said
+    assert os.listdir(tmp_path) == ['taken']
+
+
+@pytest.mark.parametrize('words', [['-q'], ['--params-file', 'none.yaml'], ['-r', '__ns:=//3']])
+def test_bad_arguments_for_ros_exit_2(capfd, words):
+    assert main(['sim_node', '--ros-args', *words]) == 2
+    assert 'Traceback' not in capfd.readouterr().err
+
+
+def test_the_node_takes_no_words_of_its_own(capfd):
+    with pytest.raises(SystemExit) as ended:
+        main(['sim_node', 'demo.yaml'])
+    assert ended.value.code == 2
+
+
+def test_help_lists_every_parameter(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(['sim_node', '--help'])
+    assert ended.value.code == 0
+    said = capsys.readouterr().out
+    assert all(f'  {entry.name} [' in said and entry.description in said for entry in PARAMETERS)
+
+
+def test_the_parameter_file_holds_every_parameter_with_its_default():
+    content = yaml.safe_load((ROOT / 'config' / 'sim_node.yaml').read_text())
+    given = content['/**']['ros__parameters']
+    assert list(given.items()) != []
+    assert {name: type(value) for name, value in given.items() if value != []} == {
+        entry.name: type(entry.default) for entry in PARAMETERS if entry.default != ()
+    }
+    for entry in PARAMETERS:
+        assert given[entry.name] == (list(entry.default) if entry.default == () else entry.default)
+
+
+def test_a_mistyped_parameter_is_named_with_the_nearest_one():
+    (warning,) = strangers(['dt', 'record_pth', 'qos_overrides./clock.publisher.depth'])
+    assert 'record_pth' in warning
+    assert 'record_path' in warning
