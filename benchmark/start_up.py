@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-How long a user waits: `simulate` on a scene of one body, with a cold and a warm kernel cache, and the node until ready.
+How long a user waits: `simulate` on a scene of one body, with a cold and a warm kernel cache, and
+the node until ready.
 
     python benchmark/start_up.py [--repeat 5]
 """
@@ -60,7 +61,9 @@ def node_ready(cache: Path) -> float:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument('--repeat', type=int, default=5)
     repeat = parser.parse_args().repeat
     with tempfile.TemporaryDirectory() as name:
@@ -68,10 +71,16 @@ def main() -> None:
         cache = folder / 'cache'
         print(f'simulate, one body, cold cache: {simulate(folder, "cold", cache):6.2f} s')
         warm = [simulate(folder, f'warm_{i}', cache) for i in range(repeat)]
-        print(f'simulate, one body, warm cache: {statistics.median(warm):6.2f} s  ({min(warm):.2f}…{max(warm):.2f}), limit 2 s')
+        print(
+            f'simulate, one body, warm cache: {statistics.median(warm):6.2f} s  '
+            f'({min(warm):.2f}…{max(warm):.2f}), limit 2 s'
+        )
         print(f'sim_node until ready, cold    : {node_ready(cache):6.2f} s')
         ready = [node_ready(cache) for _ in range(repeat)]
-        print(f'sim_node until ready, warm    : {statistics.median(ready):6.2f} s  ({min(ready):.2f}…{max(ready):.2f}), limit 3 s')
+        print(
+            f'sim_node until ready, warm    : {statistics.median(ready):6.2f} s  '
+            f'({min(ready):.2f}…{max(ready):.2f}), limit 3 s'
+        )
 
 
 if __name__ == '__main__':

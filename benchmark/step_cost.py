@@ -1,11 +1,13 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a tick costs: `Simulation.step(n)` of free bodies, ns per body and tick, beside reference figures.
+What a tick costs: `Simulation.step(n)` of free bodies, ns per body and tick, beside reference
+figures.
 
-Bodies with moments (1, 2, 3) kg m^2, random spin of 1 rad/s, held force and torque, dt = 1 ms. The integrators take turns,
-so that a busy moment of the machine hits them alike; median and spread of the repetitions are printed. A calibration loop
-(a chain of 1e7 multiply-adds) tells one machine from another.
+Bodies with moments (1, 2, 3) kg m^2, random spin of 1 rad/s, held force and torque, dt = 1 ms. The
+integrators take turns, so that a busy moment of the machine hits them alike; median and spread of
+the repetitions are printed. A calibration loop (a chain of 1e7 multiply-adds) tells one machine
+from another.
 
     python benchmark/step_cost.py [--bodies 1 10 100 1000] [--repeat 7]
 """
@@ -16,6 +18,7 @@ import argparse
 import platform
 import statistics
 import time
+from functools import partial
 
 import numpy as np
 
@@ -23,7 +26,8 @@ from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics import kernels
 from rigid_body_sim.physics.integrators import INTEGRATORS
 
-# ns per body and tick, measured with bare kernels on a 2-core AVX-512 machine: the figures to stay within a factor of
+# ns per body and tick, measured with bare kernels on a 2-core AVX-512 machine: the figures to stay
+# within a factor of
 REFERENCE = {
     ('dmv6', 1): 96.0,
     ('dmv6', 10): 28.7,
@@ -81,7 +85,9 @@ def timed(call) -> float:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument('--bodies', type=int, nargs='+', default=[1, 10, 100, 1000])
     parser.add_argument('--integrators', nargs='+', default=sorted(INTEGRATORS))
     parser.add_argument('--repeat', type=int, default=7)
@@ -90,7 +96,9 @@ def main() -> None:
     calibration = statistics.median(timed(lambda: _calibration(10_000_000, 0.5)) for _ in range(5))
     print(f'{platform.machine()}, {kernels.versions()}, compiled: {kernels.COMPILED}')
     print(f'calibration: {calibration * 100:.2f} ns per dependent multiply-add; seed 1')
-    print(f'{"integrator":22}{"bodies":>7}{"ns/body-tick":>14}{"spread":>16}{"reference":>11}{"ratio":>7}')
+    print(
+        f'{"integrator":22}{"bodies":>7}{"ns/body-tick":>14}{"spread":>16}{"reference":>11}{"ratio":>7}'
+    )
     for count in arguments.bodies:
         scene = free_bodies(count)
         sims = {name: Simulation(scene, integrator=name) for name in arguments.integrators}
@@ -101,12 +109,14 @@ def main() -> None:
             sim.step(2)
         for _ in range(arguments.repeat):
             for name, sim in sims.items():
-                costs[name].append(timed(lambda sim=sim: sim.step(ticks)) / ticks / count * 1e9)
+                costs[name].append(timed(partial(sim.step, ticks)) / ticks / count * 1e9)
         for name, measured in costs.items():
             median = statistics.median(measured)
             reference = REFERENCE.get((name, count))
             beside = f'{reference:11.1f}{median / reference:7.2f}' if reference else ''
-            print(f'{name:22}{count:7}{median:14.1f}{min(measured):9.1f}…{max(measured):<6.1f}{beside}')
+            print(
+                f'{name:22}{count:7}{median:14.1f}{min(measured):9.1f}…{max(measured):<6.1f}{beside}'
+            )
 
 
 if __name__ == '__main__':

@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The verbs: `python -m rigid_body_sim VERB …`, each also an executable of its own for `ros2 run rigid_body_sim VERB`.
+The verbs: `python -m rigid_body_sim VERB …`, each also an executable of its own for `ros2 run
+rigid_body_sim VERB`.
 
 Exit codes: 0 done; 1 failed while running; 2 bad scene, parameter or argument; 3 replay differs.
 """
@@ -23,6 +24,7 @@ VERBS = {
     'replay': 're-run a bag from its own scene and commands and compare bit by bit',
     'bag': 'look after recordings: info, check, recover, diff',
     'view': 'draw a run: trajectories, speeds, energy, drift (PNG)',
+    'inverse': 'from positions to velocities, accelerations and the wrench that explains them',
     'wrench_pub': 'publish commands to a body, or those of a bag',
 }
 
@@ -50,7 +52,9 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
     try:
         module = importlib.import_module(f'rigid_body_sim.verbs.{verb}')
     except ModuleNotFoundError as missing:
-        return _fail(verb, f'the Python package {missing.name!r} is missing; install it, or source ROS 2', 2)
+        return _fail(
+            verb, f'the Python package {missing.name!r} is missing; install it, or source ROS 2', 2
+        )
     parser = argparse.ArgumentParser(prog=f'rigid_body_sim {verb}', description=module.__doc__)
     module.add_arguments(parser)
     own, for_ros = list(words), []
@@ -130,6 +134,11 @@ def bag() -> int:
 def view() -> int:
     """Entry point of the executable `view`."""
     return run_verb('view', sys.argv[1:])
+
+
+def inverse() -> int:
+    """Entry point of the executable `inverse`."""
+    return run_verb('inverse', sys.argv[1:])
 
 
 def wrench_pub() -> int:

@@ -6,11 +6,11 @@ Commands to bodies as they come from a topic, a file or a recording, and which o
     kind      unit          lasts
     force     N             until the next force, or the command timeout
     torque    N m           until the next torque, or the command timeout
-    wrench    N, N m        until the next wrench, or the command timeout; force, torque and wrench add
-    impulse   N s, N m s    applied once, whatever the tick length
+    wrench    N, N m        until the next wrench, or the command timeout; force, torque and wrench
+    add impulse   N s, N m s    applied once, whatever the tick length
 
-`frame_id` is empty or the world frame (world axes), or the name of the body (axes that turn with it); anything else is
-refused. A force acts at the centre of mass.
+`frame_id` is empty or the world frame (world axes), or the name of the body (axes that turn with
+it); anything else is refused. A force acts at the centre of mass.
 """
 
 from __future__ import annotations
@@ -75,9 +75,14 @@ class CommandRules:
         if not all(map(math.isfinite, (*command.force, *command.torque))):
             return f'{command.kind} for {body.name!r} is not finite; send finite numbers'
         if body.is_point and any(command.torque):
-            return f'torque on the point mass {body.name!r}, which has no orientation; send a force'
+            return (
+                f'torque on the point mass {body.name!r}, which has no orientation; send a force'
+            )
         if body.is_point and self.frame(command) == 'body':
-            return f'{command.kind} in the axes of the point mass {body.name!r}, which has none; use the world frame'
+            return (
+                f'{command.kind} in the axes of the point mass {body.name!r}, which has '
+                'none; use the world frame'
+            )
         return None
 
 
@@ -105,32 +110,38 @@ def decode(body: str, kind: str, data: bytes) -> Command:
     return Command(body, kind, message.force, message.torque, message.frame_id, stamp)
 
 
-def topics_of(
-    bodies: Sequence[str], *, namespace: str
-) -> dict[str, tuple[str, str]]:
+def topics_of(bodies: Sequence[str], *, namespace: str) -> dict[str, tuple[str, str]]:
     """Name the command topics: topic -> (body, kind)."""
     return {
-        body_topic(namespace, body, kind, '').name: (body, kind) for body in bodies for kind in KINDS
+        body_topic(namespace, body, kind, '').name: (body, kind)
+        for body in bodies
+        for kind in KINDS
     }
 
 
 def read_csv(path: Path, scene: Scene, *, dt_ns: int) -> list[tuple[int, Command]]:
     """
-    Read timed commands: columns time [s], body, kind, frame (world or body), fx … tz; missing numbers are zero.
+    Read timed commands: columns time [s], body, kind, frame (world or body), fx … tz; missing
+    numbers are zero.
 
-    returns : (tick, command), ascending; a command takes effect at the first tick boundary not before its time
+    returns : (tick, command), ascending; a command takes effect at the first tick boundary not
+              before its time
     """
     try:
         with path.open(newline='', encoding='utf-8') as lines:
             timed = list(_rows(path, lines, scene, dt_ns))
     except OSError as error:
-        raise UserError(f'{path}: cannot be read ({error.strerror}); give a CSV file of commands') from None
+        raise UserError(
+            f'{path}: cannot be read ({error.strerror}); give a CSV file of commands'
+        ) from None
     except UnicodeDecodeError:
         raise UserError(f'{path}: is not UTF-8 text; give a CSV file of commands') from None
     return sorted(timed, key=lambda item: item[0])
 
 
-def _rows(path: Path, lines: Iterator[str], scene: Scene, dt_ns: int) -> Iterator[tuple[int, Command]]:
+def _rows(
+    path: Path, lines: Iterator[str], scene: Scene, dt_ns: int
+) -> Iterator[tuple[int, Command]]:
     reader = csv.DictReader(lines)
     columns = tuple(reader.fieldnames or ())
     unknown = set(columns) - set(CSV_COLUMNS)
@@ -145,7 +156,9 @@ def _rows(path: Path, lines: Iterator[str], scene: Scene, dt_ns: int) -> Iterato
         where = f'{path}: line {reader.line_num}'
         if None in row or None in row.values():
             raise UserError(f'{where}: has not as many values as the header has columns')
-        numbers = {name: _number(where, name, row.get(name)) for name in ('time', *CSV_COLUMNS[4:])}
+        numbers = {
+            name: _number(where, name, row.get(name)) for name in ('time', *CSV_COLUMNS[4:])
+        }
         if row['kind'] not in KINDS:
             raise UserError(f'{where}: kind {row["kind"]!r}; allowed: {", ".join(KINDS)}')
         if numbers['time'] < 0:

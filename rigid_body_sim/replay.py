@@ -1,10 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A recorded run, run again from the bag alone: its scene, its start state, its commands at their ticks.
+A recorded run, run again from the bag alone: its scene, its start state, its commands at their
+ticks.
 
-With the same integrator and dt every message must come out with the same bits. With others, the difference of the states
-at common times is the error of one of the two.
+With the same integrator and dt every message must come out with the same bits. With others, the
+difference of the states at common times is the error of one of the two.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.rotation import angle_between
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording import cdr
-from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.bag_reader import Bag, RecordedMessage
+from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.ulps import ulp_distance
 from rigid_body_sim.run import Run, RunSettings
 from rigid_body_sim.run_recorder import (
@@ -47,7 +48,8 @@ class Difference:
     """
     Where a replay first left the recording.
 
-    ulps : doubles between the recorded and the replayed value; None where it is not a number that differs
+    ulps : doubles between the recorded and the replayed value; None where it is not a number that
+           differs
     """
 
     tick: int
@@ -72,7 +74,8 @@ class Comparison:
 @dataclass
 class Errors:
     """
-    Largest and last difference of one body from the recording, at the recorded times that both runs hit.
+    Largest and last difference of one body from the recording, at the recorded times that both
+    runs hit.
 
     position [m], angle [rad], velocity [m/s], angular_velocity [rad/s]
     """
@@ -83,7 +86,9 @@ class Errors:
     def take(self, values: dict[str, float]) -> None:
         """Take the differences at one time."""
         self.last = values
-        self.largest = {name: max(value, self.largest.get(name, 0.0)) for name, value in values.items()}
+        self.largest = {
+            name: max(value, self.largest.get(name, 0.0)) for name, value in values.items()
+        }
 
 
 class RecordedRun:
@@ -93,19 +98,26 @@ class RecordedRun:
         self.bag = Bag(path)
         manifest = self.bag.manifest
         if not manifest:
-            raise UserError(f'{path}: holds no run of rigid_body_sim, only messages; replay needs a bag that this package recorded')
+            raise UserError(
+                f'{path}: holds no run of rigid_body_sim, only messages; replay needs a bag '
+                'that this package recorded'
+            )
         wanted = (SCHEMA_VERSION, TICK_SEMANTICS)
         found = (manifest.get('schema_version'), manifest.get('tick_semantics'))
         if found != wanted:
             raise UserError(
-                f'{path}: recorded with schema and tick semantics {found}, this version has {wanted}; '
+                f'{path}: recorded with schema and tick semantics {found}, this version has '
+                f'{wanted}; '
                 f'replay it with rigid_body_sim {manifest.get("package_version")}'
             )
         source = self._attachment(SCENE_FILE, manifest['scene_sha256'])
         names = json.loads(manifest['scene_files'])
-        self.scene = load_scene(source, files={name: self._attachment(name, None) for name in names})
+        self.scene = load_scene(
+            source, files={name: self._attachment(name, None) for name in names}
+        )
         self.start_state = self._attachment(START_FILE, manifest['start_state_sha256'])
         self.integrator = manifest['integrator']
+        self.integrator_options = json.loads(manifest.get('integrator_options', '{}'))
         self.dt_ns = int(manifest['dt_ns'])
         self.first_tick = int(manifest['first_tick'])
         self.settings = RunSettings(
@@ -121,21 +133,33 @@ class RecordedRun:
     def _attachment(self, name: str, sha256: str | None) -> bytes:
         content = self.bag.attachments.get(name)
         if content is None:
-            raise UserError(f'{self.bag.path}: the attachment {name} is missing; only a whole bag can be replayed')
+            raise UserError(
+                f'{self.bag.path}: the attachment {name} is missing; only a whole bag can be '
+                'replayed'
+            )
         if sha256 is not None and hashlib.sha256(content).hexdigest() != sha256:
-            raise RunError(f'{self.bag.path}: the attachment {name} is not the one that was recorded (its sha256 differs)')
+            raise RunError(
+                f'{self.bag.path}: the attachment {name} is not the one that was recorded (its '
+                'sha256 differs)'
+            )
         return content
 
     def _last_tick(self) -> int:
         ending = self.bag.ending
         if ending is not None:
             if ending.get('dropped', '0') != '0':
-                raise RunError(f'{self.bag.path}: {ending["dropped"]} messages were dropped while recording; it cannot be replayed')
+                raise RunError(
+                    f'{self.bag.path}: {ending["dropped"]} messages were dropped while '
+                    'recording; it cannot be replayed'
+                )
             return int(ending['last_tick'])
         return int(self.bag.recovered['last_tick'])
 
     def commands(self) -> dict[int, list[Command]]:
-        """Consumed commands by the tick on which they first acted, in the order in which they were consumed."""
+        """
+        Consumed commands by the tick on which they first acted, in the order in which they were
+        consumed.
+        """
         by_tick: dict[int, list[Command]] = {}
         for message in self.bag.messages(self._command_topics):
             body, kind = self._command_topics[message.topic]
@@ -144,14 +168,26 @@ class RecordedRun:
 
     def outputs(self) -> Iterator[RecordedMessage]:
         """Recorded messages that are not commands, in file order."""
-        return self.bag.messages([name for name in self.bag.topics if name not in self._command_topics])
+        return self.bag.messages(
+            [name for name in self.bag.topics if name not in self._command_topics]
+        )
 
     def run_again(self, *, integrator: str | None = None, dt: float | None = None) -> Run:
         """Make a run that stands where the recording began."""
-        simulation = Simulation(self.scene, integrator=integrator or self.integrator, dt=dt or self.dt_ns / 1e9)
+        simulation = Simulation(
+            self.scene,
+            integrator=integrator or self.integrator,
+            integrator_options=self.integrator_options
+            if integrator in (None, self.integrator)
+            else None,
+            dt=dt or self.dt_ns / 1e9,
+        )
         begin_ns = self.first_tick * self.dt_ns
         if begin_ns % simulation.dt_ns:
-            raise UserError(f'--dt {simulation.dt:g} s: does not divide the start of the recording at {begin_ns * 1e-9:g} s')
+            raise UserError(
+                f'--dt {simulation.dt:g} s: does not divide the start of the recording at '
+                f'{begin_ns * 1e-9:g} s'
+            )
         simulation.restore(
             tick=begin_ns // simulation.dt_ns,
             state=self.start_state,
@@ -162,7 +198,10 @@ class RecordedRun:
 
 
 def compare(recorded: RecordedRun, *, output: Path | None, progress: Progress) -> Comparison:
-    """Run again with the same settings and compare every message bit by bit, up to the first difference."""
+    """
+    Run again with the same settings and compare every message bit by bit, up to the first
+    difference.
+    """
     run = recorded.run_again()
     recorder = RunRecorder(run, output) if output is not None else None
     count = 0
@@ -182,7 +221,9 @@ def compare(recorded: RecordedRun, *, output: Path | None, progress: Progress) -
     digest = hashlib.sha256(run.simulation.state_bytes()).hexdigest()
     ending = recorded.bag.ending
     if difference is None and ending is not None and digest != ending['final_state_sha256']:
-        difference = Difference(run.simulation.tick, '', 'final state', ending['final_state_sha256'], digest, None)
+        difference = Difference(
+            run.simulation.tick, '', 'final state', ending['final_state_sha256'], digest, None
+        )
     if recorder is not None:
         recorder.close('replayed')
     return Comparison(
@@ -218,10 +259,14 @@ def _difference(
 ) -> Difference:
     if theirs is None:
         assert ours is not None
-        return Difference(run.simulation.tick, _body(recorded, ours[0]), 'message', 'missing', ours[0], None)
+        return Difference(
+            run.simulation.tick, _body(recorded, ours[0]), 'message', 'missing', ours[0], None
+        )
     body = _body(recorded, theirs.topic)
     if ours is None or ours[0] != theirs.topic:
-        return Difference(theirs.sequence, body, 'message', theirs.topic, ours[0] if ours else 'missing', None)
+        return Difference(
+            theirs.sequence, body, 'message', theirs.topic, ours[0] if ours else 'missing', None
+        )
     kind = recorded.bag.topics[theirs.topic].type
     try:
         old, new = (cdr.fields(cdr.decode(kind, data)) for data in (theirs.data, ours[1]))
@@ -232,10 +277,16 @@ def _difference(
         if isinstance(value, float):
             distance = int(ulp_distance(value, new[name]))
             if distance:
-                return Difference(theirs.sequence, body, f'{leaf}.{name}', repr(value), repr(new[name]), distance)
+                return Difference(
+                    theirs.sequence, body, f'{leaf}.{name}', repr(value), repr(new[name]), distance
+                )
         elif value != new[name]:
-            return Difference(theirs.sequence, body, f'{leaf}.{name}', repr(value), repr(new[name]), None)
-    return Difference(theirs.sequence, body, f'{leaf} padding', theirs.data.hex(), ours[1].hex(), None)
+            return Difference(
+                theirs.sequence, body, f'{leaf}.{name}', repr(value), repr(new[name]), None
+            )
+    return Difference(
+        theirs.sequence, body, f'{leaf} padding', theirs.data.hex(), ours[1].hex(), None
+    )
 
 
 def _body(recorded: RecordedRun, topic: str) -> str:
@@ -274,7 +325,9 @@ def measure(
             errors[body].take(
                 {
                     'position': _distance(state.position[i], pose.position),
-                    'angle': float(angle_between(state.orientation[i], np.array(pose.orientation))),
+                    'angle': float(
+                        angle_between(state.orientation[i], np.array(pose.orientation))
+                    ),
                     'velocity': _distance(state.velocity[i], twist.linear),
                     'angular_velocity': _distance(state.angular_velocity[i], twist.angular),
                 }

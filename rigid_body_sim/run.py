@@ -1,16 +1,18 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-One run: a simulation that takes commands at tick boundaries and gives messages. What a tick is, is said here alone.
+One run: a simulation that takes commands at tick boundaries and gives messages. What a tick is, is
+said here alone.
 
 Tick k, from k dt to (k + 1) dt:
-    commands that arrived are taken in order: a held one replaces what its source asked before, an impulse acts at once
-    the physics advances by dt
-    applied wrenches of tick k and the states after it are packed: at each publish tick those of all bodies, else the
-    wrenches of the bodies whose command changed at k, so that the first message with a new value names the tick on which
-    it first acted
+    commands that arrived are taken in order: a held one replaces what its source asked before, an
+    impulse acts at once the physics advances by dt
+    applied wrenches of tick k and the states after it are packed: at each publish tick those of
+    all bodies, else the wrenches of the bodies whose command changed at k, so that the first
+    message with a new value names the tick on which it first acted
 
-The node, `simulate` and `replay` all run through `Run`; the recorder sees the same bytes that are published.
+The node, `simulate` and `replay` all run through `Run`; the recorder sees the same bytes that are
+published.
 """
 
 from __future__ import annotations
@@ -24,9 +26,12 @@ from numpy.typing import NDArray
 
 from rigid_body_sim import commands as command_messages
 from rigid_body_sim.commands import Command, CommandRules
+from rigid_body_sim.error_estimate import ErrorEstimate, Shadow
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.held_wrenches import FOREVER, Slot
 from rigid_body_sim.physics.invariants import Drift, DriftMeter
+from rigid_body_sim.physics.model import Vector
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.packing import StatePacker
@@ -46,12 +51,15 @@ class RunSettings:
     world_frame        : name of the world axes
     command_timeout_ns : how long a held command lasts [ns]; 0: until changed
     publish_every      : ticks between publish ticks
+    estimate_error     : whether a shadow runs along to tell how wrong the run is; it changes no
+                         message
     """
 
     namespace: str = ''
     world_frame: str = 'world'
     command_timeout_ns: int = 200_000_000
     publish_every: int = 10
+    estimate_error: bool = False
 
 
 def publish_every(rate_hz: float, dt_ns: int) -> int:
@@ -94,6 +102,19 @@ class Run:
         self._applied = np.array(simulation.applied_wrench())
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
         self._commanded = bool(simulation.held_slots)
+        self._shadow = Shadow(simulation) if settings.estimate_error else None
+
+    def _step(self, ticks: int) -> None:
+        self.simulation.step(ticks)
+        if self._shadow is not None:
+            try:
+                self._shadow.simulation.step(ticks)
+            except SimulationDiverged:  # the run itself is well: only the estimate is lost
+                self._shadow = None
+
+    def error_estimate(self) -> ErrorEstimate | None:
+        """Estimate how wrong the states are by now; None where nobody asked for it."""
+        return self._shadow.estimate() if self._shadow is not None else None
 
     def _take(self, commands: Sequence[Command]) -> list[tuple[str, bytes]]:
         """Apply commands; give the topic and message of each. Impulses are left in `_struck`."""
@@ -105,15 +126,22 @@ class Run:
         return consumed
 
     def _apply(self, command: Command) -> None:
-        simulation = self.simulation
+        struck = self._hand_on(command, self.simulation)
+        if struck is not None:
+            self._struck[:, self._index[command.body]] += np.array(struck) / self.simulation.dt
+            self._any_struck = True
+        if self._shadow is not None:
+            self._hand_on(command, self._shadow.simulation)
+
+    def _hand_on(self, command: Command, simulation: Simulation) -> tuple[Vector, Vector] | None:
+        """
+        Give a command to a simulation; what struck the body, in world axes, if it was an impulse.
+        """
         frame = self.rules.frame(command)
         if command.kind == 'impulse':
-            struck = simulation.apply_impulse(
+            return simulation.apply_impulse(
                 command.body, linear=command.force, angular=command.torque, frame=frame
             )
-            self._struck[:, self._index[command.body]] += np.array(struck) / simulation.dt
-            self._any_struck = True
-            return
         simulation.hold(
             command.body,
             command.kind,
@@ -122,6 +150,7 @@ class Run:
             frame=frame,
             until=self._until(),
         )
+        return None
 
     def _until(self) -> int:
         if self.command_timeout_ns == 0:
@@ -131,7 +160,8 @@ class Run:
 
     def advance(self, ticks: int, commands: Sequence[Command] = ()) -> TickOutput:
         """
-        Take commands, then advance over ticks up to the next publish tick or expiry of a command, at most `ticks`.
+        Take commands, then advance over ticks up to the next publish tick or expiry of a command,
+        at most `ticks`.
 
         Raises SimulationDiverged; what was packed before is not lost, the ticks before are done.
         """
@@ -152,11 +182,11 @@ class Run:
             stop = tick + 1
         stop = min(stop, max(tick + 1, simulation.next_expiry))
         if stop % every == 0 and stop > tick + 1:
-            simulation.step(stop - 1 - tick)
+            self._step(stop - 1 - tick)
             self._update_applied(False)
-            simulation.step(1)
+            self._step(1)
         else:
-            simulation.step(stop - tick)
+            self._step(stop - tick)
         if changing:
             self._close_stretch()
         if stop % every == 0:
@@ -170,7 +200,10 @@ class Run:
     def follow(
         self, commands: Mapping[int, Sequence[Command]], last_tick: int
     ) -> Iterator[tuple[int, TickOutput]]:
-        """Advance to a tick, taking commands at theirs; yield the first tick of each stretch and what came of it."""
+        """
+        Advance to a tick, taking commands at theirs; yield the first tick of each stretch and what
+        came of it.
+        """
         simulation = self.simulation
         pending = sorted((k for k in commands if simulation.tick <= k < last_tick), reverse=True)
         while simulation.tick < last_tick:
@@ -189,8 +222,9 @@ class Run:
         """
         Tell which bodies are asked for something else than before, or were struck.
 
-        What is asked decides, not the wrench that comes of it: commands that turn with a body change it in every
-        tick, and whether by a bit or not must not depend on how many ticks are done at once.
+        What is asked decides, not the wrench that comes of it: commands that turn with a body
+        change it in every tick, and whether by a bit or not must not depend on how many ticks are
+        done at once.
         """
         now = self.simulation.held_slots
         different = self._struck.any(axis=(0, 2))
@@ -213,7 +247,9 @@ class Run:
         )
 
     def _close_stretch(self) -> None:
-        """Begin to measure drift anew when no command acts any more; none counts while one does."""
+        """
+        Begin to measure drift anew when no command acts any more; none counts while one does.
+        """
         self._commanded = bool(self.simulation.held_slots)
         if not self._commanded:
             self._sample(commanded=True)
@@ -230,6 +266,8 @@ class Run:
     def reset(self) -> None:
         """Put every body back to the start of the scene; time goes on, drift is measured anew."""
         self.simulation.reset()
+        if self.settings.estimate_error:
+            self._shadow = Shadow(self.simulation)
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
         self._meter = DriftMeter(

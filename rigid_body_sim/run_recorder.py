@@ -3,8 +3,9 @@
 """
 A run on disk: a bag that is a complete experiment.
 
-It holds the scene and the files it names, the state at the first recorded tick, what was held then, every command with
-the tick on which it first acted, and every published message. `replay` needs nothing else.
+It holds the scene and the files it names, the state at the first recorded tick, what was held
+then, every command with the tick on which it first acted, and every published message. `replay`
+needs nothing else.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import json
 import platform
 import time
 from collections.abc import Mapping
+from dataclasses import asdict
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -28,7 +30,9 @@ from rigid_body_sim.run import Run, TickOutput
 SCENE_FILE = 'scene.yaml'
 START_FILE = 'start_state.bin'
 SCHEMA_VERSION = '1'
-TICK_SEMANTICS = '1'  # raised when a tick of `run` or a step of an integrator comes to mean something else
+TICK_SEMANTICS = (
+    '1'  # raised when a tick of `run` or a step of an integrator comes to mean something else
+)
 CHAIN_EVERY = 100  # published ticks between two links of the hash chain
 
 
@@ -72,6 +76,8 @@ class RunRecorder:
             'scene_sha256': hashlib.sha256(scene.source).hexdigest(),
             'scene_files': json.dumps(sorted(scene.files)),
             'integrator': simulation.integrator.name,
+            'integrator_options': json.dumps(simulation.integrator.settings),
+            'integrator_choice': simulation.choice.reason if simulation.choice else '',
             'dt_ns': str(simulation.dt_ns),
             'first_tick': str(self.first_tick),
             'start_state_sha256': hashlib.sha256(start).hexdigest(),
@@ -103,8 +109,10 @@ class RunRecorder:
         """Finish the bag. `reason`: duration, stop_time, signal, stopped, reset, diverged."""
         simulation = self._run.simulation
         self._chain.update(simulation.state_bytes())
+        estimate = self._run.error_estimate()
         self._writer.close(
             {
+                **({'error_estimate': json.dumps(asdict(estimate))} if estimate else {}),
                 'last_tick': str(simulation.tick),
                 'ticks': str(simulation.tick - self.first_tick),
                 'last_time_ns': str(simulation.tick * simulation.dt_ns),

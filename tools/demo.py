@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-`make demo`: the node on a scene of several bodies, commands from a second process, a bag, its replay, a picture.
+`make demo`: the node on a scene of several bodies, commands from a second process, a bag, its
+replay, a picture.
 
 Everything is done with the verbs as a user would call them; each line printed is one of them.
 """
@@ -36,7 +37,12 @@ class Step:
         Step.count += 1
         print(f'{Step.count}/{STEPS} {text}', flush=True)
         self._end = time.monotonic() + seconds
-        self._bar = tqdm(total=round(seconds, 1), bar_format='    {bar:40} {n:.0f} s', leave=False, disable=not sys.stderr.isatty())
+        self._bar = tqdm(
+            total=round(seconds, 1),
+            bar_format='    {bar:40} {n:.0f} s',
+            leave=False,
+            disable=not sys.stderr.isatty(),
+        )
 
     def wait(self, until, *, failed: str) -> None:
         """Wait until `until` is true; it is asked ten times a second and may wait itself."""
@@ -52,7 +58,9 @@ class Step:
 
 def shown(words: list[str]) -> str:
     """Write a command as a user would type it."""
-    short = [word.replace(f'{ROOT}{os.sep}', '').replace(sys.executable, 'python') for word in words]
+    short = [
+        word.replace(f'{ROOT}{os.sep}', '').replace(sys.executable, 'python') for word in words
+    ]
     return shlex.join(short)
 
 
@@ -77,7 +85,10 @@ def start(*words: object) -> subprocess.Popen[str]:
 
 
 def lines_of(process: subprocess.Popen[str], said: list[str]):
-    """Make a question that reads what a process says for a tenth of a second and tells whether it is ready."""
+    """
+    Make a question that reads what a process says for a tenth of a second and tells whether it is
+    ready.
+    """
     assert process.stdout is not None
     selector = selectors.DefaultSelector()
     selector.register(process.stdout, selectors.EVENT_READ)
@@ -105,7 +116,9 @@ def main() -> None:
     node = start('sim_node', '--ros-args', *words)
     said: list[str] = []
     try:
-        step.wait(lines_of(node, said), failed='the node was not ready in time:\n' + '\n'.join(said))
+        step.wait(
+            lines_of(node, said), failed='the node was not ready in time:\n' + '\n'.join(said)
+        )
         print(f'      {said[-1]}')
 
         step = Step('commands from other processes over DDS', seconds=60)
@@ -139,7 +152,9 @@ def _ended(processes: list[subprocess.Popen[str]]) -> bool:
     for process in processes:
         if process.poll():
             output = process.stdout.read() if process.stdout else ''
-            raise SystemExit(f'demo: {shown(process.args)} ended with exit code {process.returncode}:\n{output}')
+            raise SystemExit(
+                f'demo: {shown(process.args)} ended with exit code {process.returncode}:\n{output}'
+            )
     return all(process.poll() is not None for process in processes)
 
 

@@ -3,9 +3,10 @@
 """
 Where numbers that move are kept: blocks of 64 bodies, one row per quantity.
 
-Body i sits in block i // 64, lane i % 64. A block has ROWS rows of 64 numbers; a quantity is named by the offset of its
-row inside the block, so that in a block `s` its value in lane k is `s[k + QX]`. The constant distance between rows lets
-the compiler prove that they do not overlap, and so use SIMD: 5 to 8 times faster than rows in arrays of their own.
+Body i sits in block i // 64, lane i % 64. A block has ROWS rows of 64 numbers; a quantity is named
+by the offset of its row inside the block, so that in a block `s` its value in lane k is `s[k +
+QX]`. The constant distance between rows lets the compiler prove that they do not overlap, and so
+use SIMD: 5 to 8 times faster than rows in arrays of their own.
 
 translation : every moving body, rigid bodies first, then point masses; world axes
 rotation    : the rigid bodies only, in the same order; a scene of point masses has none of it
@@ -28,7 +29,11 @@ PX, PY, PZ = 192, 256, 320  # [kg m/s] momentum
 EX, EY, EZ = 384, 448, 512  # [m] what rounding lost of the position
 GX, GY, GZ = 576, 640, 704  # [kg m/s] what rounding lost of the momentum
 FX, FY, FZ = 768, 832, 896  # [N] sum of all forces at the last evaluation
-HX, HY, HZ = 960, 1024, 1088  # [N] forces that stay the same over a tick: commands, uniform gravity
+HX, HY, HZ = (
+    960,
+    1024,
+    1088,
+)  # [N] forces that stay the same over a tick: commands, uniform gravity
 IM = 1152  # [1/kg] inverse mass
 TRANSLATION = 1216  # numbers in a block
 TRANSLATION_STATE = 768  # those a run must remember
@@ -135,9 +140,7 @@ def velocity(translation, index):
 def to_world(rotation, index, a, b, c):
     """Rotate a vector from the principal axes of a rigid body to world axes."""
     k = at(index, ROTATION)
-    return rotate(
-        rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW], a, b, c
-    )
+    return rotate(rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW], a, b, c)
 
 
 @inline
@@ -146,9 +149,7 @@ def angular_velocity(rotation, index):
     k = at(index, ROTATION)
     x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
     a, b, c = rotate(-x, -y, -z, w, rotation[k + LX], rotation[k + LY], rotation[k + LZ])
-    return rotate(
-        x, y, z, w, a * rotation[k + J1], b * rotation[k + J2], c * rotation[k + J3]
-    )
+    return rotate(x, y, z, w, a * rotation[k + J1], b * rotation[k + J2], c * rotation[k + J3])
 
 
 @inline

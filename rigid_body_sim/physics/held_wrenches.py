@@ -1,22 +1,26 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Commands that hold: the force and torque each source last asked for, until it asks for something else or its time is up.
+Commands that hold: the force and torque each source last asked for, until it asks for something
+else or its time is up.
 
-A body has one slot per source ('force', 'torque', 'wrench'); slots add, in this order. A slot in world axes stays as it
-is; one in body axes turns with the body. Force acts at the centre of mass.
+A body has one slot per source ('force', 'torque', 'wrench'); slots add, in this order. A slot in
+world axes stays as it is; one in body axes turns with the body. Force acts at the centre of mass.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import HX, KX, ROTATION, TRANSLATION, scatter
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Vector
+from rigid_body_sim.physics.variable_mass import flow_of
 
 Array = NDArray[np.float64]
 
@@ -50,6 +54,9 @@ class HeldWrenches:
     def __init__(self, layout: Layout, gravity: Vector) -> None:
         self._layout = layout
         self._weight = layout.masses[:, None] * np.asarray(gravity)
+        for core in range(layout.n_moving):
+            if flow_of(layout.body(core)) is not None:
+                self._weight[core] = 0.0  # `forces.variable_mass` adds it after its own factor
         self.slots: dict[tuple[int, str], Slot] = {}
 
     def set(self, core: int, source: str, slot: Slot) -> None:
@@ -82,15 +89,18 @@ class HeldWrenches:
         """
         Add up the slots.
 
-        returns : force (m, 3) and torque (m, 3) in world axes without gravity, and the table of what turns with the
-                  bodies: rows of core index, index among the rigid, force (3), torque (3)
+        returns : force (m, 3) and torque (m, 3) in world axes without gravity, and the table of
+                  what turns with the bodies: rows of core index, index among the rigid, force (3),
+                  torque (3)
         """
         force = np.zeros((self._layout.n_moving, 3))
         torque = np.zeros((self._layout.n_moving, 3))
         turning: dict[int, Array] = {}
         for core, slot in self._ordered():
             if slot.turns_with_body:
-                row = turning.setdefault(core, np.array([core, core, 0, 0, 0, 0, 0, 0], dtype=float))
+                row = turning.setdefault(
+                    core, np.array([core, core, 0, 0, 0, 0, 0, 0], dtype=float)
+                )
                 row[2:5] += slot.force
                 row[5:8] += slot.torque
             else:
@@ -100,10 +110,24 @@ class HeldWrenches:
         return force, torque, table
 
     def write(self, translation: Array, rotation: Array) -> Array:
-        """Write what is held in world axes, gravity with it, into the blocks; return the table of what turns."""
+        """
+        Write what is held in world axes, gravity with it, into the blocks; return the table of
+        what turns.
+        """
         force, torque, table = self.sums()
         if self._layout.n_moving:
             scatter(translation, TRANSLATION, HX, force + self._weight)
         if self._layout.n_rigid:
             scatter(rotation, ROTATION, KX, torque[: self._layout.n_rigid])
         return table
+
+
+def checked_vector(body: str, what: str, values: Any) -> Vector:
+    """Return three finite numbers of a command; InvalidModel for anything else."""
+    numbers = np.asarray(values, dtype=np.float64)
+    if numbers.shape != (3,) or not np.all(np.isfinite(numbers)):
+        raise InvalidModel(
+            f'command to {body!r}: {what} {values!r}; allowed: three finite numbers'
+        )
+    x, y, z = numbers.tolist()
+    return (x, y, z)

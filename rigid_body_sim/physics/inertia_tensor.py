@@ -46,9 +46,7 @@ def principal_axes(inertia: ArrayLike) -> tuple[Array, Array]:
     )
     axes = axes[:, order]
     axes = axes * np.where(np.diag(axes) < 0.0, -1.0, 1.0)
-    if np.linalg.det(axes) < 0.0:
-        weakest = int(np.argmin(np.diag(axes)))
-        axes[:, weakest] = -axes[:, weakest]
+    # det = +1 now: an improper matrix has a trace of at most 1, the best order of columns more.
     return moments[order], axes
 
 
@@ -98,5 +96,5 @@ def check_inertia(inertia: ArrayLike) -> None:
         )
 
 
-def _shown(moments: Array) -> str:
-    return '(' + ', '.join(f'{moment:.6g}' for moment in moments) + ')'
+def _shown(moments: ArrayLike) -> str:
+    return '(' + ', '.join(f'{moment:.6g}' for moment in np.asarray(moments)) + ')'

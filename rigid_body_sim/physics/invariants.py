@@ -7,8 +7,8 @@ Energy, momentum and angular momentum of a scene, and how far a run has let them
     P = sum p                                                                         [kg m/s]
     L = sum r x p + L_i, about the origin of the world                                [kg m^2/s]
 
-Fixed bodies have none. Under uniform gravity and forces between the bodies alone, P - P0 = M g t, and the angular
-momentum about the common centre of mass stays.
+Fixed bodies have none. Under uniform gravity and forces between the bodies alone, P - P0 = M g t,
+and the angular momentum about the common centre of mass stays.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.forces.element import WORLD, BodyState
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.state import State
+from rigid_body_sim.physics.variable_mass import flow_of
 
 Array = NDArray[np.float64]
 
@@ -39,23 +40,31 @@ class Invariants:
         self._scene = scene
         self._moving = np.array([not body.fixed for body in scene.bodies], dtype=bool)
         self._masses = np.array([body.mass if not body.fixed else 0.0 for body in scene.bodies])
-        self._inverse = np.divide(1.0, self._masses, where=self._moving, out=np.zeros(len(self._masses)))
+        self._inverse = np.divide(
+            1.0, self._masses, where=self._moving, out=np.zeros(len(self._masses))
+        )
         self._gravity = np.asarray(scene.gravity)
         anchored = {WORLD} | {body.name for body in scene.bodies if body.fixed}
-        self.energy_is_conserved = all(force.conserves_energy() for force in scene.forces)
-        self.momentum_is_conserved = all(
-            len(force.bodies()) > 1 and not anchored & set(force.bodies()) for force in scene.forces
+        steady = all(flow_of(body) is None for body in scene.bodies)
+        self.energy_is_conserved = steady and all(f.conserves_energy() for f in scene.forces)
+        self.momentum_is_conserved = steady and all(
+            len(force.bodies()) > 1 and not anchored & set(force.bodies())
+            for force in scene.forces
         )
 
     def kinetic_energy(self, state: State) -> float:
         """Of translation and rotation [J]."""
-        moving = 0.5 * np.sum(state.momentum**2 * self._inverse[:, None])
+        inverse = self._inverse
+        if state.masses is not None:
+            inverse = np.divide(1.0, state.masses, where=self._moving, out=np.zeros(len(inverse)))
+        moving = 0.5 * np.sum(state.momentum**2 * inverse[:, None])
         turning = 0.5 * np.sum(state.angular_momentum * state.angular_velocity)
         return float(moving + turning)
 
     def potential_energy(self, state: State) -> float:
         """Of gravity, from the origin of the world, and of the force elements [J]."""
-        weight = -float(self._masses @ (state.position @ self._gravity))
+        masses = self._masses if state.masses is None else state.masses
+        weight = -float(masses @ (state.position @ self._gravity))
         if not self._scene.forces:
             return weight
         matrices = so3.matrix_from_quaternion(state.orientation)
@@ -80,12 +89,11 @@ class Invariants:
 
     def angular_momentum_about_center(self, state: State) -> Array:
         """Total angular momentum about the common centre of mass (3,) [kg m^2/s]."""
-        center = self._masses @ state.position / (self._masses.sum() or 1.0)
-        velocity = self.momentum(state) / (self._masses.sum() or 1.0)
-        momentum = state.momentum - self._masses[:, None] * velocity
-        return (
-            _orbital(state.position - center, momentum) + state.angular_momentum.sum(axis=0)
-        )
+        masses = self._masses if state.masses is None else state.masses
+        center = masses @ state.position / (masses.sum() or 1.0)
+        velocity = self.momentum(state) / (masses.sum() or 1.0)
+        momentum = state.momentum - masses[:, None] * velocity
+        return _orbital(state.position - center, momentum) + state.angular_momentum.sum(axis=0)
 
     def weight(self) -> Array:
         """Total weight (3,) [N]: what changes the momentum of a scene left to itself."""
@@ -123,8 +131,8 @@ class DriftMeter:
     """
     Adds up the drift over the stretches of a run in which a conservation law holds.
 
-    A command works on the bodies, so a stretch with a command does not count; nor, for energy, any stretch of a scene
-    with drag or dampers.
+    A command works on the bodies, so a stretch with a command does not count; nor, for energy, any
+    stretch of a scene with drag or dampers.
     """
 
     def __init__(self, invariants: Invariants, state: State, *, time: float) -> None:
@@ -139,8 +147,13 @@ class DriftMeter:
         return self._of.energy(state), momentum, self._of.angular_momentum_about_center(state)
 
     def sample(self, state: State, *, time: float, commanded: bool) -> None:
-        """Take the state at a later time [s]; `commanded`: whether a command acted since the last one."""
-        with np.errstate(over='ignore', invalid='ignore'):  # a run about to diverge squares to infinity
+        """
+        Take the state at a later time [s]; `commanded`: whether a command acted since the last
+        one.
+        """
+        with np.errstate(
+            over='ignore', invalid='ignore'
+        ):  # a run about to diverge squares to infinity
             self._take(state, time, commanded)
 
     def _take(self, state: State, time: float, commanded: bool) -> None:
@@ -157,7 +170,11 @@ class DriftMeter:
     def drift(self) -> Drift:
         """Give the worst drift met at any sample, relative to the largest values met."""
         energy, momentum, angular = (
-            float(worst) / float(scale) if 0.0 < scale < math.inf else 0.0 if scale == 0.0 else math.inf
+            float(worst) / float(scale)
+            if 0.0 < scale < math.inf
+            else 0.0
+            if scale == 0.0
+            else math.inf
             for worst, scale in zip(self._worst, self._scales, strict=True)
         )
         return Drift(

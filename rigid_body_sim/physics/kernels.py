@@ -1,18 +1,22 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-How a plain Python function becomes a kernel: compiled by numba where it is present, itself where it is not.
+How a plain Python function becomes a kernel: compiled by numba where it is present, itself where
+it is not.
 
-A kernel takes scalars and one-dimensional float64 arrays, writes into them, never raises and never prints. The same
-source runs both ways and gives the same bits: numba is used without fastmath, so no operation is reordered or fused.
+A kernel takes scalars and one-dimensional float64 arrays, writes into them, never raises and never
+prints. The same source runs both ways and gives the same bits: numba is used without fastmath, so
+no operation is reordered or fused.
 
-`specialise` makes a kernel for one scene out of a general one: it binds the names that the general source leaves open
-(the drift of an integrator, the force elements of a scene), so that what a scene lacks is neither compiled nor called.
+`specialise` makes a kernel for one scene out of a general one: it binds the names that the general
+source leaves open (the drift of an integrator, the force elements of a scene), so that what a
+scene lacks is neither compiled nor called.
 
-The compiled code is cached under a folder whose name is a digest of every kernel source, because numba itself does not
-see a change in a function that a cached kernel calls. The folder is, in this order: $RIGID_BODY_SIM_CACHE,
-$NUMBA_CACHE_DIR, $XDG_CACHE_HOME/rigid_body_sim, ~/.cache/rigid_body_sim. Where it cannot be written, kernels are
-compiled anew at each start: that costs time, not the run.
+The compiled code is cached under a folder whose name is a digest of every kernel source, because
+numba itself does not see a change in a function that a cached kernel calls. The folder is, in this
+order: $RIGID_BODY_SIM_CACHE,
+$NUMBA_CACHE_DIR, $XDG_CACHE_HOME/rigid_body_sim, ~/.cache/rigid_body_sim. Where it cannot be
+written, kernels are compiled anew at each start: that costs time, not the run.
 
 $RIGID_BODY_SIM_COMPILE=0 runs the plain source.
 """
@@ -110,22 +114,44 @@ def inline(function: Callable[..., Any]) -> Callable[..., Any]:
     return _jit(function, inline=True) if COMPILED else function
 
 
-def specialise(function: FunctionType, *, name: str, **bindings: Any) -> Callable[..., Any]:
+def specialise(
+    function: FunctionType, *, name: str, inlined: bool = False, **bindings: Any
+) -> Callable[..., Any]:
     """
     Bind open names of a plain function and make a kernel of the result.
 
         function : plain Python function whose source uses names that its module does not define
         name     : tells this kernel from the others made of the same source
+        inlined  : let it disappear inside its caller, see `inline`
         bindings : those names: constants, tuples of constants, or kernels
     """
-    unique = f'{function.__name__}__{name}'
+    unique = f'{function.__name__}__{name}__{_digest(bindings)}'
+    known = _MADE.get((function.__module__, unique))
+    if known is not None:
+        return known
     bound = FunctionType(
         function.__code__, {**function.__globals__, **bindings}, unique, function.__defaults__
     )
     bound.__qualname__ = unique
     bound.__module__ = function.__module__
     bound.__doc__ = function.__doc__
-    return kernel(bound)
+    made = inline(bound) if inlined else kernel(bound)
+    _MADE[function.__module__, unique] = made
+    return made
+
+
+_MADE: dict[tuple[str, str], Callable[..., Any]] = {}  # by module and unique name, as in the cache
+
+
+def _digest(bindings: dict[str, Any]) -> str:
+    """
+    Tell sets of bindings apart: numba finds a cached kernel by its name, whatever its globals
+    hold.
+    """
+    parts = (
+        f'{key}={getattr(value, "__name__", value)!r}' for key, value in sorted(bindings.items())
+    )
+    return hashlib.sha256(','.join(parts).encode()).hexdigest()[:8]
 
 
 def unbound(*_arguments: Any) -> Any:
@@ -142,8 +168,8 @@ def argument(array: NDArray[np.float64]) -> Any:
     """
     Prepare an array for a kernel call.
 
-    The compiled kernel takes the array. The plain one takes a view whose elements are Python floats: the same bits, some
-    ten times faster than numpy scalars, and silent about overflow.
+    The compiled kernel takes the array. The plain one takes a view whose elements are Python
+    floats: the same bits, some ten times faster than numpy scalars, and silent about overflow.
     """
     return array if COMPILED else memoryview(array)
 

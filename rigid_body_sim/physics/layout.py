@@ -3,9 +3,10 @@
 """
 From the bodies of a scene to the arrays of the kernels, and back to names.
 
-The kernels keep moving bodies only, rigid ones first, then point masses, each in scene order ("core order"), and turn
-rigid bodies about their principal axes. The principal frame is fixed in the body: q_principal = q_body V, where the
-columns of V are the principal axes in body axes. Where they coincide V = 1 and no bit is touched.
+The kernels keep moving bodies only, rigid ones first, then point masses, each in scene order
+("core order"), and turn rigid bodies about their principal axes. The principal frame is fixed in
+the body: q_principal = q_body V, where the columns of V are the principal axes in body axes. Where
+they coincide V = 1 and no bit is touched.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.element import WORLD, Place
 from rigid_body_sim.physics.inertia_tensor import principal_axes
 from rigid_body_sim.physics.model import Body, Scene, Vector
+from rigid_body_sim.physics.variable_mass import check_flow, end_of_flow, flow_of
 
 Array = NDArray[np.float64]
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
@@ -55,6 +57,8 @@ class Layout:
         self.bodies = scene.bodies
         self.names = tuple(body.name for body in scene.bodies)
         self._index = {name: i for i, name in enumerate(self.names)}
+        for body in scene.bodies:
+            check_flow(body)
         movable = [i for i, body in enumerate(scene.bodies) if not body.fixed]
         rigid = [i for i in movable if not scene.bodies[i].is_point]
         self.moving = np.array(
@@ -90,7 +94,10 @@ class Layout:
         return core
 
     def place(self, body: str, point: Vector | None) -> Place:
-        """Find a point in shape coordinates of a body (None: its centre of mass), or in world coordinates for 'world'."""
+        """
+        Find a point in shape coordinates of a body (None: its centre of mass), or in world
+        coordinates for 'world'.
+        """
         if body == WORLD:
             return Place(-1, -1, point or NO_VECTOR)
         index = self.index(body)
@@ -104,7 +111,8 @@ class Layout:
             return Place(core, core, _vector(self._axes[core].T @ arm))
         if np.any(arm):
             raise InvalidModel(
-                f'{body!r} is a point mass and has no point {tuple(point or ())}; leave the point out'
+                f'{body!r} is a point mass and has no point {tuple(point or ())}; leave the '
+                'point out'
             )
         return Place(core, -1, NO_VECTOR)
 
@@ -114,6 +122,26 @@ class Layout:
         if core >= self.n_rigid:
             raise InvalidModel(f'{body!r} is a point mass and has no axes; use the frame world')
         return _vector(self._axes[core].T @ np.asarray(vector))
+
+    def mass(self, body: str) -> tuple[float, float, float]:
+        """
+        Give the mass of a body at the start [kg], its rate [kg/s] and how long that lasts [s];
+        zero and zero if steady.
+        """
+        record = self.bodies[self.index(body)]
+        flow = flow_of(record)
+        return (
+            (record.mass, 0.0, 0.0)
+            if flow is None
+            else (record.mass, flow.rate, end_of_flow(record))
+        )
+
+    def to_body_axes(self, matrices: Array) -> Array:
+        """
+        Turn matrices (n_rigid, 3, 3) from principal axes to world into those from body axes to
+        world.
+        """
+        return matrices @ np.swapaxes(self._axes, 1, 2)
 
     def translation(self) -> Array:
         """Make the translation blocks at the start of the scene."""
@@ -127,7 +155,9 @@ class Layout:
         return array
 
     def rotation(self) -> Array:
-        """Make the rotation blocks at the start of the scene; empty lanes hold a unit sphere at rest."""
+        """
+        Make the rotation blocks at the start of the scene; empty lanes hold a unit sphere at rest.
+        """
         array = np.zeros(blocks(self.n_rigid) * ROTATION)
         rows(array, ROTATION, QW, 1)[:] = 1.0
         rows(array, ROTATION, I1, 3)[:] = 1.0
@@ -145,15 +175,25 @@ class Layout:
         return array
 
     def state_bytes(self, translation: Array, rotation: Array) -> bytes:
-        """Give what a run must remember, core order, float64 little endian: r, p and their residuals, then q, L."""
+        """
+        Give what a run must remember, core order, float64 little endian: r, p and their residuals,
+        then q, L.
+        """
         points = gather(translation, TRANSLATION, 0, TRANSLATION_STATE // 64, self.n_moving)
         turns = gather(rotation, ROTATION, 0, ROTATION_STATE // 64, self.n_rigid)
         return points.astype('<f8').tobytes() + turns.astype('<f8').tobytes()
 
+    @property
+    def state_size(self) -> int:
+        """Count the bytes of `state_bytes`."""
+        return 8 * (
+            self.n_moving * (TRANSLATION_STATE // 64) + self.n_rigid * (ROTATION_STATE // 64)
+        )
+
     def set_state_bytes(self, state: bytes, translation: Array, rotation: Array) -> None:
         """Restore what `state_bytes` gave."""
         point_rows, turn_rows = TRANSLATION_STATE // 64, ROTATION_STATE // 64
-        wanted = 8 * (self.n_moving * point_rows + self.n_rigid * turn_rows)
+        wanted = self.state_size
         if len(state) != wanted:
             raise InvalidModel(f'a state of this scene has {wanted} bytes, got {len(state)}')
         numbers = np.frombuffer(state, dtype='<f8').astype(np.float64)

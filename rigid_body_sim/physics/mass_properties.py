@@ -1,27 +1,28 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Mass, centre of mass and inertia tensor of a shape of uniform density.
+Mass, centre of mass and inertia tensor of a shape of uniform or varying density.
 
     m = integral dm,   r_c = (1/m) integral x dm,   I = integral (|d|^2 1 - d d^T) dm,   d = x -
     r_c
 
 The products of inertia are the elements of this tensor: Ixy = -integral d_x d_y dm.
 Point masses are summed, simple solids have closed forms, and solids bounded by triangles are
-integrated exactly over tetrahedra (`volume_integrals`). Closed forms: Goldstein, Classical
-Mechanics, chapter 5.
+integrated exactly over tetrahedra (`volume_integrals`). A density that varies with position is
+integrated by quadrature (`quadrature`) with more and more points until nothing changes. Closed
+forms: Goldstein, Classical Mechanics, chapter 5.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics import quadrature, rotation
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.inertia_tensor import check_inertia, principal_axes
 from rigid_body_sim.physics.shapes import (
@@ -36,7 +37,12 @@ from rigid_body_sim.physics.shapes import (
     Shape,
     Sphere,
 )
-from rigid_body_sim.physics.volume_integrals import hull_faces, need_closed, volume_integrals
+from rigid_body_sim.physics.volume_integrals import (
+    ROUND_OFF,
+    hull_faces,
+    need_closed,
+    volume_integrals,
+)
 
 Array = NDArray[np.float64]
 
@@ -45,12 +51,16 @@ __all__ = [
     'check_inertia',
     'moment_about',
     'moved',
+    'of_density',
+    'of_linear_density',
     'of_shape',
     'parallel_axes',
     'principal_axes',
     'union',
 ]
 
+POINTS = (3, 6, 12, 24, 48)  # [-] of the quadrature along each direction, until two agree
+MOST_POINTS = 20_000_000  # [-] evaluations of a density: some seconds
 MASS_AGREEMENT = 1e-9  # [-] how near a stated mass of a particle union must be to the sum
 
 
@@ -88,6 +98,51 @@ def of_shape(
         volume, center, per_mass = _solid(shape)
         mass = _mass(volume, mass=mass, density=density)
         return MassProperties(mass, center, mass * per_mass)
+
+
+def of_density(
+    shape: Shape, density: Callable[[Array], Array], *, tolerance: float = 1e-10
+) -> MassProperties:
+    """
+    Return the mass properties of a shape whose density varies with position.
+
+    density   : points (k, 3) [m], shape coordinates -> (k,) [kg/m^3], smooth
+    tolerance : [-] change of mass, centre (in radii of gyration) and inertia between the last two
+                quadratures; InvalidModel if it is not met: layers belong into a `union`
+    """
+    before = None
+    change = math.inf
+    for n in POINTS:
+        if quadrature.count(shape, n) > MOST_POINTS:
+            break
+        now = _by_quadrature(shape, density, n)
+        if before is not None:
+            change = _change(before, now)
+            if change <= tolerance:
+                return now
+        before = now
+    raise InvalidModel(
+        f'the density is too rough for quadrature: refining still changes the result by '
+        f'{change:.1e}, more than {tolerance:.1e}; join parts of smooth density by a union, '
+        'or allow a larger tolerance'
+    )
+
+
+def of_linear_density(shape: Shape, *, at_origin: float, gradient: ArrayLike) -> MassProperties:
+    """
+    Return the mass properties of a shape of density at_origin + gradient . x.
+
+        at_origin : [kg/m^3]         at the origin of the shape
+        gradient  : (3,) [kg/m^4]    shape axes
+    """
+    slope = np.asarray(gradient, dtype=np.float64)
+    least = at_origin + _least(shape, slope)
+    if not least >= 0.0:
+        raise InvalidModel(
+            f'the density falls to {least:.6g} kg/m^3 within the shape; '
+            'it must stay zero or positive'
+        )
+    return of_density(shape, lambda x: at_origin + x @ slope)
 
 
 def parallel_axes(inertia: ArrayLike, *, mass: float, offset: ArrayLike) -> Array:
@@ -188,6 +243,59 @@ def _solid(
         case Mesh(vertices=vertices, faces=faces, name=name):
             need_closed(faces, name=name)
             return volume_integrals(vertices, faces)
+
+
+def _by_quadrature(shape: Shape, density: Callable[[Array], Array], n: int) -> MassProperties:
+    """Sum over the nodes, about a point inside the shape: a far origin costs no digits."""
+    mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+    origin = None
+    for points, weights in quadrature.nodes(shape, n):
+        values = np.asarray(density(points), dtype=np.float64)
+        if values.shape != weights.shape or not np.all(np.isfinite(values)):
+            raise InvalidModel(
+                f'the density gave {values.shape} values for {weights.shape} points, '
+                'or some that are '
+                'not finite; one finite number [kg/m^3] for each point is needed'
+            )
+        origin = np.mean(points, axis=0) if origin is None else origin
+        d, dm = points - origin, weights * values
+        mass += float(np.sum(dm))
+        first += dm @ d
+        second += np.einsum('i,ij,ik->jk', dm, d, d)
+    assert origin is not None
+    mass = _positive_mass(mass)
+    center = first / mass
+    inertia = _turned_out(second - mass * _outer(center))
+    inertia[np.abs(inertia) <= ROUND_OFF * np.trace(inertia)] = 0.0
+    return MassProperties(mass, origin + center, _symmetric(inertia))
+
+
+def _change(a: MassProperties, b: MassProperties) -> float:
+    """Largest relative change of mass, centre and inertia."""
+    size = float(np.trace(b.inertia))
+    apart = float(np.linalg.norm(a.center_of_mass - b.center_of_mass)) / math.sqrt(
+        abs(size) / b.mass
+    )
+    tensor = float(np.max(np.abs(a.inertia - b.inertia))) / abs(size)
+    return max(abs(a.mass - b.mass) / b.mass, apart, tensor)
+
+
+def _least(shape: Shape, slope: Array) -> float:
+    """Least value of slope . x within a shape."""
+    across, along = math.hypot(slope[0], slope[1]), abs(float(slope[2]))
+    match shape:
+        case Sphere(radius=r):
+            return -r * math.hypot(across, along)
+        case Box(size=size):
+            return -0.5 * float(np.abs(slope) @ np.array(size))
+        case Cylinder(radius=r, length=h):
+            return -r * across - 0.5 * h * along
+        case Capsule(radius=r, length=h):
+            return -r * math.hypot(across, along) - 0.5 * h * along
+        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices):
+            return float(np.min(vertices @ slope))
+        case _:
+            return 0.0  # has no volume, and is refused for that
 
 
 def _capsule(r: float, h: float) -> tuple[float, Array, Array]:

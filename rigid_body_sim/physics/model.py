@@ -3,11 +3,12 @@
 """
 What is simulated: bodies with mass properties and initial motion, forces, gravity, tick length.
 
-Plain frozen records without behaviour. SI units; world axes, z up; quaternions xyzw, body to world.
+Plain frozen records without behaviour. SI units; world axes, z up; quaternions xyzw, body to
+world.
 
-Body axes are the axes in which the shape was given. The position of a body is the position of its centre of mass;
-points on a body (spring anchors, vertices) are given in shape coordinates, whose origin lies at
-`-center_of_mass` as seen from the centre of mass.
+Body axes are the axes in which the shape was given. The position of a body is the position of its
+centre of mass; points on a body (spring anchors, vertices) are given in shape coordinates, whose
+origin lies at `-center_of_mass` as seen from the centre of mass.
 """
 
 from __future__ import annotations
@@ -52,6 +53,23 @@ class Material:
     torsional_friction: float = 0.0
 
 
+@dataclass(frozen=True)
+class MassFlow:
+    """
+    Mass that a body loses or gains at a steady rate, from the start of the scene on.
+
+    m(t) = m0 + rate t, until m is final_mass;   thrust = rate * exhaust_velocity
+        rate             : [kg/s]      negative: loses
+        exhaust_velocity : (3,) [m/s]  of that mass relative to the body as it leaves or before it
+                           joins; body axes, world axes for a point mass
+        final_mass       : [kg]        None: the flow never ends
+    """
+
+    rate: float
+    exhaust_velocity: Vector = (0.0, 0.0, 0.0)
+    final_mass: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """
@@ -61,6 +79,7 @@ class Body:
     center_of_mass : (3,) [m]   shape coordinates
     inertia        : (3, 3) [kg m^2]  about the centre of mass, body axes; None for a point mass
     fixed          : immovable: its inverse mass and inertia are zero
+    mass_flow      : how the mass changes; then `mass` and `inertia` are those at the start
     """
 
     name: str
@@ -71,6 +90,7 @@ class Body:
     fixed: bool = False
     initial: Motion = Motion()
     material: Material = Material()
+    mass_flow: MassFlow | None = None
 
     @property
     def is_point(self) -> bool:
@@ -85,6 +105,7 @@ class Scene:
 
     dt_ns      : int  tick length [ns]
     integrator : name in the registry
+    integrator_options : what the scene sets of it, by name
     gravity    : (3,) [m/s^2] uniform, world
     forces     : force element records of `physics.forces`
     contact    : {'mode': 'none'} or the settings of a contact mode
@@ -96,6 +117,7 @@ class Scene:
     dt_ns: int
     bodies: tuple[Body, ...]
     integrator: str = 'dmv6'
+    integrator_options: Mapping[str, Any] = field(default_factory=dict)
     gravity: Vector = (0.0, 0.0, 0.0)
     forces: tuple[Any, ...] = ()
     contact: Mapping[str, Any] = field(default_factory=lambda: {'mode': 'none'})

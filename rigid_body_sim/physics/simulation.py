@@ -9,26 +9,30 @@ A scene that moves: whole ticks, commands at tick boundaries, and what can be as
     sim.state.position
 
 Time is tick * dt_ns in integers. `step(1000)` and a thousand times `step()` give the same bits.
+Forces over time and the flow of mass count from the start of the scene: from tick 0, or from the
+last reset.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics import auto
 from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
-from rigid_body_sim.physics.held_wrenches import FOREVER, HeldWrenches, Slot
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.held_wrenches import FOREVER, HeldWrenches, Slot, checked_vector
 from rigid_body_sim.physics.invariants import Invariants
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene, Vector
 from rigid_body_sim.physics.state import State, StateReader
 from rigid_body_sim.physics.stepper import Stepper
 from rigid_body_sim.physics.tick_length import tick_nanoseconds
+from rigid_body_sim.physics.variable_mass import end_of_mass, mass_at
 
 Array = NDArray[np.float64]
 
@@ -42,21 +46,29 @@ class Simulation:
 
     scene      : what `rigid_body_sim.load_scene` returns
     integrator : name in `physics.integrators.INTEGRATORS`; None: the scene's
+    integrator_options : its options by name; None: those of the scene if the integrator is the
+                         scene's, else defaults
     dt         : [s] a whole number of nanoseconds; None: the scene's
 
-    Raises InvalidModel for an unknown integrator or an impossible dt.
+    `choice` is what `auto` chose and why; None where the integrator was named.
+
+    Raises InvalidModel for an unknown integrator or option, an integrator that refuses the scene,
+    or an impossible dt.
     """
 
     def __init__(
-        self, scene: Scene, *, integrator: str | None = None, dt: float | None = None
+        self,
+        scene: Scene,
+        *,
+        integrator: str | None = None,
+        integrator_options: Mapping[str, Any] | None = None,
+        dt: float | None = None,
     ) -> None:
-        name = integrator or scene.integrator
-        if name not in INTEGRATORS:
-            allowed = ', '.join(sorted(INTEGRATORS))
-            raise InvalidModel(f'integrator {name!r} is unknown; choose one of: {allowed}')
         self.scene = scene
-        self.integrator = INTEGRATORS[name]
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
+        self.integrator, self.choice = auto.resolve(
+            scene, integrator, integrator_options, dt_ns=self.dt_ns
+        )
         self.tick = 0
         self.invariants = Invariants(scene)
         self._layout = Layout(scene)
@@ -65,11 +77,30 @@ class Simulation:
         self._stepper = Stepper(scene, self._layout, self.integrator)
         self._read: State | None = None
         self._held_changed = True
+        self._start_ns = 0  # when the scene began: tick 0, or the last reset
+        self._out_of_mass = min(
+            ((end_of_mass(body), body.name) for body in scene.bodies), default=(math.inf, '')
+        )
 
     @property
     def time(self) -> float:
         """Simulated time [s]: tick * dt_ns * 1e-9."""
         return self.tick * self.dt_ns * 1e-9
+
+    @property
+    def scene_time(self) -> float:
+        """Time since the start of the scene, or since the last reset [s]."""
+        return (self.tick * self.dt_ns - self._start_ns) * 1e-9
+
+    @property
+    def _scene_tick(self) -> float:
+        """
+        Ticks since the start of the scene; a whole number unless a recording goes on with another
+        dt.
+        """
+        if not self._start_ns:
+            return self.tick
+        return (self.tick * self.dt_ns - self._start_ns) / self.dt_ns
 
     @property
     def dt(self) -> float:
@@ -80,7 +111,9 @@ class Simulation:
     def state(self) -> State:
         """Position, orientation and velocities of every body, scene order: a copy."""
         if self._read is None:
-            self._read = self._reader.read(self._stepper.translation, self._stepper.rotation)
+            self._read = self._reader.read(
+                self._stepper.translation, self._stepper.rotation, time=self.scene_time
+            )
         return self._read
 
     def prepare(
@@ -101,20 +134,47 @@ class Simulation:
         """
         Advance by whole ticks.
 
-        Raises SimulationDiverged when a state leaves the finite numbers; `tick` and `state` are then the last good ones.
+        Raises SimulationDiverged when a state leaves the finite numbers; `tick` and `state` are
+        then the last good ones.
         """
         end = self.tick + ticks
         while self.tick < end:
-            self._drop_expired()
-            if self._held_changed:
-                self._stepper.hold(self._held.write(self._stepper.translation, self._stepper.rotation))
-                self._held_changed = False
-            chunk = min(end, self._held.next_expiry()) - self.tick if self._held.slots else end - self.tick
+            self._take_held()
+            chunk = (
+                min(end, self._held.next_expiry()) - self.tick
+                if self._held.slots
+                else end - self.tick
+            )
             self._read = None
-            done = self._stepper.advance(chunk, self.tick, self.dt)
+            if self.scene_time + chunk * self.dt >= self._out_of_mass[0]:
+                chunk = self._ticks_with_mass()
+            done = self._stepper.advance(chunk, self._scene_tick, self.dt)
             self.tick += done
             if done < chunk:
                 raise self._diverged()
+
+    def _ticks_with_mass(self) -> int:
+        """
+        Count the whole ticks before a body has lost all of its mass; SimulationDiverged if there
+        is none.
+        """
+        end, body = self._out_of_mass
+        ticks = math.ceil((end - self.scene_time) / self.dt) - 1
+        if ticks < 1:
+            raise SimulationDiverged(
+                body=body,
+                tick=self.tick,
+                cause=f'its mass is used up at {end:g} s of the scene; give it a final_mass, or '
+                'stop earlier',
+            )
+        return ticks
+
+    def _take_held(self) -> None:
+        """Hand what is held now to the stepper."""
+        self._drop_expired()
+        if self._held_changed:
+            self._stepper.hold(self._held.write(self._stepper.translation, self._stepper.rotation))
+            self._held_changed = False
 
     def _drop_expired(self) -> None:
         if self._held.slots and self._held.drop_expired(self.tick):
@@ -125,7 +185,8 @@ class Simulation:
         return SimulationDiverged(
             body=self._layout.body(core).name,
             tick=self.tick,
-            cause=f'its state is no longer finite; with {self.integrator.name} at dt = {self.dt:g} s the limits are: '
+            cause=f'{self._stepper.cause or "its state is no longer finite"}; with '
+            f'{self.integrator.name} at dt = {self.dt:g} s the limits are: '
             f'{self.integrator.stability}; take a smaller dt or another integrator',
         )
 
@@ -190,7 +251,9 @@ class Simulation:
             q = self.state.orientation[self._layout.index(body)]
             linear = tuple(so3.rotate(q, linear).tolist())
             angular = tuple(so3.rotate(q, angular).tolist())
-        self._stepper.strike(core, linear, angular)
+        record = self._layout.body(core)
+        ratio = record.mass / mass_at(record, self.scene_time)  # 1.0 unless its mass changes
+        self._stepper.strike(core, ratio * np.array(linear), ratio * np.array(angular))
         self._read = None
         return linear, angular
 
@@ -200,7 +263,10 @@ class Simulation:
         core = self._layout.core(body)
         if frame not in FRAMES:
             raise InvalidModel(f"command to {body!r}: frame {frame!r}; allowed: 'world', 'body'")
-        force, torque = _vector(body, 'force', force), _vector(body, 'torque', torque)
+        force, torque = (
+            checked_vector(body, 'force', force),
+            checked_vector(body, 'torque', torque),
+        )
         if core >= self._layout.n_rigid and any(torque):
             raise InvalidModel(
                 f'command to {body!r}: torque {torque} on a point mass, which has no orientation; '
@@ -210,7 +276,8 @@ class Simulation:
 
     def applied_wrench(self) -> tuple[Array, Array]:
         """
-        Force [N] and torque [N m] that commands exert on each body at the start of the coming tick.
+        Force [N] and torque [N m] that commands exert on each body at the start of the coming
+        tick.
 
         returns : (n, 3) and (n, 3), scene order, world axes; without gravity and force elements
         """
@@ -227,6 +294,37 @@ class Simulation:
             of_scene[1, scene_index] += so3.rotate(q, row[5:8])
         return of_scene[0], of_scene[1]
 
+    def orientation_matrices(self) -> Array:
+        """
+        Orientation of every body as the integrator keeps it, (n, 3, 3), body to world, scene
+        order.
+
+        With `orientation: matrix` these are its own matrices, which need not be rotations any
+        more.
+        """
+        matrices = so3.matrix_from_quaternion(self.state.orientation)
+        memory = self._stepper.memory()
+        if memory.shape[1] == 9:
+            matrices[self._layout.moving[: len(memory)]] = self._layout.to_body_axes(
+                memory.reshape(-1, 3, 3)
+            )
+        return matrices
+
+    def accelerations(self) -> tuple[Array, Array]:
+        """
+        Accelerations at this instant under all that acts at the start of the coming tick, gravity
+        and commands too.
+
+        returns : linear (n, 3) [m/s^2] of the centres of mass and angular (n, 3) [rad/s^2], scene
+                  order, world axes
+        """
+        self._take_held()
+        found = np.zeros((2, len(self.scene.bodies), 3))
+        linear, angular = self._stepper.accelerations(self._scene_tick, self.dt)
+        found[0, self._layout.moving] = linear
+        found[1, self._layout.moving[: self._layout.n_rigid]] = angular
+        return found[0], found[1]
+
     def energy(self) -> float:
         """Kinetic and potential energy [J]."""
         return self.invariants.energy(self.state)
@@ -240,8 +338,12 @@ class Simulation:
         return self.invariants.angular_momentum(self.state)
 
     def reset(self) -> None:
-        """Put every body back to the start of the scene and let go of all commands; time goes on."""
+        """
+        Put every body back to the start of the scene, forces over time too, and let go of all
+        commands; time goes on.
+        """
         self._stepper.reset()
+        self._start_ns = self.tick * self.dt_ns
         self._held.slots.clear()
         self._held_changed = True
         self._read = None
@@ -261,22 +363,38 @@ class Simulation:
         """Commands that hold, by (core index, source): a copy."""
         return dict(self._held.slots)
 
+    def body_index(self, body: str) -> int:
+        """Index in the scene of a body; InvalidModel for an unknown name."""
+        return self._layout.index(body)
+
+    def scene_index(self, core: int) -> int:
+        """Index in the scene of the body with a core index."""
+        return int(self._layout.moving[core])
+
     def state_bytes(self) -> bytes:
-        """Give everything the next tick depends on, but for commands: float64 little endian, core order."""
-        return self._layout.state_bytes(self._stepper.translation, self._stepper.rotation)
+        """
+        Give everything the next tick depends on, but for commands: float64 little endian, core
+        order.
+
+        What the integrator remembers follows, if anything; then, where a wrench depends on time,
+        the start of the scene
+        [ns] as int64.
+        """
+        state = self._layout.state_bytes(self._stepper.translation, self._stepper.rotation)
+        state += self._stepper.memory().astype('<f8').tobytes()
+        return state + self._start_ns.to_bytes(8, 'little') if self._stepper.is_timed else state
 
     def restore(self, *, tick: int, state: bytes, slots: dict[tuple[int, str], Slot]) -> None:
         """Go on from a tick, a state of `state_bytes` and the commands that held then."""
-        self._layout.set_state_bytes(state, self._stepper.translation, self._stepper.rotation)
+        if self._stepper.is_timed:
+            state, start = state[:-8], state[-8:]
+            self._start_ns = int.from_bytes(start, 'little')
+        size = self._layout.state_size
+        self._layout.set_state_bytes(
+            state[:size], self._stepper.translation, self._stepper.rotation
+        )
+        self._stepper.set_memory(np.frombuffer(state[size:], dtype='<f8'))
         self.tick = tick
         self._held.slots = dict(slots)
         self._held_changed = True
         self._read = None
-
-
-def _vector(body: str, what: str, values: Any) -> Vector:
-    numbers = np.asarray(values, dtype=np.float64)
-    if numbers.shape != (3,) or not np.all(np.isfinite(numbers)):
-        raise InvalidModel(f'command to {body!r}: {what} {values!r}; allowed: three finite numbers')
-    x, y, z = numbers.tolist()
-    return (x, y, z)

@@ -38,6 +38,7 @@ from rigid_body_sim.physics.blocks import (
 )
 from rigid_body_sim.physics.kernels import argument, kernel
 from rigid_body_sim.physics.layout import Layout
+from rigid_body_sim.physics.variable_mass import flow_of, masses_at
 
 Array = NDArray[np.float64]
 COLUMNS = 22
@@ -49,7 +50,11 @@ def _read(n_moving, n_rigid, translation, rotation, principal, scene_index, out)
         k = at(i, TRANSLATION)
         o = int(scene_index[i]) * 22
         im = translation[k + IM]
-        out[o], out[o + 1], out[o + 2] = translation[k + RX], translation[k + RY], translation[k + RZ]
+        out[o], out[o + 1], out[o + 2] = (
+            translation[k + RX],
+            translation[k + RY],
+            translation[k + RZ],
+        )
         px, py, pz = translation[k + PX], translation[k + PY], translation[k + PZ]
         out[o + 7], out[o + 8], out[o + 9] = px * im, py * im, pz * im
         out[o + 16], out[o + 17], out[o + 18] = px, py, pz
@@ -86,9 +91,11 @@ class State:
     The bodies of a scene at one instant: a copy, in scene order.
 
     values : (n, 22)
+    masses : (n,) [kg]  zero for fixed bodies; None where the mass of no body changes
     """
 
     values: Array
+    masses: Array | None = None
 
     @property
     def position(self) -> Array:
@@ -137,9 +144,11 @@ class StateReader:
         self._sizes = (layout.n_moving, layout.n_rigid)
         self._principal = argument(layout.principal.ravel())
         self._scene_index = argument(layout.moving)
+        self._flowing = np.array([flow_of(body) is not None for body in layout.bodies])
+        self._bodies = layout.bodies
 
-    def read(self, translation: Array, rotation: Array) -> State:
-        """Read the state of all bodies."""
+    def read(self, translation: Array, rotation: Array, *, time: float) -> State:
+        """Read the state of all bodies, `time` [s] after the start of the scene."""
         values = self._still.copy()
         _read(
             *self._sizes,
@@ -149,4 +158,12 @@ class StateReader:
             self._scene_index,
             argument(values.reshape(-1)),
         )
-        return State(values)
+        if not self._flowing.any():
+            return State(values)
+        masses = masses_at(self._bodies, time)
+        assert masses is not None
+        for i in np.flatnonzero(
+            self._flowing
+        ):  # the blocks hold the momenta of the mass at the start
+            values[i, 16:22] *= masses[i] / self._bodies[i].mass
+        return State(values, masses)

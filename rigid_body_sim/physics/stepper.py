@@ -1,23 +1,29 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The arrays of a scene and the kernels that advance them: only what the scene needs, compiled when it is first needed.
+The arrays of a scene and the kernels that advance them: only what the scene needs, compiled when
+it is first needed.
 
-A scene in which nothing depends on the state (commands in world axes, uniform gravity) takes the free kernel; forces
-between bodies, drag, or a command in body axes take the coupled one.
+A scene in which nothing depends on the state (commands in world axes, uniform gravity) takes the
+free kernel; forces between bodies, drag, or a command in body axes take the coupled one. Where a
+force begins or ends at an instant of its own, the ticks are cut there (`schedule`).
 """
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.blocks import (
     FX,
     HX,
+    IM,
     KX,
     LX,
     PX,
@@ -30,12 +36,21 @@ from rigid_body_sim.physics.blocks import (
     rows,
     scatter,
 )
-from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.forces import FORCES, evaluator, held_body_wrench
-from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.forces import (
+    FORCES,
+    derivatives,
+    evaluator,
+    held_body_wrench,
+    variable_mass,
+)
+from rigid_body_sim.physics.forces.tables import stacked
+from rigid_body_sim.physics.integrators.integrator import DID_NOT_CONVERGE, Integrator
 from rigid_body_sim.physics.kernels import argument
 from rigid_body_sim.physics.layout import Layout
-from rigid_body_sim.physics.model import Scene, Vector
+from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.schedule import SNAP, Schedule, Switch
+from rigid_body_sim.physics.schemes.steps import start_evaluation
+from rigid_body_sim.physics.variable_mass import end_of_flow, flow_of
 
 Array = NDArray[np.float64]
 
@@ -47,6 +62,10 @@ class Stepper:
     State and kernels of one run.
 
     translation, rotation : blocks, see `physics.blocks`
+    cause                 : why the last advance stopped early; empty: a state left the finite
+                            numbers
+    is_timed              : whether a wrench depends on time itself; then ticks are passed to the
+                            kernels as floats
     """
 
     def __init__(self, scene: Scene, layout: Layout, integrator: Integrator) -> None:
@@ -54,34 +73,65 @@ class Stepper:
         self._integrator = integrator
         self.translation = layout.translation()
         self.rotation = layout.rotation()
-        self._start = (self.translation.copy(), self.rotation.copy())
         self._types = [kind for kind in FORCES if any(f.TYPE == kind for f in scene.forces)]
         self._depends_on_velocity = any(f.depends_on_velocity() for f in scene.forces)
-        self._tables, self._ranges = self._stack(scene)
-        coefficients = integrator.coefficients(layout.moments)
-        self._method = self._blocks_of(coefficients)
+        self._tables, self._ranges, self._switches = stacked(scene.forces, self._types, layout)
+        flowing = [body for body in scene.bodies if flow_of(body) is not None]
+        self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
+        self._ends_of_flow = [end_of_flow(body) for body in flowing]
+        self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
+        self._method = self._blocks_of(self._method_rows())
+        self._start = self._snapshot()
         size = integrator.scheme.workspace(blocks(layout.n_moving))
         self._workspace = np.zeros(size)
+        self._workspace[: len(integrator.constants)] = integrator.constants
+        self._scene = scene
+        self._planned_for: float | None = None
+        self.cause = ''
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
+        self._evaluate: Callable[..., Any] | None = None
         self._hold_table(np.zeros((0, held_body_wrench.COLUMNS)))
 
-    def _stack(self, scene: Scene) -> tuple[Array, list[int]]:
-        """One table per type of force, end to end; ranges hold start and count of each."""
-        numbers: list[float] = []
-        ranges: list[int] = []
-        for kind in self._types:
-            elements = [force for force in scene.forces if force.TYPE == kind]
-            ranges += [len(numbers), len(elements)]
-            for element in elements:
-                numbers += self._row(element)
-        return np.array(numbers, dtype=np.float64), ranges
+    def _method_rows(self) -> Array:
+        """
+        Give the numbers per body that the integrator wants at hand, or what it remembers of the
+        state.
+        """
+        remembers = self._integrator.remembers
+        if remembers is None:
+            return self._integrator.coefficients(self._layout.moments)
+        return remembers(gather(self.rotation, ROTATION, QX, 4, self._layout.n_rigid))
 
-    def _row(self, element: Any) -> tuple[float, ...]:
-        row = element.row(self._layout)
-        if len(row) != element.COLUMNS:
-            raise InvalidModel(f'force {element.TYPE!r}: a row of {len(row)} numbers, not {element.COLUMNS}')
-        return row
+    @property
+    def _state(self) -> tuple[Array, ...]:
+        """All arrays of which the next tick makes its own."""
+        if self._integrator.remembers is None:
+            return (self.translation, self.rotation)
+        return (self.translation, self.rotation, self._method)
+
+    def _snapshot(self) -> tuple[Array, ...]:
+        return tuple(array.copy() for array in self._state)
+
+    def _return_to(self, snapshot: tuple[Array, ...]) -> None:
+        for array, values in zip(self._state, snapshot, strict=True):
+            array[:] = values
+
+    def memory(self) -> Array:
+        """Give what the integrator remembers beside the blocks, (n_rigid, rows); often nothing."""
+        rows_kept = self._method.size // max(1, blocks(self._layout.n_rigid) * 64)
+        if self._integrator.remembers is None or not rows_kept:
+            return np.zeros((self._layout.n_rigid, 0))
+        return gather(self._method, 64 * rows_kept, 0, rows_kept, self._layout.n_rigid)
+
+    def set_memory(self, numbers: Array) -> None:
+        """
+        Restore what `memory` gave, in one row; without numbers begin anew from the orientations.
+        """
+        if self._integrator.remembers is not None:
+            count = self._layout.n_rigid
+            values = numbers.reshape(count, -1) if numbers.size else self._method_rows()
+            self._method[:] = self._blocks_of(values)
 
     def _blocks_of(self, coefficients: Array) -> Array:
         width = coefficients.shape[1]
@@ -92,10 +142,15 @@ class Stepper:
 
     def _hold_table(self, table: Array) -> None:
         self._turning = len(table)
-        self._elements = argument(np.concatenate((self._tables, table.reshape(-1))))
-        self._element_ranges = argument(
-            np.array([*self._ranges, len(self._tables), len(table)], dtype=np.int64)
-        )
+        flows = np.array(self._flows, dtype=np.float64).reshape(-1)
+        last = len(self._tables) + table.size
+        self._numbers = np.concatenate((self._tables, table.reshape(-1), flows))
+        self._elements = argument(self._numbers)
+        ranges = [*self._ranges, len(self._tables), len(table), last, len(self._flows)]
+        self._element_ranges = argument(np.array(ranges, dtype=np.int64))
+        places = range(last + variable_mass.SWITCH, len(self._numbers), variable_mass.COLUMNS)
+        ends = [Switch(p, -math.inf, t) for p, t in zip(places, self._ends_of_flow, strict=True)]
+        self._schedule = Schedule([*self._switches, *ends]) if self.is_timed else None
         self._arguments = (
             self._layout.n_moving,
             self._layout.n_rigid,
@@ -108,7 +163,9 @@ class Stepper:
         )
 
     def hold(self, table: Array) -> None:
-        """Take over what is held: `table` turns with the bodies, the rest is in the blocks already."""
+        """
+        Take over what is held: `table` turns with the bodies, the rest is in the blocks already.
+        """
         if table.size or self._turning:
             self._hold_table(table)
         rows(self.translation, TRANSLATION, FX, 3)[:] = rows(self.translation, TRANSLATION, HX, 3)
@@ -116,25 +173,79 @@ class Stepper:
 
     @property
     def _is_free(self) -> bool:
-        return not self._types and not self._turning
+        return not self._types and not self._turning and not self._flows
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
             self._free = self._integrator.scheme.free(self._integrator.name)
         return self._free
 
+    def _kernels(self) -> list[tuple[str, Callable[..., None]]]:
+        """
+        Kernels of the forces in the order of their tables; the flow of mass has the last word.
+        """
+        kernels = [(kind, FORCES[kind].accumulate) for kind in self._types]
+        kernels.append((held_body_wrench.NAME, held_body_wrench.accumulate))
+        if self._flows:
+            kernels.append((variable_mass.NAME, variable_mass.accumulate))
+        return kernels
+
     def _coupled_kernel(self) -> Callable[..., Any]:
         if self._coupled is None:
-            kernels = [(kind, FORCES[kind].accumulate) for kind in self._types]
-            kernels.append((held_body_wrench.NAME, held_body_wrench.accumulate))
+            kernels = self._kernels()
+            types = [name for name, _ in kernels if name != held_body_wrench.NAME]
+            more: dict[str, Any] = {}
+            if self._integrator.wants_derivatives:
+                known = [*FORCES.items(), (held_body_wrench.NAME, held_body_wrench)]
+                known.append((variable_mass.NAME, variable_mass))
+                taken = {name for name, _ in kernels}
+                more['derivatives'] = derivatives(
+                    [pair for pair in known if pair[0] in taken], by_differences=bool(self._flows)
+                )
             damped = '_velocity' if self._depends_on_velocity else ''
             self._coupled = self._integrator.scheme.coupled(
                 self._integrator.name,
-                scene='_'.join(self._types) + damped,
+                scene='_'.join(types) + damped,
                 evaluate=evaluator(kernels),
                 velocity_dependent=self._depends_on_velocity,
+                **more,
             )
         return self._coupled
+
+    def accelerations(self, tick: float, h: float) -> tuple[Array, Array]:
+        """
+        Evaluate everything that acts from a tick boundary on; the state stays as it is.
+
+        returns : linear (n_moving, 3) [m/s^2] and angular (n_rigid, 3) [rad/s^2], core order,
+                  world axes
+        """
+        translation, rotation = self.translation.copy(), self.rotation.copy()
+        n, n_rigid = self._layout.n_moving, self._layout.n_rigid
+        if self._schedule is not None:
+            self._schedule.set(self._numbers, tick, tick + SNAP, h)
+        if self._evaluate is None:
+            self._evaluate = evaluator(self._kernels())
+        arrays = (argument(translation), argument(rotation))
+        start_evaluation(n, n_rigid, *arrays)
+        self._evaluate(0, tick * h, *arrays, self._elements, self._element_ranges)
+        linear = gather(translation, TRANSLATION, FX, 3, n) * gather(
+            translation, TRANSLATION, IM, 1, n
+        )
+        q = gather(rotation, ROTATION, QX, 4, n_rigid)
+        momentum, torque = (
+            so3.rotate_back(q, gather(rotation, ROTATION, x, 3, n_rigid)) for x in (LX, TX)
+        )
+        omega = momentum / self._layout.moments
+        angular = (torque - np.cross(omega, momentum)) / self._layout.moments
+        return linear, so3.rotate(q, angular)
+
+    def _plan(self, h: float) -> None:
+        """Work out what the integrator wants to know of the scene at this step."""
+        if self._integrator.plan is not None and h != self._planned_for:
+            self._workspace = self._integrator.plan(self._scene, self._layout, h)
+            self._planned_for = h
+            workspace = argument(self._workspace)
+            self._arguments = (*self._arguments[:5], workspace, *self._arguments[6:])
 
     def prepare(
         self, *, commands_in_body_axes: bool, progress: Callable[[str], None] | None
@@ -142,27 +253,66 @@ class Stepper:
         """Compile the kernels that will be needed by advancing over no tick."""
         name = self._integrator.name
         wanted = []
-        if not self._types:
+        coupled = [*self._types, *([variable_mass.NAME] if self._flows else [])]
+        if not coupled:
             wanted.append((f'{name} for free bodies', self._free_kernel))
-        if self._types or commands_in_body_axes:
-            forces = ', '.join([*self._types, 'commands in body axes'])
+        if coupled or commands_in_body_axes:
+            forces = ', '.join([*coupled, 'commands in body axes'])
             wanted.append((f'{name} with {forces}', self._coupled_kernel))
         for text, kernel in wanted:
             if progress is not None:
                 progress(text)
-            kernel()(0, 0, 1.0, *self._arguments)
+            self._plan(1.0)
+            kernel()(0, 0.0 if self.is_timed else 0, 1.0, *self._arguments)
 
-    def advance(self, ticks: int, tick: int, h: float) -> int:
+    def advance(self, ticks: int, tick: float, h: float) -> int:
         """
-        Advance over ticks of length h [s], the first of them being number `tick`.
+        Advance over ticks of length h [s], the first of them being number `tick` since the start
+        of the scene.
 
-        returns : ticks done; fewer than asked where a state left the finite numbers, then the state is the last good one
+        returns : ticks done; fewer than asked where a state left the finite numbers, then the
+                  state is the last good one
         """
         kernel = self._free_kernel() if self._is_free else self._coupled_kernel()
+        if self._schedule is None:
+            return self._advance(kernel, ticks, tick, h)
+        done = 0
+        while done < ticks:
+            now = float(tick + done)
+            whole, cuts = self._schedule.cuts(now, h)
+            if cuts:
+                if not self._cut_tick(kernel, now, cuts, h):
+                    return done
+                done += 1
+                continue
+            run = int(min(whole, ticks - done))
+            self._schedule.set(self._numbers, now, now + run, h)
+            got = self._advance(kernel, run, now, h)
+            done += got
+            if got < run:
+                break
+        return done
+
+    def _cut_tick(
+        self, kernel: Callable[..., Any], tick: float, cuts: list[float], h: float
+    ) -> bool:
+        """Advance over one tick in the parts between instants; on failure return to its start."""
+        assert self._schedule is not None
+        before = self._snapshot()
+        for begin, end in itertools.pairwise([tick, *cuts, tick + 1.0]):
+            self._schedule.set(self._numbers, begin, end, h)
+            part = (end - begin) * h
+            if not self._call(kernel, 1, begin * h / part, part):
+                self._bad = self._copy_back(before)
+                return False
+        return True
+
+    def _advance(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> int:
+        """Advance over ticks between which nothing begins or ends."""
         done = 0
         while done < ticks:
             chunk = min(CHUNK, ticks - done)
-            before = (self.translation.copy(), self.rotation.copy())
+            before = self._snapshot()
             if not self._call(kernel, chunk, tick + done, h):
                 self._bad = self._copy_back(before)
                 if chunk == 1:
@@ -171,28 +321,35 @@ class Stepper:
             done += chunk
         return done
 
-    def _creep(self, kernel: Callable[..., Any], ticks: int, tick: int, h: float) -> int:
+    def _creep(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> int:
         """Advance tick by tick up to the one that fails."""
         for done in range(ticks):
-            before = (self.translation.copy(), self.rotation.copy())
+            before = self._snapshot()
             if not self._call(kernel, 1, tick + done, h):
                 self._bad = self._copy_back(before)
                 return done
         return ticks
 
-    def _call(self, kernel: Callable[..., Any], ticks: int, tick: int, h: float) -> bool:
+    def _call(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> bool:
+        n = self._integrator.substeps
+        self._plan(h / n)
         try:
-            return kernel(ticks, tick, h, *self._arguments) == 0.0
-        except (ArithmeticError, ValueError):  # the plain source meets a division by zero or a root of NaN
+            status = kernel(n * ticks, n * tick, h / n, *self._arguments)
+            self.cause = self._integrator.failure if status == DID_NOT_CONVERGE else ''
+            return status == 0.0
+        except (
+            ArithmeticError,
+            ValueError,
+        ):  # the plain source meets a division by zero or a root of NaN
             return False
 
-    def _copy_back(self, before: tuple[Array, Array]) -> int:
+    def _copy_back(self, before: tuple[Array, ...]) -> int:
         """Return to an earlier state; tell which body left the finite numbers."""
         points = gather(self.translation, TRANSLATION, 0, 6, self._layout.n_moving)
         turns = gather(self.rotation, ROTATION, 0, 7, self._layout.n_rigid)
         bad = ~np.isfinite(points).all(axis=1)
         bad[: self._layout.n_rigid] |= ~np.isfinite(turns).all(axis=1)
-        self.translation[:], self.rotation[:] = before
+        self._return_to(before)
         culprits = np.flatnonzero(bad)
         if not culprits.size:
             return 0
@@ -202,7 +359,7 @@ class Stepper:
         """Core index of the first body, in scene order, that left the finite numbers."""
         return self._bad
 
-    def strike(self, core: int, linear: Vector, angular: Vector) -> None:
+    def strike(self, core: int, linear: Array, angular: Array) -> None:
         """Add to momentum [N s] and angular momentum [N m s], world axes."""
         block, lane = divmod(core, 64)
         rows(self.translation, TRANSLATION, PX, 3)[block, :, lane] += linear
@@ -216,4 +373,4 @@ class Stepper:
 
     def reset(self) -> None:
         """Return to the start of the scene."""
-        self.translation[:], self.rotation[:] = self._start
+        self._return_to(self._start)

@@ -17,8 +17,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull as QuickHull
-from scipy.spatial import QhullError
 
 from rigid_body_sim.physics.errors import InvalidModel
 
@@ -60,6 +58,10 @@ def volume_integrals(vertices: Array, faces: Faces) -> tuple[float, Array, Array
 
 def hull_faces(vertices: Array) -> Faces:
     """Return the triangles of the convex hull, counter-clockwise seen from outside."""
+    # A quarter of a second to import: only for the scenes that have a hull.
+    from scipy.spatial import ConvexHull as QuickHull
+    from scipy.spatial import QhullError
+
     shifted = vertices - np.mean(vertices, axis=0)
     try:
         hull = QuickHull(shifted)

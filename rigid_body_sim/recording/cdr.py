@@ -79,6 +79,20 @@ class TwistStamped:
 
 
 @dataclass(frozen=True, slots=True)
+class AccelStamped:
+    """Linear [m/s^2] and angular [rad/s^2] acceleration along the axes of frame_id."""
+
+    TYPE: ClassVar[str] = 'geometry_msgs/msg/AccelStamped'
+    PARTS: ClassVar[tuple[tuple[str, int], ...]] = (('linear', 3), ('angular', 3))
+
+    sec: int
+    nanosec: int
+    frame_id: str
+    linear: Vector
+    angular: Vector
+
+
+@dataclass(frozen=True, slots=True)
 class WrenchStamped:
     """Force [N] and torque [N m] (impulse topics: N s and N m s) along the axes of frame_id."""
 
@@ -105,10 +119,11 @@ class Vector3Stamped:
     vector: Vector
 
 
-Message = Clock | PoseStamped | TwistStamped | WrenchStamped | Vector3Stamped
+Message = Clock | PoseStamped | TwistStamped | AccelStamped | WrenchStamped | Vector3Stamped
 
 TYPES: dict[str, type[Message]] = {
-    kind.TYPE: kind for kind in (Clock, PoseStamped, TwistStamped, WrenchStamped, Vector3Stamped)
+    kind.TYPE: kind
+    for kind in (Clock, PoseStamped, TwistStamped, AccelStamped, WrenchStamped, Vector3Stamped)
 }
 
 

@@ -24,8 +24,10 @@ _FIELDS = {
     'geometry_msgs/msg/Pose': ('Point position', 'Quaternion orientation'),
     'geometry_msgs/msg/Twist': ('Vector3 linear', 'Vector3 angular'),
     'geometry_msgs/msg/Wrench': ('Vector3 force', 'Vector3 torque'),
+    'geometry_msgs/msg/Accel': ('Vector3 linear', 'Vector3 angular'),
     'geometry_msgs/msg/PoseStamped': ('std_msgs/Header header', 'Pose pose'),
     'geometry_msgs/msg/TwistStamped': ('std_msgs/Header header', 'Twist twist'),
+    'geometry_msgs/msg/AccelStamped': ('std_msgs/Header header', 'Accel accel'),
     'geometry_msgs/msg/WrenchStamped': ('std_msgs/Header header', 'Wrench wrench'),
     'geometry_msgs/msg/Vector3Stamped': ('std_msgs/Header header', 'Vector3 vector'),
 }
@@ -36,6 +38,9 @@ HASHES = {
     ),
     'geometry_msgs/msg/TwistStamped': (
         'RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64'
+    ),
+    'geometry_msgs/msg/AccelStamped': (
+        'RIHS01_ef1df9eabae0a708cc049a061ebcddc4e2a5f745730100ba680e086a9698b165'
     ),
     'geometry_msgs/msg/WrenchStamped': (
         'RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77'

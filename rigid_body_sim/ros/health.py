@@ -7,8 +7,9 @@ How a run does: what /diagnostics says, and the sentence at the end. No message 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
+from rigid_body_sim.error_estimate import ErrorEstimate
 from rigid_body_sim.physics.invariants import Drift
 
 BEHIND = 0.95  # share of the requested real-time factor below which a run is called slow
@@ -26,6 +27,7 @@ class Health:
     largest_lateness, last_lateness : [s]
     accepted, refused    : commands; refused ones by reason
     bag                  : what is recorded to; empty when nothing is
+    estimate             : estimated error of the states, if asked for
     failure              : why the run ended, if it failed
     """
 
@@ -44,6 +46,7 @@ class Health:
     drift: Drift
     bag: str
     refused: Mapping[str, int] = field(default_factory=dict)
+    estimate: ErrorEstimate | None = None
     failure: str = ''
 
     @property
@@ -85,6 +88,9 @@ class Health:
             'angular momentum drift': _drift(self.drift.angular_momentum),
             'recording': self.bag,
         }
+        if self.estimate is not None:
+            for name, value in asdict(self.estimate).items():
+                texts[f'estimated error: {name.replace("_", " ")}'] = f'{value:.3e}'
         return texts | {f'refused: {reason}': str(n) for reason, n in self.refused.items()}
 
     def summary(self) -> str:

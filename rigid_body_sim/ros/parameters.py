@@ -97,6 +97,11 @@ PARAMETERS = (
         'bag to write; empty: rigid_body_sim_<date>_<time> in the current folder',
     ),
     Entry('world_frame', 'world', 'name of the world axes in frame_id'),
+    Entry(
+        'error_estimate',
+        False,
+        'let a shadow in half steps run along and tell on /diagnostics how wrong the run is',
+    ),
     Entry('publish_clock', True, 'publish simulation time on /clock'),
     Entry('publish_odometry', False, 'publish <body>/odom (comes in a later version)'),
     Entry('publish_tf', False, 'publish /tf (comes in a later version)'),
@@ -140,6 +145,7 @@ class Settings:
     record: bool
     record_path: str
     world_frame: str
+    error_estimate: bool
     publish_clock: bool
     publish_odometry: bool
     publish_tf: bool

@@ -257,6 +257,7 @@ class RunLoop:
             refused=self._inbox.refused,
             last_refusal=self._inbox.last_refusal,
             drift=self._run.sample_drift(),
+            estimate=self._run.error_estimate(),
             bag=str(self._bags.path) if self._bags.is_open else '',
             failure=str(problem) if problem else '',
         )

@@ -119,6 +119,7 @@ def _make_run(node: SimNode, signals: Signals) -> Run:
             world_frame=settings.world_frame,
             command_timeout_ns=round(settings.command_timeout * 1e9),
             publish_every=every,
+            estimate_error=settings.error_estimate,
         ),
     )
 

@@ -6,7 +6,10 @@ Read one body: name, shape, mass properties, initial motion, contact material.
 `inertia` is the tensor about the centre of mass in body axes: its keys are the elements of the
 tensor, so ixy is minus the integral of x y dm. `inertia` and `center_of_mass` replace what the
 shape gives, each on its own: a `center_of_mass` alone moves the centre and keeps the tensor of the
-uniform shape.
+uniform shape. `density` is a number, or {at_origin: …, gradient: [x, y, z]} for one that varies
+along the axes of the shape. `mass_rate` (negative: loses) with `exhaust_velocity` and `final_mass`
+make a rocket: `exhaust_velocity` is that of the leaving mass relative to the body, three numbers
+in body axes (world axes for a particle), or its speed alone when it leaves along -z.
 """
 
 from __future__ import annotations
@@ -19,15 +22,15 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics import mass_properties, rotation
 from rigid_body_sim.physics.mass_properties import MassProperties
-from rigid_body_sim.physics.model import Body, Material, Motion, Quaternion, Vector
+from rigid_body_sim.physics.model import Body, MassFlow, Material, Motion, Quaternion, Vector
 from rigid_body_sim.physics.shapes import Particle, Particles, Plane, Shape
+from rigid_body_sim.physics.variable_mass import check_flow
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.shapes import read_shape
 from rigid_body_sim.scene.values import Value, shown
 
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*', re.ASCII)
 RESERVED = ('world', 'clock')  # the frame of the world and the topic of simulation time
-LATER = ('mass_rate', 'exhaust_velocity')
 MATERIAL = {
     'restitution': '-',
     'friction': '-',
@@ -35,7 +38,8 @@ MATERIAL = {
     'torsional_friction': 'm',
 }  # key: unit
 MASS = ('mass', 'density', 'inertia', 'center_of_mass')
-KEYS = ('name', 'shape', *MASS, 'fixed', 'initial', *MATERIAL)
+FLOW = ('mass_rate', 'exhaust_velocity', 'final_mass')
+KEYS = ('name', 'shape', *MASS, *FLOW, 'fixed', 'initial', *MATERIAL)
 SPINS = ('angular_velocity', 'angular_velocity_body')
 MOMENTS = ('ixx', 'iyy', 'izz')
 PRODUCTS = ('ixy', 'ixz', 'iyz')
@@ -45,17 +49,16 @@ def read_body(value: Value, files: Files) -> Body:
     """Return one checked body."""
     value.need_mapping('a mapping such as {name: box, shape: …, mass: 1.0}')
     name = _name(value.at('name', what='a name of letters, digits and single underscores'))
-    for key in LATER:
-        later = value.find(key)
-        if later is not None:
-            raise later.error('variable mass comes in a later version; remove this key')
     value.need_known(KEYS)
     shape_value = value.find('shape')
     shape = None if shape_value is None else read_shape(shape_value, files)
     fixed = _fixed(value, shape)
     body = _with_mass(Body(name=name, shape=shape, mass=0.0, fixed=fixed), value)
     motion = _motion(value.find('initial'), is_particle=isinstance(shape, Particle), fixed=fixed)
-    return replace(body, initial=motion, material=_material(value))
+    body = replace(body, initial=motion, material=_material(value), mass_flow=_mass_flow(value))
+    with (value.find('final_mass') or value.find('mass_rate') or value).blamed():
+        check_flow(body)
+    return body
 
 
 def _name(value: Value) -> str:
@@ -86,9 +89,10 @@ def _with_mass(body: Body, value: Value) -> Body:
             if given is not None:
                 raise given.error('a plane is static and has no mass; remove this key')
         return body
-    mass, density = (
-        _optional(value, key, unit) for key, unit in (('mass', 'kg'), ('density', 'kg/m^3'))
-    )
+    mass = _optional(value, 'mass', 'kg')
+    density_value = value.find('density')
+    varying = density_value is not None and isinstance(density_value.content, dict)
+    density = None if varying else _optional(value, 'density', 'kg/m^3')
     inertia_value, center_value = value.find('inertia'), value.find('center_of_mass')
     if isinstance(body.shape, Particle):
         for given in (inertia_value, center_value):
@@ -98,13 +102,17 @@ def _with_mass(body: Body, value: Value) -> Body:
                 )
     inertia = None if inertia_value is None else _inertia(inertia_value)
     center = None if center_value is None else center_value.vector(unit='m')
-    if body.fixed and mass is None and density is None:
+    if body.fixed and mass is None and density_value is None:
         return replace(
             body, center_of_mass=center or _center_of_fixed(body.shape, value), inertia=inertia
         )
-    properties = _properties(
-        body, mass=mass, density=density, stated=inertia is not None, value=value
-    )
+    if varying:
+        assert density_value is not None
+        properties = _of_varying_density(body.shape, density_value, mass=mass)
+    else:
+        properties = _properties(
+            body, mass=mass, density=density, stated=inertia is not None, value=value
+        )
     x, y, z = properties.center_of_mass
     body = replace(
         body, mass=properties.mass, center_of_mass=center or (float(x), float(y), float(z))
@@ -139,6 +147,21 @@ def _properties(
         raise value.error('mass is missing; mass [kg] is needed')
     with value.blamed():
         return mass_properties.of_shape(shape, mass=mass, density=density)
+
+
+def _of_varying_density(
+    shape: Shape | None, value: Value, *, mass: float | None
+) -> MassProperties:
+    """Return the mass properties for a density at_origin + gradient . x in shape coordinates."""
+    value.need_known(('at_origin', 'gradient'))
+    at_origin = value.at('at_origin', what='a density [kg/m^3]').number(unit='kg/m^3')
+    gradient = value.at('gradient', what='three numbers [kg/m^4]').vector(unit='kg/m^4')
+    if shape is None or mass is not None:
+        raise value.error(
+            'a density that varies needs a shape and gives its mass; remove mass, or give a shape'
+        )
+    with value.blamed():
+        return mass_properties.of_linear_density(shape, at_origin=at_origin, gradient=gradient)
 
 
 def _center_of_fixed(shape: Shape | None, value: Value) -> Vector:
@@ -213,6 +236,29 @@ def _material(value: Value) -> Material:
             for key, item in given.items()
             if item is not None
         }
+    )
+
+
+def _mass_flow(value: Value) -> MassFlow | None:
+    """Return the flow of mass; given by its speed alone it leaves along -z and pushes along +z."""
+    rate, exhaust, final = (value.find(key) for key in FLOW)
+    if rate is None:
+        for key, given in (('exhaust_velocity', exhaust), ('final_mass', final)):
+            if given is not None:
+                raise given.error(
+                    f'{key} says nothing without mass_rate [kg/s]; give it, or remove this key'
+                )
+        return None
+    if exhaust is None:
+        velocity: Vector = (0.0, 0.0, 0.0)
+    elif isinstance(exhaust.content, list):
+        velocity = exhaust.vector(unit='m/s')
+    else:
+        velocity = (0.0, 0.0, -exhaust.number(unit='m/s', minimum=0.0))
+    return MassFlow(
+        rate=rate.number(unit='kg/s'),
+        exhaust_velocity=velocity,
+        final_mass=None if final is None else final.number(unit='kg', positive=True),
     )
 
 

@@ -23,7 +23,17 @@ from rigid_body_sim.scene.forces import read_force
 from rigid_body_sim.scene.values import Value, shown
 
 VERSION = 1
-KEYS = ('version', 'name', 'dt', 'integrator', 'gravity', 'contact', 'bodies', 'forces')
+KEYS = (
+    'version',
+    'name',
+    'dt',
+    'integrator',
+    'orientation',
+    'gravity',
+    'contact',
+    'bodies',
+    'forces',
+)
 CONTACT_MODES = ('none',)
 LATER_MODES = ('timestep', 'event')
 
@@ -74,7 +84,7 @@ def _scene(value: Value, *, text: bytes, files: Files) -> Scene:
     names = [body.name for body in bodies]
     forces = value.find('forces')
     settings = {
-        'integrator': _integrator(value.find('integrator')),
+        **_integrator(value),
         'gravity': None
         if (gravity := value.find('gravity')) is None
         else gravity.vector(unit='m/s^2'),
@@ -110,14 +120,63 @@ def _tick(value: Value) -> int:
         return tick_nanoseconds(value.number(unit='s'))
 
 
-def _integrator(value: Value | None) -> str | None:
-    if value is None:
-        return None
-    from rigid_body_sim.physics.integrators import (
-        INTEGRATORS,
-    )  # compiled kernels come with it: only when named
+def _integrator(scene: Value) -> dict[str, Any]:
+    """
+    Read the integrator and its options.
 
-    return value.choice(INTEGRATORS, what='integrator')
+        integrator: rk45                                   its name alone
+        integrator: {name: rk45, rtol: 1e-9, atol: 1e-12}  with options
+        orientation: matrix                                short for the option of that name of a
+        Runge–Kutta method orientation: {representation: matrix, reorthonormalise: false}
+    """
+    value, orientation = scene.find('integrator'), scene.find('orientation')
+    if value is None and orientation is None:
+        return {}
+    # compiled kernels come with them: only when an integrator is named
+    from rigid_body_sim.physics import auto
+    from rigid_body_sim.physics.integrators import INTEGRATORS
+
+    name, options = Scene.integrator, {}
+    names = (*INTEGRATORS, auto.NAME)
+    if value is not None and isinstance(value.content, dict):
+        named = value.at('name', what='the name of an integrator')
+        name = named.choice(names, what='integrator')
+        known = auto.OPTIONS if name == auto.NAME else INTEGRATORS[name].options
+        value.need_known(('name', *known))
+        options = {key: _option(given, known[key]) for key in known if (given := value.find(key))}
+    elif value is not None:
+        name = value.choice(names, what='integrator')
+    if orientation is not None:
+        options |= _orientation(orientation, name, INTEGRATORS)
+    return {'integrator': name, 'integrator_options': options}
+
+
+def _orientation(value: Value, name: str, integrators: Mapping[str, Any]) -> dict[str, Any]:
+    known = integrators[name].options if name in integrators else {}
+    if 'orientation' not in known:
+        able = ', '.join(
+            other for other in integrators if 'orientation' in integrators[other].options
+        )
+        raise value.error(
+            f'integrator {name!r} keeps orientation its own way; a choice is given by: {able}'
+        )
+    if not isinstance(value.content, dict):
+        return {'orientation': _option(value, known['orientation'])}
+    value.need_known(('representation', 'reorthonormalise'))
+    representation = value.at('representation', what='quaternion or matrix')
+    read = {'orientation': _option(representation, known['orientation'])}
+    if (given := value.find('reorthonormalise')) is not None:
+        read['reorthonormalise'] = _option(given, known['reorthonormalise'])
+    return read
+
+
+def _option(value: Value, option: Any) -> Any:
+    """Read one option; decimals may be text, as YAML reads 1e-9."""
+    if option.choices:
+        return value.choice(option.choices, what=str(value.path[-1]))
+    if isinstance(option.default, bool):
+        return value.truth()
+    return value.number(unit='-', minimum=option.minimum, maximum=option.maximum)
 
 
 def _contact(value: Value | None) -> dict[str, Any]:

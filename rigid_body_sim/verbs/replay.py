@@ -3,7 +3,8 @@
 """
 `replay BAG`: run a recorded bag again from its own scene and commands.
 
-With the same settings every message is compared bit by bit: exit code 0 if identical, 3 with the first difference if not.
+With the same settings every message is compared bit by bit: exit code 0 if identical, 3 with the
+first difference if not.
 With --integrator or --dt the distance from the recording is reported.
 """
 
@@ -27,9 +28,18 @@ UNITS = {'position': 'm', 'angle': 'rad', 'velocity': 'm/s', 'angular_velocity':
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command line."""
-    parser.add_argument('bag', type=Path, help='bag directory or .mcap file recorded by this package')
-    parser.add_argument('--integrator', metavar='NAME', help='run with another integrator and report the error')
-    parser.add_argument('--dt', type=float, metavar='S', help='run with another tick length [s] and report the error')
+    parser.add_argument(
+        'bag', type=Path, help='bag directory or .mcap file recorded by this package'
+    )
+    parser.add_argument(
+        '--integrator', metavar='NAME', help='run with another integrator and report the error'
+    )
+    parser.add_argument(
+        '--dt',
+        type=float,
+        metavar='S',
+        help='run with another tick length [s] and report the error',
+    )
     parser.add_argument('-o', '--output', type=Path, metavar='BAG', help='record the new run')
     parser.add_argument('--json', action='store_true', help='print one JSON object')
 
@@ -40,7 +50,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.output is not None and arguments.output.exists():
         raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
     with tqdm(
-        unit='tick', unit_scale=True, disable=arguments.json or not sys.stderr.isatty(), leave=False
+        unit='tick',
+        unit_scale=True,
+        disable=arguments.json or not sys.stderr.isatty(),
+        leave=False,
     ) as bar:
         progress = _shown_on(bar)
         if arguments.integrator is None and arguments.dt is None:
@@ -112,7 +125,8 @@ def _tell_errors(
     width = max(map(len, errors), default=4)
     for name, error in errors.items():
         values = ', '.join(
-            f'{quantity.replace("_", " ")} {error.largest[quantity]:.2e} ({error.last[quantity]:.2e}) {unit}'
+            f'{quantity.replace("_", " ")} {error.largest[quantity]:.2e} '
+            f'({error.last[quantity]:.2e}) {unit}'
             for quantity, unit in UNITS.items()
             if error.last
         )

@@ -9,6 +9,7 @@ import json
 import math
 import sys
 import time
+from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 
@@ -24,22 +25,35 @@ from rigid_body_sim.scene import load_scene
 from rigid_body_sim.shipped_scenes import find_scene
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
-DRIFT_SAMPLES = 256  # looks at the invariants over a run: enough to catch an oscillation, cheap beside the run
+DRIFT_SAMPLES = (
+    256  # looks at the invariants over a run: enough to catch an oscillation, cheap beside the run
+)
 PROGRESS_EVERY = 0.2  # [s] wall
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command line."""
     parser.add_argument('scene', help='scene file (YAML), or the name of a shipped scene')
-    parser.add_argument('-o', '--output', type=Path, required=True, metavar='BAG', help='bag to write')
-    parser.add_argument('--duration', type=float, default=10.0, metavar='S', help='simulated time [s], default 10')
-    parser.add_argument('--dt', type=float, metavar='S', help='tick length [s], default: of the scene')
-    parser.add_argument('--integrator', metavar='NAME', help='default: of the scene')
+    parser.add_argument(
+        '-o', '--output', type=Path, required=True, metavar='BAG', help='bag to write'
+    )
+    parser.add_argument(
+        '--duration', type=float, default=10.0, metavar='S', help='simulated time [s], default 10'
+    )
+    parser.add_argument(
+        '--dt', type=float, metavar='S', help='tick length [s], default: of the scene'
+    )
+    parser.add_argument(
+        '--integrator',
+        metavar='NAME',
+        help='default: of the scene; auto: the cheapest that meets a tolerance',
+    )
     parser.add_argument(
         '--commands',
         type=Path,
         metavar='CSV',
-        help='timed commands: columns time, body, kind (force, torque, wrench, impulse), frame (world, body), fx … tz',
+        help='timed commands: columns time, body, kind (force, torque, wrench, impulse), frame '
+        '(world, body), fx … tz',
     )
     parser.add_argument(
         '--command-timeout',
@@ -49,7 +63,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='how long a command holds [s], default 0: until changed',
     )
     parser.add_argument(
-        '--publish-rate', type=float, default=100.0, metavar='HZ', help='recorded states per second, default 100'
+        '--publish-rate',
+        type=float,
+        default=100.0,
+        metavar='HZ',
+        help='recorded states per second, default 100',
+    )
+    parser.add_argument(
+        '--estimate-error',
+        action='store_true',
+        help='let a shadow in half steps run along and report how wrong the run is; twice the '
+        'cost',
     )
     parser.add_argument('--json', action='store_true', help='print one JSON object')
 
@@ -65,6 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
     settings = RunSettings(
         command_timeout_ns=_nanoseconds(arguments.command_timeout),
         publish_every=publish_every(arguments.publish_rate, simulation.dt_ns),
+        estimate_error=arguments.estimate_error,
     )
     if arguments.output.exists():
         raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
@@ -81,7 +106,10 @@ def run(arguments: argparse.Namespace) -> int:
         _advance(whole, recorder, ticks, timed, quiet=arguments.json)
     except SimulationDiverged as diverged:
         reason, code = 'diverged', 1
-        print(f'rigid_body_sim simulate: error: {diverged}; the bag holds the ticks before', file=sys.stderr)
+        print(
+            f'rigid_body_sim simulate: error: {diverged}; the bag holds the ticks before',
+            file=sys.stderr,
+        )
     except KeyboardInterrupt:
         reason, code = 'signal', 0
     finally:
@@ -103,7 +131,11 @@ def _advance(
     sample_every = every * max(1, ticks // every // DRIFT_SAMPLES)
     due = 0.0
     with tqdm(
-        total=ticks, unit='tick', unit_scale=True, disable=quiet or not sys.stderr.isatty(), leave=False
+        total=ticks,
+        unit='tick',
+        unit_scale=True,
+        disable=quiet or not sys.stderr.isatty(),
+        leave=False,
     ) as bar:
         for tick, output in whole.follow(commands, ticks):
             recorder.record(output, tick=tick)
@@ -120,9 +152,15 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
         raise UserError(f'--duration {duration:g} s; allowed: a positive number of seconds')
     ticks = round(duration * 1e9 / simulation.dt_ns)
     if ticks < 1:
-        raise UserError(f'--duration {duration:g} s is less than one tick of {simulation.dt:g} s; make it longer')
+        raise UserError(
+            f'--duration {duration:g} s is less than one tick of {simulation.dt:g} s; make it '
+            'longer'
+        )
     if ticks >= 2**32 or duration >= 2**31:
-        raise UserError(f'--duration {duration:g} s: a bag counts less than 2^32 ticks and 2^31 s; make it shorter')
+        raise UserError(
+            f'--duration {duration:g} s: a bag counts less than 2^32 ticks and 2^31 s; make it '
+            'shorter'
+        )
     return ticks
 
 
@@ -136,7 +174,9 @@ class _Note:
     """One line on a terminal that says what is waited for, and goes away."""
 
     def __init__(self, text: str, *, shown: bool) -> None:
-        self._bar = tqdm(total=0, bar_format='{desc}', disable=not shown or not sys.stderr.isatty(), leave=False)
+        self._bar = tqdm(
+            total=0, bar_format='{desc}', disable=not shown or not sys.stderr.isatty(), leave=False
+        )
         self.show(text)
 
     def show(self, text: str) -> None:
@@ -173,13 +213,30 @@ def _report(
         'angular_momentum_drift': _finite(drift.angular_momentum),
         'end_reason': reason,
     }
+    if simulation.choice is not None:
+        result['integrator_choice'] = simulation.choice.reason
+    estimate = whole.error_estimate()
+    if estimate is not None:
+        result['error_estimate'] = asdict(estimate)
     if arguments.json:
         print(json.dumps(result))
         return
-    print(f'{result["scene"]}: {simulation.tick} ticks, {simulation.time:g} s of {bodies} bodies with '
-          f'{simulation.integrator.name} in {wall:.2f} s ({simulation.time / max(wall, 1e-9):.0f} times real time)')  # fmt: skip
+    print(
+        f'{result["scene"]}: {simulation.tick} ticks, {simulation.time:g} s of {bodies} bodies '
+        f'with {simulation.integrator.name} in {wall:.2f} s '
+        f'({simulation.time / max(wall, 1e-9):.0f} times real time)'
+    )
+    if simulation.choice is not None:
+        print(f'  auto: {simulation.choice.reason}')
     for name in ('energy', 'momentum', 'angular_momentum'):
         print(f'  {name.replace("_", " ")} drift: {drift_text(result[name + "_drift"])}')
+    if estimate is not None:
+        print(
+            f'  estimated error: position {estimate.position:.1e} m, angle {estimate.angle:.1e} '
+            'rad, '
+            f'velocity {estimate.velocity:.1e} m/s, angular velocity '
+            f'{estimate.angular_velocity:.1e} rad/s'
+        )
     print(f'  bag: {arguments.output}')
 
 

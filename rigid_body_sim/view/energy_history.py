@@ -19,6 +19,7 @@ from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.invariants import Invariants
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.state import COLUMNS, State
+from rigid_body_sim.physics.variable_mass import mass_at, masses_at
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
 
 Array = NDArray[np.float64]
@@ -110,9 +111,13 @@ def _states(scene: Scene, tracks: dict[str, Track], time: Array) -> list[State]:
         out[:, 0:3], out[:, 3:7], out[:, 7:10], out[:, 10:13] = track.position[pose], q, v, w
         if body.fixed:
             continue
-        out[:, 16:19] = body.mass * v
+        mass = np.array([mass_at(body, now) for now in time.tolist()])[:, None]
+        out[:, 16:19] = mass * v
         if body.inertia is not None:
             w_body = so3.rotate_back(q, w)
             out[:, 13:16] = w_body
-            out[:, 19:22] = so3.rotate(q, w_body @ body.inertia)
-    return [State(row) for row in values]
+            out[:, 19:22] = so3.rotate(q, w_body @ body.inertia) * (mass / body.mass)
+    return [
+        State(row, masses_at(scene.bodies, now))
+        for row, now in zip(values, time.tolist(), strict=True)
+    ]

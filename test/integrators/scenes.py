@@ -3,6 +3,7 @@
 """Scenes on which integrators are judged."""
 
 from rigid_body_sim import load_scene
+from rigid_body_sim.physics.integrators import INTEGRATORS
 
 
 def scene(bodies, *, forces=(), dt=0.001, gravity=(0.0, 0.0, 0.0)):
@@ -30,6 +31,20 @@ def top(*, inertia=(1.0, 2.0, 3.0), omega=(0.01, 1.0, 0.01), dt=0.001, name='top
     return scene([body], dt=dt)
 
 
+def names_for(scene):
+    """Integrators that do not refuse a scene, references left out."""
+    return sorted(
+        name
+        for name, method in INTEGRATORS.items()
+        if not method.is_reference and method.refuses(scene) is None
+    )
+
+
+def of_fixed_step(names=tuple(INTEGRATORS)):
+    """Integrators whose error the tick length sets, not a tolerance."""
+    return sorted(name for name in names if not INTEGRATORS[name].controls_its_error)
+
+
 def oscillator(*, dt, stiffness=4.0, damping=0.0, position=1.0):
     """A point mass of 1 kg on a spring along x."""
     ball = {
@@ -48,8 +63,22 @@ def oscillator(*, dt, stiffness=4.0, damping=0.0, position=1.0):
     return scene([ball], forces=[spring], dt=dt)
 
 
-def linked_bodies():
-    """Two tumbling bodies on damped and undamped springs off their centres, a point mass, drag and gravity."""
+def linked_bodies(integrator=None):
+    """
+    Two tumbling bodies on springs off their centres, a point mass, a push in body axes and
+    gravity.
+
+    A spring is damped and a body feels drag, unless the integrator refuses that.
+    """
+    whole = _linked_bodies(damped=True)
+    if integrator is None or INTEGRATORS[integrator].refuses(whole) is None:
+        return whole
+    return _linked_bodies(damped=False)
+
+
+def _linked_bodies(*, damped):
+    damping = {'damping': 0.4} if damped else {}
+    drag = {'type': 'drag', 'body': 'rod', 'linear': 0.1, 'angular_quadratic': 0.05}
     return scene(
         [
             {
@@ -76,9 +105,43 @@ def linked_bodies():
                 'stiffness': 40.0,
                 'rest_length': 0.5,
             },
-            {'type': 'spring', 'a': 'ball', 'b': 'box', 'stiffness': 30.0, 'damping': 0.4},
-            {'type': 'drag', 'body': 'rod', 'linear': 0.1, 'angular_quadratic': 0.05},
-            {'type': 'constant', 'body': 'box', 'force': [0, 0, 1], 'frame': 'body', 'point': [0.1, 0, 0]},
+            {'type': 'spring', 'a': 'ball', 'b': 'box', 'stiffness': 30.0, **damping},
+            *([drag] if damped else []),
+            {
+                'type': 'constant',
+                'body': 'box',
+                'force': [0, 0, 1],
+                'frame': 'body',
+                'point': [0.1, 0, 0],
+            },
         ],
         gravity=(0.0, 0.0, -9.81),
     )
+
+
+def linked_points(*, dt=0.001):
+    """
+    Three point masses in a row on damped springs without rest length, the first tied to the world:
+    linear.
+    """
+    names = ('a', 'b', 'c')
+    shape = {'type': 'particle'}
+    bodies = [
+        {
+            'name': n,
+            'shape': shape,
+            'mass': 1.0 + i,
+            'initial': {'position': [1.0 + i, 0.1 * i, 0.0]},
+        }
+        for i, n in enumerate(names)
+    ]
+    ends = (('a', 'world', 0.2), ('b', 'a', 0.1), ('c', 'b', 0.3))
+    springs = [
+        {'type': 'spring', 'a': a, 'b': b, 'stiffness': 9.0, 'damping': damping}
+        for a, b, damping in ends
+    ]
+    drag = {'type': 'drag', 'body': 'b', 'linear': 0.2}
+    return scene(bodies, forces=[*springs, drag], dt=dt, gravity=(0.0, 0.0, -9.81))
+
+
+TURNING = names_for(top())

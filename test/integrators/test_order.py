@@ -15,7 +15,8 @@ from rigid_body_sim.physics.rotation import angle_between
 
 from . import scenes
 
-NAMES = sorted(INTEGRATORS)
+NAMES = scenes.of_fixed_step()
+TURNING = scenes.of_fixed_step(scenes.TURNING)
 SLOPE = 0.1  # what the order may differ by: the next term of the error at the step lengths chosen
 
 
@@ -30,11 +31,43 @@ def slope(error, steps):
 
 
 # step lengths short enough for the leading term and long enough to stay clear of round-off
-FREE_STEPS = {1: (2e-4, 1e-4), 2: (0.01, 0.005), 4: (0.04, 0.02), 6: (0.16, 0.08)}
-FORCED_STEPS = {1: (2e-4, 1e-4), 2: (0.01, 0.005), 4: (0.04, 0.02)}
+FREE_STEPS = {
+    1: (2e-4, 1e-4),
+    2: (0.01, 0.005),
+    4: (0.04, 0.02),
+    6: (0.16, 0.08),
+    8: (0.2, 0.16),
+    10: (0.32, 0.2),
+}
+FREE_STEPS_OF = {  # closer to round-off: six drifts a step, large coefficients
+    'blanes_moan4': (0.5, 0.32),
+    'rk8': (0.4, 0.32),
+}
+# from order 16 on truncation lies below round-off at every step the method takes undivided
+AT_ROUND_OFF = 16
+FORCED_STEPS = {1: (2e-4, 1e-4), 2: (0.01, 0.005), 4: (0.04, 0.02), 8: (0.25, 0.2)}
+TORQUE_STEPS_OF = {'blanes_moan4': (0.08, 0.05)}  # a thousandth of the error of others
 
 
-@pytest.mark.parametrize('name', NAMES)
+def assert_free_order(error, name):
+    order = INTEGRATORS[name].free_order
+    if order >= AT_ROUND_OFF:
+        assert max(error(h) for h in (0.4, 0.1)) < 2e-14  # eighty steps of 1e-16
+    else:
+        assert slope(error, FREE_STEPS_OF.get(name) or FREE_STEPS[order]) == pytest.approx(
+            order, abs=SLOPE
+        )
+
+
+def simulation(scene, name):
+    """Make a run, or leave the test where the integrator refuses the scene."""
+    refusal = INTEGRATORS[name].refuses(scene)
+    if refusal is not None:
+        pytest.skip(refusal)
+    return Simulation(scene, integrator=name)
+
+
+@pytest.mark.parametrize('name', TURNING)
 def test_free_asymmetric_top_converges_with_the_claimed_order(name):
     omega = (0.4, 1.0, 0.3)
 
@@ -44,47 +77,46 @@ def test_free_asymmetric_top_converges_with_the_claimed_order(name):
         exact = free_asymmetric_top.rotation(8.0, inertia=(1, 2, 3), angular_velocity_body=omega)
         return angle_between(sim.state.orientation[0], exact.orientation)
 
-    order = INTEGRATORS[name].free_order
-    assert slope(error, FREE_STEPS[order]) == pytest.approx(order, abs=SLOPE)
+    assert_free_order(error, name)
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', TURNING)
 def test_free_symmetric_top_converges_with_the_claimed_order(name):
     omega = (0.6, 0.0, 1.0)
 
     def error(h):
-        sim = Simulation(
-            scenes.top(inertia=(2.0, 2.0, 1.0), omega=omega, dt=h), integrator=name
-        )
+        sim = Simulation(scenes.top(inertia=(2.0, 2.0, 1.0), omega=omega, dt=h), integrator=name)
         sim.step(round(8.0 / h))
         exact = free_symmetric_top.rotation(
             8.0, inertia_across=2.0, inertia_axial=1.0, angular_velocity_body=omega
         )
         return angle_between(sim.state.orientation[0], exact.orientation)
 
-    order = INTEGRATORS[name].free_order
-    assert slope(error, FREE_STEPS[order]) == pytest.approx(order, abs=SLOPE)
+    assert_free_order(error, name)
 
 
 @pytest.mark.parametrize('damping', [0.0, 0.8])
 @pytest.mark.parametrize('name', NAMES)
 def test_spring_converges_with_the_claimed_order(name, damping):
     def error(h):
-        sim = Simulation(scenes.oscillator(dt=h, damping=damping), integrator=name)
+        sim = simulation(scenes.oscillator(dt=h, damping=damping), name)
         sim.step(round(2.0 / h))
-        exact = oscillator.oscillation(
-            2.0, mass=1.0, stiffness=4.0, damping=damping, position=1.0
-        )
+        exact = oscillator.oscillation(2.0, mass=1.0, stiffness=4.0, damping=damping, position=1.0)
         return math.hypot(
             sim.state.position[0, 0] - float(exact.position[0]),
             (sim.state.velocity[0, 0] - float(exact.velocity[0])) / 2.0,
         )
 
     order = INTEGRATORS[name].order
-    assert slope(error, FORCED_STEPS[order]) == pytest.approx(order, abs=SLOPE)
+    if order == math.inf:
+        assert max(error(h) for h in (0.5, 0.1)) < 1e-14  # twenty products of 1e-16
+    else:
+        assert slope(error, FORCED_STEPS[order]) == pytest.approx(order, abs=SLOPE)
 
 
-@pytest.mark.parametrize('name', NAMES)
+# from rest the stages of a method of high order lie on both sides of the kink of |v| v in its
+# first step
+@pytest.mark.parametrize('name', [name for name in NAMES if INTEGRATORS[name].order < 8])
 def test_quadratic_drag_converges_with_the_claimed_order(name):
     def error(h):
         scene = scenes.scene(
@@ -93,7 +125,7 @@ def test_quadratic_drag_converges_with_the_claimed_order(name):
             gravity=(0.0, 0.0, -9.81),
             dt=h,
         )
-        sim = Simulation(scene, integrator=name)
+        sim = simulation(scene, name)
         sim.step(round(1.2 / h))
         exact = drag.quadratic_fall(1.2, mass=1.0, coefficient=0.5, gravity=9.81)
         return abs(sim.state.position[0, 2] - float(np.ravel(exact.position)[-1]))
@@ -102,9 +134,12 @@ def test_quadratic_drag_converges_with_the_claimed_order(name):
     assert slope(error, FORCED_STEPS[order]) == pytest.approx(order, abs=SLOPE)
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', TURNING)
 def test_torque_that_follows_the_attitude_converges_with_the_claimed_order(name):
-    """A top in a uniform field: a force in world axes at a point off the centre of mass, against the finest run."""
+    """
+    A top in a uniform field: a force in world axes at a point off the centre of mass, against the
+    finest run.
+    """
 
     def attitude(h, integrator):
         scene = scenes.scene(
@@ -116,7 +151,9 @@ def test_torque_that_follows_the_attitude_converges_with_the_claimed_order(name)
                     'initial': {'angular_velocity': [0.3, 0.2, 2.0]},
                 }
             ],
-            forces=[{'type': 'constant', 'body': 'top', 'force': [0.4, 0, -1.0], 'point': [0, 0, 0.5]}],
+            forces=[
+                {'type': 'constant', 'body': 'top', 'force': [0.4, 0, -1.0], 'point': [0, 0, 0.5]}
+            ],
             dt=h,
         )
         sim = Simulation(scene, integrator=integrator)
@@ -126,5 +163,6 @@ def test_torque_that_follows_the_attitude_converges_with_the_claimed_order(name)
     reference = attitude(0.001, 'rk4')  # its own error: 1e-13 rad, a thousandth of any below
 
     order = INTEGRATORS[name].order
-    measured = slope(lambda h: angle_between(attitude(h, name), reference), FORCED_STEPS[order])
+    steps = TORQUE_STEPS_OF.get(name) or FORCED_STEPS[order]
+    measured = slope(lambda h: angle_between(attitude(h, name), reference), steps)
     assert measured == pytest.approx(order, abs=SLOPE)

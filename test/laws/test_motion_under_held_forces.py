@@ -1,6 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Free fall, projectiles, held forces and torques, impulses: the laws that every beginner can check."""
+"""
+Free fall, projectiles, held forces and torques, impulses: the laws that every beginner can check.
+"""
 
 import numpy as np
 import pytest
@@ -11,8 +13,9 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integrators import INTEGRATORS
 from rigid_body_sim.physics.rotation import angle_between, rotate
 
-ROUND_OFF = 1e-12  # relative; 1e4 additions of compensated sums leave some ulps of the largest value
-SECOND_ORDER_OR_MORE = sorted(name for name in INTEGRATORS if INTEGRATORS[name].order > 1)
+ROUND_OFF = (
+    1e-12  # relative; 1e4 additions of compensated sums leave some ulps of the largest value
+)
 
 
 def one_body(dt=0.001, gravity=(0, 0, 0), **initial):
@@ -32,6 +35,13 @@ def one_body(dt=0.001, gravity=(0, 0, 0), **initial):
             ],
         }
     )
+
+
+SECOND_ORDER_OR_MORE = sorted(
+    name
+    for name, integrator in INTEGRATORS.items()
+    if integrator.order > 1 and integrator.refuses(one_body()) is None
+)
 
 
 @pytest.mark.parametrize('integrator', SECOND_ORDER_OR_MORE)
@@ -77,7 +87,8 @@ def test_held_torque_on_a_principal_axis_turns_it_like_a_falling_point(axis, fra
     exact = held_wrench.held_torque(
         2.0, axis=axis, inertia=inertia, torque=0.8, angular_velocity=0.3
     )
-    # dmv6 turns by (h w) (1 + O(h w)^6) in each of 2000 ticks of h w = 2e-3: truncation below round-off
+    # dmv6 turns by (h w) (1 + O(h w)^6) in each of 2000 ticks of h w = 2e-3: truncation below
+    # round-off
     assert angle_between(sim.state.orientation[0], exact.orientation) < 1e-12
     np.testing.assert_allclose(
         sim.state.angular_velocity_body[0], exact.angular_velocity_body, rtol=ROUND_OFF, atol=1e-15
@@ -183,7 +194,12 @@ def test_command_to_a_fixed_body_is_refused():
             'name': 'wall',
             'dt': 0.001,
             'bodies': [
-                {'name': 'wall', 'shape': {'type': 'box', 'size': [1, 1, 1]}, 'mass': 1.0, 'fixed': True}
+                {
+                    'name': 'wall',
+                    'shape': {'type': 'box', 'size': [1, 1, 1]},
+                    'mass': 1.0,
+                    'fixed': True,
+                }
             ],
         }
     )

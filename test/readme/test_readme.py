@@ -47,7 +47,9 @@ def test_the_scene_is_the_shipped_scene_and_loads():
 
 
 def test_the_python_example_runs():
-    printed = run([sys.executable, '-c', block_with('python', 'Simulation(load_scene')], folder=ROOT)
+    printed = run(
+        [sys.executable, '-c', block_with('python', 'Simulation(load_scene')], folder=ROOT
+    )
     assert printed.startswith('1.0 ')
 
 

@@ -74,7 +74,14 @@ def bag(tmp_path, verb, commands):
     """A bag of two_bodies with commands, half a second."""
     path = tmp_path / 'run'
     code, _, err = verb(
-        'simulate', SCENES / 'two_bodies.yaml', '-o', path, '--duration', 0.5, '--commands', commands
+        'simulate',
+        SCENES / 'two_bodies.yaml',
+        '-o',
+        path,
+        '--duration',
+        0.5,
+        '--commands',
+        commands,
     )
     assert code == 0, err
     return path

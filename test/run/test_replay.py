@@ -33,7 +33,9 @@ def rewritten(bag, target, *, change_message=None, change_attachment=None):
         schemas, channels = {}, {}
         for schema, channel, message in reader.iter_messages(log_time_order=False):
             if schema.id not in schemas:
-                schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
+                schemas[schema.id] = writer.register_schema(
+                    schema.name, schema.encoding, schema.data
+                )
             if channel.id not in channels:
                 channels[channel.id] = writer.register_channel(
                     channel.topic, channel.message_encoding, schemas[schema.id], channel.metadata
@@ -42,7 +44,11 @@ def rewritten(bag, target, *, change_message=None, change_attachment=None):
             if change_message:
                 data = change_message(channel.topic, message.sequence, data)
             writer.add_message(
-                channels[channel.id], message.log_time, data, message.publish_time, message.sequence
+                channels[channel.id],
+                message.log_time,
+                data,
+                message.publish_time,
+                message.sequence,
             )
         writer.finish()
     return target
@@ -53,7 +59,15 @@ def flip_last_bit_of_last_double(data):
     return data[:-8] + struct.pack('<Q', bits ^ 1)
 
 
-@pytest.mark.parametrize('integrator', sorted(INTEGRATORS))
+TWO_BODIES = load_scene(SCENES / 'two_bodies.yaml')
+ABLE = sorted(
+    name
+    for name, integrator in INTEGRATORS.items()
+    if integrator.refuses(TWO_BODIES) is None and not integrator.is_reference
+)
+
+
+@pytest.mark.parametrize('integrator', ABLE)
 def test_replay_of_a_bag_is_identical(verb, as_json, tmp_path, commands, integrator):
     words = ('--duration', 0.3, '--commands', commands, '--integrator', integrator)
     assert verb('simulate', SCENES / 'two_bodies.yaml', '-o', tmp_path / 'b', *words)[0] == 0
@@ -72,7 +86,11 @@ def test_replay_of_a_lone_file_and_into_a_new_bag_is_identical(as_json, bag, tmp
 
 def test_one_flipped_bit_in_a_state_is_found_with_tick_body_and_field(as_json, bag, tmp_path):
     def flip(topic, sequence, data):
-        return flip_last_bit_of_last_double(data) if (topic, sequence) == ('/ball/twist', 120) else data
+        return (
+            flip_last_bit_of_last_double(data)
+            if (topic, sequence) == ('/ball/twist', 120)
+            else data
+        )
 
     code, result = as_json('replay', rewritten(bag, tmp_path / 'f.mcap', change_message=flip))
     assert code == 3
@@ -89,7 +107,9 @@ def test_one_flipped_bit_in_a_command_is_found(as_json, bag, tmp_path):
             return data
         return flip_last_bit_of_last_double(data[:-40]) + data[-40:]
 
-    code, result = as_json('replay', rewritten(bag, tmp_path / 'f.mcap', change_message=flip_force))
+    code, result = as_json(
+        'replay', rewritten(bag, tmp_path / 'f.mcap', change_message=flip_force)
+    )
     assert code == 3
     assert result['body'] == 'ball'
     assert result['tick'] >= 150
@@ -132,7 +152,11 @@ def test_a_missing_message_is_found(as_json, bag, tmp_path):
                     channel.topic, channel.message_encoding, schema_id, channel.metadata
                 )
             writer.add_message(
-                channels[channel.id], message.log_time, message.data, message.log_time, message.sequence
+                channels[channel.id],
+                message.log_time,
+                message.data,
+                message.log_time,
+                message.sequence,
             )
         writer.finish()
     code, result = as_json('replay', tmp_path / 'cut.mcap')

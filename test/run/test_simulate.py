@@ -40,7 +40,9 @@ def test_with_and_without_numba_the_message_bytes_are_the_same(process, tmp_path
 
 
 def test_json_names_the_run_and_nothing_else_is_printed(as_json, tmp_path):
-    code, result = as_json('simulate', SCENES / 'free_fall.yaml', '-o', tmp_path / 'b', '--duration', 1)
+    code, result = as_json(
+        'simulate', SCENES / 'free_fall.yaml', '-o', tmp_path / 'b', '--duration', 1
+    )
     assert code == 0
     assert result['ticks'] * result['dt'] == pytest.approx(1.0)
     assert result['sim_time'] == pytest.approx(1.0)
@@ -54,7 +56,9 @@ def test_a_bag_of_free_fall_holds_the_parabola(verb, tmp_path):
     scene = tmp_path / 'fall.yaml'
     scene.write_text(
         'version: 1\nname: fall\ndt: 0.001\ngravity: [0, 0, -9.81]\n'
-        'bodies:\n  - {name: ball, mass: 1, shape: {type: sphere, radius: 0.1}, initial: {position: [0, 0, 10]}}\n'
+        'bodies:\n  - '
+        '{name: ball, mass: 1, shape: {type: sphere, radius: 0.1}, '
+        'initial: {position: [0, 0, 10]}}\n'
     )
     assert verb('simulate', scene, '-o', tmp_path / 'b', '--duration', 1)[0] == 0
     bag = Bag(tmp_path / 'b')
@@ -89,7 +93,8 @@ def test_a_diverging_run_stops_names_the_body_and_leaves_a_readable_bag(verb, tm
     scene = tmp_path / 'stiff.yaml'
     scene.write_text(
         'version: 1\nname: stiff\ndt: 0.01\n'
-        'bodies:\n  - {name: ball, mass: 1, shape: {type: particle}, initial: {position: [1, 0, 0]}}\n'
+        'bodies:\n  - '
+        '{name: ball, mass: 1, shape: {type: particle}, initial: {position: [1, 0, 0]}}\n'
         'forces:\n  - {type: spring, a: ball, b: world, stiffness: 1000000}\n'
     )
     code, _, err = verb('simulate', scene, '-o', tmp_path / 'b', '--integrator', 'explicit_euler')

@@ -365,8 +365,20 @@ REFUSED_BODIES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'mass': None}, 'bodies[0]: mass is missing; mass [kg] or density [kg/m^3] is needed'),
     ({'density': 3}, 'either mass [kg] or density'),
     ({'mas': 1}, "bodies[0].mas: unknown key; did you mean 'mass'? allowed: name"),
-    ({'mass_rate': -0.1}, 'bodies[0].mass_rate: variable mass comes in a later version'),
-    ({'exhaust_velocity': 3}, 'bodies[0].exhaust_velocity: variable mass'),
+    (
+        {'exhaust_velocity': 3},
+        'bodies[0].exhaust_velocity: exhaust_velocity says nothing without mass_rate',
+    ),
+    ({'mass_rate': -0.1, 'final_mass': 13}, 'bodies[0].final_mass: '),
+    (
+        {'mass_rate': -0.1, 'final_mass': 0},
+        'bodies[0].final_mass: got 0.0; a positive number [kg]',
+    ),
+    (
+        {'mass_rate': -0.1, 'exhaust_velocity': [0, 1]},
+        'bodies[0].exhaust_velocity: got [0, 1]; a list of 3',
+    ),
+    ({'mass_rate': -0.1, 'fixed': True, 'initial': {}}, 'bodies[0].mass_rate: '),
     ({'shape': None}, 'shape is missing; give one ({type: particle}'),
     ({'shape': 'box'}, "bodies[0].shape: got 'box'; a mapping such as"),
     ({'shape': {}}, 'bodies[0].shape: type is missing; one of particle'),

@@ -3,7 +3,8 @@
 """
 Free rotation by the preprocessed discrete Moser–Veselov map.
 
-The discrete top of Moser & Veselov (1991) turns the attitude by the Cayley rotation with vector c = tan(angle/2) axis:
+The discrete top of Moser & Veselov (1991) turns the attitude by the Cayley rotation with
+vector c = tan(angle/2) axis:
 
     c1 = alpha b1 + a1 c2 c3  (cyclic),   alpha = 1 + |c|^2
     q <- q (c, 1) / |(c, 1)|
@@ -12,18 +13,23 @@ The discrete top of Moser & Veselov (1991) turns the attitude by the Cayley rota
         i_k = 1 / j_k,  a1 = (i2 - i3) j1  (cyclic)
         b_k = (h/2) m_k j_k,  m = R^T L    angular momentum, principal axes [kg m^2/s]
 
-With s = 1, d = 0 the map has order 2. McLachlan & Zanna (2005) found, and Hairer & Vilmart, J. Phys. A 39 (2006) 13225,
-gave in closed form, the series s and d in A = h^2 |m|^2 / 2 and H = h^2 T with which the discrete orbit follows the exact
-one to any even order at the same cost. The map is symmetric; it keeps the energy and the angular momentum to rounding,
-and since L is not touched here, L to the last bit.
+With s = 1, d = 0 the map has order 2. McLachlan & Zanna (2005) found, and Hairer & Vilmart, J.
+Phys. A 39 (2006) 13225, gave in closed form, the series s and d in A = h^2 |m|^2 / 2 and H = h^2 T
+with which the discrete orbit follows the exact one to any even order at the same cost. The map is
+symmetric; it keeps the energy and the angular momentum to rounding, and since L is not touched
+here, L to the last bit.
 
-Limits: the equation has a solution that iteration finds up to about h |omega| = 1; beyond, the step is halved until it
-does. The angle error over 100 rad on I = (1, 2, 3) is 9e-5, 2e-8, 5e-12 rad at h |omega| = 0.4, 0.1, 0.025.
+Limits: the equation has a solution that iteration finds up to about h |omega| = 1; beyond, the
+step is halved until it does. Angle error [rad] over 100 rad on I = (1, 2, 3) at h |omega| = 0.4
+and 0.1: order 2: all, 0.2; order 4: 2e-2, 8e-5; order 6: 9e-5, 2e-8; order 8: 2e-7, 3e-12; order
+10: 3e-10, round-off.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,49 +54,44 @@ from rigid_body_sim.physics.blocks import (
     TZ,
     rotate,
 )
-from rigid_body_sim.physics.kernels import inline, kernel
+from rigid_body_sim.physics.drifts.moser_veselov_series import series, series_rows
+from rigid_body_sim.physics.kernels import inline, specialise, unbound
 
-CONVERGED = 1e-14  # [-] change of c in the last sweep over |c|; the error left is a hundredth of it
+CONVERGED = 1e-14  # [-] change of c in the last sweep over |c|; a hundredth of it is left
+LOST = 1e9  # [-] |c| from which iteration runs away
 MORE_SWEEPS = 60  # of the careful pass, before the step is halved
 HALVINGS = 10  # beyond h |omega| = 1000 rad a step has no meaning left
 
-# coefficients of one body, rows of its block
-SA, SH, SAA, SAH, SHH = 0, 64, 128, 192, 256
-DA, DH, DAA, DAH, DHH = 320, 384, 448, 512, 576
-MISSED = 640  # 1 where the fast pass did not converge
-METHOD = 704  # numbers in a block
+# bound for each order by `specialise`; rows of its block: the series s, the series d, two more
+ORDER = 6
+SERIES_D = 320
+MISSED = 640  # 1 where no pass has converged yet
+LATE = 704  # in its first lane: whether the fast pass failed some lane in the step before
+METHOD = 768  # numbers in a block
+patiently: Callable[..., Any] = unbound
+carefully: Callable[..., Any] = unbound
 
 
-def coefficients(moments: NDArray[np.float64]) -> NDArray[np.float64]:
-    """
-    Coefficients of s and d up to order 6, for each body.
-
-        moments : (n, 3) [kg m^2]
-        returns : (n, METHOD / 64): s of A, H, A^2, A H, H^2, then d of the same; Hairer & Vilmart (2006)
-    """
-    i1, i2, i3 = moments.T
-    product = i1 * i2 * i3
-    s1 = i1 + i2 + i3
-    s2 = i1 * i1 + i2 * i2 + i3 * i3
-    x1 = 1 / i1 + 1 / i2 + 1 / i3
-    x2 = 1 / (i1 * i1) + 1 / (i2 * i2) + 1 / (i3 * i3)
-    q = s1 * x1 - 3
-    return np.stack(
-        [
-            s1 / (6 * product),
-            -x1 / 3,
-            (s2 - product * x1) / (30 * product**2),
-            (1 - q) / (30 * product),
-            (3 * s1 + 2 * product * x2) / (60 * product),
-            -1 / (3 * product),
-            s1 / (6 * product),
-            -s1 / (60 * product**2),
-            (6 * product * x1 - s2) / (60 * product**2),
-            -(9 + q) / (60 * product),
-            np.zeros_like(i1),
-        ],
-        axis=-1,
+@inline
+def _series(order, p, t, m, k):
+    """Sum the terms of a series in p = A and t = H that an order takes."""
+    if order == 2:
+        return 0.0
+    if order == 4:
+        return p * m[k] + t * m[k + 64]
+    low = p * (m[k] + p * m[k + 128] + t * m[k + 192]) + t * (m[k + 64] + t * m[k + 256])
+    if order == 6:
+        return low
+    pp = p * p
+    tt = t * t
+    high = pp * (p * m[k + 320] + t * m[k + 384]) + tt * (p * m[k + 448] + t * m[k + 512])
+    if order == 8:
+        return low + high
+    pt = p * t
+    highest = pp * (pp * m[k + 576] + pt * m[k + 640] + tt * m[k + 704]) + tt * (
+        pt * m[k + 768] + tt * m[k + 832]
     )
+    return low + (high + highest)
 
 
 @inline
@@ -104,22 +105,26 @@ def _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3):
 
 
 @inline
-def _equation(m1, m2, m3, h, i1, i2, i3, v1, v2, v3, method, k):
+def _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3):
+    """Sweep once more, unless c is good."""
+    n1, n2, n3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
+    size = abs(n1) + abs(n2) + abs(n3)
+    settled = good | ((change <= 0.1 * CONVERGED * size) & (size < LOST))
+    return c1 if good else n1, c2 if good else n2, c3 if good else n3, settled
+
+
+@inline
+def _equation(order, series_d, m1, m2, m3, h, i1, i2, i3, v1, v2, v3, method, k):
     """Set up a and b, and guess c."""
     half = 0.5 * h * h
     p = half * (m1 * m1 + m2 * m2 + m3 * m3)
     t = half * (m1 * m1 * v1 + m2 * m2 * v2 + m3 * m3 * v3)
-    scale = 1.0 + (
-        p * (method[k + SA] + p * method[k + SAA] + t * method[k + SAH])
-        + t * (method[k + SH] + t * method[k + SHH])
-    )
-    shift = p * (method[k + DA] + p * method[k + DAA] + t * method[k + DAH]) + t * (
-        method[k + DH] + t * method[k + DHH]
-    )
+    scale = 1.0 + _series(order, p, t, method, k)
+    shift = _series(order, p, t, method, k + series_d)
     j1 = scale * v1 + shift
     j2 = scale * v2 + shift
     j3 = scale * v3 + shift
-    # a1 = (1/j2 - 1/j3) j1 with j3 - j2 = scale (1/I3 - 1/I2), free of cancellation between s and d
+    # a1 = (1/j2 - 1/j3) j1 with j3 - j2 = scale (1/I3 - 1/I2): no cancellation between s and d
     over = scale / (j1 * j2 * j3)
     a1 = (i2 - i3) * (v2 * v3) * j1 * j1 * over
     a2 = (i3 - i1) * (v3 * v1) * j2 * j2 * over
@@ -147,7 +152,6 @@ def _turned(x, y, z, w, c1, c2, c3):
     return u * f, v * f, t * f, r * f
 
 
-@kernel
 def _carefully(k, h, s, method):
     """Turn one body with as many sweeps as it takes, and in as many equal parts."""
     i1, i2, i3 = s[k + I1], s[k + I2], s[k + I3]
@@ -159,14 +163,14 @@ def _carefully(k, h, s, method):
         while done < parts:
             m1, m2, m3 = rotate(-x, -y, -z, w, s[k + LX], s[k + LY], s[k + LZ])
             a1, a2, a3, b1, b2, b3, c1, c2, c3, least = _equation(
-                m1, m2, m3, h / parts, i1, i2, i3, v1, v2, v3, method, k
+                ORDER, SERIES_D, m1, m2, m3, h / parts, i1, i2, i3, v1, v2, v3, method, k
             )
             converged = False
             sweeps = 0
             while least > 0.0 and not converged and sweeps < MORE_SWEEPS:
                 c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
                 size = abs(c1) + abs(c2) + abs(c3)
-                if not size < 1e9:
+                if not size < LOST:
                     break
                 converged = change <= 0.1 * CONVERGED * size
                 sweeps += 1
@@ -181,49 +185,144 @@ def _carefully(k, h, s, method):
     s[k + QW] = math.nan  # the check at the end of the call reports it
 
 
-@kernel
-def drift(block, lanes, kick, h, rotation, method):
+def _patiently(lanes, h, s, m):
     """
-    Kick the angular momentum, then let one block of bodies turn freely.
+    Turn the lanes that are marked in MISSED: fifteen sweeps, in which a settled lane stands still.
 
-        L <- L + kick * torque
-        q <- attitude after free rotation over h
-
-    A fast pass of five sweeps without branches serves every lane (to h |omega| = 0.03); the lanes that it did not bring
-    to convergence are then done one by one. So the result for a body does not depend on its neighbours.
+    returns : (lanes that five sweeps do not serve, those that fifteen do not); these stay marked
     """
-    s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-    m = method[block * METHOD : block * METHOD + METHOD]
+    late = 0
     missed = 0
     for k in range(lanes):
         x = s[k + QX]
         y = s[k + QY]
         z = s[k + QZ]
         w = s[k + QW]
-        l1 = s[k + LX] + kick * s[k + TX]
-        l2 = s[k + LY] + kick * s[k + TY]
-        l3 = s[k + LZ] + kick * s[k + TZ]
-        m1, m2, m3 = rotate(-x, -y, -z, w, l1, l2, l3)
+        m1, m2, m3 = rotate(-x, -y, -z, w, s[k + LX], s[k + LY], s[k + LZ])
         a1, a2, a3, b1, b2, b3, c1, c2, c3, least = _equation(
-            m1, m2, m3, h, s[k + I1], s[k + I2], s[k + I3], s[k + J1], s[k + J2], s[k + J3], m, k
-        )
+            ORDER, SERIES_D, m1, m2, m3, h, s[k + I1], s[k + I2], s[k + I3],
+            s[k + J1], s[k + J2], s[k + J3], m, k,
+        )  # fmt: skip
         c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
         c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
         c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
         c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
         c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-        good = change <= CONVERGED * (abs(c1) + abs(c2) + abs(c3))
+        size = abs(c1) + abs(c2) + abs(c3)
+        early = (change <= CONVERGED * size) & (size < LOST) & (least > 0.0)
+        good = early
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        good = good & (least > 0.0)
+        waiting = m[k + MISSED] > 0.0
+        taken = good & waiting
         u, v, t, r = _turned(x, y, z, w, c1, c2, c3)
-        s[k + QX] = u if good else x
-        s[k + QY] = v if good else y
-        s[k + QZ] = t if good else z
-        s[k + QW] = r if good else w
-        s[k + LX] = l1
-        s[k + LY] = l2
-        s[k + LZ] = l3
-        m[k + MISSED] = 0.0 if good else 1.0
+        s[k + QX] = u if taken else x
+        s[k + QY] = v if taken else y
+        s[k + QZ] = t if taken else z
+        s[k + QW] = r if taken else w
+        m[k + MISSED] = 0.0 if good else m[k + MISSED]
+        late += 0 if early else 1
         missed += 0 if good else 1
+    return late, missed
+
+
+def _drift(block, lanes, kick, h, rotation, method):
+    """
+    Kick the angular momentum, then let one block of bodies turn freely.
+
+        L <- L + kick * torque
+        q <- attitude after free rotation over h
+
+    A fast pass of five sweeps without branches serves every lane to h |omega| = 0.03. Lanes that
+    it did not bring to convergence go to a patient one of up to fifteen (to h |omega| = 0.4), and
+    what that leaves is done one by one. Where the step before had such lanes the patient pass goes
+    first. It gives a lane the bits of the fast pass where that one converges, so neither this
+    choice nor the neighbours of a body can be seen in the result.
+    """
+    s = rotation[block * ROTATION : block * ROTATION + ROTATION]
+    m = method[block * METHOD : block * METHOD + METHOD]
+    missed = 0
+    if m[LATE] > 0.0:
+        for k in range(lanes):
+            s[k + LX] = s[k + LX] + kick * s[k + TX]
+            s[k + LY] = s[k + LY] + kick * s[k + TY]
+            s[k + LZ] = s[k + LZ] + kick * s[k + TZ]
+            m[k + MISSED] = 1.0
+        late, missed = patiently(lanes, h, s, m)
+        m[LATE] = 1.0 if late > 0 else 0.0
+    else:
+        for k in range(lanes):
+            x = s[k + QX]
+            y = s[k + QY]
+            z = s[k + QZ]
+            w = s[k + QW]
+            l1 = s[k + LX] + kick * s[k + TX]
+            l2 = s[k + LY] + kick * s[k + TY]
+            l3 = s[k + LZ] + kick * s[k + TZ]
+            m1, m2, m3 = rotate(-x, -y, -z, w, l1, l2, l3)
+            a1, a2, a3, b1, b2, b3, c1, c2, c3, least = _equation(
+                ORDER, SERIES_D, m1, m2, m3, h, s[k + I1], s[k + I2], s[k + I3],
+                s[k + J1], s[k + J2], s[k + J3], m, k,
+            )  # fmt: skip
+            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
+            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
+            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
+            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
+            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
+            size = abs(c1) + abs(c2) + abs(c3)
+            good = (change <= CONVERGED * size) & (size < LOST) & (least > 0.0)
+            u, v, t, r = _turned(x, y, z, w, c1, c2, c3)
+            s[k + QX] = u if good else x
+            s[k + QY] = v if good else y
+            s[k + QZ] = t if good else z
+            s[k + QW] = r if good else w
+            s[k + LX] = l1
+            s[k + LY] = l2
+            s[k + LZ] = l3
+            m[k + MISSED] = 0.0 if good else 1.0
+            missed += 0 if good else 1
+        if missed > 0:
+            m[LATE] = 1.0
+            _late, missed = patiently(lanes, h, s, m)
     if missed > 0:
         for k in range(lanes):
             if m[k + MISSED] > 0.0:
-                _carefully(k, h, s, m)
+                carefully(k, h, s, m)
+
+
+def drift(order: int) -> Callable[..., Any]:
+    """Make the drift kernel of an order: 2, 4, 6, 8 or 10."""
+    half = 64 * series_rows(order)
+    bindings = {
+        'ORDER': order,
+        'SERIES_D': half,
+        'MISSED': 2 * half,
+        'LATE': 2 * half + 64,
+        'METHOD': 2 * half + 128,
+    }
+    name = f'dmv{order}'
+    return specialise(
+        _drift,
+        name=name,
+        patiently=specialise(_patiently, name=name, **bindings),
+        carefully=specialise(_carefully, name=name, **bindings),
+        **bindings,
+    )
+
+
+def coefficients(order: int) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Make the function that gives the numbers which the drift of an order keeps for each body."""
+
+    def rows(moments: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.hstack([series(moments, order), np.zeros((len(moments), 2))])
+
+    return rows

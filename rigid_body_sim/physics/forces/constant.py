@@ -12,13 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rigid_body_sim.physics.blocks import add_force, add_torque, to_world
+from rigid_body_sim.physics.derivatives import add_turning_arm, add_turning_wrench
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.forces.element import BodyState, Places, key
-from rigid_body_sim.physics.kernels import kernel
+from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
+from rigid_body_sim.physics.kernels import inline, kernel
 from rigid_body_sim.physics.model import Vector
 
 
-@kernel
+@inline
 def accumulate(elements, start, count, time, translation, rotation):
     """Add all constant wrenches."""
     for e in range(count):
@@ -28,7 +29,9 @@ def accumulate(elements, start, count, time, translation, rotation):
         fx, fy, fz = elements[m + 5], elements[m + 6], elements[m + 7]
         tx, ty, tz = elements[m + 8], elements[m + 9], elements[m + 10]
         if turns >= 0:
-            ax, ay, az = to_world(rotation, turns, elements[m + 2], elements[m + 3], elements[m + 4])
+            ax, ay, az = to_world(
+                rotation, turns, elements[m + 2], elements[m + 3], elements[m + 4]
+            )
             if elements[m + 11] != 0.0:
                 fx, fy, fz = to_world(rotation, turns, fx, fy, fz)
                 tx, ty, tz = to_world(rotation, turns, tx, ty, tz)
@@ -40,6 +43,33 @@ def accumulate(elements, start, count, time, translation, rotation):
                 tz + (ax * fy - ay * fx),
             )
         add_force(translation, index, fx, fy, fz)
+
+
+@kernel
+def linearise(elements, start, count, time, translation, rotation, table, definite):
+    """Add the derivatives: the arm turns with the body, and so does a wrench in its axes."""
+    for e in range(count):
+        m = start + 12 * e
+        index = int(elements[m])
+        turns = int(elements[m + 1])
+        if turns >= 0 and definite == 0:
+            fx, fy, fz = elements[m + 5], elements[m + 6], elements[m + 7]
+            ax, ay, az = to_world(
+                rotation, turns, elements[m + 2], elements[m + 3], elements[m + 4]
+            )
+            if elements[m + 11] != 0.0:
+                fx, fy, fz = to_world(rotation, turns, fx, fy, fz)
+                tx, ty, tz = to_world(
+                    rotation, turns, elements[m + 8], elements[m + 9], elements[m + 10]
+                )
+                tx, ty, tz = (
+                    tx + (ay * fz - az * fy),
+                    ty + (az * fx - ax * fz),
+                    tz + (ax * fy - ay * fx),
+                )
+                add_turning_wrench(table, index, fx, fy, fz, tx, ty, tz)
+            else:
+                add_turning_arm(table, index, ax, ay, az, fx, fy, fz)
 
 
 @dataclass(frozen=True)
@@ -55,13 +85,15 @@ class Constant:
     TYPE = 'constant'
     COLUMNS = 12
     accumulate = staticmethod(accumulate)
+    linearise = staticmethod(linearise)
 
     def row(self, places: Places) -> tuple[float, ...]:
         """Place, force and torque (principal axes where the frame is the body's), frame."""
-        place = places.place(self.body, self.point)
+        place = pushed(places, self.body, self.point)
         if place.turns < 0 and (any(self.torque) or self.frame == 'body'):
             raise InvalidModel(
-                f'force constant: {self.body!r} is a point mass, which takes no torque and has no axes; '
+                f'force constant: {self.body!r} is a point mass, which takes no torque and has '
+                'no axes; '
                 'give a force in the frame world'
             )
         if self.frame == 'world':

@@ -13,12 +13,13 @@ import math
 from dataclasses import dataclass
 
 from rigid_body_sim.physics.blocks import add_force, add_torque, angular_velocity, velocity
+from rigid_body_sim.physics.derivatives import add_resistance
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.forces.element import BodyState, Places, key
-from rigid_body_sim.physics.kernels import kernel
+from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
+from rigid_body_sim.physics.kernels import inline, kernel
 
 
-@kernel
+@inline
 def accumulate(elements, start, count, time, translation, rotation):
     """Add the drag of all bodies that have it."""
     for e in range(count):
@@ -34,6 +35,32 @@ def accumulate(elements, start, count, time, translation, rotation):
             add_torque(rotation, turns, g * a, g * b, g * c)
 
 
+@inline
+def _ratio(coefficient, speed):
+    """Coefficient over speed, without speed nothing: then the product with v v^T is zero."""
+    return coefficient / speed if speed > 0.0 else 0.0
+
+
+@kernel
+def linearise(elements, start, count, time, translation, rotation, table, definite):
+    """
+    Add the derivatives of all drags: -(c1 + c2 |v|) 1 - (c2 / |v|) v v^T, and so for the torque.
+    """
+    for e in range(count):
+        m = start + 6 * e
+        index = int(elements[m])
+        turns = int(elements[m + 1])
+        u, v, w = velocity(translation, index)
+        speed = math.sqrt(u * u + v * v + w * w)
+        c1, c2 = elements[m + 2], elements[m + 3]
+        add_resistance(table, index, 0, -(c1 + c2 * speed), -_ratio(c2, speed), u, v, w)
+        if turns >= 0:
+            u, v, w = angular_velocity(rotation, turns)
+            speed = math.sqrt(u * u + v * v + w * w)
+            c1, c2 = elements[m + 4], elements[m + 5]
+            add_resistance(table, turns, 1, -(c1 + c2 * speed), -_ratio(c2, speed), u, v, w)
+
+
 @dataclass(frozen=True)
 class Drag:
     """Resistance of a fluid at rest to the motion of one body."""
@@ -47,16 +74,19 @@ class Drag:
     TYPE = 'drag'
     COLUMNS = 6
     accumulate = staticmethod(accumulate)
+    linearise = staticmethod(linearise)
 
     def row(self, places: Places) -> tuple[float, ...]:
-        """Body, then the four coefficients."""
-        place = places.place(self.body, None)
+        """Body, its place among the rigid ones (-1: no torque), then the four coefficients."""
+        place = pushed(places, self.body)
         if place.turns < 0 and (self.angular or self.angular_quadratic):
             raise InvalidModel(
-                f'force drag: {self.body!r} is a point mass, which does not turn; leave angular and angular_quadratic out'
+                f'force drag: {self.body!r} is a point mass, which does not turn; leave angular '
+                'and angular_quadratic out'
             )
         coefficients = (self.linear, self.quadratic, self.angular, self.angular_quadratic)
-        return (float(place.index), float(place.turns), *coefficients)
+        turns = place.turns if self.angular or self.angular_quadratic else -1
+        return (float(place.index), float(turns), *coefficients)
 
     def bodies(self) -> tuple[str, ...]:
         """The one body; the fluid takes the counterforce."""

@@ -1,11 +1,17 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a force element is: a record that a scene can write, a table of numbers, a kernel that answers "what wrench now?".
+What a force element is: a record that a scene can write, a table of numbers, a kernel that answers
+"what wrench now?".
 
-A force element never integrates. Its record is a frozen dataclass; the fields are the scene keys, described by `key`.
-Elements of one type are stacked in one table, one row each, so that a kernel serves them all in one loop and a scene
-without that type has neither table nor kernel.
+A force element never integrates. Its record is a frozen dataclass; the fields are the scene keys,
+described by `key`.
+Elements of one type are stacked in one table, one row each, so that a kernel serves them all in
+one loop and a scene without that type has neither table nor kernel.
+
+A wrench that depends on time itself belongs to a `TimedElement`: it says when it acts, and the
+ticks are cut there, so that no integrator ever steps across its beginning or its end
+(`physics.schedule`).
 """
 
 from __future__ import annotations
@@ -17,6 +23,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import Body, Vector
 
 WORLD = 'world'
@@ -33,7 +40,8 @@ def key(
     """
     Describe one scene key of a force element.
 
-        kind    : 'body', 'body_or_world', 'point', 'vector', 'number' or 'choice'
+        kind    : 'body', 'bodies', 'body_or_world', 'point', 'vector', 'number', 'choice' or
+                  'table'
         minimum : least number allowed
         default : value where the key is absent; without one the key is required
     """
@@ -68,12 +76,34 @@ class Places(Protocol):
     """Where the bodies of a scene are kept: see `physics.layout`."""
 
     def place(self, body: str, point: Vector | None) -> Place:
-        """Find a point in shape coordinates of a body (None: its centre of mass), or in world coordinates for 'world'."""
+        """
+        Find a point in shape coordinates of a body (None: its centre of mass), or in world
+        coordinates for 'world'.
+        """
         ...
 
     def principal_axes(self, body: str, vector: Vector) -> Vector:
         """Turn a vector from the axes of a body into its principal axes."""
         ...
+
+    def mass(self, body: str) -> tuple[float, float, float]:
+        """
+        Give the mass of a body at the start [kg], its rate [kg/s] and how long that lasts [s];
+        zero and zero if steady.
+        """
+        ...
+
+
+def pushed(places: Places, body: str, point: Vector | None = None) -> Place:
+    """
+    Find a point of a body on which a force is to act; InvalidModel for a body that cannot move.
+    """
+    place = places.place(body, point)
+    if place.index < 0:
+        raise InvalidModel(
+            f'{body!r} is fixed and cannot be pushed; choose a body without `fixed: true`'
+        )
+    return place
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +117,10 @@ class BodyState:
     bodies: Mapping[str, tuple[Body, NDArray[np.float64], NDArray[np.float64]]]
 
     def point(self, body: str, point: Vector | None) -> NDArray[np.float64]:
-        """Give a point of a body (shape coordinates; None: its centre of mass) or of the world in world axes [m]."""
+        """
+        Give a point of a body (shape coordinates; None: its centre of mass) or of the world in
+        world axes [m].
+        """
         if body == WORLD:
             return np.asarray(point if point is not None else (0.0, 0.0, 0.0))
         record, position, matrix = self.bodies[body]
@@ -101,13 +134,17 @@ class ForceElement(Protocol):
     One force of a scene.
 
     TYPE       : scene type
-    COLUMNS    : width of a row of its table
-    accumulate : kernel (elements, start, count, time, translation, rotation) that adds the wrenches of `count` rows
-                 from `start` on
+    COLUMNS    : width of a row of its table; None where rows differ: then each begins with its own
+                 width
+    accumulate : kernel (elements, start, count, time, translation, rotation) that adds the
+                 wrenches of `count` rows from `start` on
+    linearise  : optional kernel (elements, start, count, time, translation, rotation, table,
+                 definite) that adds the derivatives of those wrenches: see `physics.derivatives`;
+                 without it they are found by differences
     """
 
     TYPE: str
-    COLUMNS: int
+    COLUMNS: int | None
     accumulate: Callable[..., None]
 
     def row(self, places: Places) -> tuple[float, ...]:
@@ -115,7 +152,10 @@ class ForceElement(Protocol):
         ...
 
     def bodies(self) -> tuple[str, ...]:
-        """Name the bodies it acts on; a pair feels opposite forces, a single one is pushed from outside."""
+        """
+        Name the bodies it acts on; a pair feels opposite forces, a single one is pushed from
+        outside.
+        """
         ...
 
     def depends_on_velocity(self) -> bool:
@@ -128,4 +168,22 @@ class ForceElement(Protocol):
 
     def potential_energy(self, state: BodyState) -> float:
         """Give the energy stored [J]."""
+        ...
+
+
+class TimedElement(ForceElement, Protocol):
+    """
+    A force that depends on time itself, and may act for a while only.
+
+    SWITCH : column of its row that holds 1 while it acts and 0 otherwise: set between steps, read
+             by the kernel
+    """
+
+    SWITCH: int
+
+    def acts(self) -> tuple[float, float]:
+        """
+        Give the instants [s] since the start of the scene at which it jumps from zero and to zero,
+        or infinities.
+        """
         ...

@@ -8,10 +8,12 @@ To add one, write one file.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import import_module
 from pkgutil import iter_modules
 
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.options import SUBSTEPS
 
 
 def _found() -> dict[str, Integrator]:
@@ -19,7 +21,8 @@ def _found() -> dict[str, Integrator]:
     for module in iter_modules(__path__):
         integrator = getattr(import_module(f'{__name__}.{module.name}'), 'INTEGRATOR', None)
         if integrator is not None:
-            found[integrator.name] = integrator
+            options = {**integrator.options, 'substeps': SUBSTEPS}
+            found[integrator.name] = replace(integrator, options=options)
     return found
 
 

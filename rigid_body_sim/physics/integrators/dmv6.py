@@ -3,8 +3,9 @@
 """
 Kick, preprocessed discrete Moser–Veselov drift of order six, kick. The default.
 
-Free rotation has order six, keeps L to the last bit and the energy to rounding; a force held over the tick is integrated
-exactly in translation; forces that vary within a tick bring it to order two (Strang), still time-symmetric.
+Free rotation has order six, keeps L to the last bit and the energy to rounding; a force held over
+the tick is integrated exactly in translation; forces that vary within a tick bring it to order two
+(Strang), still time-symmetric.
 """
 
 from rigid_body_sim.physics.drifts import moser_veselov
@@ -15,11 +16,13 @@ INTEGRATOR = Integrator(
     name='dmv6',
     order=2,
     free_order=6,
-    keeps='L to the last bit and energy to rounding without torque; energy without drift while forces depend on position',
-    stability='h |omega| <= 1 (free rotation, beyond it the drift is divided); springs: h omega <= 2',
+    keeps='L to the last bit and energy to rounding without torque; energy without drift while '
+    'forces depend on position',
+    stability='h |omega| <= 1 (free rotation, beyond it the drift is divided); '
+    'springs: h omega <= 2',
     source='Hairer & Vilmart, J. Phys. A 39 (2006) 13225; Strang (1968)',
     scheme=Splitting(
-        kicks=(0.5, 0.5), drifts=(1.0,), drift_rotation=moser_veselov.drift, order=2
+        kicks=(0.5, 0.5), drifts=(1.0,), drift_rotation=moser_veselov.drift(6), order=2
     ),
-    coefficients=moser_veselov.coefficients,
+    coefficients=moser_veselov.coefficients(6),
 )

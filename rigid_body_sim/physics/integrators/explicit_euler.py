@@ -3,11 +3,13 @@
 """
 Explicit Euler: y <- y + h f(y). The first method of every lecture, and the one to avoid.
 
-It gains energy wherever motion is oscillatory: a spring grows by sqrt(1 + (h omega)^2) a step, and a damper k is unstable
+It gains energy wherever motion is oscillatory: a spring grows by sqrt(1 + (h omega)^2) a step, and
+a damper k is unstable
 beyond h = 2/k.
 """
 
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.options import ORIENTATION, oriented
 from rigid_body_sim.physics.schemes.runge_kutta import RungeKutta
 
 INTEGRATOR = Integrator(
@@ -15,7 +17,10 @@ INTEGRATOR = Integrator(
     order=1,
     free_order=1,
     keeps='nothing',
-    stability='h |omega| <= 0.002 keeps the energy of a free top within 1 % over 5000 steps; damping: h k <= 2',
+    stability='h |omega| <= 0.002 keeps the energy of a free top within 1 % over 5000 steps; '
+    'damping: h k <= 2',
     source='Euler, Institutiones calculi integralis (1768)',
     scheme=RungeKutta(a=((),), b=(1.0,)),
+    options=ORIENTATION,
+    configure=oriented,
 )

@@ -3,6 +3,7 @@
 """The classical Runge–Kutta method of order four."""
 
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.options import ORIENTATION, oriented
 from rigid_body_sim.physics.schemes.runge_kutta import RungeKutta
 
 INTEGRATOR = Integrator(
@@ -10,9 +11,10 @@ INTEGRATOR = Integrator(
     order=4,
     free_order=4,
     keeps='nothing; parabolas of free fall are exact',
-    stability='h |omega| <= 0.25 keeps the energy of a free top within 1 % over 5000 steps; springs: h omega <= 2.83',
+    stability='h |omega| <= 0.25 keeps the energy of a free top within 1 % over 5000 steps; '
+    'springs: h omega <= 2.83',
     source='Kutta, Z. Math. Phys. 46 (1901)',
-    scheme=RungeKutta(
-        a=((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0)), b=(1 / 6, 1 / 3, 1 / 3, 1 / 6)
-    ),
+    scheme=RungeKutta(a=((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0)), b=(1 / 6, 1 / 3, 1 / 3, 1 / 6)),
+    options=ORIENTATION,
+    configure=oriented,
 )

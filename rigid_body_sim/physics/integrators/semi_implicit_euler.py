@@ -3,7 +3,8 @@
 """
 Semi-implicit (symplectic) Euler: first the momentum, then the position with the new momentum.
 
-Symplectic for translation; the rotation has the explicit gyroscopic term customary in games and is not.
+Symplectic for translation; the rotation has the explicit gyroscopic term customary in games and is
+not.
 """
 
 from rigid_body_sim.physics.drifts import euler
@@ -15,7 +16,8 @@ INTEGRATOR = Integrator(
     order=1,
     free_order=1,
     keeps='a modified energy of translation while forces depend on position alone',
-    stability='springs: h omega <= 2; h |omega| <= 0.002 keeps the energy of a free top within 1 % over 5000 steps',
+    stability='springs: h omega <= 2; h |omega| <= 0.002 keeps the energy of a free top within '
+    '1 % over 5000 steps',
     source='de Vogelaere (1956); Hairer, Lubich & Wanner, Geometric Numerical Integration, I.1',
     scheme=Splitting(kicks=(1.0, 0.0), drifts=(1.0,), drift_rotation=euler.drift, order=1),
 )

@@ -5,15 +5,17 @@ Splitting schemes: the forces act (kick), the bodies move freely (drift), in tur
 
     kick b1 h, drift a1 h, kick b2 h, drift a2 h, …, kick b(s+1) h         sum a = sum b = 1
 
-A kick changes momentum p and angular momentum L by the forces and torques of the instant; a drift moves r by p/m and
-turns q freely with L fixed. With s = 1, b = (1/2, 1/2) this is the method of Strang (1968) and Störmer–Verlet, of order
-two and time-symmetric whatever the drift, exact for a constant force.
+A kick changes momentum p and angular momentum L by the forces and torques of the instant; a drift
+moves r by p/m and
+turns q freely with L fixed. With s = 1, b = (1/2, 1/2) this is the method of Strang (1968) and
+Störmer–Verlet, of order two and time-symmetric whatever the drift, exact for a constant force.
 
-Where a force depends on velocity the kick is itself a differential equation; schemes of order two and more take it by the
-explicit midpoint rule with positions at rest: the order stays.
+Where a force depends on velocity the kick is itself a differential equation; schemes of order two
+and more take it by the explicit midpoint rule with positions at rest: the order stays.
 
-Forces that depend on nothing (commands in world axes, uniform gravity) need no evaluation: each block of bodies then runs
-through all ticks by itself while it is in the fastest cache. The result has the same bits either way.
+Forces that depend on nothing (commands in world axes, uniform gravity) need no evaluation: each
+block of bodies then runs through all ticks by itself while it is in the fastest cache. The result
+has the same bits either way.
 """
 
 from __future__ import annotations
@@ -58,7 +60,10 @@ evaluate: Callable[..., Any] = unbound
 def _advance_free(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges
 ):
-    """Advance bodies on which only held forces act, block by block. Return 0, or NaN if a number left the finite ones."""
+    """
+    Advance bodies on which only held forces act, block by block. Return 0, or NaN if a number left
+    the finite ones.
+    """
     for block in range((n_bodies + 63) // 64):
         lanes = min(64, n_bodies - 64 * block)
         for _tick in range(ticks):
@@ -117,7 +122,10 @@ def _kick_all(n_bodies, n_rigid, time, translation, rotation):
 def _advance_coupled(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges
 ):
-    """Advance bodies whose forces depend on the state of any of them. Return 0, or NaN if a number left the finite ones."""
+    """
+    Advance bodies whose forces depend on the state of any of them. Return 0, or NaN if a number
+    left the finite ones.
+    """
     fresh = False  # whether the forces are those of the present state
     for passed in range(ticks):
         elapsed = 0.0  # share of the tick

@@ -1,6 +1,9 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Steps that every scheme needs: begin an evaluation, kick and drift points, look for numbers that are none."""
+"""
+Steps that every scheme needs: begin an evaluation, kick and drift points, look for numbers that
+are none.
+"""
 
 from __future__ import annotations
 
@@ -41,10 +44,10 @@ from rigid_body_sim.physics.blocks import (
     TZ,
     add_compensated,
 )
-from rigid_body_sim.physics.kernels import kernel
+from rigid_body_sim.physics.kernels import inline, kernel
 
 
-@kernel
+@inline
 def start_evaluation(n_bodies, n_rigid, translation, rotation):
     """Set the sums of forces and torques to what is held over the tick."""
     for block in range((n_bodies + 63) // 64):
@@ -99,7 +102,9 @@ def kick_rotation(block, lanes, time, rotation):
 
 @kernel
 def finite(n_bodies, n_rigid, translation, rotation):
-    """Return 0 if every position, momentum, orientation and angular momentum is finite, else NaN."""
+    """
+    Return 0 if every position, momentum, orientation and angular momentum is finite, else NaN.
+    """
     total = 0.0
     for block in range((n_bodies + 63) // 64):
         s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]

@@ -1,0 +1,191 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+`integrator: auto`: the method and the number of substeps that meet a tolerance at the least cost
+for this scene.
+
+A pilot run decides. Each candidate that does not refuse the scene runs the first second of it
+(PILOT_TICKS at most) with
+1, 2, 4, … substeps until its error is within the tolerance; the cheapest of those that got there
+is taken. The error is that of positions [m] and attitudes [rad] at the end of the pilot, from a
+reference that was refined until it stood still; the tolerance is the error gained in one second of
+simulated time, so a shorter pilot is allowed its share.
+
+Costs are nominal, so that the choice depends on the scene alone: the same scene gets the same
+method on every machine.
+The choice is recorded as if the user had made it, and a replay does not choose again.
+
+Limits: the pilot knows nothing of commands to come, nor of what the scene does later on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
+from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.options import Option, checked
+from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.rotation import angle_between
+
+if TYPE_CHECKING:
+    from rigid_body_sim.physics.simulation import Simulation
+
+NAME = 'auto'
+OPTIONS = {'tolerance': Option(1e-6, minimum=1e-13, maximum=1.0)}
+
+PILOT = 1.0  # [s]
+PILOT_TICKS = 1000
+MOST_SUBSTEPS = 64
+REFERENCE = 'rk8'
+REFINED = 0.03  # [-] of the tolerance: change of the reference in its last refinement
+
+# nominal cost of a step: ns per body, and evaluations of the forces; `benchmark/step_cost.py`
+# measures
+COSTS = {
+    'linear_propagator': (10.0, 0),
+    'dmv6': (14.0, 1),
+    'rk4': (17.0, 4),
+    'dmv10': (18.0, 1),
+    'rk8': (110.0, 12),
+    'blanes_moan4': (120.0, 6),
+    'exact_rotor': (500.0, 1),
+}
+EVALUATION = 30.0  # [ns] of one force element
+
+
+@dataclass(frozen=True)
+class Choice:
+    """
+    What to use, and why in one line.
+
+    substeps : steps that make a tick
+    error    : of the pilot [m, rad], the larger
+    """
+
+    name: str
+    substeps: int
+    error: float
+    reason: str
+
+
+def resolve(
+    scene: Scene,
+    name: str | None,
+    given: Mapping[str, Any] | None,
+    *,
+    dt_ns: int,
+) -> tuple[Integrator, Choice | None]:
+    """
+    Find the integrator that a user asked for, with its options; choose it for `auto`.
+
+    name  : None: the scene's
+    given : options; None: those of the scene if the integrator is the scene's, else the defaults
+
+    Raises InvalidModel for an unknown integrator or option, and for one that refuses the scene.
+    """
+    name = name or scene.integrator
+    if given is None:
+        given = scene.integrator_options if name == scene.integrator else {}
+    choice = None
+    if name == NAME:
+        choice = choose(scene, dt_ns=dt_ns, **configured(given))
+        name, given = choice.name, {'substeps': choice.substeps}
+    if name not in INTEGRATORS:
+        allowed = ', '.join(sorted([*INTEGRATORS, NAME]))
+        raise InvalidModel(f'integrator {name!r} is unknown; choose one of: {allowed}')
+    integrator = INTEGRATORS[name].configured(given)
+    refusal = integrator.refuses(scene)
+    if refusal is not None:
+        raise InvalidModel(f'integrator {name!r} refuses the scene {scene.name!r}: {refusal}')
+    return integrator, choice
+
+
+def configured(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options with their values; InvalidModel for what cannot be."""
+    return checked(NAME, OPTIONS, given)
+
+
+def choose(scene: Scene, *, dt_ns: int, tolerance: float) -> Choice:
+    """
+    Choose for one scene.
+
+    tolerance : [m, rad] error allowed per second of simulated time
+
+    Raises InvalidModel where no candidate meets the tolerance.
+    """
+    ticks = max(1, min(PILOT_TICKS, round(PILOT * 1e9 / dt_ns)))
+    allowed = tolerance * ticks * dt_ns * 1e-9
+    reference = _reference(scene, dt_ns, ticks, allowed)
+    tried: list[str] = []
+    best: tuple[float, Choice] | None = None
+    for name, (step, evaluations) in COSTS.items():
+        if INTEGRATORS[name].refuses(scene) is not None:
+            continue
+        price = step * len(scene.bodies) + EVALUATION * evaluations * len(scene.forces)
+        substeps = 1
+        while substeps <= MOST_SUBSTEPS and (best is None or price * substeps < best[0]):
+            error = _error(_pilot(scene, name, dt_ns, ticks, substeps), reference)
+            if error <= allowed:
+                best = price * substeps, Choice(name, substeps, error, '')
+                break
+            substeps *= 2
+        tried.append(name)
+    if best is None:
+        raise InvalidModel(
+            f'integrator auto: none of {", ".join(tried)} gains less than {tolerance:g} m or '
+            'rad per second with '
+            f'{MOST_SUBSTEPS} substeps of a tick of {dt_ns * 1e-9:g} s; allow more, or take a '
+            'smaller dt'
+        )
+    choice = best[1]
+    reason = (
+        f'{choice.name} with {choice.substeps} substep{"s" if choice.substeps > 1 else ""} a '
+        f'tick errs by {choice.error:.1e} (m, rad) in a pilot of '
+        f'{ticks * dt_ns * 1e-9:g} s where {allowed:.1e} is allowed, at the least cost of '
+        f'{", ".join(tried)}'
+    )
+    return Choice(choice.name, choice.substeps, choice.error, reason)
+
+
+def _pilot(scene: Scene, name: str, dt_ns: int, ticks: int, substeps: int) -> Simulation | None:
+    """Run the beginning of a scene; None where it diverges."""
+    from rigid_body_sim.physics.simulation import Simulation  # which asks this module to choose
+
+    options: dict[str, Any] = {'substeps': substeps}
+    simulation = Simulation(scene, integrator=name, integrator_options=options, dt=dt_ns / 1e9)
+    try:
+        simulation.step(ticks)
+    except SimulationDiverged:
+        return None
+    return simulation
+
+
+def _reference(scene: Scene, dt_ns: int, ticks: int, allowed: float) -> Simulation:
+    """Refine until the end of the pilot stands still."""
+    coarse = _pilot(scene, REFERENCE, dt_ns, ticks, 1)
+    for doublings in range(1, 8):
+        fine = _pilot(scene, REFERENCE, dt_ns, ticks, 2**doublings)
+        if fine is not None and coarse is not None and _error(coarse, fine) <= REFINED * allowed:
+            return fine
+        coarse = fine
+    raise InvalidModel(
+        f'integrator auto: {REFERENCE} does not settle on the first {ticks * dt_ns * 1e-9:g} s '
+        'of the scene within '
+        f'{allowed:.1e} (m, rad): it is stiff or chaotic; name an integrator, or take a smaller dt'
+    )
+
+
+def _error(run: Simulation | None, reference: Simulation) -> float:
+    """Largest difference of positions [m] and attitudes [rad]."""
+    if run is None:
+        return np.inf
+    of, true = run.state, reference.state
+    distance = np.linalg.norm(of.position - true.position, axis=1)
+    angle = angle_between(of.orientation, true.orientation)
+    return float(max(np.max(distance, initial=0.0), np.max(angle, initial=0.0)))

@@ -1,0 +1,138 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The series by which the discrete Moser–Veselov top follows the true one: coefficients per body.
+
+    j_k = s / I_k + d                       modified inverse moments [1/(kg m^2)]
+    s = 1 + s3 + s5 + s7 + s9,   d = d3 + d5 + d7 + d9
+    s_n, d_n : homogeneous of degree (n - 1) / 2 in A and H
+        A = h^2 |m|^2 / 2   [(kg m^2)^2]    H = h^2 T   [kg m^2]
+
+Order 2 takes s = 1, d = 0; order 4 the terms of index 3; 6 to 5; 8 to 7; 10 to 9.
+
+        D = I1 I2 I3,   S_n = sum I_i^n,   X_n = sum I_i^-n
+        C_pq = sum over (a, b, c) cyclic of (a^p + b^p) / c^q
+
+Source: McLachlan & Zanna, Found. Comput. Math. 5 (2005); Hairer & Vilmart, J. Phys. A 39 (2006)
+13225, whose closed forms these are.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ORDERS = (2, 4, 6, 8, 10)
+
+
+def series_rows(order: int) -> int:
+    """Count the coefficients of s, and those of d, up to an order."""
+    return sum(range(2, order // 2 + 1))
+
+
+def series(moments: Array, order: int) -> Array:
+    """
+    Coefficients of s and d, for each body.
+
+        moments : (n, 3) [kg m^2]
+        returns : (n, 2 series_rows): s of A, H; A^2, A H, H^2; A^3, A^2 H, …; then d of the same
+    """
+    # in units of a power of two near the middle moment: the same bits, and no overflow of D^4
+    unit = 2.0 ** np.round(np.log2(np.median(moments, axis=1, keepdims=True)))
+    terms = _terms(*(moments / unit).T)[: order // 2 - 1]
+    of_s, of_d = [], []
+    for degree, (s, d) in enumerate(terms, start=1):
+        for place, (one, other) in enumerate(zip(s, d)):
+            power = 2 * degree - place  # of the unit: A^(degree - place) H^place
+            of_s.append(one / unit[:, 0] ** power)
+            of_d.append(other / unit[:, 0] ** (power + 1))
+    return np.array(of_s + of_d, dtype=np.float64).reshape(2 * series_rows(order), len(moments)).T
+
+
+def _terms(i1: Array, i2: Array, i3: Array) -> list[tuple[list[Array], list[Array]]]:
+    """Give the coefficients of s3 and d3, of s5 and d5, of s7 and d7, of s9 and d9."""
+    product = i1 * i2 * i3
+
+    def cyclic(p: int, q: int) -> Array:
+        return (i1**p + i2**p) / i3**q + (i2**p + i3**p) / i1**q + (i3**p + i1**p) / i2**q
+
+    s1 = i1 + i2 + i3
+    s2 = i1 * i1 + i2 * i2 + i3 * i3
+    s3 = i1**3 + i2**3 + i3**3
+    s4 = i1**4 + i2**4 + i3**4
+    x1 = 1 / i1 + 1 / i2 + 1 / i3
+    x2 = 1 / (i1 * i1) + 1 / (i2 * i2) + 1 / (i3 * i3)
+    x3 = 1 / i1**3 + 1 / i2**3 + 1 / i3**3
+    x4 = 1 / i1**4 + 1 / i2**4 + 1 / i3**4
+    q = s1 * x1 - 3  # C_11
+    q12, q13 = cyclic(1, 2), cyclic(1, 3)
+    q21, q31, q22 = cyclic(2, 1), cyclic(3, 1), cyclic(2, 2)
+    return [
+        (
+            [s1 / (6 * product), -x1 / 3],
+            [-1 / (3 * product), s1 / (6 * product)],
+        ),
+        (
+            [
+                (s2 - product * x1) / (30 * product**2),
+                (1 - q) / (30 * product),
+                (3 * s1 + 2 * product * x2) / (60 * product),
+            ],
+            [
+                -s1 / (60 * product**2),
+                (6 * product * x1 - s2) / (60 * product**2),
+                -(9 + q) / (60 * product),
+            ],
+        ),
+        (
+            [
+                (17 * s3 - 15 * product * q + 4 * product) / (2520 * product**3),
+                (9 * s1 + 10 * product * x2 - 6 * q21) / (420 * product**2),
+                (53 * s2 - 100 * product * x1 + 6 * product * q12) / (2520 * product**2),
+                (15 - product * x3 - 2 * q) / (630 * product),
+            ],
+            [
+                (34 * product * x1 - 19 * s2) / (2520 * product**3),
+                (s3 + 2 * product * q - 85 * product) / (1260 * product**3),
+                (47 * s1 + 13 * q21 - 38 * product * x2) / (2520 * product**2),
+                (9 * product * x1 + product * q12 - 11 * s2) / (1260 * product**2),
+            ],
+        ),
+        (
+            [
+                (62 * s4 - 94 * product * q21 + 66 * product**2 * x2 + 81 * product * s1)
+                / (45360 * product**4),
+                (-77 * q31 + 75 * product * q12 + 214 * s2 - 240 * product * x1)
+                / (22680 * product**3),
+                (
+                    26 * product * q22
+                    + 55 * s3
+                    + 204 * product
+                    - 50 * product**2 * x3
+                    - 59 * product * q
+                )
+                / (7560 * product**3),
+                (137 * product * x2 - product * q13 + 3 * s1 - 69 * q21) / (11340 * product**2),
+                (2 * product**2 * x4 + 5 * product * q12 - 171 * product * x1 + 159 * s2)
+                / (45360 * product**2),
+            ],
+            [
+                (60 * product * q - 61 * s3 - 247 * product) / (45360 * product**4),
+                (54 * product * s1 - s4 + 218 * product * q21 - 426 * product**2 * x2)
+                / (45360 * product**4),
+                (125 * product * x1 - 5 * q31 - 130 * s2 + 4 * product * q12)
+                / (7560 * product**3),
+                (
+                    67 * s3
+                    - 735 * product
+                    - 15 * product * q22
+                    + 87 * product * q
+                    + 34 * product**2 * x3
+                )
+                / (22680 * product**3),
+                (165 * s1 - product * q13 - 9 * q21 - 145 * product * x2) / (45360 * product**2),
+            ],
+        ),
+    ]

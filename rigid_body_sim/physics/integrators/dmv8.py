@@ -1,0 +1,26 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Kick, preprocessed discrete Moser–Veselov drift of order eight, kick.
+
+As `dmv6` with a longer series; round-off is reached at h |omega| = 0.1.
+"""
+
+from rigid_body_sim.physics.drifts import moser_veselov
+from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.schemes.splitting import Splitting
+
+INTEGRATOR = Integrator(
+    name='dmv8',
+    order=2,
+    free_order=8,
+    keeps='L to the last bit and energy to rounding without torque; energy without drift while '
+    'forces depend on position',
+    stability='h |omega| <= 1 (free rotation, beyond it the drift is divided); '
+    'springs: h omega <= 2',
+    source='Hairer & Vilmart, J. Phys. A 39 (2006) 13225; Strang (1968)',
+    scheme=Splitting(
+        kicks=(0.5, 0.5), drifts=(1.0,), drift_rotation=moser_veselov.drift(8), order=2
+    ),
+    coefficients=moser_veselov.coefficients(8),
+)

@@ -1,0 +1,108 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Forces over time, mutual gravity, bumpers and flowing mass give the same bits compiled and as plain
+Python.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rigid_body_sim.physics import kernels
+
+ROOT = str(Path(__file__).parents[2])
+
+SCENE = {
+    'version': 1,
+    'dt': 0.01,
+    'gravity': [0, 0, -9.81],
+    'bodies': [
+        {
+            'name': 'tank',
+            'shape': {'type': 'box', 'size': [0.3, 0.2, 0.4]},
+            'mass': 3.0,
+            'mass_rate': -2.0,
+            'exhaust_velocity': [1, 2, -9],
+            'final_mass': 2.5123,
+            'initial': {'angular_velocity': [1, 2, 3]},
+        },
+        {
+            'name': 'a',
+            'shape': {'type': 'particle'},
+            'mass': 1.0,
+            'initial': {'position': [1, 0, 0]},
+        },
+        {
+            'name': 'b',
+            'shape': {'type': 'particle'},
+            'mass': 2.0,
+            'initial': {'position': [1.3, 0.1, 0], 'velocity': [-3, 0, 0]},
+        },
+    ],
+    'forces': [
+        {'type': 'gravity', 'constant': 0.3, 'softening': 0.01},
+        {'type': 'bumper', 'a': 'a', 'b': 'b', 'stiffness': 500, 'length': 0.25},
+        {
+            'type': 'time',
+            'body': 'tank',
+            'frame': 'body',
+            'interpolation': 'cubic',
+            'point': [0.1, 0, 0],
+            'table': [
+                [0.0512, 1, 2, 3, 0, 0.1, 0],
+                [0.1, 0, 2, 3, 0.1, 0, 0],
+                [0.2, 1, 0, 3, 0, 0, 0.2],
+                [0.3123, 1, 2, 0, 0, 0, 0],
+            ],
+        },
+        {
+            'type': 'time',
+            'body': 'a',
+            'outside': 'hold',
+            'table': [[0.1, 1, 0, 0], [0.2, 0, 1, 0]],
+        },
+    ],
+}
+PROGRAM = """
+import hashlib, json, sys
+from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim.physics import kernels
+scene = load_scene(json.loads(sys.argv[1]))
+print(kernels.COMPILED)
+for name in ('dmv6', 'rk4', 'implicit_euler'):
+    sim = Simulation(scene, integrator=name)
+    sim.step(20)
+    sim.set_wrench('tank', force=(1.0, 2.0, 3.0), torque=(0.1, 0.2, -0.3), frame='body')
+    sim.step(20)
+    sim.reset()
+    sim.step(10)
+    digest = hashlib.sha256(sim.state_bytes() + sim.state.values.tobytes())
+    print(name, digest.hexdigest())
+"""
+
+
+def digests(*, compiled):
+    environment = os.environ | {'RIGID_BODY_SIM_COMPILE': str(int(compiled)), 'PYTHONPATH': ROOT}
+    result = subprocess.run(
+        [sys.executable, '-c', PROGRAM, json.dumps(SCENE)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    first, *rest = result.stdout.splitlines()
+    assert first == str(compiled)
+    return rest
+
+
+@pytest.mark.skipif(
+    not kernels.COMPILED, reason='numba is not installed: there is nothing to compare with'
+)
+def test_every_kind_of_force_gives_the_same_bits_with_and_without_numba():
+    assert digests(compiled=True) == digests(compiled=False)

@@ -1,0 +1,101 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The solvers of scipy as references: they agree with closed forms, and nobody pays for them who does
+not ask.
+"""
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rigid_body_sim import Simulation
+from rigid_body_sim.exact import free_asymmetric_top, oscillator
+from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.rotation import angle_between
+
+from . import scenes
+
+# global errors to expect of the default tolerances over some seconds; BDF is made for less
+ACCURACY = {'scipy_dop853': 1e-11, 'scipy_radau': 1e-8, 'scipy_bdf': 1e-5, 'scipy_lsoda': 1e-9}
+NAMES = sorted(ACCURACY)
+
+
+def test_every_reference_is_here():
+    assert sorted(name for name in INTEGRATORS if INTEGRATORS[name].is_reference) == NAMES
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_references_agree_with_the_free_asymmetric_top(name):
+    omega = (0.4, 1.0, 0.3)
+    sim = Simulation(scenes.top(omega=omega, dt=0.5), integrator=name)
+    sim.step(8)
+    exact = free_asymmetric_top.rotation(4.0, inertia=(1, 2, 3), angular_velocity_body=omega)
+    assert angle_between(sim.state.orientation[0], exact.orientation) < ACCURACY[name]
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_references_agree_with_the_damped_oscillator(name):
+    sim = Simulation(scenes.oscillator(dt=0.5, damping=0.8), integrator=name)
+    sim.step(4)
+    exact = oscillator.oscillation(2.0, mass=1.0, stiffness=4.0, damping=0.8, position=1.0)
+    error = math.hypot(
+        sim.state.position[0, 0] - float(exact.position[0]),
+        sim.state.velocity[0, 0] - float(exact.velocity[0]),
+    )
+    assert error < ACCURACY[name]
+
+
+def test_rk8_agrees_with_dop853_where_there_is_no_closed_form():
+    runs = [
+        Simulation(scenes.linked_bodies(), integrator=name) for name in ('rk8', 'scipy_dop853')
+    ]
+    for sim in runs:
+        sim.step(50)
+    assert runs[0].state.values == pytest.approx(
+        runs[1].state.values, abs=1e-11
+    )  # tolerance of the solver
+
+
+def test_a_tolerance_can_be_asked_for():
+    errors = []
+    exact = oscillator.oscillation(2.0, mass=1.0, stiffness=4.0, position=1.0)
+    for rtol in (1e-3, 1e-9):
+        options = {'rtol': rtol, 'atol': 1e-12}
+        sim = Simulation(
+            scenes.oscillator(dt=2.0), integrator='scipy_dop853', integrator_options=options
+        )
+        sim.step()
+        errors.append(abs(sim.state.position[0, 0] - float(exact.position[0])))
+    assert errors[1] < 1e-8 < 1e-6 < errors[0]
+
+
+@pytest.mark.parametrize('name', ['scipy_dop853', 'scipy_radau'])
+def test_a_solver_that_fails_stops_the_run(name):
+    sim = Simulation(scenes.top(omega=(1e160, 1e160, 1e159), dt=1.0), integrator=name)
+    with pytest.raises(SimulationDiverged, match='scipy'):
+        sim.step()
+
+
+def test_scipy_integrate_is_not_imported_before_a_reference_runs():
+    program = (
+        'import sys\nfrom rigid_body_sim import Simulation, load_scene\n'
+        "s = Simulation(load_scene({'dt': 0.001, 'integrator': 'scipy_lsoda', 'bodies':"
+        " [{'name': 'b', 'mass': 1, 'shape': {'type': 'particle'}}]}))\n"
+        "print('scipy.integrate' in sys.modules)\ns.step()\nprint('scipy.integrate' in "
+        'sys.modules)\n'
+    )
+    result = subprocess.run(
+        [sys.executable, '-c', program],
+        env=os.environ | {'PYTHONPATH': str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    assert result.stdout.split() == ['False', 'True']

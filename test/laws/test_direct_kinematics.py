@@ -1,0 +1,128 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Velocities and accelerations of points of bodies."""
+
+import numpy as np
+import pytest
+
+from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim.physics.body_points import motion_of
+from rigid_body_sim.physics.errors import InvalidModel
+
+ROUND_OFF = 1e-13  # [-] some ten products
+
+
+def scene(*bodies, forces=(), gravity=(0, 0, 0), dt=0.001):
+    return load_scene(
+        {
+            'version': 1,
+            'dt': dt,
+            'gravity': list(gravity),
+            'bodies': list(bodies),
+            'forces': list(forces),
+        }
+    )
+
+
+BOX = {
+    'name': 'box',
+    'shape': {'type': 'box', 'size': [0.3, 0.2, 0.4]},
+    'mass': 2.0,
+    'inertia': {'ixx': 0.2, 'iyy': 0.3, 'izz': 0.25, 'ixy': 0.02, 'iyz': -0.01},
+    'center_of_mass': [0.01, 0.02, -0.03],
+    'initial': {
+        'position': [1, 2, 3],
+        'velocity': [0.1, -0.2, 0.3],
+        'angular_velocity': [1, 2, 3],
+    },
+}
+SPRING = {
+    'type': 'spring',
+    'a': 'box',
+    'a_point': [0.1, 0, 0],
+    'b': 'world',
+    'stiffness': 7,
+    'damping': 0.5,
+}
+
+
+def test_a_wheel_that_rolls_rests_at_its_foot():
+    wheel = {
+        'name': 'wheel',
+        'shape': {'type': 'cylinder', 'radius': 0.5, 'length': 0.1},
+        'mass': 1.0,
+        'initial': {'velocity': [2, 0, 0], 'angular_velocity': [0, 0, -4]},
+    }
+    sim = Simulation(scene(wheel))
+    points = motion_of(sim, 'wheel', [[0, -0.5, 0], [0, 0.5, 0], [0, 0, 0]])
+    assert points.velocity == pytest.approx(
+        np.array([[0, 0, 0], [4, 0, 0], [2, 0, 0]]), abs=ROUND_OFF
+    )
+    assert points.acceleration == pytest.approx(
+        np.array([[0, 8, 0], [0, -8, 0], [0, 0, 0]]), abs=ROUND_OFF
+    )
+
+
+@pytest.mark.parametrize('name', ['dmv6', 'rk4'])
+def test_velocity_and_acceleration_are_the_derivatives_of_the_position(name):
+    """
+    Central differences over two ticks of a tumbling box on a damped spring, under gravity and a
+    command.
+    """
+    h = 1e-4
+    sim = Simulation(scene(BOX, forces=[SPRING], gravity=(0, 0, -9.81), dt=h), integrator=name)
+    sim.set_wrench('box', force=(1, 2, 3), torque=(0.1, 0.2, -0.3), frame='body')
+    point = (0.12, -0.05, 0.2)
+    sim.step(50)
+    seen = []
+    for _ in range(3):
+        seen.append(motion_of(sim, 'box', point))
+        sim.step()
+    before, now, after = seen
+    # truncation h^2 x''' / 6 with x''' near 1e2 m/s^3, and round-off of positions over h^2
+    assert (after.position - before.position) / (2 * h) == pytest.approx(now.velocity, abs=1e-6)
+    second = (after.velocity - before.velocity) / (2 * h)
+    assert second == pytest.approx(now.acceleration, abs=1e-4)
+
+
+def test_asking_changes_nothing():
+    a, b = (Simulation(scene(BOX, forces=[SPRING])) for _ in range(2))
+    for _ in range(20):
+        a.accelerations()
+        a.step()
+        b.step()
+    assert a.state_bytes() == b.state_bytes()
+
+
+def test_a_body_on_which_nothing_acts_falls():
+    ball = {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 3.0}
+    post = {'name': 'post', 'shape': {'type': 'box', 'size': [1, 1, 1]}, 'fixed': True}
+    linear, angular = Simulation(
+        scene(ball, BOX | {'initial': {}}, post, gravity=(0, 0, -9.81))
+    ).accelerations()
+    assert linear == pytest.approx(
+        np.array([[0, 0, -9.81], [0, 0, -9.81], [0, 0, 0]]), rel=ROUND_OFF
+    )
+    assert not np.any(angular)
+
+
+def test_the_acceleration_of_a_rocket_jumps_at_its_burn_out():
+    rocket = {
+        'name': 'rocket',
+        'shape': {'type': 'particle'},
+        'mass': 10.0,
+        'mass_rate': -1.0,
+        'exhaust_velocity': 100.0,
+        'final_mass': 9.0,
+    }
+    sim = Simulation(scene(rocket, dt=0.01))
+    found = []
+    for ticks in (0, 50, 50):
+        sim.step(ticks)
+        found.append(sim.accelerations()[0][0, 2])
+    assert found == pytest.approx([100 / 10, 100 / 9.5, 0.0], rel=1e-12)
+
+
+def test_an_unknown_body_is_refused():
+    with pytest.raises(InvalidModel, match="no body is named 'crate'"):
+        motion_of(Simulation(scene(BOX)), 'crate', (0, 0, 0))

@@ -1,0 +1,112 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A run tells how wrong it is: within a factor of three of the truth where the truth is known."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim.commands import Command
+from rigid_body_sim.exact import free_asymmetric_top, oscillator
+from rigid_body_sim.physics.rotation import angle_between
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.run import Run, RunSettings
+
+from .conftest import SCENES
+
+FACTOR = 3.0  # what the estimate promises
+
+
+def finished(scene, *, integrator, seconds, commands=None):
+    simulation = Simulation(load_scene(scene), integrator=integrator)
+    run = Run(simulation, RunSettings(estimate_error=True))
+    for _ in run.follow(commands or {}, round(seconds / simulation.dt)):
+        pass
+    return run
+
+
+def spring(dt):
+    return {
+        'version': 1,
+        'name': 'spring',
+        'dt': dt,
+        'bodies': [
+            {
+                'name': 'ball',
+                'mass': 1.0,
+                'shape': {'type': 'particle'},
+                'initial': {'position': [1, 0, 0]},
+            }
+        ],
+        'forces': [
+            {'type': 'spring', 'a': 'ball', 'b': 'world', 'stiffness': 4.0, 'damping': 0.2}
+        ],
+    }
+
+
+@pytest.mark.parametrize(
+    'integrator', ['explicit_euler', 'semi_implicit_euler', 'midpoint', 'dmv6', 'rk4']
+)
+def test_estimate_on_a_damped_spring_is_within_a_factor_of_three(integrator):
+    run = finished(spring(0.01), integrator=integrator, seconds=10.0)
+    exact = oscillator.oscillation(10.0, mass=1.0, stiffness=4.0, damping=0.2, position=1.0)
+    error = abs(run.simulation.state.position[0, 0] - float(exact.position[0]))
+    assert error / FACTOR <= run.error_estimate().position <= error * FACTOR
+
+
+@pytest.mark.parametrize(('integrator', 'dt'), [('midpoint', 0.01), ('dmv6', 0.1), ('rk4', 0.05)])
+def test_estimate_on_a_free_top_is_within_a_factor_of_three(integrator, dt):
+    omega = (0.3, 1.0, 0.2)
+    scene = {
+        'version': 1,
+        'name': 'top',
+        'dt': dt,
+        'bodies': [
+            {
+                'name': 'top',
+                'mass': 1.0,
+                'inertia': {'ixx': 1.0, 'iyy': 2.0, 'izz': 3.0},
+                'initial': {'angular_velocity_body': list(omega)},
+            }
+        ],
+    }
+    run = finished(scene, integrator=integrator, seconds=20.0)
+    exact = free_asymmetric_top.rotation(20.0, inertia=(1, 2, 3), angular_velocity_body=omega)
+    error = float(angle_between(run.simulation.state.orientation[0], exact.orientation))
+    assert error / FACTOR <= run.error_estimate().angle <= error * FACTOR
+
+
+def test_estimate_follows_commands():
+    push = Command('ball', 'force', force=(1.0, 0, 0))
+    strike = Command('ball', 'impulse', force=(0.3, 0, 0))
+    run = finished(
+        spring(0.01), integrator='rk4', seconds=5.0, commands={100: [push], 200: [strike]}
+    )
+    # the shadow got both: what is left is the error of rk4, far below what a missed command would
+    # leave
+    assert 0 < run.error_estimate().position < 1e-6
+
+
+def test_estimate_changes_no_message_and_stands_in_the_bag(verb, as_json, tmp_path):
+    digests = []
+    for name, words in (('plain', ()), ('estimated', ('--estimate-error',))):
+        code, result = as_json(
+            'simulate',
+            SCENES / 'oscillator.yaml',
+            '-o',
+            tmp_path / name,
+            '--duration',
+            0.5,
+            *words,
+        )
+        assert code == 0
+        digests.append([repr(message) for message in Bag(tmp_path / name).messages()])
+    assert digests[0] == digests[1]
+    recorded = json.loads(Bag(tmp_path / 'estimated').ending['error_estimate'])
+    assert recorded == result['error_estimate']
+    assert math.isfinite(recorded['position'])
+    assert np.all(np.array(list(recorded.values())) >= 0)
+    assert as_json('replay', tmp_path / 'estimated')[1]['identical']
