@@ -32,7 +32,7 @@ demo: venv  ## node, commands from a second process, bag, replay, picture
 	@cd $(ROOT) && $(PYTHON) tools/demo.py
 
 test: venv  ## the whole test suite; PYTEST_ARGS='-k name' for a part
-	@cd $(ROOT) && $(PYTHON) -m pytest -q -p hypothesispytest -p xdist $(PYTEST_ARGS)
+	@cd $(ROOT) && $(PYTHON) -m pytest -q -p hypothesispytest -p xdist -n 2 $(PYTEST_ARGS)
 
 lint: venv  ## ruff and pyright
 	@cd $(ROOT) && .venv/bin/ruff check && .venv/bin/ruff format --check && .venv/bin/pyright
