@@ -22,7 +22,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import roots_jacobi
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.shapes import Box, Capsule, ConvexHull, Cylinder, Mesh, Shape, Sphere
@@ -76,6 +75,8 @@ def count(shape: Shape, n: int) -> int:
 
 def _jacobi(n: int, alpha: int, beta: int) -> Nodes:
     """Gauss points on (0, 1) for the weight (1 - u)^alpha u^beta."""
+    from scipy.special import roots_jacobi  # a tenth of a second that few scenes need
+
     x, w = roots_jacobi(n, alpha, beta)
     return 0.5 * (x + 1.0), w * 0.5 ** (alpha + beta + 1)
 

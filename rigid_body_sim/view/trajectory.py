@@ -139,7 +139,7 @@ def _scale_space(axes: Axes, extent: Array) -> bool:
     """Scale all directions alike unless one would be squeezed; tell whether they are."""
     spans, middle = np.ptp(extent, axis=0), extent.mean(axis=0)
     alike = spans.min() > SQUEEZED * spans.max()
-    axes.set_box_aspect(tuple(spans) if alike else (1.0, 1.0, 1.0), zoom=0.88)
+    axes.set_box_aspect(tuple(spans) if alike else (1.0, 1.0, 1.0), zoom=0.8)
     for name, m, span in zip('xyz', middle, spans, strict=True):
         getattr(axes, f'set_{name}lim')(m - 0.53 * span, m + 0.53 * span)
         axes.tick_params(axis=name, labelsize=9)

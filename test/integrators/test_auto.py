@@ -78,3 +78,10 @@ def test_substeps_divide_the_tick(name):
     coarse.step(50)
     fine.step(100)
     assert coarse.state_bytes() == fine.state_bytes()
+
+
+def test_each_integrator_bears_the_name_of_its_file():
+    """The registry lists files and imports a method when it is asked for."""
+    for name, integrator in INTEGRATORS.items():
+        assert integrator.name == name
+        assert integrator.source

@@ -1,13 +1,15 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The registry of integrators: every module of this folder that defines `INTEGRATOR`.
+The registry of integrators: a module of this folder defines `INTEGRATOR` and bears its name.
 
-To add one, write one file.
+To add one, write one file. A method is imported when it is asked for: a run that uses one does not
+wait for the others.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from importlib import import_module
 from pkgutil import iter_modules
@@ -15,16 +17,31 @@ from pkgutil import iter_modules
 from rigid_body_sim.physics.integrators.integrator import Integrator
 from rigid_body_sim.physics.integrators.options import SUBSTEPS
 
-
-def _found() -> dict[str, Integrator]:
-    found = {}
-    for module in iter_modules(__path__):
-        integrator = getattr(import_module(f'{__name__}.{module.name}'), 'INTEGRATOR', None)
-        if integrator is not None:
-            options = {**integrator.options, 'substeps': SUBSTEPS}
-            found[integrator.name] = replace(integrator, options=options)
-    return found
+_SUPPORT = ('integrator', 'options')  # modules that are no method
 
 
-INTEGRATORS = _found()
-DEFAULT_INTEGRATOR = 'dmv6'
+class Registry(Mapping[str, Integrator]):
+    """Integrators by name."""
+
+    def __init__(self) -> None:
+        names = (module.name for module in iter_modules(__path__))
+        self._found: dict[str, Integrator | None] = {
+            name: None for name in names if name not in _SUPPORT
+        }
+
+    def __getitem__(self, name: str) -> Integrator:
+        known = self._found[name]
+        if known is None:
+            integrator: Integrator = import_module(f'{__name__}.{name}').INTEGRATOR
+            known = replace(integrator, options={**integrator.options, 'substeps': SUBSTEPS})
+            self._found[name] = known
+        return known
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+
+INTEGRATORS = Registry()
