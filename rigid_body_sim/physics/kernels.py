@@ -40,10 +40,12 @@ try:
 except ImportError:  # numba is optional: the plain source runs instead
     numba = None
 
+_config: Any = getattr(numba, 'config', None)  # numba's settings carry no types
+
 COMPILED = (
     numba is not None
     and os.environ.get('RIGID_BODY_SIM_COMPILE', '1') != '0'
-    and not numba.config.DISABLE_JIT
+    and not _config.DISABLE_JIT
 )
 
 _ROOT = Path(__file__).parent
@@ -96,12 +98,12 @@ def _jit(function: Callable[..., Any], *, inline: bool) -> Callable[..., Any]:
     options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'forceinline': inline}
     if CACHE is None:
         return numba.njit(**options)(function)
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(CACHE)  # read by numba when it decorates
+    before = _config.CACHE_DIR
+    _config.CACHE_DIR = str(CACHE)  # read by numba when it decorates
     try:
         return numba.njit(cache=True, **options)(function)
     finally:
-        numba.config.CACHE_DIR = before
+        _config.CACHE_DIR = before
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -164,7 +166,7 @@ def plain(function: Callable[..., Any]) -> FunctionType:
     return getattr(function, 'py_func', function)
 
 
-def argument(array: NDArray[np.float64]) -> Any:
+def argument(array: NDArray[Any]) -> Any:
     """
     Prepare an array for a kernel call.
 

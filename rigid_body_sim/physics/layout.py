@@ -106,9 +106,9 @@ class Layout:
         core = self._core.get(index)
         if core is None:
             start = record.initial
-            return Place(-1, -1, _vector(start.position + so3.rotate(start.orientation, arm)))
+            return Place(-1, -1, as_vector(start.position + so3.rotate(start.orientation, arm)))
         if core < self.n_rigid:
-            return Place(core, core, _vector(self._axes[core].T @ arm))
+            return Place(core, core, as_vector(self._axes[core].T @ arm))
         if np.any(arm):
             raise InvalidModel(
                 f'{body!r} is a point mass and has no point {tuple(point or ())}; leave the '
@@ -121,7 +121,7 @@ class Layout:
         core = self.core(body)
         if core >= self.n_rigid:
             raise InvalidModel(f'{body!r} is a point mass and has no axes; use the frame world')
-        return _vector(self._axes[core].T @ np.asarray(vector))
+        return as_vector(self._axes[core].T @ np.asarray(vector))
 
     def mass(self, body: str) -> tuple[float, float, float]:
         """
@@ -208,6 +208,7 @@ class Layout:
         return self.bodies[int(self.moving[core])]
 
 
-def _vector(values: Array) -> Vector:
+def as_vector(values: Array) -> Vector:
+    """Three numbers of an array as a tuple."""
     x, y, z = (float(value) for value in values)
     return (x, y, z)

@@ -27,7 +27,7 @@ from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.physics.held_wrenches import FOREVER, HeldWrenches, Slot, checked_vector
 from rigid_body_sim.physics.invariants import Invariants
-from rigid_body_sim.physics.layout import Layout
+from rigid_body_sim.physics.layout import Layout, as_vector
 from rigid_body_sim.physics.model import Scene, Vector
 from rigid_body_sim.physics.state import State, StateReader
 from rigid_body_sim.physics.stepper import Stepper
@@ -249,8 +249,8 @@ class Simulation:
         if frame == 'body':
             self._layout.principal_axes(body, linear)  # refuses a point mass
             q = self.state.orientation[self._layout.index(body)]
-            linear = tuple(so3.rotate(q, linear).tolist())
-            angular = tuple(so3.rotate(q, angular).tolist())
+            linear = as_vector(so3.rotate(q, linear))
+            angular = as_vector(so3.rotate(q, angular))
         record = self._layout.body(core)
         ratio = record.mass / mass_at(record, self.scene_time)  # 1.0 unless its mass changes
         self._stepper.strike(core, ratio * np.array(linear), ratio * np.array(angular))

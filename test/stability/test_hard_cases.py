@@ -1,6 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Hard cases for the default integrator and its kin: needles, flips, round-off, ratios, extremes."""
+"""Hard cases for the default integrator and its kin: needles, flips, round-off, extremes."""
 
 import math
 

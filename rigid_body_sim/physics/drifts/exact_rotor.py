@@ -75,7 +75,8 @@ def coefficients(moments: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     order = np.argsort(moments, axis=1, kind='stable')
     hand = np.where((order[:, 1] - order[:, 0]) % 3 == 1, 1.0, -1.0)
-    return np.hstack([64.0 * order, hand[:, None], np.zeros((len(moments), 2 * PAIRS))])
+    room = np.zeros((len(moments), 2 * PAIRS))
+    return np.hstack([64.0 * order, hand[:, None], room]).astype(np.float64)
 
 
 @inline

@@ -302,7 +302,7 @@ def _drift(block, lanes, kick, h, rotation, method):
 def drift(order: int) -> Callable[..., Any]:
     """Make the drift kernel of an order: 2, 4, 6, 8 or 10."""
     half = 64 * series_rows(order)
-    bindings = {
+    bindings: dict[str, Any] = {
         'ORDER': order,
         'SERIES_D': half,
         'MISSED': 2 * half,
