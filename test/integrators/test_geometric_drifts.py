@@ -179,7 +179,7 @@ def test_taylor_drift_has_the_order_it_is_made_for(order, monkeypatch):
     )
     name = f'made{order}'  # compiled kernels are told apart by it
     made = Integrator(name, 2, order, '', '', '', scheme, taylor.coefficients)
-    monkeypatch.setitem(integrators.INTEGRATORS, name, made)
+    monkeypatch.setitem(integrators.INTEGRATORS._found, name, made)
     steps = {2: (0.01, 0.005), 4: (0.04, 0.02), 6: (0.08, 0.04)}[order]
     one, other = (
         error_after(8.0, name, inertia=(1.0, 2.0, 3.0), omega=(0.4, 1.0, 0.3), dt=dt)
