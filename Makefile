@@ -13,7 +13,6 @@ export RIGID_BODY_SIM_CACHE := $(ROOT)/.venv/cache
 export NUMBA_CACHE_DIR := $(RIGID_BODY_SIM_CACHE)
 export HYPOTHESIS_STORAGE_DIRECTORY := $(ROOT)/.venv/cache/hypothesis
 export MPLCONFIGDIR := $(ROOT)/.venv/cache/matplotlib
-export PYTHONPYCACHEPREFIX := $(ROOT)/.venv/cache/bytecode
 export ROS_LOG_DIR := $(ROOT)/.venv/log
 # Nobody outside this machine, and no other run on it, is heard (ports of domains above 101 are not safe).
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST

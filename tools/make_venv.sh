@@ -8,7 +8,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 stamp=.venv/complete
-unset PYTHONHOME _ROS_WHEELS_BOOTSTRAP_COMPLETE
+unset PYTHONHOME _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONDONTWRITEBYTECODE PYTHONPYCACHEPREFIX
 
 fail() {
     echo "rigid_body_sim: $1" >&2
