@@ -186,14 +186,14 @@ def test_without_gravity_a_pivoted_body_is_a_free_one_of_the_inertia_about_its_p
         'pivot': {'point': [0.0, 0.5, 0.0]},
         'initial': {'angular_velocity_body': list(omega)},
     }
-    simulation = Simulation(scene(body, dt=0.02, gravity=(0, 0, 0)), integrator='dmv10')
+    simulation = Simulation(scene(body, dt=0.02, gravity=(0, 0, 0)), integrator='blanes_moan4')
     before = simulation.state_bytes()
     simulation.step(500)
     exact = free_asymmetric_top.rotation(
         10.0, inertia=(1.0 + 0.5, 2.0, 2.5 + 0.5), angular_velocity_body=omega
     )
     error = rotation.angle_between(simulation.state.orientation[0], exact.orientation)
-    assert error < 1e-13  # round-off of 500 steps
+    assert error < 1e-12  # round-off of 3000 drifts
     assert simulation.state_bytes()[-24:] == before[-24:]  # L about the pivot, to the last bit
 
 
@@ -205,7 +205,7 @@ def test_a_body_hung_in_its_center_of_mass_does_not_feel_its_weight():
         'pivot': {'point': [0, 0, 0], 'at': [0, 0, 1]},
         'initial': {'angular_velocity_body': [0.1, 0.2, 30.0]},
     }
-    simulation = Simulation(scene(body, dt=0.001), integrator='dmv6')
+    simulation = Simulation(scene(body, dt=0.001), integrator='blanes_moan4')
     before = simulation.state.angular_momentum.tobytes()
     simulation.step(1000)
     assert simulation.state.angular_momentum.tobytes() == before
@@ -306,11 +306,7 @@ def difference(simulation, exact):
         ('rk8', {}, 0.02, 1e-9),
         ('rk45', {}, 0.1, 1e-6),
         ('scipy_dop853', {}, 0.5, 1e-6),
-        ('rk4', {'orientation': 'matrix', 'reorthonormalise': True}, 0.002, 1e-8),
-        ('lie_rk4', {}, 0.002, 1e-8),
         ('dmv6', {}, 0.002, 2e-4),
-        ('implicit_midpoint', {}, 0.002, 2e-4),
-        ('sdirk2', {}, 0.002, 2e-4),
         ('linearly_implicit', {}, 0.0002, 5e-3),
     ],
 )
@@ -330,8 +326,7 @@ def test_forces_of_position_move_a_pivoted_body_as_newton_and_euler_say():
     assert difference(simulation, newton_euler(1.0, damped=False)) < 1e-6  # truncation
 
 
-@pytest.mark.parametrize('name', ['implicit_euler', 'linearly_implicit'])
-def test_a_stiff_spring_on_a_pivoted_body_stays_bounded_at_any_step(name):
+def test_a_stiff_spring_on_a_pivoted_body_stays_bounded_at_any_step():
     body = {
         'name': 'arm',
         'shape': {'type': 'box', 'size': [0.1, 0.1, 0.5]},
@@ -341,14 +336,17 @@ def test_a_stiff_spring_on_a_pivoted_body_stays_bounded_at_any_step(name):
     }
     spring = {'type': 'spring', 'a': 'arm', 'a_point': [0, 0, -0.25], 'b': 'world',
               'b_point': [0, 0, 0.5], 'stiffness': 1e8}  # fmt: skip
-    simulation = Simulation(scene(body, dt=0.01, forces=[spring]), integrator=name)
+    drag = {'type': 'drag', 'body': 'arm', 'linear': 0.1}
+    simulation = Simulation(
+        scene(body, dt=0.01, forces=[spring, drag]), integrator='linearly_implicit'
+    )
     simulation.step(200)
     tip = body_points.motion_of(simulation, 'arm', (0, 0, -0.25)).position
     assert np.linalg.norm(tip - (0, 0, 0.5)) < 1e-4  # (h |w|)^2 |arm| / 2
 
 
 def test_the_pivot_stays_where_it_is_and_its_body_moves_about_it():
-    simulation = commanded(Simulation(jointed(0.001), integrator='rk4'))
+    simulation = commanded(Simulation(jointed(0.001), integrator='rk8'))
     before = simulation.state
     acceleration = body_points.motion_of(simulation, 'arm', CENTER).acceleration
     joint = body_points.motion_of(simulation, 'arm', POINT)
