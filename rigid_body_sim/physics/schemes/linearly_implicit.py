@@ -227,6 +227,13 @@ def refuses(scene: Scene) -> str | None:
                 f'the mass of {body.name!r} changes, for which the solve has no stiffness; use'
                 ' sdirk2 or dmv6'
             )
+    pivoted = [body.name for body in scene.bodies if body.pivot is not None]
+    for index, force in enumerate(scene.forces):
+        if pivoted and not hasattr(force, 'linearise'):
+            return (
+                f'{pivoted[0]!r} turns about a pivot, and forces[{index}] ({force.TYPE}) does not '
+                'tell how it changes, without which the solve has no stiffness; use sdirk2 or dmv6'
+            )
     return None
 
 
