@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rigid_body_sim.physics.banded import entry, solve
@@ -80,6 +80,7 @@ from rigid_body_sim.physics.forces import Derivatives
 from rigid_body_sim.physics.integrators.integrator import DID_NOT_CONVERGE
 from rigid_body_sim.physics.kernels import kernel, specialise, unbound
 from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.schemes import no_rotation
 from rigid_body_sim.physics.schemes.splitting import Splitting
 from rigid_body_sim.physics.schemes.steps import finite, kick_and_drift, start_evaluation
 
@@ -246,6 +247,10 @@ class LinearlyImplicit:
     """
 
     drift_rotation: Callable[..., Any]
+
+    def for_points(self) -> LinearlyImplicit:
+        """Return the same scheme without rotation."""
+        return replace(self, drift_rotation=no_rotation.drift)
 
     def free(self, name: str) -> Callable[..., Any]:
         """
