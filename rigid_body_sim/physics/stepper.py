@@ -50,6 +50,7 @@ from rigid_body_sim.physics.kernels import argument
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schedule import SNAP, Schedule, Switch
+from rigid_body_sim.physics.schemes.no_rotation import for_points
 from rigid_body_sim.physics.schemes.steps import start_evaluation
 from rigid_body_sim.physics.variable_mass import end_of_flow, flow_of
 
@@ -86,7 +87,8 @@ class Stepper:
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
         self._method = self._blocks_of(self._method_rows())
         self._start = self._snapshot()
-        size = integrator.scheme.workspace(blocks(layout.n_moving))
+        self._scheme: Any = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
+        size = self._scheme.workspace(blocks(layout.n_moving))
         self._workspace = np.zeros(size)
         self._workspace[: len(integrator.constants)] = integrator.constants
         self._scene = scene
@@ -185,7 +187,7 @@ class Stepper:
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
-            self._free = self._integrator.scheme.free(self._integrator.name)
+            self._free = self._scheme.free(self._integrator.name)
         return self._free
 
     def _kernels(self) -> list[tuple[str, Callable[..., None]]]:
@@ -219,7 +221,7 @@ class Stepper:
                     by_differences=bool(self._flows or (self._pivots.count and unknown)),
                 )
             damped = '_velocity' if self._depends_on_velocity else ''
-            self._coupled = self._integrator.scheme.coupled(
+            self._coupled = self._scheme.coupled(
                 self._integrator.name,
                 scene='_'.join(types) + damped,
                 evaluate=evaluator(self._kernels()),

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics import mass_properties, rotation
 from rigid_body_sim.physics.mass_properties import MassProperties
 from rigid_body_sim.physics.model import Body, MassFlow, Material, Motion, Quaternion, Vector
-from rigid_body_sim.physics.shapes import Particle, Particles, Plane, Shape
+from rigid_body_sim.physics.shapes import Particle, Particles, Plane, Shape, Union
 from rigid_body_sim.physics.variable_mass import check_flow
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.pivots import with_pivot
@@ -39,6 +39,7 @@ MATERIAL = {
     'torsional_friction': 'm',
 }  # key: unit
 MASS = ('mass', 'density', 'inertia', 'center_of_mass')
+SUMS = (Particle, Particles, Union)  # shapes whose parts have masses of their own
 FLOW = ('mass_rate', 'exhaust_velocity', 'final_mass')
 KEYS = ('name', 'shape', *MASS, *FLOW, 'fixed', 'pivot', 'initial', *MATERIAL)
 SPINS = ('angular_velocity', 'angular_velocity_body')
@@ -143,7 +144,7 @@ def _properties(
                 'a body without a shape has no volume; give its mass [kg] in place of density'
             )
         shape = Particle()
-    elif mass is None and density is None and not isinstance(shape, Particle | Particles):
+    elif mass is None and density is None and not isinstance(shape, SUMS):
         raise value.error('mass is missing; mass [kg] or density [kg/m^3] is needed')
     if mass is None and density is None and isinstance(shape, Particle):
         raise value.error('mass is missing; mass [kg] is needed')
@@ -198,7 +199,8 @@ def _motion(value: Value | None, *, is_particle: bool, fixed: bool) -> Motion:
         given = value.find(key)
         if given is not None and is_particle:
             raise given.error('a particle is a point mass and does not rotate; remove this key')
-    orientation = _orientation(value.find('orientation'))
+    given = value.find('orientation')
+    orientation = rotation.IDENTITY if given is None else given.quaternion()
     motion = Motion(
         position=_vector(value, 'position', 'm'),
         orientation=orientation,
@@ -208,14 +210,6 @@ def _motion(value: Value | None, *, is_particle: bool, fixed: bool) -> Motion:
     if fixed and any((*motion.velocity, *motion.angular_velocity)):
         raise value.error('a fixed body does not move; remove its velocities, or fixed')
     return motion
-
-
-def _orientation(value: Value | None) -> Quaternion:
-    if value is None:
-        return rotation.IDENTITY
-    with value.blamed():
-        x, y, z, w = rotation.normalise(value.numbers(4, unit='-'))
-    return float(x), float(y), float(z), float(w)
 
 
 def _angular_velocity(value: Value, orientation: Quaternion) -> Vector:

@@ -144,7 +144,7 @@ def _columns(kind: type[cdr.Message], payloads: list[bytes]) -> tuple[Array, Arr
 
 def _from_zero(tracks: list[Track], bag: Bag) -> tuple[Track, ...]:
     """Count time from the first stamp in bags of other recorders; ours begin at zero."""
-    if bag.manifest:
+    if bag.holds_run:
         return tuple(tracks)
     start = min(track.time[0] for track in tracks)
     return tuple(

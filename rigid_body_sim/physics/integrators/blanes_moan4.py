@@ -4,10 +4,10 @@
 Six kicks and drifts of Blanes & Moan, order four for forces that depend on position and attitude.
 
 SRKN6, with the Moser–Veselov drift of order ten in place of the exact free motion: the whole is of
-order four only with a drift of order four and more. With `drift: exact` the free motion is solved,
-which for symmetric tops is three times as fast, and for others slower. At a step where kick–drift–kick is wrong by
+order four only with a drift of order four and more. At a step where kick–drift–kick is wrong by
 7e-3 rad on a heavy top this is wrong by 1e-7, for six evaluations of the forces instead of one
-(the last kick of a tick and the first of the next share one).
+(the last kick of a tick and the first of the next share one). With `drift: exact` the free motion
+is solved: three times as fast for symmetric tops, slower for others.
 
 Two drifts and two kicks go backwards in time. A damper or drag would feed energy in there, so a
 scene with forces that depend on velocity is refused.
