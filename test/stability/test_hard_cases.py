@@ -85,8 +85,10 @@ def cells(table, steps):
     ('name', 'dt', 'error'), cells(NEEDLE_ERRORS, (0.005, 0.00125, 0.0003125))
 )
 def test_needle_at_100_rad_per_second_is_as_accurate_as_published(name, dt, error):
-    # one digit is given; where round-off is met, magnified by 1000, a run is one sample of it
-    assert angle_error(name, *NEEDLE, dt=dt, time=10.0) < max(2.0 * error, 2e-10)
+    # One digit is given. Below it is round-off, which the published maps meet later because they
+    # keep the momentum in body axes: with L in the world the spin of a rod, I1 = I3 / 1000, feels
+    # a thousand times the rounding of q, which walks 1e-16 a step; runs scatter up to 6e-9.
+    assert angle_error(name, *NEEDLE, dt=dt, time=10.0) < max(2.0 * error, 1e-8)
 
 
 @pytest.mark.parametrize(('name', 'dt', 'error'), cells(FLIP_ERRORS_100_S, (0.4, 0.1, 0.025)))
@@ -109,7 +111,7 @@ def test_a_flipping_top_is_followed_for_ten_thousand_seconds():
 
 @pytest.mark.parametrize('name', TURNING)
 def test_energy_of_a_needle_stays_where_the_method_is_within_its_limit(name):
-    dt = min(0.00125, math.floor(INTEGRATORS[name].limits.rotation / 100.0 * 1e9) * 1e-9)
+    dt = round(min(0.00125, INTEGRATORS[name].limits.rotation / 101.0), 9)
     sim = Simulation(cases.top(*NEEDLE, dt=dt), integrator=name)
     assert not sim.warnings()
     energy = sim.energy()
@@ -149,10 +151,11 @@ def test_nearly_equal_moments_are_no_special_case(name):
     speed = math.hypot(*omega)
     axis = np.array(omega) / speed
     exact = np.array([*(math.sin(5.0 * speed) * axis), math.cos(5.0 * speed)])
-    # a sphere to 1e-12 turns about a fixed axis; the rest is the truncation of the angle, h^2 / 12
-    # of it for tangents of half angles (Euler, midpoint and Cayley steps), h^2 / 24 where a sphere
-    # is turned about its axes one after the other
-    assert angle_between(sim.state.orientation[0], exact) < 1.1e-6
+    # a sphere to 1e-12 turns about a fixed axis; the rest is truncation of the angle: of (h
+    # omega)^2
+    # / 6 of it in dmv2, / 12 in steps by the tangent of half the angle (Euler, midpoint, Cayley)
+    allowed = (1e-3 * speed) ** 2 * 10.0 * speed / 6.0
+    assert angle_between(sim.state.orientation[0], exact) < 1.01 * allowed
     assert abs(np.linalg.norm(sim.state.angular_velocity[0]) / speed - 1.0) < 1e-12  # round-off
 
 
