@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
@@ -37,11 +38,15 @@ from rigid_body_sim.run_recorder import (
     TICK_SEMANTICS,
     RunRecorder,
     held_from_json,
+    recording,
 )
 from rigid_body_sim.scene import load_scene
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
+Warn = Callable[[str], None]
+
+LOOKS = 256  # at drift and limits over a replay: cheap beside it
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,7 @@ class Comparison:
     final_state_sha256: str
     difference: Difference | None
     recovered: bool
+    warnings: Sequence[str] = ()
 
 
 @dataclass
@@ -176,7 +182,13 @@ class RecordedRun:
             [name for name in self.bag.topics if name not in self._command_topics]
         )
 
-    def run_again(self, *, integrator: str | None = None, dt: float | None = None) -> Run:
+    def run_again(
+        self,
+        *,
+        integrator: str | None = None,
+        dt: float | None = None,
+        warn: Warn | None = None,
+    ) -> Run:
         """Make a run that stands where the recording began."""
         simulation = Simulation(
             self.scene,
@@ -198,16 +210,24 @@ class RecordedRun:
             slots=held_from_json(self.bag.manifest['held_at_start']),
         )
         simulation.prepare()
-        return Run(simulation, self.settings)
+        return Run(simulation, self.settings, warn=warn)
 
 
-def compare(recorded: RecordedRun, *, output: Path | None, progress: Progress) -> Comparison:
+def compare(
+    recorded: RecordedRun, *, output: Path | None, progress: Progress, warn: Warn | None = None
+) -> Comparison:
     """
     Run again with the same settings and compare every message bit by bit, up to the first
     difference.
     """
-    run = recorded.run_again()
-    recorder = RunRecorder(run, output) if output is not None else None
+    run = recorded.run_again(warn=warn)
+    with recording(run, output, done='replayed') as recorder:
+        return _compared(recorded, run, recorder, progress)
+
+
+def _compared(
+    recorded: RecordedRun, run: Run, recorder: RunRecorder | None, progress: Progress
+) -> Comparison:
     count = 0
 
     def replayed() -> Iterator[tuple[str, bytes]]:
@@ -228,14 +248,13 @@ def compare(recorded: RecordedRun, *, output: Path | None, progress: Progress) -
         difference = Difference(
             run.simulation.tick, '', 'final state', ending['final_state_sha256'], digest, None
         )
-    if recorder is not None:
-        recorder.close('replayed')
     return Comparison(
         ticks=recorded.last_tick - recorded.first_tick,
         messages=count,
         final_state_sha256=digest,
         difference=difference,
         recovered=ending is None,
+        warnings=tuple(run.warnings),
     )
 
 
@@ -247,7 +266,11 @@ def _advance(
     progress: Progress,
 ) -> Iterator[Batch]:
     """Advance to a tick, taking commands at theirs; yield what was packed."""
+    every = run.settings.publish_every
+    look_every = every * max(1, last_tick // every // LOOKS)
     for tick, taken in run.follow(commands, last_tick):
+        if run.simulation.tick % look_every == 0:
+            run.sample_drift()
         if recorder is not None:
             recorder.record(taken, tick=tick)
         progress(run.simulation.tick, last_tick)
@@ -305,15 +328,23 @@ def measure(
     dt: float | None,
     output: Path | None,
     progress: Progress,
+    warn: Warn | None = None,
 ) -> tuple[Run, dict[str, Errors]]:
     """Run again with other settings and measure the distance from the recorded states; by body."""
-    run = recorded.run_again(integrator=integrator, dt=dt)
+    run = recorded.run_again(integrator=integrator, dt=dt, warn=warn)
+    with recording(run, output, done='replayed') as recorder:
+        errors = _measured(recorded, run, recorder, progress)
+    return run, errors
+
+
+def _measured(
+    recorded: RecordedRun, run: Run, recorder: RunRecorder | None, progress: Progress
+) -> dict[str, Errors]:
     simulation = run.simulation
     end_ns = recorded.last_tick * recorded.dt_ns
     commands: dict[int, list[Command]] = {}
     for tick, taken in recorded.commands().items():
         commands.setdefault(-(-tick * recorded.dt_ns // simulation.dt_ns), []).extend(taken)
-    recorder = RunRecorder(run, output) if output is not None else None
     errors = {body.name: Errors() for body in recorded.scene.bodies}
     index = {body.name: i for i, body in enumerate(recorded.scene.bodies)}
     compared = 0
@@ -337,14 +368,12 @@ def measure(
                 }
             )
         compared += 1
-    if recorder is not None:
-        recorder.close('replayed')
     if not compared:
         raise UserError(
             f'--dt {simulation.dt:g} s: hits none of the recorded times; choose one that divides '
             f'{recorded.settings.publish_every * recorded.dt_ns * 1e-9:g} s'
         )
-    return run, errors
+    return errors
 
 
 def _recorded_states(
@@ -368,4 +397,4 @@ def _recorded_states(
 
 
 def _distance(a: Array, b: tuple[float, ...]) -> float:
-    return float(np.linalg.norm(a - np.array(b)))
+    return math.hypot(*(a - np.array(b)).tolist())  # which a diverging run does not overflow

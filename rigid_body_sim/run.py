@@ -18,7 +18,7 @@ published.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,7 @@ from rigid_body_sim.physics.held_wrenches import FOREVER, Slot
 from rigid_body_sim.physics.invariants import Drift, DriftMeter
 from rigid_body_sim.physics.model import Vector
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.physics.state import State
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.packing import StatePacker
 from rigid_body_sim.recording.topics import body_topic
@@ -84,9 +85,21 @@ class TickOutput:
 
 
 class Run:
-    """Takes commands, advances, packs. Knows neither clock nor file nor ROS."""
+    """
+    Takes commands, advances, packs. Knows neither clock nor file nor ROS.
 
-    def __init__(self, simulation: Simulation, settings: RunSettings) -> None:
+    warnings : where the run was seen beyond a limit of its integrator (`physics.stability`), at
+               the start and whenever drift was sampled: a line each, every body once a limit
+    warn     : is given each of them when it is found
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        settings: RunSettings,
+        *,
+        warn: Callable[[str], None] | None = None,
+    ) -> None:
         self.simulation = simulation
         self.settings = settings
         self.rules = CommandRules(simulation.scene, world_frame=settings.world_frame)
@@ -103,6 +116,20 @@ class Run:
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
         self._commanded = bool(simulation.held_slots)
         self._shadow = Shadow(simulation) if settings.estimate_error else None
+        self._warn = warn
+        self._warn_anew()
+
+    def _warn_anew(self) -> None:
+        self.warnings: list[str] = []  # limits of the integrator that were passed, as first seen
+        self._warned: dict[str, set[int]] = {}
+        self._look_at_limits(self.simulation.state)
+
+    def _look_at_limits(self, state: State) -> None:
+        for excess in self.simulation.stability.look(state, self._warned):
+            self._warned.setdefault(excess.kind, set()).update(excess.bodies)
+            self.warnings.append(excess.text)
+            if self._warn is not None:
+                self._warn(excess.text)
 
     def _step(self, ticks: int) -> None:
         self.simulation.step(ticks)
@@ -255,13 +282,15 @@ class Run:
             self._sample(commanded=True)
 
     def sample_drift(self) -> Drift:
-        """Measure what should have stayed the same, and give the worst so far."""
+        """Measure what should have stayed the same, give the worst so far; look at the limits."""
         self._sample(commanded=self._commanded)
         return self._meter.drift()
 
     def _sample(self, *, commanded: bool) -> None:
         simulation = self.simulation
-        self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
+        state = simulation.state
+        self._meter.sample(state, time=simulation.time, commanded=commanded)
+        self._look_at_limits(state)
 
     def reset(self) -> None:
         """Put every body back to the start of the scene; time goes on, drift is measured anew."""
@@ -273,6 +302,7 @@ class Run:
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time
         )
+        self._warn_anew()
 
 
 def _asked(slot: Slot | None) -> tuple[object, ...] | None:

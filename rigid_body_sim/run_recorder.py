@@ -14,7 +14,8 @@ import hashlib
 import json
 import platform
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict
 from datetime import datetime, timezone
 from pathlib import Path
@@ -22,6 +23,7 @@ from pathlib import Path
 from rigid_body_sim import __version__
 from rigid_body_sim.commands import KINDS
 from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.held_wrenches import Slot
 from rigid_body_sim.recording.bag_writer import BagWriter
 from rigid_body_sim.recording.topics import command_topics
@@ -106,9 +108,14 @@ class RunRecorder:
             self._chain.update(self._run.simulation.state_bytes())
 
     def close(self, reason: str) -> None:
-        """Finish the bag. `reason`: duration, stop_time, signal, stopped, reset, diverged."""
+        """
+        Finish the bag.
+
+        reason : duration, stop_time, signal, stopped, reset, replayed, diverged, error
+        """
         simulation = self._run.simulation
         self._chain.update(simulation.state_bytes())
+        self._run.sample_drift()
         estimate = self._run.error_estimate()
         self._writer.close(
             {
@@ -120,10 +127,32 @@ class RunRecorder:
                 'state_chain_sha256': self._chain.hexdigest(),
                 'dropped': str(self._dropped),
                 'end_reason': reason,
+                'warnings': json.dumps(self._run.warnings, ensure_ascii=False),
                 'wall_start': self._wall_start.isoformat(timespec='seconds'),
                 'wall_seconds': f'{time.monotonic() - self._clock_start:.3f}',
             }
         )
+
+
+@contextmanager
+def recording(run: Run, path: Path | None, *, done: str) -> Iterator[RunRecorder | None]:
+    """
+    Record a run, if a bag is wanted, and close the bag however it ends.
+
+    done : the reason to write where nothing went wrong
+    """
+    if path is None:
+        yield None
+        return
+    recorder, reason = RunRecorder(run, path), 'stopped'
+    try:
+        yield recorder
+        reason = done
+    except SimulationDiverged:
+        reason = 'diverged'
+        raise
+    finally:
+        recorder.close(reason)
 
 
 def held_as_json(slots: Mapping[tuple[int, str], Slot]) -> list[list[object]]:

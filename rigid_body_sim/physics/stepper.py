@@ -46,7 +46,7 @@ from rigid_body_sim.physics.forces import (
 )
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.integrators.integrator import DID_NOT_CONVERGE, Integrator
-from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.kernels import argument, left_the_numbers
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schedule import SNAP, Schedule, Switch
@@ -357,10 +357,9 @@ class Stepper:
             status = kernel(n * ticks, n * tick, h / n, *self._arguments)
             self.cause = self._integrator.failure if status == DID_NOT_CONVERGE else ''
             return status == 0.0
-        except (
-            ArithmeticError,
-            ValueError,
-        ):  # the plain source meets a division by zero or a root of NaN
+        except (ArithmeticError, ValueError) as error:
+            if not left_the_numbers(error):
+                raise
             return False
 
     def _copy_back(self, before: tuple[Array, ...]) -> int:

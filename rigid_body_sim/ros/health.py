@@ -6,7 +6,7 @@ How a run does: what /diagnostics says, and the sentence at the end. No message 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
 from rigid_body_sim.error_estimate import ErrorEstimate
@@ -28,6 +28,7 @@ class Health:
     accepted, refused    : commands; refused ones by reason
     bag                  : what is recorded to; empty when nothing is
     estimate             : estimated error of the states, if asked for
+    warnings             : limits of the integrator that the run has passed
     failure              : why the run ended, if it failed
     """
 
@@ -47,27 +48,33 @@ class Health:
     bag: str
     refused: Mapping[str, int] = field(default_factory=dict)
     estimate: ErrorEstimate | None = None
+    warnings: Sequence[str] = ()
     failure: str = ''
 
     @property
     def level(self) -> int:
-        """OK, WARN when the run is slower than asked, ERROR when it failed."""
+        """
+        OK, WARN when the run is slower than asked or was beyond a limit, ERROR when it failed.
+        """
         if self.failure:
             return ERROR
-        return WARN if not self.paused and self.factor < BEHIND * self.factor_asked else OK
+        return WARN if self._is_slow or self.warnings else OK
+
+    @property
+    def _is_slow(self) -> bool:
+        return not self.paused and self.factor < BEHIND * self.factor_asked
 
     @property
     def message(self) -> str:
         """One sentence."""
         if self.failure:
             return self.failure
-        if self.paused:
-            return 'paused'
-        if self.level == WARN:
-            return (
+        said = 'paused' if self.paused else 'running'
+        if self._is_slow:
+            said = (
                 f'slower than asked: real-time factor {self.factor:.3f} of {self.factor_asked:g}'
             )
-        return 'running'
+        return '; '.join([said, *self.warnings[:1]])
 
     def values(self) -> dict[str, str]:
         """Every figure by name, as text."""
@@ -91,6 +98,7 @@ class Health:
         if self.estimate is not None:
             for name, value in asdict(self.estimate).items():
                 texts[f'estimated error: {name.replace("_", " ")}'] = f'{value:.3e}'
+        texts |= {f'warning {i}': text for i, text in enumerate(self.warnings, start=1)}
         return texts | {f'refused: {reason}': str(n) for reason, n in self.refused.items()}
 
     def summary(self) -> str:

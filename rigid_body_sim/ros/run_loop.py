@@ -258,6 +258,7 @@ class RunLoop:
             last_refusal=self._inbox.last_refusal,
             drift=self._run.sample_drift(),
             estimate=self._run.error_estimate(),
+            warnings=tuple(self._run.warnings),
             bag=str(self._bags.path) if self._bags.is_open else '',
             failure=str(problem) if problem else '',
         )

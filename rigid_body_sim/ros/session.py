@@ -121,6 +121,7 @@ def _make_run(node: SimNode, signals: Signals) -> Run:
             publish_every=every,
             estimate_error=settings.error_estimate,
         ),
+        warn=node.warn,
     )
 
 

@@ -23,6 +23,7 @@ from rigid_body_sim.run import Run, RunSettings, publish_every
 from rigid_body_sim.run_recorder import RunRecorder
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.verbs.warning_lines import warning_printer
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
 DRIFT_SAMPLES = (
@@ -98,7 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
     with _Note(f'compiling {simulation.integrator.name}', shown=not arguments.json) as note:
         simulation.prepare(commands_in_body_axes=turning, progress=note.show)
     compiled = time.monotonic() - compiled
-    whole = Run(simulation, settings)
+    whole = Run(simulation, settings, warn=warning_printer('simulate'))
     recorder = RunRecorder(whole, arguments.output)
     started = time.monotonic()
     reason, code = 'duration', 0
@@ -212,6 +213,7 @@ def _report(
         'momentum_drift': _finite(drift.momentum),
         'angular_momentum_drift': _finite(drift.angular_momentum),
         'end_reason': reason,
+        'warnings': whole.warnings,
     }
     if simulation.choice is not None:
         result['integrator_choice'] = simulation.choice.reason
@@ -229,7 +231,7 @@ def _report(
     if simulation.choice is not None:
         print(f'  auto: {simulation.choice.reason}')
     for name in ('energy', 'momentum', 'angular_momentum'):
-        print(f'  {name.replace("_", " ")} drift: {drift_text(result[name + "_drift"])}')
+        print(f'  {name.replace("_", " ")} drift: {drift_text(getattr(drift, name))}')
     if estimate is not None:
         print(
             f'  estimated error: position {estimate.position:.1e} m, angle {estimate.angle:.1e} '
@@ -249,4 +251,6 @@ def drift_text(drift: float | None) -> str:
     """Write a relative drift for people."""
     if drift is None:
         return 'no conservation law holds in this scene'
+    if not math.isfinite(drift):
+        return 'beyond all numbers'
     return f'{drift:.1e} of the largest value'

@@ -22,6 +22,7 @@ from typing import Any
 
 from rigid_body_sim.physics.drifts import exact_rotor, moser_veselov
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.integrators.options import Option
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schemes.splitting import Splitting
@@ -64,8 +65,8 @@ INTEGRATOR = Integrator(
     free_order=10,
     keeps='L to the last bit and energy to rounding without torque; energy without drift while '
     'forces depend on position',
-    stability='h |omega| <= 1.6 (free rotation, beyond it the drifts are divided); '
-    'springs: h omega <= 4.7; no damping',
+    stability='h |omega| <= 4 (free rotation, from 1.6 on the drifts are divided); springs: h '
+    'omega <= 3.16; no damping',
     source='Blanes & Moan, J. Comput. Appl. Math. 142 (2002), SRKN6; '
     'Celledoni et al., SIAM J. Sci. Comput. 30 (2008)',
     scheme=Splitting(
@@ -78,4 +79,5 @@ INTEGRATOR = Integrator(
     refuses=refuses,
     options={'drift': Option('dmv10', choices=('dmv10', 'exact'))},
     configure=configure,
+    limits=Limits(rotation=4.0, oscillation=3.16),
 )
