@@ -4,8 +4,9 @@
 Cost at equal error beside MuJoCo's RK4, its only integrator that is accurate: four motions with a
 closed form.
 
-Both run in this one process and take turns, so that a busy moment of the machine hits them alike;
-medians of the repetitions are compared. A run is the stepping alone, in one call: `mj_step(m, d,
+Both run in this one process, on one thread, and take turns; medians of the repetitions are compared.
+The clock counts the processor time of the process, so that other processes, which interrupt long
+runs rather than short ones, favour nobody; on an idle machine it is the wall time. A run is the stepping alone, in one call: `mj_step(m, d,
 nstep=n)` and `Simulation.step(n)`. For each step of MuJoCo stands the cheapest of ours whose error
 is not larger: once among the methods for any forces, once among those that know the closed form of
 the problem (a free top, a linear spring).
@@ -15,9 +16,10 @@ the problem (a free top, a linear spring).
     c2  mass of 1 kg on a spring, 1 Hz, 100 periods
     g   heavy top in steady precession at 2 rad/s, tilted by 30 degrees, 10 s
 
-Error: angle of the final attitude [rad]; for c2 the distance in phase space [m]. One thread each.
-`Simulation` has the top of g as a free body whose inertia is that about the pivot, turned by the
-couple of its weight and the reaction to it: the same equation.
+Error: angle of the final attitude [rad]; for c2 the distance in phase space [m].
+`Simulation` has the top of g as a free body whose inertia is that about the pivot, with the weight
+acting at a distance: the same equation for the attitude; where it falls meanwhile is of no
+interest.
 
     pip install mujoco; python benchmark/against_mujoco.py [--cases a b c2 g] [--repeat 9]
 """
@@ -156,13 +158,12 @@ def oscillator() -> Case:
 
 
 def top_on_pivot() -> Case:
-    """Make the case of the heavy top: the couple (-m g at the centre, m g at the pivot)."""
+    """Make the case of the heavy top: the weight acts at a distance from the pivot."""
     duration = 10.0
     start = heavy_top.steady(0.0, precession=PRECESSION, spin=SPIN, tilt=TILT)
     x, y, z, w = start.orientation.tolist()
     spin = start.angular_velocity_body.tolist()
     weight = {'type': 'constant', 'body': 'body', 'force': [0, 0, -WEIGHT], 'point': [0, 0, ARM]}
-    reaction = {'type': 'constant', 'body': 'body', 'force': [0, 0, WEIGHT]}
     scene = one_body(
         {'orientation': [x, y, z, w], 'angular_velocity_body': spin},
         inertia={'ixx': 0.35, 'iyy': 0.35, 'izz': 0.15},
@@ -172,12 +173,12 @@ def top_on_pivot() -> Case:
         duration=duration,
         xml=HEAVY_TOP,
         start=((w, x, y, z), spin),
-        scene={**scene, 'forces': [weight, reaction]},
+        scene={**scene, 'forces': [weight]},
         reference=heavy_top.steady(
             duration, precession=PRECESSION, spin=SPIN, tilt=TILT
         ).orientation,
         peer_steps=(0.01, 0.004, 0.002, 0.001),
-        ours=tuple(('blanes_moan4', dt) for dt in (0.1, 0.05, 0.04, 0.025, 0.02, 0.0125))
+        ours=tuple(('blanes_moan4', dt) for dt in (0.1, 0.05, 0.04, 0.03125, 0.025, 0.02))
         + tuple(('rk8', dt) for dt in (0.05, 0.04, 0.025, 0.02)),
     )
 
@@ -191,7 +192,14 @@ def cases() -> list[Case]:
             (0.01, 1.0, 0.01),
             100.0,
             peer_steps=(0.1, 0.025, 0.01, 0.005),
-            ours=(('rk8', 1.0), ('rk8', 0.5), ('rk8', 0.25), ('taylor16', 1.0), ('taylor16', 0.5)),
+            ours=(
+                ('rk8', 1.0),
+                ('rk8', 0.8),
+                ('rk8', 0.5),
+                ('rk8', 0.25),
+                ('taylor16', 1.0),
+                ('taylor16', 0.5),
+            ),
             closed=(('exact_rotor', 100.0),),
         ),
         free_top(
@@ -260,9 +268,9 @@ def measure(case: Case, runners: list[Runner], repeat: int) -> None:
     times = {}
     for runner in runners:
         runner.prepare()
-        start = time.perf_counter()
+        start = time.process_time()
         runner.run()
-        times[runner.label] = time.perf_counter() - start
+        times[runner.label] = time.process_time() - start
         runner.error = distance(runner.end(), case.reference)
     for round_number in range(repeat):
         for runner in runners if round_number % 2 else runners[::-1]:
@@ -270,9 +278,9 @@ def measure(case: Case, runners: list[Runner], repeat: int) -> None:
             spent = 0.0
             for _ in range(runs):
                 runner.prepare()
-                start = time.perf_counter()
+                start = time.process_time()
                 runner.run()
-                spent += time.perf_counter() - start
+                spent += time.process_time() - start
             runner.costs.append(spent / runs / case.duration)
             if sys.stderr.isatty():
                 print(f'\r{case.name} {round_number + 1}/{repeat} ', end='', file=sys.stderr)
