@@ -4,10 +4,11 @@
 Cost at equal error beside MuJoCo's RK4, its only integrator that is accurate: four motions with a
 closed form.
 
-Both run in this one process, on one thread, and take turns; medians of the repetitions are compared.
-The clock counts the processor time of the process, so that other processes, which interrupt long
-runs rather than short ones, favour nobody; on an idle machine it is the wall time. A run is the stepping alone, in one call: `mj_step(m, d,
-nstep=n)` and `Simulation.step(n)`. For each step of MuJoCo stands the cheapest of ours whose error
+Both run in this one process, on one thread, and take turns; medians of the repetitions are
+compared. The clock counts the processor time of the process, so that other processes, which
+interrupt long runs rather than short ones, favour nobody; on an idle machine it is the wall time.
+A run is the stepping alone, in one call: `mj_step(m, d, nstep=n)` and `Simulation.step(n)`. For
+each step of MuJoCo stands the cheapest of ours whose error
 is not larger: once among the methods for any forces, once among those that know the closed form of
 the problem (a free top, a linear spring).
 
