@@ -1,0 +1,153 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+An entry: one engine with one method and one setting on one problem, ready to be run and timed.
+
+Ours and those of peers are alike to the loop that measures: it calls `fresh`, then `advance` under
+the clock, then `final`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from rigid_body_sim import __version__
+from rigid_body_sim.physics.invariants import Drift, DriftMeter
+from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.report.evaluations import evaluations_per_step
+from rigid_body_sim.report.problem import Final, Problem
+
+ENGINE = 'rigid_body_sim'
+DRIFT_SAMPLES = 32  # looks at the invariants over a run: enough to catch an oscillation
+
+
+class Runner(Protocol):
+    """
+    A run that can be repeated.
+
+    fresh   : put the start back; not timed
+    advance : over the whole duration, in the fastest calls that a user would make; timed
+    final   : the end; not timed
+    """
+
+    def fresh(self) -> None: ...
+    def advance(self) -> None: ...
+    def final(self) -> Final: ...
+
+
+@dataclass(frozen=True)
+class Entry:
+    """
+    One point to be measured.
+
+    setting     : text such as "dt = 0.1 s" or "rtol = 1e-06"
+    dt          : [s] step; None where a tolerance sets it
+    tolerance   : [-]; None where dt sets the error
+    steps       : steps of a run, all bodies at once; None where not known
+    evaluations : of the forces in a step; None where it varies
+    closed_form : whether the step is the closed form of this very motion
+    make        : build the run, compile, warm up; may raise: then the entry is refused
+    options     : integrator options, for ours
+    """
+
+    engine: str
+    version: str
+    method: str
+    setting: str
+    make: Callable[[], Runner]
+    precision: str = 'f64'
+    dt: float | None = None
+    tolerance: float | None = None
+    bodies: int = 1
+    steps: int | None = None
+    evaluations: float | None = None
+    closed_form: bool = False
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Peer(Protocol):
+    """
+    Another engine: `report.peers` has one file for each.
+
+    entries : problem -> its points, sweeps included; none where it cannot do the problem
+    """
+
+    @property
+    def engine(self) -> str: ...
+    @property
+    def version(self) -> str: ...
+    def entries(self, problem: Problem) -> Sequence[Entry]: ...
+
+
+class OurRunner:
+    """
+    A `Simulation` over a number of ticks, and back to its start.
+
+    drift : of energy and angular momentum in `first`, the run that is not timed
+    """
+
+    def __init__(self, simulation: Simulation, ticks: int) -> None:
+        self.simulation = simulation
+        self.ticks = ticks
+        simulation.prepare()
+        self._start = simulation.state_bytes()
+        self.drift = Drift(None, None, None)
+
+    def fresh(self) -> None:
+        """Restore the state of tick 0."""
+        self.simulation.restore(tick=0, state=self._start, slots={})
+
+    def advance(self) -> None:
+        """Step to the end in one call."""
+        self.simulation.step(self.ticks)
+
+    def first(self) -> None:
+        """Step to the end with looks at the invariants: the same bits as `advance`."""
+        simulation = self.simulation
+        meter = DriftMeter(simulation.invariants, simulation.state, time=0.0)
+        for sample in range(1, DRIFT_SAMPLES + 1):
+            due = self.ticks * sample // DRIFT_SAMPLES - simulation.tick
+            if due:
+                simulation.step(due)
+                meter.sample(simulation.state, time=simulation.time, commanded=False)
+        self.drift = meter.drift()
+
+    def final(self) -> Final:
+        """Give the state."""
+        return self.simulation.state
+
+
+def our_entry(
+    problem: Problem,
+    integrator: str,
+    *,
+    scene: Callable[[], Scene],
+    dt: float,
+    tolerance: float | None = None,
+    bodies: int = 1,
+) -> Entry:
+    """Make an entry of ours; `tolerance` for a method that controls its error, else None."""
+    ticks = round(problem.duration / dt)
+    options = {} if tolerance is None else {'rtol': tolerance, 'atol': 1e-3 * tolerance}
+
+    def make() -> Runner:
+        simulation = Simulation(scene(), integrator=integrator, integrator_options=options, dt=dt)
+        return OurRunner(simulation, ticks)
+
+    return Entry(
+        engine=ENGINE,
+        version=__version__,
+        method=integrator,
+        setting=f'dt = {dt:g} s' if tolerance is None else f'rtol = {tolerance:g}',
+        make=make,
+        dt=dt if tolerance is None else None,
+        tolerance=tolerance,
+        bodies=bodies,
+        steps=ticks if tolerance is None else None,
+        evaluations=evaluations_per_step(integrator, scene()),
+        closed_form=integrator in problem.closed_form,
+        options=options,
+    )
