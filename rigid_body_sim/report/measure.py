@@ -20,7 +20,10 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
+from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.report.entry import Entry, OurRunner, Peer, Runner
 from rigid_body_sim.report.point import DIVERGED, NOT_ACCURATE, OK, REFUSED, Point, finite
 from rigid_body_sim.report.problem import Problem
@@ -40,6 +43,7 @@ class _Timed:
     point: Point
     runner: Runner
     steps: int | None
+    first: float  # [s] of the run that was not timed
     repeats: int = 1  # runs in one repetition
     every: int = 1  # it takes part in each so many-th repetition
     seconds: list[float] = field(default_factory=list)
@@ -61,8 +65,9 @@ def measure(
     """
     points: list[Point] = []
     timed: list[_Timed] = []
+    scenes: dict[int, Scene] = {}
     for name in integrators:
-        sweep = Sweep(problem, name, quick=quick)
+        sweep = Sweep(problem, name, scenes, quick=quick)
         for entry in sweep:
             progress(f'{name}, {entry.setting}')
             point, runner, seconds = run_once(problem, entry)
@@ -72,14 +77,14 @@ def measure(
                 sweep.saw(point.error, seconds)
             points.append(point)
             if runner is not None:
-                timed.append(_Timed(point, runner, entry.steps))
+                timed.append(_Timed(point, runner, entry.steps, seconds))
     for peer in peers:
         for entry in peer.entries(problem):
             progress(f'{entry.engine} {entry.method}, {entry.setting}')
-            point, runner, _ = run_once(problem, entry)
+            point, runner, seconds = run_once(problem, entry)
             points.append(point)
             if runner is not None:
-                timed.append(_Timed(point, runner, entry.steps))
+                timed.append(_Timed(point, runner, entry.steps, seconds))
     take_turns(timed, repetitions, progress)
     for each in timed:
         each.point.set_cost(each.seconds, duration=problem.duration, steps=each.steps)
@@ -107,7 +112,8 @@ def run_once(problem: Problem, entry: Entry) -> tuple[Point, Runner | None, floa
     except SimulationDiverged as diverged:
         return Point.of(entry, DIVERGED, str(diverged)), None, time.perf_counter() - begin
     seconds = time.perf_counter() - begin
-    error = problem.error(runner.final())
+    with np.errstate(all='ignore'):  # an end on its way to infinity
+        error = problem.error(runner.final())
     if not math.isfinite(error):
         return Point.of(entry, DIVERGED, 'the end is not finite'), None, seconds
     accurate = error < problem.useless
@@ -132,7 +138,7 @@ def take_turns(timed: Iterable[_Timed], repetitions: int, progress: Progress) ->
     gc.disable()
     try:
         for each in entries:
-            once = _seconds(each.runner, 1, clock)
+            once = each.first if each.first > LONG else _seconds(each.runner, 1, clock)
             each.repeats = max(1, math.ceil(SHORTEST / max(once, 1e-9)))
             wanted = min(repetitions, max(2, int(LONG / (once * each.repeats))))
             each.every = math.ceil(repetitions / wanted)

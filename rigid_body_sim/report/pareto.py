@@ -11,6 +11,7 @@ interpolated linearly in the logarithm of the error, and the cheapest method cou
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
@@ -135,34 +136,42 @@ def _short(point: Point | None) -> dict[str, Any] | None:
 
 
 def verdict(points: Sequence[Point], unit: str, errors: Sequence[float] = ERRORS) -> str:
-    """Say which of all methods is cheapest at which accuracy, in one sentence or two."""
-    parts: list[tuple[str, list[float], Point]] = []
-    beyond = []
-    for error in errors:
-        best = cheapest(points, error)
-        if best is None:
-            beyond.append(error)
-        elif parts and parts[-1][0] == named(best):
-            parts[-1][1].append(error)
-        else:
-            parts.append((named(best), [error], best))
-    sentences = []
-    if parts:
-        said = [
-            f'{name} {_range(met)} {unit} '
-            f'({best.setting}: {micro(best.cost)} per simulated second)'
-            for name, met, best in parts
-        ]
-        sentences.append(f'Cheapest: {"; ".join(said)}.')
+    """Say which method is cheapest at which accuracy; closed forms in a sentence of their own."""
+    general = [point for point in points if not point.closed_form]
+    met = [(error, cheapest(general, error)) for error in errors]
+    said = [
+        f'{name} {_range([error for error, _ in group])} {unit} '
+        f'({_steps([point for _, point in group])})'
+        for name, group in (
+            (name, list(group))
+            for name, group in itertools.groupby(
+                [(error, point) for error, point in met if point is not None],
+                lambda pair: named(pair[1]),
+            )
+        )
+    ]
+    sentences = [f'Cheapest: {"; ".join(said)}.'] if said else []
+    beyond = [error for error, point in met if point is None]
     if beyond:
-        sentences.append(f'Nobody errs by less than {max(beyond):.0e} {unit} here.')
+        sentences.append(f'None errs by less than {max(beyond):.0e} {unit}.')
+    closed = cheapest([point for point in points if point.closed_form], errors[-1])
+    if closed is not None:
+        sentences.append(
+            f'Here a closed form is at hand: {named(closed)}, {closed.setting}, errs by '
+            f'{closed.error:.0e} {unit} for {micro(closed.cost)} per simulated second.'
+        )
     return ' '.join(sentences)
+
+
+def _steps(points: Sequence[Point]) -> str:
+    """Settings and costs, each once."""
+    said = [f'{point.setting}: {micro(point.cost)}' for point in points]
+    return f'{", ".join(dict.fromkeys(said))} per simulated second'
 
 
 def named(point: Point) -> str:
     """Name a method, with its engine unless it is ours."""
-    name = point.method if point.engine == ENGINE else f'{point.engine} {point.method}'
-    return f'{name} (closed form)' if point.closed_form else name
+    return point.method if point.engine == ENGINE else f'{point.engine} {point.method}'
 
 
 def _range(errors: Sequence[float]) -> str:

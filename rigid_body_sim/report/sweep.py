@@ -9,7 +9,7 @@ what comes next is finer and takes longer.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from rigid_body_sim.physics.integrators import INTEGRATORS
 from rigid_body_sim.physics.model import Scene
@@ -27,25 +27,30 @@ class Sweep:
     """
     The settings of one integrator on one problem.
 
-    quick : only those of few steps and few bodies
+    scenes : by number of bodies, read once for all integrators
+    quick  : only those of few steps and few bodies
     """
 
-    def __init__(self, problem: Problem, integrator: str, *, quick: bool = False) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        integrator: str,
+        scenes: dict[int, Scene],
+        *,
+        quick: bool = False,
+    ) -> None:
         self.problem, self.integrator = problem, integrator
         self._most_steps = min(problem.most_steps, QUICK_STEPS) if quick else problem.most_steps
         self._bodies = [n for n in problem.bodies if not quick or n <= QUICK_BODIES]
-        self._scenes: dict[int, Scene] = {}
+        self._scenes = scenes
         self._best = float('inf')
         self._idle = 0
         self._ended = False
 
-    def _scene(self, bodies: int) -> Callable[[], Scene]:
-        def scene() -> Scene:
-            if bodies not in self._scenes:
-                self._scenes = {bodies: self.problem.scene(bodies)}
-            return self._scenes[bodies]
-
-        return scene
+    def _scene(self, bodies: int) -> Scene:
+        if bodies not in self._scenes:
+            self._scenes[bodies] = self.problem.scene(bodies)
+        return self._scenes[bodies]
 
     def __iter__(self) -> Iterator[Entry]:
         """Give entry after entry; tell the outcome of each to `saw` before asking for the next."""
