@@ -5,9 +5,9 @@ A heavy symmetric top precesses steadily about its pivot: case g of the comparis
 
     about the pivot  I = (A, A, C), A = 0.1 + m l^2,   torque = -m g l e x z
 
-The motion about the pivot is that of a body with these moments in a field that turns its axis
-upside down with m g l (see `orientation_torque`); the end is the steady precession
-R_z(W t) R_x(tilt) R_z(psi t).
+The motion about the pivot is that of a free body with these moments whose weight pulls at a point
+of its axis: its centre falls meanwhile, and only its attitude is compared. The end is the steady
+precession R_z(W t) R_x(tilt) R_z(psi t).
 """
 
 from __future__ import annotations
@@ -22,13 +22,11 @@ from rigid_body_sim.report.problem import (
     principal,
     scene_document,
 )
-from rigid_body_sim.report.problems.orientation_torque import field
 
 MASS, ARM, GRAVITY = 1.0, 0.5, 9.81  # [kg], l [m], [m/s^2]
 ACROSS, AXIAL = 0.1 + MASS * ARM**2, 0.15  # A, C [kg m^2]
 TILT, PRECESSION = math.radians(30.0), 2.0  # [rad], W [rad/s]
 WEIGHT = MASS * GRAVITY * ARM  # [N m]
-HEIGHT = 10.0  # [m] of the springs that act like the weight
 SPIN = heavy_top.spin_for(
     PRECESSION, inertia_across=ACROSS, inertia_axial=AXIAL, weight_moment=WEIGHT, tilt=TILT
 )
@@ -53,7 +51,14 @@ PROBLEM = Problem(
                 },
             }
         ],
-        forces=field('top', arm=ARM, height=-HEIGHT, stiffness=WEIGHT / (2 * ARM * HEIGHT)),
+        forces=[
+            {
+                'type': 'constant',
+                'body': 'top',
+                'force': [0.0, 0.0, -MASS * GRAVITY],
+                'point': [0.0, 0.0, ARM],
+            }
+        ],
     ),
     duration=DURATION,
     error=attitude_error(

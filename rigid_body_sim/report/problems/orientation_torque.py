@@ -1,13 +1,12 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-An asymmetric body in a field that pulls its axis upright: the torque depends on the orientation.
+A body hangs on a balloon: the torque depends on the orientation.
 
-    torque = kappa e x z,   e : third axis of the body,   z : up
+    torque = kappa e x z,   e : third axis of the body,   z : up,   kappa = m g l
 
-Two long weak springs make the field: from (0, 0, l) of the body to a point high above, from
-(0, 0, -l) to one as far below. Their forces cancel, and kappa = 2 k l H is exact at any attitude.
-The end is known from a Taylor series in 34 digits of w, q and g = R^T z, g' = g x w.
+The balloon lifts by the weight at the point (0, 0, l) of the body, so the centre of mass stays
+where it is. The end is known from a Taylor series in 34 digits of w, q and g = R^T z, g' = g x w.
 """
 
 from __future__ import annotations
@@ -25,28 +24,9 @@ from rigid_body_sim.report.problem import (
 
 MOMENTS = (1.0, 2.0, 2.5)  # [kg m^2]
 RATE = (0.5, 1.0, 1.5)  # [rad/s] body axes
-ARM, HEIGHT, STIFFNESS = 0.5, 8.0, 0.5  # l [m], H [m], k [N/m]
-KAPPA = 2.0 * STIFFNESS * ARM * HEIGHT  # 4 N m
+MASS, ARM, GRAVITY = 1.0, 0.5, 8.0  # [kg], l [m], [m/s^2]
+KAPPA = MASS * GRAVITY * ARM  # 4 N m
 DURATION = 10.0  # [s]
-
-
-def field(body: str, *, arm: float, height: float, stiffness: float) -> list[dict[str, object]]:
-    """
-    Write the two springs that turn the third axis of a body at the origin upright.
-
-    height : [m] H; negative: they turn it upside down, as gravity turns a top
-    """
-    return [
-        {
-            'type': 'spring',
-            'a': body,
-            'a_point': [0.0, 0.0, side * arm],
-            'b': 'world',
-            'b_point': [0.0, 0.0, side * height],
-            'stiffness': stiffness,
-        }
-        for side in (1.0, -1.0)
-    ]
 
 
 def exact_end() -> list[float]:
@@ -68,21 +48,29 @@ def exact_end() -> list[float]:
 PROBLEM = Problem(
     name='orientation_torque',
     title='A torque that depends on orientation',
-    description='A body with moments 1, 2 and 2.5 kg m^2 tumbles for 10 s in a field that pulls '
-    'its third axis upright with 4 N m.',
+    description='A body with moments 1, 2 and 2.5 kg m^2 tumbles for 10 s below a balloon that '
+    'bears its weight of 8 N, tied to it 0.5 m from the centre.',
     shows='A torque that varies within a step takes the free-rotation methods back to order two; '
     'compositions and Runge–Kutta methods keep theirs.',
     document=scene_document(
         'orientation_torque',
         [
             {
-                'name': 'magnet',
-                'mass': 1.0,
+                'name': 'load',
+                'mass': MASS,
                 'inertia': principal(MOMENTS),
                 'initial': {'angular_velocity_body': list(RATE)},
             }
         ],
-        forces=field('magnet', arm=ARM, height=HEIGHT, stiffness=STIFFNESS),
+        forces=[
+            {
+                'type': 'constant',
+                'body': 'load',
+                'force': [0.0, 0.0, MASS * GRAVITY],
+                'point': [0.0, 0.0, ARM],
+            }
+        ],
+        gravity=(0.0, 0.0, -GRAVITY),
     ),
     duration=DURATION,
     error=attitude_error(exact_end()),
