@@ -73,7 +73,9 @@ class Shadow:
         integrator = self._of.integrator
         if integrator.controls_its_error:
             return 1.0 / (1.0 - 1.0 / TIGHTER)
-        nothing_acts = not self._of.scene.forces and not self._of.held_slots
+        scene = self._of.scene
+        steady = not any(body.pivot for body in scene.bodies) or not any(scene.gravity)
+        nothing_acts = steady and not scene.forces and not self._of.held_slots
         order = integrator.free_order if nothing_acts else integrator.order
         if math.isinf(order):
             return 1.0

@@ -127,7 +127,8 @@ def choose(scene: Scene, *, dt_ns: int, tolerance: float) -> Choice:
     for name, (step, evaluations) in COSTS.items():
         if INTEGRATORS[name].refuses(scene) is not None:
             continue
-        price = step * len(scene.bodies) + EVALUATION * evaluations * len(scene.forces)
+        terms = len(scene.forces) + sum(body.pivot is not None for body in scene.bodies)
+        price = step * len(scene.bodies) + EVALUATION * evaluations * terms
         substeps = 1
         while substeps <= MOST_SUBSTEPS and (best is None or price * substeps < best[0]):
             error = _error(_pilot(scene, name, dt_ns, ticks, substeps), reference)

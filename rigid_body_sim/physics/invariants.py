@@ -33,7 +33,7 @@ class Invariants:
     The conserved quantities of one scene.
 
     energy_is_conserved           : no force of the scene takes or gives energy
-    momentum_is_conserved         : no force but gravity comes from outside
+    momentum_is_conserved         : no force but gravity comes from outside, a pivot's neither
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -46,10 +46,15 @@ class Invariants:
         self._gravity = np.asarray(scene.gravity)
         anchored = {WORLD} | {body.name for body in scene.bodies if body.fixed}
         steady = all(flow_of(body) is None for body in scene.bodies)
+        held = any(body.pivot is not None for body in scene.bodies)
         self.energy_is_conserved = steady and all(f.conserves_energy() for f in scene.forces)
-        self.momentum_is_conserved = steady and all(
-            len(force.bodies()) > 1 and not anchored & set(force.bodies())
-            for force in scene.forces
+        self.momentum_is_conserved = (
+            steady
+            and not held
+            and all(
+                len(force.bodies()) > 1 and not anchored & set(force.bodies())
+                for force in scene.forces
+            )
         )
 
     def kinetic_energy(self, state: State) -> float:

@@ -37,6 +37,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.element import WORLD, Place
 from rigid_body_sim.physics.inertia_tensor import principal_axes
 from rigid_body_sim.physics.model import Body, Scene, Vector
+from rigid_body_sim.physics.pivot import arm_of, check_pivot, inertia_of
 from rigid_body_sim.physics.variable_mass import check_flow, end_of_flow, flow_of
 
 Array = NDArray[np.float64]
@@ -49,8 +50,9 @@ class Layout:
 
     moving     : (m,)   scene index of each body in core order
     n_rigid    : the first so many of them are rigid
-    moments    : (n_rigid, 3) [kg m^2]  principal moments
+    moments    : (n_rigid, 3) [kg m^2]  principal moments, about the pivot of a body that has one
     principal  : (n_rigid, 4) [-]       quaternion of V, principal to body axes
+    pivoted    : core indices of the bodies that turn about a pivot
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -59,6 +61,7 @@ class Layout:
         self._index = {name: i for i, name in enumerate(self.names)}
         for body in scene.bodies:
             check_flow(body)
+            check_pivot(body, scene.contact)
         movable = [i for i, body in enumerate(scene.bodies) if not body.fixed]
         rigid = [i for i in movable if not scene.bodies[i].is_point]
         self.moving = np.array(
@@ -71,9 +74,8 @@ class Layout:
         self.moments = np.zeros((self.n_rigid, 3))
         self._axes = np.zeros((self.n_rigid, 3, 3))
         for core, i in enumerate(rigid):
-            inertia = scene.bodies[i].inertia
-            assert inertia is not None
-            self.moments[core], self._axes[core] = principal_axes(inertia)
+            self.moments[core], self._axes[core] = principal_axes(inertia_of(scene.bodies[i]))
+        self.pivoted = [core for core, i in enumerate(rigid) if scene.bodies[i].pivot is not None]
         self.principal = so3.quaternion_from_matrix(self._axes).reshape(self.n_rigid, 4)
 
     def index(self, name: str) -> int:
@@ -116,6 +118,15 @@ class Layout:
             )
         return Place(core, -1, NO_VECTOR)
 
+    def start_position(self, core: int) -> Vector:
+        """Where the row of a body among the translations starts: see `physics.pivot`."""
+        body = self.body(core)
+        return body.initial.position if body.pivot is None else body.pivot.at
+
+    def arm(self, core: int) -> Vector:
+        """Arm from the pivot of a body to its centre of mass [m], principal axes."""
+        return as_vector(self._axes[core].T @ arm_of(self.body(core)))
+
     def principal_axes(self, body: str, vector: Vector) -> Vector:
         """Turn a vector from the axes of a body into its principal axes."""
         core = self.core(body)
@@ -146,10 +157,11 @@ class Layout:
     def translation(self) -> Array:
         """Make the translation blocks at the start of the scene."""
         array = np.zeros(blocks(self.n_moving) * TRANSLATION)
-        starts = [self.bodies[i].initial for i in self.moving]
         if self.n_moving:
-            scatter(array, TRANSLATION, RX, np.array([s.position for s in starts]))
-            velocities = np.array([s.velocity for s in starts])
+            starts = [self.start_position(core) for core in range(self.n_moving)]
+            scatter(array, TRANSLATION, RX, np.array(starts))
+            velocities = np.array([self.bodies[i].initial.velocity for i in self.moving])
+            velocities[self.pivoted] = 0.0
             scatter(array, TRANSLATION, PX, self.masses[:, None] * velocities)
             scatter(array, TRANSLATION, IM, 1.0 / self.masses[:, None])
         return array

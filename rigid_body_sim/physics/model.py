@@ -70,6 +70,19 @@ class MassFlow:
     final_mass: float | None = None
 
 
+@dataclass(frozen=True)
+class Pivot:
+    """
+    A point of a body that stays where it is: a ball joint to the world.
+
+    point : (3,) [m]  shape coordinates
+    at    : (3,) [m]  world
+    """
+
+    point: Vector
+    at: Vector
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """
@@ -80,6 +93,8 @@ class Body:
     inertia        : (3, 3) [kg m^2]  about the centre of mass, body axes; None for a point mass
     fixed          : immovable: its inverse mass and inertia are zero
     mass_flow      : how the mass changes; then `mass` and `inertia` are those at the start
+    pivot          : the point about which it turns; then `initial` tells its orientation and
+                     angular velocity, and its position and velocity follow from them
     """
 
     name: str
@@ -91,6 +106,7 @@ class Body:
     initial: Motion = Motion()
     material: Material = Material()
     mass_flow: MassFlow | None = None
+    pivot: Pivot | None = None
 
     @property
     def is_point(self) -> bool:

@@ -38,6 +38,7 @@ from rigid_body_sim.physics.blocks import (
 )
 from rigid_body_sim.physics.kernels import argument, kernel
 from rigid_body_sim.physics.layout import Layout
+from rigid_body_sim.physics.pivot import arm_of
 from rigid_body_sim.physics.variable_mass import flow_of, masses_at
 
 Array = NDArray[np.float64]
@@ -83,6 +84,35 @@ def _read(n_moving, n_rigid, translation, rotation, principal, scene_index, out)
             )
         out[o + 3], out[o + 4], out[o + 5], out[o + 6] = x, y, z, w
         out[o + 13], out[o + 14], out[o + 15] = a, b, c
+
+
+@kernel
+def _move_to_centers(count, pivots, values):
+    """
+    Make position, velocity, momentum and own angular momentum of the centre of mass of those of
+    the pivot: rows of scene index, arm (3) in body axes, mass.
+    """
+    for e in range(count):
+        m = 5 * e
+        o = int(pivots[m]) * 22
+        a, b, c = rotate(
+            values[o + 3], values[o + 4], values[o + 5], values[o + 6],
+            pivots[m + 1], pivots[m + 2], pivots[m + 3],
+        )  # fmt: skip
+        x, y, z = values[o + 10], values[o + 11], values[o + 12]
+        u, v, w = y * c - z * b, z * a - x * c, x * b - y * a
+        values[o], values[o + 1], values[o + 2] = (
+            values[o] + a,
+            values[o + 1] + b,
+            values[o + 2] + c,
+        )
+        values[o + 7], values[o + 8], values[o + 9] = u, v, w
+        mass = pivots[m + 4]
+        u, v, w = mass * u, mass * v, mass * w
+        values[o + 16], values[o + 17], values[o + 18] = u, v, w
+        values[o + 19] -= b * w - c * v
+        values[o + 20] -= c * u - a * w
+        values[o + 21] -= a * v - b * u
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +176,11 @@ class StateReader:
         self._scene_index = argument(layout.moving)
         self._flowing = np.array([flow_of(body) is not None for body in layout.bodies])
         self._bodies = layout.bodies
+        rows = [
+            (layout.moving[core], *arm_of(layout.body(core)), layout.body(core).mass)
+            for core in layout.pivoted
+        ]
+        self._pivots = (len(rows), argument(np.array(rows, dtype=np.float64).reshape(-1)))
 
     def read(self, translation: Array, rotation: Array, *, time: float) -> State:
         """Read the state of all bodies, `time` [s] after the start of the scene."""
@@ -158,6 +193,8 @@ class StateReader:
             self._scene_index,
             argument(values.reshape(-1)),
         )
+        if self._pivots[0]:
+            _move_to_centers(*self._pivots, argument(values.reshape(-1)))
         if not self._flowing.any():
             return State(values)
         masses = masses_at(self._bodies, time)

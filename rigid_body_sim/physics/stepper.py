@@ -41,6 +41,7 @@ from rigid_body_sim.physics.forces import (
     derivatives,
     evaluator,
     held_body_wrench,
+    pivot,
     variable_mass,
 )
 from rigid_body_sim.physics.forces.tables import stacked
@@ -76,6 +77,9 @@ class Stepper:
         self._types = [kind for kind in FORCES if any(f.TYPE == kind for f in scene.forces)]
         self._depends_on_velocity = any(f.depends_on_velocity() for f in scene.forces)
         self._tables, self._ranges, self._switches = stacked(scene.forces, self._types, layout)
+        self._pivots = pivot.Pivots(layout)
+        self._ranges_of_pivots = [len(self._tables), self._pivots.count]
+        self._tables = np.concatenate((self._tables, self._pivots.table.reshape(-1)))
         flowing = [body for body in scene.bodies if flow_of(body) is not None]
         self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
         self._ends_of_flow = [end_of_flow(body) for body in flowing]
@@ -146,7 +150,11 @@ class Stepper:
         last = len(self._tables) + table.size
         self._numbers = np.concatenate((self._tables, table.reshape(-1), flows))
         self._elements = argument(self._numbers)
-        ranges = [*self._ranges, len(self._tables), len(table), last, len(self._flows)]
+        ranges = [*self._ranges, len(self._tables), len(table)]
+        if self._pivots.count and self._types:
+            ranges = [*self._ranges_of_pivots, *ranges]
+        ranges += [last, len(self._flows)] if self._flows else []
+        ranges += self._ranges_of_pivots
         self._element_ranges = argument(np.array(ranges, dtype=np.int64))
         places = range(last + variable_mass.SWITCH, len(self._numbers), variable_mass.COLUMNS)
         ends = [Switch(p, -math.inf, t) for p, t in zip(places, self._ends_of_flow, strict=True)]
@@ -173,7 +181,7 @@ class Stepper:
 
     @property
     def _is_free(self) -> bool:
-        return not self._types and not self._turning and not self._flows
+        return not (self._types or self._turning or self._flows or self._pivots.count)
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
@@ -184,29 +192,37 @@ class Stepper:
         """
         Kernels of the forces in the order of their tables; the flow of mass has the last word.
         """
-        kernels = [(kind, FORCES[kind].accumulate) for kind in self._types]
-        kernels.append((held_body_wrench.NAME, held_body_wrench.accumulate))
+        return [(name, element.accumulate) for name, element in self._chain()]
+
+    def _chain(self) -> list[tuple[str, Any]]:
+        """Give the elements of the scene, with those that no scene names, by name."""
+        chain: list[tuple[str, Any]] = [(kind, FORCES[kind]) for kind in self._types]
+        chain.append((held_body_wrench.NAME, held_body_wrench))
+        if self._pivots.count and self._types:
+            chain.insert(0, (f'{pivot.NAME}_first', pivot.FIRST))
         if self._flows:
-            kernels.append((variable_mass.NAME, variable_mass.accumulate))
-        return kernels
+            chain.append((variable_mass.NAME, variable_mass))
+        if self._pivots.count:
+            chain.append((pivot.NAME, pivot.LAST))
+        return chain
 
     def _coupled_kernel(self) -> Callable[..., Any]:
         if self._coupled is None:
-            kernels = self._kernels()
-            types = [name for name, _ in kernels if name != held_body_wrench.NAME]
+            chain = self._chain()
+            types = [name for name, _ in chain if name != held_body_wrench.NAME]
             more: dict[str, Any] = {}
             if self._integrator.wants_derivatives:
-                known = [*FORCES.items(), (held_body_wrench.NAME, held_body_wrench)]
-                known.append((variable_mass.NAME, variable_mass))
-                taken = {name for name, _ in kernels}
+                # the last word on all others is a derivative of theirs, if they have one
+                unknown = [name for name, element in chain if not hasattr(element, 'linearise')]
                 more['derivatives'] = derivatives(
-                    [pair for pair in known if pair[0] in taken], by_differences=bool(self._flows)
+                    chain,
+                    by_differences=bool(self._flows or (self._pivots.count and unknown)),
                 )
             damped = '_velocity' if self._depends_on_velocity else ''
             self._coupled = self._integrator.scheme.coupled(
                 self._integrator.name,
                 scene='_'.join(types) + damped,
-                evaluate=evaluator(kernels),
+                evaluate=evaluator(self._kernels()),
                 velocity_dependent=self._depends_on_velocity,
                 **more,
             )
@@ -236,8 +252,9 @@ class Stepper:
             so3.rotate_back(q, gather(rotation, ROTATION, x, 3, n_rigid)) for x in (LX, TX)
         )
         omega = momentum / self._layout.moments
-        angular = (torque - np.cross(omega, momentum)) / self._layout.moments
-        return linear, so3.rotate(q, angular)
+        angular = so3.rotate(q, (torque - np.cross(omega, momentum)) / self._layout.moments)
+        self._pivots.accelerate(linear, angular, q, so3.rotate(q, omega))
+        return linear, angular
 
     def _plan(self, h: float) -> None:
         """Work out what the integrator wants to know of the scene at this step."""
@@ -254,6 +271,7 @@ class Stepper:
         name = self._integrator.name
         wanted = []
         coupled = [*self._types, *([variable_mass.NAME] if self._flows else [])]
+        coupled += [pivot.NAME] if self._pivots.count else []
         if not coupled:
             wanted.append((f'{name} for free bodies', self._free_kernel))
         if coupled or commands_in_body_axes:
@@ -362,6 +380,8 @@ class Stepper:
     def strike(self, core: int, linear: Array, angular: Array) -> None:
         """Add to momentum [N s] and angular momentum [N m s], world axes."""
         block, lane = divmod(core, 64)
+        if core < self._layout.n_rigid:
+            linear, angular = self._pivots.strike(core, linear, angular, self.orientation(core))
         rows(self.translation, TRANSLATION, PX, 3)[block, :, lane] += linear
         if core < self._layout.n_rigid:
             rows(self.rotation, ROTATION, LX, 3)[block, :, lane] += angular

@@ -26,6 +26,7 @@ from rigid_body_sim.physics.model import Body, MassFlow, Material, Motion, Quate
 from rigid_body_sim.physics.shapes import Particle, Particles, Plane, Shape
 from rigid_body_sim.physics.variable_mass import check_flow
 from rigid_body_sim.scene.files import Files
+from rigid_body_sim.scene.pivots import with_pivot
 from rigid_body_sim.scene.shapes import read_shape
 from rigid_body_sim.scene.values import Value, shown
 
@@ -39,7 +40,7 @@ MATERIAL = {
 }  # key: unit
 MASS = ('mass', 'density', 'inertia', 'center_of_mass')
 FLOW = ('mass_rate', 'exhaust_velocity', 'final_mass')
-KEYS = ('name', 'shape', *MASS, *FLOW, 'fixed', 'initial', *MATERIAL)
+KEYS = ('name', 'shape', *MASS, *FLOW, 'fixed', 'pivot', 'initial', *MATERIAL)
 SPINS = ('angular_velocity', 'angular_velocity_body')
 MOMENTS = ('ixx', 'iyy', 'izz')
 PRODUCTS = ('ixy', 'ixz', 'iyz')
@@ -54,11 +55,12 @@ def read_body(value: Value, files: Files) -> Body:
     shape = None if shape_value is None else read_shape(shape_value, files)
     fixed = _fixed(value, shape)
     body = _with_mass(Body(name=name, shape=shape, mass=0.0, fixed=fixed), value)
-    motion = _motion(value.find('initial'), is_particle=isinstance(shape, Particle), fixed=fixed)
+    initial = value.find('initial')
+    motion = _motion(initial, is_particle=isinstance(shape, Particle), fixed=fixed)
     body = replace(body, initial=motion, material=_material(value), mass_flow=_mass_flow(value))
     with (value.find('final_mass') or value.find('mass_rate') or value).blamed():
         check_flow(body)
-    return body
+    return with_pivot(body, value.find('pivot'), initial)
 
 
 def _name(value: Value) -> str:

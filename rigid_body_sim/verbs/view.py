@@ -1,6 +1,9 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Draws a recorded run as one PNG: trajectories, speeds, energy and the conservation laws."""
+"""
+Draws a recorded run: trajectories, speeds, energy and the conservation laws as one PNG, or the
+motion itself as a page that plays in a browser.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,10 @@ from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.view.energy_history import energy_history
 from rigid_body_sim.view.picture import picture
+from rigid_body_sim.view.playback_page import playback_page
 from rigid_body_sim.view.recorded_motion import read_motion
 
-SUMMARY = 'draw a recorded run: trajectories, speeds, energy and drift as a PNG'
+SUMMARY = 'draw a recorded run as a PNG, or play it in three dimensions on an HTML page'
 
 SCENE = 'scene.yaml'
 DOTS_PER_INCH = 130
@@ -25,15 +29,20 @@ FEWEST_SAMPLES = 200
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare `view BAG -o FILE.png`."""
+    """Declare `view BAG -o FILE.png|FILE.html`."""
     parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file')
     parser.add_argument(
-        '-o', '--output', metavar='FILE.png', required=True, type=Path, help='picture to write'
+        '-o',
+        '--output',
+        metavar='FILE',
+        required=True,
+        type=Path,
+        help='FILE.png: a picture; FILE.html: a page that plays the run, without network',
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Draw the picture; returns the exit code."""
+    """Draw the picture or the page; returns the exit code."""
     _check_output(arguments.output)
     bag = Bag(arguments.bag)
     bodies = sum(name.endswith('/pose') for name in bag.topics)
@@ -46,17 +55,20 @@ def run(arguments: argparse.Namespace) -> int:
     figure = picture(motion, energy, title=_title(bag, None if scene is None else scene.name))
     image = BytesIO()
     figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
-    arguments.output.write_bytes(image.getvalue())
+    content = image.getvalue()
+    if arguments.output.suffix == '.html':
+        title = _title(bag, None if scene is None else scene.name)
+        content = playback_page(motion, scene, title=title, picture=content).encode()
+    arguments.output.write_bytes(content)
     print(f'{arguments.output}: {len(motion.tracks)} bodies')
     return 0
 
 
 def _check_output(output: Path) -> None:
-    if output.suffix == '.html':
-        raise UserError(f'{output}: the 3D page comes with a later version; give FILE.png')
-    if output.suffix != '.png':
+    if output.suffix not in ('.png', '.html'):
         raise UserError(
-            f'{output}: cannot draw {output.suffix or "without a suffix"}; give FILE.png'
+            f'{output}: cannot draw {output.suffix or "without a suffix"}; '
+            'give FILE.png or FILE.html'
         )
     if not output.parent.is_dir():
         raise UserError(f'{output}: the folder {output.parent} does not exist; create it first')

@@ -217,12 +217,6 @@ def test_a_bag_of_another_recorder_starts_at_zero(tmp_path):
     assert draw(path, tmp_path / 'run.png') == 0
 
 
-def test_a_page_in_html_is_promised_for_later(tmp_path):
-    """The output is refused before the bag is looked at."""
-    with pytest.raises(UserError, match=r'the 3D page comes with a later version; give FILE\.png'):
-        draw(tmp_path / 'nothing', tmp_path / 'run.html')
-
-
 @pytest.mark.parametrize('name', ['run.pdf', 'run', 'missing/run.png'])
 def test_other_outputs_are_refused(name, tmp_path):
     """A format that is not drawn, and a folder that is not there."""

@@ -29,7 +29,9 @@ from rigid_body_sim.physics.blocks import (
 )
 from rigid_body_sim.physics.kernels import inline
 
-POINT = 384  # numbers of y, and of a slope, in a block
+# numbers of y, and of a slope, in a block: 384, and eight more so that the rows of one lane do not
+# all fall into the same few sets of the cache, which costs a single body a third of its time
+POINT = 392
 FEW = 8  # [body] so few of a block are taken one by one: their sums fit the registers
 
 # bound for each tableau by `specialise`

@@ -36,7 +36,9 @@ from rigid_body_sim.physics.blocks import (
 )
 from rigid_body_sim.physics.kernels import inline, unbound
 
-TURN = 448  # numbers of y, and of a slope, in a block
+# numbers of y, and of a slope, in a block: 448, and eight more so that the rows of one lane do not
+# all fall into the same few sets of the cache, which costs a single body a third of its time
+TURN = 456
 TURN_START = 640  # where the slopes begin
 FEW = 8  # [body] so few of a block are taken one by one: their sums fit the registers
 

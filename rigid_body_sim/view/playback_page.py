@@ -1,0 +1,207 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+One self-contained HTML page that plays a recorded run in three dimensions.
+
+The page asks no network for anything: the drawing library (three.js, as trimesh ships it), the
+motion (float32, base64) and the picture of the whole run are inside. Between two recorded instants
+the browser interpolates; what is recorded is shown as recorded.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from importlib.resources import files
+from string import Template
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics import shapes
+from rigid_body_sim.physics.model import Body, Scene
+from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
+
+Array = NDArray[np.float64]
+
+LARGEST = 32_000_000  # [byte] of motion in one page; more instants are left out evenly
+BYTES_PER_POSE = 28
+BALL = 0.012  # [-] radius of a point on the page, of the size of the whole
+FAR, CLOSE_UP = 40.0, 9.0  # [-] in reaches of a body: so long a journey begins so near
+LIBRARY_ENDS = (
+    'var camera,controls,scene,renderer,tracklight;'  # where the viewer of trimesh begins
+)
+
+
+def playback_page(
+    motion: RecordedMotion, scene: Scene | None, *, title: str, picture: bytes
+) -> str:
+    """
+    Write the page.
+
+    scene   : shapes come from it; None: every body is drawn as a small ball
+    picture : PNG of the whole run
+    """
+    times, positions, orientations = _common_instants(motion)
+    bodies = {} if scene is None else {body.name: body for body in scene.bodies}
+    reach = np.array([_reach(bodies.get(track.name)) for track in motion.tracks])
+    moving = [t.name not in bodies or not bodies[t.name].fixed for t in motion.tracks]
+    centre, size = _extent(positions, reach, moving)
+    largest = float(reach[moving].max(initial=0.0))
+    ball = min(BALL * size, 0.3 * largest or np.inf)
+    run = {
+        'times': times.tolist(),
+        'bodies': [_drawn(track.name, bodies.get(track.name), ball) for track in motion.tracks],
+        'planes': [
+            {'normal': body.shape.normal, 'offset': body.shape.offset}
+            for body in bodies.values()
+            if isinstance(body.shape, shapes.Plane)
+        ],
+        'numbers': _packed(positions, orientations),
+        'speeds': [_magnitude(track, track.velocity, times) for track in motion.tracks],
+        'spins': [_magnitude(track, track.angular_velocity, times) for track in motion.tracks],
+        'centre': centre.tolist(),
+        'size': size,
+        'close_up': CLOSE_UP * largest if size > FAR * largest > 0.0 else None,
+    }
+    return Template(files(__package__).joinpath('playback.html').read_text('utf-8')).substitute(
+        title=_escaped(title),
+        picture=base64.b64encode(picture).decode(),
+        three=_drawing_library(),
+        run=json.dumps(run, separators=(',', ':')).replace('<', '\\u003c'),
+    )
+
+
+def _escaped(text: str) -> str:
+    return text.replace('&', '&amp;').replace('<', '&lt;').replace('>', '&gt;')
+
+
+def _drawing_library() -> str:
+    """Take three.js with its mouse controls out of the viewer that trimesh ships."""
+    archive = files('trimesh').joinpath('resources', 'templates', 'viewer.zip').read_bytes()
+    with zipfile.ZipFile(io.BytesIO(archive)) as bundle:
+        viewer = bundle.read('viewer.html.template').decode('utf-8')
+    script = viewer.partition('<script>')[2]
+    library, found, _ = script.partition(LIBRARY_ENDS)
+    if not found:
+        raise UserError(
+            'the installed trimesh ships another viewer than the one this page takes three.js '
+            'from; install the version named in requirements/runtime.txt, or write a .png'
+        )
+    return library
+
+
+def _common_instants(motion: RecordedMotion) -> tuple[Array, Array, Array]:
+    """Times (k,), positions (k, n, 3) and orientations (k, n, 4) of all bodies together."""
+    longest = max(motion.tracks, key=lambda track: len(track.time))
+    most = max(2, LARGEST // (BYTES_PER_POSE * len(motion.tracks)))
+    every = -(-len(longest.time) // most)
+    times = longest.time[::every]
+    positions = np.empty((len(times), len(motion.tracks), 3))
+    orientations = np.empty((len(times), len(motion.tracks), 4))
+    for i, track in enumerate(motion.tracks):
+        nearest = np.clip(np.searchsorted(track.time, times - 1e-9), 0, len(track.time) - 1)
+        positions[:, i] = track.position[nearest]
+        orientations[:, i] = track.orientation[nearest]
+    return times, positions, orientations
+
+
+def _packed(positions: Array, orientations: Array) -> str:
+    together = np.concatenate((positions, orientations), axis=2).astype('<f4')
+    return base64.b64encode(together.tobytes()).decode()
+
+
+def _magnitude(track: Track, vectors: Array, times: Array) -> list[float] | None:
+    if not len(vectors):
+        return None
+    nearest = np.clip(np.searchsorted(track.twist_time, times - 1e-9), 0, len(vectors) - 1)
+    return [float(f'{v:.5g}') for v in np.linalg.norm(vectors[nearest], axis=1)]
+
+
+def _extent(positions: Array, reach: Array, moving: list[bool]) -> tuple[Array, float]:
+    """Centre (3,) [m] and size [m] of the space in which bodies move."""
+    chosen = np.array(moving if any(moving) else [True] * len(moving))
+    low = (positions - reach[:, None])[:, chosen].min(axis=(0, 1))
+    high = (positions + reach[:, None])[:, chosen].max(axis=(0, 1))
+    return 0.5 * (low + high), float(np.linalg.norm(high - low)) or 1.0
+
+
+def _reach(body: Body | None) -> float:
+    """Largest distance of a point of the shape from its origin [m]; 0 where nobody knows."""
+    match None if body is None else body.shape:
+        case shapes.Sphere(radius):
+            return radius
+        case shapes.Box(size):
+            return 0.5 * float(np.linalg.norm(size))
+        case shapes.Cylinder(radius, length):
+            return float(np.hypot(radius, 0.5 * length))
+        case shapes.Capsule(radius, length):
+            return radius + 0.5 * length
+        case shapes.ConvexHull() | shapes.Mesh():
+            return float(np.linalg.norm(body.shape.vertices, axis=1).max())
+        case shapes.Particles():
+            return float(np.linalg.norm(body.shape.positions, axis=1).max())
+        case _:
+            return 0.0
+
+
+def _drawn(name: str, body: Body | None, radius: float) -> Mapping[str, Any]:
+    """
+    Name of a body and the parts that are drawn of it, each `at` a place in body axes.
+
+    radius : [m] of the ball that stands for a point
+    """
+    ball = {'type': 'sphere', 'radius': radius}
+    if body is None:
+        return {'name': name, 'fixed': False, 'parts': [{**ball, 'at': (0.0, 0.0, 0.0)}]}
+    origin = -np.array(body.center_of_mass)
+    return {
+        'name': name,
+        'fixed': body.fixed,
+        'parts': [
+            {**part, 'at': (origin + place).tolist()} for part, place in _parts(body.shape, ball)
+        ],
+    }
+
+
+def _parts(shape: shapes.Shape | None, ball: Mapping[str, Any]) -> list[tuple[Any, Array]]:
+    here = np.zeros(3)
+    match shape:
+        case shapes.Sphere(radius):
+            return [({'type': 'sphere', 'radius': radius}, here)]
+        case shapes.Box(size):
+            return [({'type': 'box', 'size': size}, here)]
+        case shapes.Cylinder(radius, length):
+            return [({'type': 'cylinder', 'radius': radius, 'length': length}, here)]
+        case shapes.Capsule(radius, length):
+            return [({'type': 'capsule', 'radius': radius, 'length': length}, here)]
+        case shapes.Mesh(vertices, faces):
+            return [(_surface(vertices, faces), here)]
+        case shapes.ConvexHull(vertices):
+            return [(_hull(vertices), here)]
+        case shapes.Particles(positions):
+            return [(dict(ball), place) for place in positions]
+        case shapes.Plane():
+            return []
+        case _:
+            return [(dict(ball), here)]
+
+
+def _surface(vertices: Array, faces: NDArray[np.int64]) -> dict[str, Any]:
+    return {
+        'type': 'surface',
+        'vertices': vertices.round(9).ravel().tolist(),
+        'faces': faces.ravel().tolist(),
+    }
+
+
+def _hull(vertices: Array) -> dict[str, Any]:
+    import trimesh
+
+    hull = trimesh.convex.convex_hull(vertices)
+    return _surface(np.asarray(hull.vertices), np.asarray(hull.faces))
