@@ -18,6 +18,7 @@ from rigid_body_sim.physics.invariants import Drift, DriftMeter
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.report.evaluations import evaluations_per_step
+from rigid_body_sim.report.method import Method
 from rigid_body_sim.report.problem import Final, Problem
 
 ENGINE = 'rigid_body_sim'
@@ -51,7 +52,7 @@ class Entry:
     evaluations : of the forces in a step; None where it varies
     closed_form : whether the step is the closed form of this very motion
     make        : build the run, compile, warm up; may raise: then the entry is refused
-    options     : integrator options, for ours
+    options     : tick and integrator options, for ours
     """
 
     engine: str
@@ -124,34 +125,59 @@ class OurRunner:
         return self.simulation.state
 
 
+@dataclass(frozen=True)
+class Setting:
+    """
+    How one of our methods is set.
+
+    dt        : [s] tick
+    substeps  : steps that make a tick
+    tolerance : [-] rtol of a method that controls its error; None: dt sets the error
+    """
+
+    dt: float
+    substeps: int = 1
+    tolerance: float | None = None
+
+    def __str__(self) -> str:
+        """Write it for people."""
+        if self.tolerance is not None:
+            return f'rtol = {self.tolerance:g}'
+        more = f', {self.substeps} substeps' if self.substeps > 1 else ''
+        return f'dt = {self.dt:g} s{more}'
+
+    def options(self) -> dict[str, Any]:
+        """Integrator options that set it."""
+        if self.tolerance is not None:
+            return {'rtol': self.tolerance, 'atol': 1e-3 * self.tolerance}
+        return {'substeps': self.substeps}
+
+
 def our_entry(
-    problem: Problem,
-    integrator: str,
-    *,
-    scene: Scene,
-    dt: float,
-    tolerance: float | None = None,
-    bodies: int = 1,
+    problem: Problem, method: Method, setting: Setting, *, scene: Scene, bodies: int = 1
 ) -> Entry:
-    """Make an entry of ours; `tolerance` for a method that controls its error, else None."""
-    ticks = round(problem.duration / dt)
-    options = {} if tolerance is None else {'rtol': tolerance, 'atol': 1e-3 * tolerance}
+    """Make an entry of ours."""
+    ticks = round(problem.duration / setting.dt)
+    options = {**method.options, **setting.options()}
 
     def make() -> Runner:
-        simulation = Simulation(scene, integrator=integrator, integrator_options=options, dt=dt)
+        simulation = Simulation(
+            scene, integrator=method.integrator, integrator_options=options, dt=setting.dt
+        )
         return OurRunner(simulation, ticks)
 
+    fixed = setting.tolerance is None
     return Entry(
         engine=ENGINE,
         version=__version__,
-        method=integrator,
-        setting=f'dt = {dt:g} s' if tolerance is None else f'rtol = {tolerance:g}',
+        method=method.text,
+        setting=str(setting),
         make=make,
-        dt=dt if tolerance is None else None,
-        tolerance=tolerance,
+        dt=setting.dt / setting.substeps if fixed else None,
+        tolerance=setting.tolerance,
         bodies=bodies,
-        steps=ticks if tolerance is None else None,
-        evaluations=evaluations_per_step(integrator, scene),
-        closed_form=integrator in problem.closed_form,
-        options=options,
+        steps=ticks * setting.substeps if fixed else None,
+        evaluations=evaluations_per_step(method.configured(), scene),
+        closed_form=method.text in problem.closed_form,
+        options={'dt': setting.dt, **options},
     )

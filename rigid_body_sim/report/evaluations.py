@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integrators.integrator import Integrator
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schemes.implicit_midpoint import ImplicitMidpoint
 from rigid_body_sim.physics.schemes.lie_group import LieRungeKutta4
@@ -27,10 +27,12 @@ from rigid_body_sim.physics.schemes.splitting import Splitting
 from rigid_body_sim.physics.variable_mass import flow_of
 
 
-def evaluations_per_step(integrator: str, scene: Scene) -> int | None:
+def evaluations_per_step(integrator: Integrator, scene: Scene) -> int | None:
     """Count the evaluations in one step of one integrator on one scene; None where it varies."""
-    scheme: Any = INTEGRATORS[integrator].scheme
-    coupled = bool(scene.forces) or any(flow_of(body) is not None for body in scene.bodies)
+    scheme: Any = integrator.scheme
+    coupled = bool(scene.forces) or any(
+        body.pivot is not None or flow_of(body) is not None for body in scene.bodies
+    )
     if isinstance(scheme, Splitting):
         damped = any(force.depends_on_velocity() for force in scene.forces)
         return _of_splitting(scheme, damped=damped) if coupled else 0

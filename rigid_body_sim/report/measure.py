@@ -25,6 +25,7 @@ import numpy as np
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.report.entry import Entry, OurRunner, Peer, Runner
+from rigid_body_sim.report.method import method
 from rigid_body_sim.report.point import DIVERGED, NOT_ACCURATE, OK, REFUSED, Point, finite
 from rigid_body_sim.report.problem import Problem
 from rigid_body_sim.report.sweep import Sweep
@@ -51,7 +52,7 @@ class _Timed:
 
 def measure(
     problem: Problem,
-    integrators: Sequence[str],
+    methods: Sequence[str],
     *,
     peers: Sequence[Peer] = (),
     repetitions: int = REPETITIONS,
@@ -59,15 +60,16 @@ def measure(
     progress: Progress = lambda _text: None,
 ) -> list[Point]:
     """
-    Measure a problem with some integrators and peers.
+    Measure a problem with some methods and peers.
 
+    methods  : as `report.method` reads them
     progress : called with a short text before each piece of work
     """
     points: list[Point] = []
     timed: list[_Timed] = []
     scenes: dict[int, Scene] = {}
-    for name in integrators:
-        sweep = Sweep(problem, name, scenes, quick=quick)
+    for name in methods:
+        sweep = Sweep(problem, method(name), scenes, quick=quick)
         for entry in sweep:
             progress(f'{name}, {entry.setting}')
             point, runner, seconds = run_once(problem, entry)

@@ -58,11 +58,12 @@ class Problem:
     error        : end of a run -> error, in `error_unit`
     reference    : where the exact end comes from
     useless      : error from which on a result says nothing; such points are "not accurate"
-    integrators  : those that suit, measured by default
+    integrators  : methods that suit, measured by default: see `report.method`
     steps        : dt [s], coarse to fine; every one divides the duration
-    steps_of     : the same for integrators that bear longer ones, or need others
+    steps_of     : the same for methods that bear longer ones, or need others
     tick         : [s] tick of the methods that control their error
-    closed_form  : integrators whose step is the closed form of this very motion: stated apart
+    longest_tick : [s] shorter steps are substeps of such a tick; 0: every step is a tick
+    closed_form  : methods whose step is the closed form of this very motion: stated apart
     kind         : WORK_PRECISION, or THROUGHPUT: many bodies, one step
     bodies       : how many bodies; more than one value for THROUGHPUT alone
     spread       : (scene of one body, count) -> scene of so many
@@ -82,6 +83,7 @@ class Problem:
     integrators: tuple[str, ...]
     steps: tuple[float, ...]
     tick: float
+    longest_tick: float = 0.0
     steps_of: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     closed_form: tuple[str, ...] = ()
     kind: str = WORK_PRECISION
@@ -89,9 +91,15 @@ class Problem:
     spread: Callable[[Scene, int], Scene] | None = None
     most_steps: int = 100_000
 
-    def steps_for(self, integrator: str) -> tuple[float, ...]:
-        """Give the steps [s] of one integrator, coarse to fine."""
-        return self.steps_of.get(integrator, self.steps)
+    def steps_for(self, method: str) -> tuple[float, ...]:
+        """Give the steps [s] of one method, coarse to fine."""
+        return self.steps_of.get(method, self.steps)
+
+    def tick_of(self, step: float) -> tuple[float, int]:
+        """Give the tick [s] and the number of substeps that make steps of such a length [s]."""
+        if not self.longest_tick or step >= self.longest_tick:
+            return step, 1
+        return self.longest_tick, round(self.longest_tick / step)
 
     def scene(self, bodies: int = 1) -> Scene:
         """Read the scene, for so many bodies."""

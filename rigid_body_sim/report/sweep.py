@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rigid_body_sim.physics.integrators import INTEGRATORS
 from rigid_body_sim.physics.model import Scene
-from rigid_body_sim.report.entry import Entry, our_entry
+from rigid_body_sim.report.entry import Entry, Setting, our_entry
+from rigid_body_sim.report.method import Method
 from rigid_body_sim.report.problem import THROUGHPUT, Problem
 
 TOLERANCES = tuple(float(f'1e-{digits:02}') for digits in range(3, 14))
@@ -25,7 +25,7 @@ QUICK_STEPS, QUICK_BODIES = 5_000, 1_000
 
 class Sweep:
     """
-    The settings of one integrator on one problem.
+    The settings of one method on one problem.
 
     scenes : by number of bodies, read once for all integrators
     quick  : only those of few steps and few bodies
@@ -34,12 +34,12 @@ class Sweep:
     def __init__(
         self,
         problem: Problem,
-        integrator: str,
+        method: Method,
         scenes: dict[int, Scene],
         *,
         quick: bool = False,
     ) -> None:
-        self.problem, self.integrator = problem, integrator
+        self.problem, self.method = problem, method
         self._most_steps = min(problem.most_steps, QUICK_STEPS) if quick else problem.most_steps
         self._bodies = [n for n in problem.bodies if not quick or n <= QUICK_BODIES]
         self._scenes = scenes
@@ -57,27 +57,25 @@ class Sweep:
         problem = self.problem
         for bodies in self._bodies:
             scene = self._scene(bodies)
-            if INTEGRATORS[self.integrator].controls_its_error:
-                settings = [(problem.tick, tolerance) for tolerance in TOLERANCES]
-                if problem.kind == THROUGHPUT:
-                    settings = [(problem.steps[0], 1e-9)]
-            else:
-                settings = [
-                    (dt, None)
-                    for dt in problem.steps_for(self.integrator)
-                    if round(problem.duration / dt) <= self._most_steps
-                ]
-            for dt, tolerance in settings:
+            for setting in self._settings():
                 if self._ended:
                     return
-                yield our_entry(
-                    problem,
-                    self.integrator,
-                    scene=scene,
-                    dt=dt,
-                    tolerance=tolerance,
-                    bodies=bodies,
-                )
+                yield our_entry(problem, self.method, setting, scene=scene, bodies=bodies)
+
+    def _settings(self) -> list[Setting]:
+        """Settings, coarse to fine."""
+        problem = self.problem
+        if self.method.configured().controls_its_error:
+            many = problem.kind == THROUGHPUT
+            return [
+                Setting(problem.tick, tolerance=tolerance)
+                for tolerance in ((1e-9,) if many else TOLERANCES)
+            ]
+        return [
+            Setting(dt, substeps)
+            for dt, substeps in map(problem.tick_of, problem.steps_for(self.method.text))
+            if round(problem.duration / dt) * substeps <= self._most_steps
+        ]
 
     def saw(self, error: float | None, seconds: float) -> None:
         """

@@ -23,6 +23,7 @@ from rigid_body_sim.physics.integrators import INTEGRATORS
 from rigid_body_sim.report import results
 from rigid_body_sim.report.machine import made
 from rigid_body_sim.report.measure import QUICK_REPETITIONS, REPETITIONS, measure
+from rigid_body_sim.report.method import method
 from rigid_body_sim.report.names import chosen
 from rigid_body_sim.report.problem import SEED
 from rigid_body_sim.report.problems import PROBLEMS
@@ -104,7 +105,7 @@ def _integrators(given: Sequence[str] | None) -> list[str]:
         return []
     if ALL in given:
         return list(INTEGRATORS)
-    return chosen(given, INTEGRATORS, option='--integrators', what='integrator')
+    return [method(text).text for text in given]
 
 
 class _Progress:
