@@ -53,7 +53,7 @@ class Problem:
     title        : a few words, for a heading
     description  : what moves, in one sentence, with its numbers
     shows        : what the problem tells methods apart by, in one sentence
-    document     : the scene as a mapping, gravity and forces included; dt is any of `steps`
+    document     : the scene as a mapping, or read; its dt does not count
     duration     : [s]
     error        : end of a run -> error, in `error_unit`
     reference    : where the exact end comes from
@@ -74,7 +74,7 @@ class Problem:
     title: str
     description: str
     shows: str
-    document: Mapping[str, Any]
+    document: Mapping[str, Any] | Scene
     duration: float
     error: Callable[[Final], float]
     error_unit: str
@@ -103,7 +103,8 @@ class Problem:
 
     def scene(self, bodies: int = 1) -> Scene:
         """Read the scene, for so many bodies."""
-        scene = load_scene(self.document)
+        document = self.document
+        scene = document if isinstance(document, Scene) else load_scene(document)
         return scene if self.spread is None else self.spread(scene, bodies)
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.report.peers.engine import TOLERANCES, Way
 from rigid_body_sim.report.peers.task import End, Task
 
@@ -132,7 +133,10 @@ class Run:
 
     def advance(self) -> None:
         """All of the time in one call."""
-        self.simulator.AdvanceTo(self.task.duration)
+        try:
+            self.simulator.AdvanceTo(self.task.duration)
+        except RuntimeError as error:  # a ball joint at its singularity, a step that shrinks away
+            raise SimulationDiverged(body=self.task.body.name, tick=0, cause=str(error)) from None
 
     def final(self) -> End:
         """Read poses and spatial velocities of the bodies."""
