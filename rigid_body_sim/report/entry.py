@@ -9,6 +9,7 @@ the clock, then `final`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -88,11 +89,14 @@ class OurRunner:
     """
     A `Simulation` over a number of ticks, and back to its start.
 
-    drift : of energy and angular momentum in `first`, the run that is not timed
+    drift  : of energy and angular momentum in `first`, the run that is not timed
+    passed : states of that run at instants that divide the duration evenly, the end included
     """
 
-    def __init__(self, simulation: Simulation, ticks: int) -> None:
+    def __init__(self, simulation: Simulation, ticks: int, instants: int = 1) -> None:
         self.simulation = simulation
+        self.instants = instants
+        self.passed: list[Final] = []
         self.ticks = ticks
         simulation.prepare()
         self._start = simulation.state_bytes()
@@ -112,12 +116,15 @@ class OurRunner:
         simulation = self.simulation
         meter = DriftMeter(simulation.invariants, simulation.state, time=0.0)
         many = len(simulation.scene.bodies) > MANY_BODIES
-        samples = FEW_SAMPLES if many else DRIFT_SAMPLES
+        looks = math.ceil((FEW_SAMPLES if many else DRIFT_SAMPLES) / self.instants)
+        samples = looks * self.instants
         for sample in range(1, samples + 1):
             due = self.ticks * sample // samples - simulation.tick
             if due:
                 simulation.step(due)
                 meter.sample(simulation.state, time=simulation.time, commanded=False)
+            if sample % looks == 0:
+                self.passed.append(simulation.state)
         self.drift = meter.drift()
 
     def final(self) -> Final:
@@ -164,7 +171,7 @@ def our_entry(
         simulation = Simulation(
             scene, integrator=method.integrator, integrator_options=options, dt=setting.dt
         )
-        return OurRunner(simulation, ticks)
+        return OurRunner(simulation, ticks, problem.instants)
 
     fixed = setting.tolerance is None
     return Entry(

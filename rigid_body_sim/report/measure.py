@@ -103,7 +103,9 @@ def run_once(problem: Problem, entry: Entry) -> tuple[Point, Runner | None, floa
     try:
         runner = entry.make()
     except InvalidModel as refusal:
-        return Point.of(entry, REFUSED, str(refusal)), None, 0.0
+        point = Point.of(entry, REFUSED, str(refusal))
+        point.setting, point.dt, point.tolerance = 'any', None, None
+        return point, None, 0.0
     runner.fresh()
     begin = time.perf_counter()
     try:
@@ -115,7 +117,7 @@ def run_once(problem: Problem, entry: Entry) -> tuple[Point, Runner | None, floa
         return Point.of(entry, DIVERGED, str(diverged)), None, time.perf_counter() - begin
     seconds = time.perf_counter() - begin
     with np.errstate(all='ignore'):  # an end on its way to infinity
-        error = problem.error(runner.final())
+        error = _error(problem, runner)
     if not math.isfinite(error):
         return Point.of(entry, DIVERGED, 'the end is not finite'), None, seconds
     accurate = error < problem.useless
@@ -129,6 +131,13 @@ def run_once(problem: Problem, entry: Entry) -> tuple[Point, Runner | None, floa
         point.energy_drift = finite(runner.drift.energy)
         point.angular_momentum_drift = finite(runner.drift.angular_momentum)
     return point, runner, seconds
+
+
+def _error(problem: Problem, runner: Runner) -> float:
+    """Error of the end, or the worst of several instants."""
+    if problem.error_on_way is None or not isinstance(runner, OurRunner):
+        return problem.error(runner.final())
+    return max(problem.error_on_way(instant, state) for instant, state in enumerate(runner.passed))
 
 
 def take_turns(timed: Iterable[_Timed], repetitions: int, progress: Progress) -> None:

@@ -56,6 +56,8 @@ class Problem:
     document     : the scene as a mapping, or read; its dt does not count
     duration     : [s]
     error        : end of a run -> error, in `error_unit`
+    instants     : at how many instants ours is compared, evenly spaced, the end included
+    error_on_way : (instant from 0, state) -> error, where there are several
     reference    : where the exact end comes from
     useless      : error from which on a result says nothing; such points are "not accurate"
     integrators  : methods that suit, measured by default: see `report.method`
@@ -67,6 +69,7 @@ class Problem:
     kind         : WORK_PRECISION, or THROUGHPUT: many bodies, one step
     bodies       : how many bodies; more than one value for THROUGHPUT alone
     spread       : (scene of one body, count) -> scene of so many
+    enough       : a sweep ends at an error below this
     most_steps   : a sweep ends before a run of more steps than this
     """
 
@@ -89,6 +92,9 @@ class Problem:
     kind: str = WORK_PRECISION
     bodies: tuple[int, ...] = (1,)
     spread: Callable[[Scene, int], Scene] | None = None
+    enough: float = 0.0
+    instants: int = 1
+    error_on_way: Callable[[int, Final], float] | None = None
     most_steps: int = 100_000
 
     def steps_for(self, method: str) -> tuple[float, ...]:

@@ -91,7 +91,7 @@ class Sweep:
         gained = error < SETTLED * self._best
         self._idle = 0 if gained or self._best > FLOOR * self.problem.useless else self._idle + 1
         self._best = min(self._best, error)
-        self._ended = self._ended or self._idle >= 2 or error == 0.0
+        self._ended = self._ended or self._idle >= 2 or error <= self.problem.enough
 
     def refused(self) -> None:
         """Learn that the integrator will not have the scene: no other setting will do."""

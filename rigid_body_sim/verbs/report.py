@@ -23,6 +23,7 @@ from tqdm import tqdm
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.integrators import INTEGRATORS
 from rigid_body_sim.report import own_scene, results
+from rigid_body_sim.report.entry import Peer
 from rigid_body_sim.report.machine import made
 from rigid_body_sim.report.measure import QUICK_REPETITIONS, REPETITIONS, measure
 from rigid_body_sim.report.method import method
@@ -53,6 +54,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='NAME',
         help='with options: blanes_moan4:drift=exact; default: those that suit each problem; '
         f'{ALL}: every one, references too',
+    )
+    parser.add_argument(
+        '--peers',
+        nargs='*',
+        metavar='NAME',
+        help='other engines beside ours, each in turn with it; without a name all that are '
+        'installed',
     )
     parser.add_argument(
         '--scene',
@@ -93,18 +101,18 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         if arguments.scene:
             done.append(_own_scene(arguments, wanted))
-            publish(results.report(about, done), wanted.output)
+            publish(results.report(about, done, wanted.absent), wanted.output)
         else:
             for number, name in enumerate(wanted.problems, 1):
                 with _Progress(f'{name} ({number} of {len(wanted.problems)})') as progress:
                     problem = PROBLEMS[name]
                     points = _measured(problem, wanted, progress)
                 done.append(results.problem_results(problem, points))
-                publish(results.report(about, done), wanted.output)
+                publish(results.report(about, done, wanted.absent), wanted.output)
                 print(f'{name}: {done[-1]["verdict"]}', flush=True)
     except KeyboardInterrupt:
         about['interrupted'] = True
-        publish(results.report(about, done), wanted.output)
+        publish(results.report(about, done, wanted.absent), wanted.output)
         print(
             f'rigid_body_sim report: interrupted; {len(done)} of {len(wanted.problems)} problems '
             f'are in {wanted.output}',
@@ -124,12 +132,15 @@ class _Wanted:
     methods: list[str]
     repetitions: int
     quick: bool
+    peers: list[Peer]
+    absent: list[dict[str, str]]
 
 
 def _wanted(arguments: argparse.Namespace) -> _Wanted:
     """Check the command line."""
-    if arguments.scene and arguments.problems:
-        raise UserError('--scene and --problems: give one of them')
+    for other in ('problems', 'peers'):
+        if arguments.scene and getattr(arguments, other) is not None:
+            raise UserError(f'--scene and --{other}: give one of them')
     for name in ('duration', 'tolerance'):
         value = getattr(arguments, name)
         if value is not None and not arguments.scene:
@@ -143,13 +154,26 @@ def _wanted(arguments: argparse.Namespace) -> _Wanted:
         raise UserError(f'--repetitions {repetitions}; allowed: 1 or more')
     if arguments.output.exists() and not arguments.output.is_dir():
         raise UserError(f'{arguments.output}: is a file; -o names the folder to write into')
+    peers, absent = _peers(arguments.peers)
     return _Wanted(
         arguments.output,
         chosen(arguments.problems, PROBLEMS, option='--problems', what='problem'),
         _methods(arguments.integrators),
         repetitions,
         arguments.quick,
+        peers,
+        absent,
     )
+
+
+def _peers(given: Sequence[str] | None) -> tuple[list[Peer], list[dict[str, str]]]:
+    """Load other engines; none unless asked for. Those that are absent, with a reason each."""
+    if given is None:
+        return [], []
+    from rigid_body_sim.report import peers
+
+    found, absent = peers.find(chosen(given, peers.names(), option='--peers', what='engine'))
+    return list(found), [{'engine': each.engine, 'reason': each.reason} for each in absent]
 
 
 def _methods(given: Sequence[str] | None) -> list[str]:
@@ -165,6 +189,7 @@ def _measured(problem: Problem, wanted: _Wanted, progress: _Progress) -> list[Po
     return measure(
         problem,
         wanted.methods or problem.integrators,
+        peers=wanted.peers,
         repetitions=wanted.repetitions,
         quick=wanted.quick,
         progress=progress.show,
@@ -175,17 +200,15 @@ def _own_scene(arguments: argparse.Namespace, wanted: _Wanted) -> dict[str, Any]
     """Measure a scene of the user's; print the table and the recommendation."""
     scene = load_scene(find_scene(arguments.scene))
     duration = own_scene.whole_duration(scene, arguments.duration or DURATION)
+    tolerance = arguments.tolerance or TOLERANCE
     with _Progress(scene.name) as progress:
         against = own_scene.reference(scene, duration, progress.show)
-        problem = own_scene.problem_of(scene, duration, against)
+        problem = own_scene.problem_of(scene, duration, against, tolerance=tolerance)
         points = _measured(problem, wanted, progress)
     found = results.problem_results(problem, points)
     found['reference_error'] = against.error
     found['recommendation'] = own_scene.recommendation(
-        points,
-        tolerance=arguments.tolerance or TOLERANCE,
-        against=against,
-        tick=scene.dt_ns / 1e9,
+        points, problem, tolerance=tolerance, against=against
     )
     print(own_scene.table(points))
     print(f'reference: {problem.reference}')
