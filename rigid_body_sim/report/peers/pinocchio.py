@@ -58,6 +58,7 @@ class Euler:
             torque = self.task.stiffness * (self.anchor - q) - self.task.damping * v
         return self.pinocchio.aba(self.model, self.data, q, v, torque)
 
+    @np.errstate(all='ignore')  # what diverges is a row of the report
     def advance(self) -> None:
         """Step after step."""
         integrate, model, h = self.pinocchio.integrate, self.model, self.dt
@@ -82,6 +83,7 @@ class Euler:
 class RungeKutta(Euler):
     """A run with the classical step in the tangent space."""
 
+    @np.errstate(all='ignore')  # what diverges is a row of the report
     def advance(self) -> None:
         """Step after step."""
         integrate, model, h = self.pinocchio.integrate, self.model, self.dt
