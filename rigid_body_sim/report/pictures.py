@@ -4,7 +4,7 @@
 Work–precision pictures, one for each problem: error against cost, both logarithmic, PNG and SVG.
 
 Lower is more accurate, left is cheaper. The broad band joins the points than which none is as
-accurate for less.
+accurate for less, closed forms apart: those are stars.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 SIZE = (9.0, 6.4)  # [inch]
 DOTS_PER_INCH = 120
 BAND = '#F3E6A8'
-ROOM = 2.5  # [-] factor by which the axes reach beyond the points
+ROOM = 3.5  # [-] factor by which the axes reach beyond the points
 
 
 def write(report: Mapping[str, Any], folder: Path) -> list[Path]:
@@ -90,7 +90,7 @@ def _draw(plot: Plot, curve: Series) -> None:
         linestyle='-' if curve.ours else (0, (4, 2)),
         linewidth=1.8 if curve.stands_out else 0.8,
         marker=curve.mark,
-        markersize=6.0 if curve.stands_out else 3.5,
+        markersize=(11.0 if curve.mark == '*' else 6.0) if curve.stands_out else 3.5,
         markerfacecolor=curve.color if curve.ours else 'white',
         markeredgecolor=curve.color,
         zorder=(4 if curve.ours else 3) if curve.stands_out else 2,
@@ -116,15 +116,21 @@ def _legend(plot: Plot, curves: Sequence[Series]) -> None:
     ours = Line2D([], [], color='#0072B2', marker='o', linewidth=1.8)
     peers = Line2D([], [], color='black', marker='s', markerfacecolor='white', linestyle='--')
     band = Line2D([], [], color=BAND, linewidth=9)
-    handles, words = [ours], ['rigid_body_sim (thin: other methods)']
+    handles, words = [ours], ['rigid_body_sim']
     if any(not curve.ours for curve in curves):
         handles.append(peers)
         words.append('other engines (pale: their other methods)')
     if plot.lines and plot.lines[0].get_color() == BAND:
         handles.append(band)
-        words.append('none as accurate for less')
+        words.append('none as accurate for less (without closed forms)')
     plot.figure.legend(
-        handles, words, loc='outside lower center', ncols=3, frameon=False, fontsize=8.5
+        handles,
+        words,
+        loc='outside lower center',
+        ncols=3,
+        frameon=False,
+        fontsize=8,
+        columnspacing=1.2,
     )
 
 

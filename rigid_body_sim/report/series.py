@@ -27,7 +27,7 @@ PEER_COLORS = ('#000000', '#555555', '#333333', '#777777', '#222222', '#666666')
 PEER_MARKS = ('s', 'o', '^', 'D', 'v', 'P')
 PALE, PALE_PEER = '#A9B4BD', '#B8B8B8'
 DEFAULT = 'dmv6'  # the integrator of a scene that names none: it always stands out
-SMALLEST = 1e-17  # zero has no place on a logarithmic axis
+SMALLEST = 1e-16  # below is round-off of the error itself; zero has no place on a logarithmic axis
 MOST = len(COLORS)
 
 
@@ -93,6 +93,7 @@ def series_of(problem: Row) -> list[Series]:
         place = 0 if ours else engines.index(engine)
         if ours:
             color, mark = (next(colors), next(marks)) if out else (PALE, '.')
+            mark = '*' if points[0]['closed_form'] else mark
         else:
             color = PEER_COLORS[place % len(PEER_COLORS)] if out else PALE_PEER
             mark = PEER_MARKS[place % len(PEER_MARKS)]
@@ -100,7 +101,7 @@ def series_of(problem: Row) -> list[Series]:
             Series(
                 engine,
                 method,
-                method if ours else f'{engine} {method}',
+                _label(points[0]),
                 ours,
                 out,
                 color,
@@ -113,16 +114,25 @@ def series_of(problem: Row) -> list[Series]:
     return sorted(found, key=lambda series: (not series.ours, not series.stands_out))
 
 
+def _label(point: Row) -> str:
+    """Name of a curve."""
+    if point['engine'] != ENGINE:
+        precision = '' if point['precision'] == 'f64' else f' ({point["precision"]})'
+        return f'{point["engine"]} {point["method"]}{precision}'
+    return f'{point["method"]} (closed form)' if point['closed_form'] else point['method']
+
+
 def front_of(problem: Row) -> list[tuple[float, float]]:
-    """Places of the points than which none is as accurate for less, by cost."""
+    """Places of the points than which none is as accurate for less, by cost; no closed forms."""
     if problem['kind'] == THROUGHPUT:
         return []
     axes = axes_of(problem)
-    return sorted(
+    general = [point for point in problem['points'] if point['status'] == OK and point['cost']]
+    general = [point for point in general if not point['closed_form']]
+    return [
         (float(point[axes.x_field]), max(float(point[axes.y_field]), SMALLEST))
-        for point in problem['points']
-        if point['on_front'] and point[axes.x_field]
-    )
+        for point in best_points(general, axes)
+    ]
 
 
 def best_points(points: Sequence[Row], axes: Axes) -> list[Row]:
@@ -142,14 +152,16 @@ def best_points(points: Sequence[Row], axes: Axes) -> list[Row]:
 def _ours_that_stand_out(
     groups: Mapping[tuple[str, str], list[Row]], axes: Axes
 ) -> set[tuple[str, str]]:
-    """Return our methods with the most points on our own front, and the default."""
+    """Return a closed form, our methods with the most points on our front, and the default."""
     own = [point for (engine, _), group in groups.items() if engine == ENGINE for point in group]
-    front = [point['method'] for point in best_points(own, axes)]
-    ranked = sorted(dict.fromkeys(front), key=lambda method: -front.count(method))
+    general = [point for point in own if not point['closed_form']]
+    closed = list(dict.fromkeys(point['method'] for point in own if point['closed_form']))
+    front = [point['method'] for point in best_points(general, axes)]
+    ranked = closed[:1] + sorted(dict.fromkeys(front), key=lambda method: -front.count(method))
     others = [method for engine, method in groups if engine == ENGINE and method not in ranked]
     if DEFAULT in others:
         ranked = [*ranked[: MOST - 1], DEFAULT]
-    ranked += [method for method in others if method != DEFAULT] if len(others) < 4 else []
+    ranked += [method for method in others if method != DEFAULT]
     return {(ENGINE, method) for method in ranked[:MOST]}
 
 
