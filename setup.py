@@ -55,6 +55,7 @@ setup(
     ],
     extras_require={
         'fast': ['numba'],
+        'peers': ['mujoco', 'drake', 'dartpy', 'pin', 'rapier3d'],
         'test': ['hypothesis', 'mcap-ros2-support', 'mpmath', 'psutil', 'pytest', 'rosbags'],
     },
     data_files=[

@@ -37,6 +37,7 @@ def made(*, repetitions: int, quick: bool, seed: int) -> dict[str, Any]:
         'cores': os.cpu_count(),
         'load': _load(),
         'threads': 1,
+        'clock': 'processor time',
         'versions': versions,
         'compiled': kernels.COMPILED,
         'python': sys.version.split()[0],

@@ -24,7 +24,7 @@ import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.physics.model import Scene
-from rigid_body_sim.report.entry import Entry, OurRunner, Peer, Runner
+from rigid_body_sim.report.entry import ENGINE, Entry, OurRunner, Peer, Runner
 from rigid_body_sim.report.method import method
 from rigid_body_sim.report.point import DIVERGED, NOT_ACCURATE, OK, REFUSED, Point, finite
 from rigid_body_sim.report.problem import Problem
@@ -106,15 +106,23 @@ def run_once(problem: Problem, entry: Entry) -> tuple[Point, Runner | None, floa
         point = Point.of(entry, REFUSED, str(refusal))
         point.setting, point.dt, point.tolerance = 'any', None, None
         return point, None, 0.0
-    runner.fresh()
+    except Exception as failure:
+        if entry.engine == ENGINE:
+            raise
+        return Point.of(entry, REFUSED, said(failure)), None, 0.0
     begin = time.perf_counter()
     try:
+        runner.fresh()
         if isinstance(runner, OurRunner):
             runner.first()
         else:
             runner.advance()
     except SimulationDiverged as diverged:
         return Point.of(entry, DIVERGED, str(diverged)), None, time.perf_counter() - begin
+    except Exception as failure:
+        if entry.engine == ENGINE:
+            raise
+        return Point.of(entry, DIVERGED, said(failure)), None, time.perf_counter() - begin
     seconds = time.perf_counter() - begin
     with np.errstate(all='ignore'):  # an end on its way to infinity
         error = _error(problem, runner)
@@ -131,6 +139,12 @@ def run_once(problem: Problem, entry: Entry) -> tuple[Point, Runner | None, floa
         point.energy_drift = finite(runner.drift.energy)
         point.angular_momentum_drift = finite(runner.drift.angular_momentum)
     return point, runner, seconds
+
+
+def said(failure: Exception) -> str:
+    """Give the first line of what another engine said when it failed."""
+    lines = str(failure).strip().splitlines()
+    return f'{type(failure).__name__}: {lines[0] if lines else "no reason given"}'
 
 
 def _error(problem: Problem, runner: Runner) -> float:

@@ -4,15 +4,18 @@
 What a report found, as JSON and CSV.
 
     {"schema": 1,
-     "made": {"date", "machine", "cpu", "cores", "versions": {…}, "compiled", "seed",
-              "repetitions", "quick", "threads", "interrupted"},
+     "made": {"date", "machine", "cpu", "cores", "load", "threads", "clock", "versions": {…},
+              "compiled", "python", "seed", "repetitions", "quick", "interrupted"},
      "problems": [{"name", "title", "kind", "description", "shows", "error_unit", "duration",
                    "reference", "useless", "points": [fields of `report.point.Point`],
-                   "at_equal_error": [fields of `report.pareto.AtError`], "verdict"}],
+                   "at_equal_error": [fields of `report.pareto.AtError`],
+                   "at_equal_bodies": [see `report.throughput`], "verdict"}],
      "absent": [{"engine", "reason"}]}
 
 "kind" is "work_precision" (points differ in method and step) or "throughput" (in method and number
-of bodies). Costs are in seconds per simulated second; a number that is not known is null. The
+of bodies). A report of a user's scene has one problem, with "reference_error" and
+"recommendation".
+Costs are in seconds per simulated second; a number that is not known is null. The
 schema's number changes when a field changes its meaning or goes; new fields may come.
 """
 
