@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """`report`: numbers that a script with `Simulation` alone agrees to; files, refusals, Ctrl-C."""
 
+import argparse
 import csv
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,6 +26,7 @@ from rigid_body_sim.report.measure import measure, run_once
 from rigid_body_sim.report.method import method
 from rigid_body_sim.report.point import DIVERGED, NOT_ACCURATE, OK, REFUSED
 from rigid_body_sim.report.problems import PROBLEMS
+from rigid_body_sim.verbs import report
 
 QUICK = ['--quick', '--repetitions', '1']
 
@@ -240,3 +244,16 @@ def test_a_scene_that_comes_to_rest_is_judged_on_the_way():
     entry = our_entry(problem, method('rk4'), Setting(0.1), scene=scene)
     point, runner, _ = run_once(problem, entry)
     assert problem.error(runner.final()) < 1e-9 < 1e-5 < point.error
+
+
+def test_the_commands_of_the_readme_are_understood():
+    text = (Path(__file__).parents[2] / 'README.md').read_text(encoding='utf-8')
+    lines = [
+        line for line in text.splitlines() if line.startswith('python -m rigid_body_sim report')
+    ]
+    parser = argparse.ArgumentParser()
+    report.add_arguments(parser)
+    for line in lines:
+        words = shlex.split(line, comments=True)[4:]
+        report._wanted(parser.parse_args(words))
+    assert len(lines) == 2
