@@ -159,6 +159,7 @@ def _ours_that_stand_out(
     front = [point['method'] for point in best_points(general, axes)]
     ranked = closed[:1] + sorted(dict.fromkeys(front), key=lambda method: -front.count(method))
     others = [method for engine, method in groups if engine == ENGINE and method not in ranked]
+    others.sort(key=lambda method: min(p[axes.y_field] for p in groups[ENGINE, method]))
     if DEFAULT in others:
         ranked = [*ranked[: MOST - 1], DEFAULT]
     ranked += [method for method in others if method != DEFAULT]

@@ -14,9 +14,9 @@ from functools import partial
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.report.entry import Entry, Runner
 from rigid_body_sim.report.peers.task import Task
-from rigid_body_sim.report.problem import Problem
+from rigid_body_sim.report.problem import THROUGHPUT, Problem
 
-SLOW = 0.5  # [s] a run beyond this is the last of its sweep: the next is finer and takes longer
+SLOW = 1.0  # [s] a run beyond this is the last of its sweep: the next is finer and takes longer
 TOLERANCES = tuple(float(f'1e-{digits:02}') for digits in range(2, 14, 2))
 
 
@@ -29,6 +29,8 @@ class Way:
     tolerances      : of a method that controls its error; empty: it takes the steps of the problem
     evaluations     : of the forces in a step; None where it varies
     most_bodies     : beyond it building takes minutes, or memory ends
+    finer           : whether it also takes steps finer than those of the problem, to show how
+                      accurate it can be
     """
 
     method: str
@@ -36,6 +38,7 @@ class Way:
     tolerances: tuple[float, ...] = ()
     evaluations: int | None = None
     most_bodies: int = 1000
+    finer: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ class Engine:
 
     def _sweep(self, problem: Problem, way: Way) -> Iterator[Entry]:
         for bodies in problem.bodies:
-            for setting in way.tolerances or steps_of(problem):
+            for setting in way.tolerances or steps_of(problem, finer=way.finer):
                 if bodies > way.most_bodies:
                     return
                 watch = _Watch(partial(_build, problem, way, bodies, setting))
@@ -102,13 +105,15 @@ class Engine:
         )
 
 
-def steps_of(problem: Problem) -> list[float]:
+def steps_of(problem: Problem, *, finer: bool = False) -> list[float]:
     """
     Steps dt [s] for engines, coarse to fine: also the coarse ones of our implicit methods.
 
     A damped spring of a joint is implicit in most engines.
     """
     steps = set(problem.steps)
+    if finer and problem.kind != THROUGHPUT:
+        steps |= {float(f'{min(problem.steps) / parts:.3g}') for parts in (2, 5, 10)}
     task = Task.of(problem, problem.bodies[0])
     if task.stiffness and task.damping:
         steps = steps.union(*problem.steps_of.values())

@@ -38,7 +38,12 @@ def load() -> tuple[str, tuple[Way, ...]]:
     mujoco.set_mju_user_warning(lambda _message: None)
     known = {name.removeprefix('mjINT_').lower() for name in mujoco.mjtIntegrator.__members__}
     return mujoco.__version__, tuple(
-        Way(method, partial(Run, mujoco, method), evaluations=evaluations)
+        Way(
+            method,
+            partial(Run, mujoco, method),
+            evaluations=evaluations,
+            finer=evaluations > 1,
+        )
         for method, evaluations in METHODS.items()
         if method.lower() in known
     )
