@@ -78,6 +78,7 @@ function draw(figure, plot, hidden) {
   const width = Math.max(300, figure.clientWidth), height = Math.min(560, Math.max(330, .58 * width));
   const left = 62, right = width - 14, top = 10, bottom = height - 44;
   svg.replaceChildren();
+  figure.querySelector('.tip').hidden = true;
   svg.setAttribute('viewBox', `0 0 ${width} ${height}`);
   const seen = plot.series.filter((_, index) => !hidden.has(index));
   const all = seen.length ? seen : plot.series;

@@ -134,9 +134,9 @@ class _Watch:
     def make(self) -> Runner:
         """Build."""
         runner = self._build()
-        self._built = time.perf_counter()
+        self._built = time.process_time()
         return runner
 
     def seconds(self) -> float:
         """Time since it was built [s]; 0 if it was not."""
-        return 0.0 if self._built is None else time.perf_counter() - self._built
+        return 0.0 if self._built is None else time.process_time() - self._built
