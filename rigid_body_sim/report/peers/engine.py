@@ -16,7 +16,8 @@ from rigid_body_sim.report.entry import Entry, Runner
 from rigid_body_sim.report.peers.task import Task
 from rigid_body_sim.report.problem import THROUGHPUT, Problem
 
-SLOW = 1.0  # [s] a run beyond this is the last of its sweep: the next is finer and takes longer
+SLOW = 0.3  # [s] a run beyond this is the last of its sweep: the next is finer and takes longer
+SLOW_FINER = 1.0  # [s] the same for the most accurate way of an engine
 TOLERANCES = tuple(float(f'1e-{digits:02}') for digits in range(2, 14, 2))
 
 
@@ -78,7 +79,7 @@ class Engine:
                     return
                 watch = _Watch(partial(_build, problem, way, bodies, setting))
                 yield self._entry(problem, way, bodies, setting, watch.make)
-                if watch.seconds() > SLOW:
+                if watch.seconds() > (SLOW_FINER if way.finer else SLOW):
                     return
 
     def _entry(
