@@ -3,6 +3,7 @@
 ROOT := $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))
 PYTHON := $(ROOT)/.venv/bin/python
 PYTEST_ARGS ?=
+REPORT_ARGS ?=
 
 # The package is run from this tree. A foreign PYTHONPATH counts only where a ROS 2 is sourced.
 export PYTHONPATH := $(ROOT)$(if $(ROS_DISTRO),:$(PYTHONPATH))
@@ -20,7 +21,7 @@ export ROS_DOMAIN_ID := $(shell echo $$((1 + $$$$ % 100)))
 # Plugins of a sourced ROS belong to another pytest.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
 
-.PHONY: help venv demo test test-stability lint bench clean
+.PHONY: help venv demo test test-stability lint bench bench-accept bench-all report report-peers clean
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(ROOT)/Makefile
 
@@ -39,7 +40,22 @@ test-stability: venv  ## the hard cases in full: 1e7 ticks, 1e4 s, every method;
 lint: venv  ## ruff and pyright
 	@cd $(ROOT) && .venv/bin/ruff check && .venv/bin/ruff format --check && .venv/bin/pyright
 
-bench: venv  ## the figures that tests must not judge: costs, real-time behaviour
+report: venv  ## speed against error of every method: report_output/report.html, two minutes
+	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report -o report_output $(REPORT_ARGS)
+
+report-peers: venv  ## the same beside MuJoCo, Drake, DART, Pinocchio and Rapier: installs them, 1 GB
+	@cd $(ROOT) && sed -n 's/^\([a-z].*\)/\1/p' benchmark/peers.txt | while read -r peer; do \
+		$(PYTHON) -m pip install --quiet --disable-pip-version-check -c requirements/runtime.txt "$$peer" || \
+		echo "$$peer could not be installed: the report goes on without it"; done
+	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report --peers -o report_output $(REPORT_ARGS)
+
+bench: venv  ## has anything become slower? Compares with benchmark/figures.json
+	@cd $(ROOT) && $(PYTHON) benchmark/guard.py
+
+bench-accept: venv  ## take what is measured now for benchmark/figures.json
+	@cd $(ROOT) && $(PYTHON) benchmark/guard.py --accept
+
+bench-all: venv  ## the figures that tests must not judge: costs, start-up, real-time behaviour
 	@cd $(ROOT) && $(PYTHON) benchmark/run.py
 
 clean:  ## remove .venv and everything built

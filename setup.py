@@ -14,7 +14,7 @@ from setuptools import find_packages, setup
 
 NAME = 'rigid_body_sim'
 HERE = Path(__file__).parent
-VERBS = ('bag', 'inverse', 'replay', 'sim_node', 'simulate', 'view', 'wrench_pub')
+VERBS = ('bag', 'inverse', 'replay', 'report', 'sim_node', 'simulate', 'view', 'wrench_pub')
 
 
 def config_files() -> list[tuple[str, list[str]]]:
@@ -42,7 +42,7 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.10',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={f'{NAME}.view': ['*.html']},
+    package_data={f'{NAME}.view': ['*.html'], f'{NAME}.report': ['assets/*']},
     install_requires=[
         'setuptools',
         'matplotlib',
@@ -55,6 +55,7 @@ setup(
     ],
     extras_require={
         'fast': ['numba'],
+        'peers': ['mujoco', 'drake', 'dartpy', 'pin', 'rapier3d'],
         'test': ['hypothesis', 'mcap-ros2-support', 'mpmath', 'psutil', 'pytest', 'rosbags'],
     },
     data_files=[

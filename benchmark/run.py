@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-`make bench`: every figure that a test must not judge: step costs, start-up, real-time behaviour of
-the node.
+`make bench-all`: every figure that a test must not judge: step costs, start-up, real-time
+behaviour of the node.
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ VERBS = {
     'replay': 're-run a bag from its own scene and commands and compare bit by bit',
     'bag': 'look after recordings: info, check, recover, diff',
     'view': 'draw a run: trajectories, speeds, energy, drift (PNG)',
+    'report': 'speed against error of every method: tables, plots, one HTML page',
     'inverse': 'from positions to velocities, accelerations and the wrench that explains them',
     'wrench_pub': 'publish commands to a body, or those of a bag',
 }
@@ -134,6 +135,11 @@ def bag() -> int:
 def view() -> int:
     """Entry point of the executable `view`."""
     return run_verb('view', sys.argv[1:])
+
+
+def report() -> int:
+    """Entry point of the executable `report`."""
+    return run_verb('report', sys.argv[1:])
 
 
 def inverse() -> int:

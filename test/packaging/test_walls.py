@@ -19,11 +19,22 @@ MODULES = sorted((ROOT / NAME).rglob('*.py'))
 HEADER = ['# Copyright 2026 rigid_body_sim maintainers', '# SPDX-License-Identifier: Apache-2.0']
 LONGEST = 400  # [lines] a longer module is a room that wants splitting
 NUMERIC = {'numpy', 'scipy'}
+PEERS = {
+    'dartpy',
+    'mujoco',
+    'pinocchio',
+    'pydrake',
+    'rapier3d',
+}  # each in its file of report/peers
 WALLS = {  # room -> what it may import besides the standard library and itself
     'physics': NUMERIC | {'numba'},
     'exact': NUMERIC,
     'recording': {'numpy', 'mcap', 'yaml', 'lz4', 'zstandard', f'{NAME}.errors'},
     'scene': {'numpy', 'yaml', 'trimesh', f'{NAME}.physics', f'{NAME}.errors'},
+    'report': NUMERIC
+    | {'matplotlib', 'yaml', f'{NAME}.__version__', f'{NAME}.errors'}
+    | {f'{NAME}.physics', f'{NAME}.exact', f'{NAME}.scene'}
+    | PEERS,
     'errors': set(),
 }
 SPEAK_ROS = {'ros', 'verbs.sim_node', 'verbs.wrench_pub'}
@@ -88,6 +99,19 @@ def test_only_the_ros_room_and_its_two_verbs_know_ros(path):
         assert not {name for name in imports(path) if within(name, {f'{NAME}.ros'})}, (
             f'{path} imports the ROS room'
         )
+
+
+@pytest.mark.parametrize('path', MODULES, ids=room_of)
+def test_nothing_leans_on_the_report_but_its_verb(path):
+    room = room_of(path)
+    if not within(room, {'report', 'verbs.report'}):
+        assert not {name for name in imports(path) if within(name, {f'{NAME}.report'})}, path
+
+
+@pytest.mark.parametrize('path', MODULES, ids=room_of)
+def test_peers_are_imported_in_their_files_alone(path):
+    if not within(room_of(path), {'report.peers'}):
+        assert not {name for name in imports(path) if within(name, PEERS)}, path
 
 
 @pytest.mark.parametrize('path', MODULES, ids=room_of)

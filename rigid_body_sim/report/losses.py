@@ -1,0 +1,84 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Where ours is not the cheaper one, or not by as much as is aimed at: said before anything else.
+
+Aimed at: 30 times less cost than the best peer at 1e-4, 100 times at 1e-8 and beyond, by methods
+for any forces; closed forms count for themselves.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rigid_body_sim.report.problem import THROUGHPUT
+from rigid_body_sim.report.tables import ratio, time_text
+
+Row = Mapping[str, Any]
+
+GOALS = ((1e-4, 30.0), (1e-8, 100.0), (1e-10, 100.0))  # error -> ratio aimed at
+
+
+def losses(report: Row) -> list[str]:
+    """Say where a peer is cheaper, or reaches an error that ours does not."""
+    said = []
+    for problem in report['problems']:
+        rows = [row for row in problem.get('at_equal_error') or [] if row['peer']]
+        said += _grouped(problem, [row for row in rows if row['ours'] is None], _unreached)
+        cheaper = [row for row in rows if row['ratio'] is not None and row['ratio'] < 1.0]
+        said += _grouped(problem, cheaper, _dearer)
+        if problem['kind'] == THROUGHPUT:
+            said += _slower_steps(problem)
+    return said
+
+
+def missed_goals(report: Row) -> list[str]:
+    """Say where ours is cheaper, but by less than is aimed at."""
+    said = []
+    for problem in report['problems']:
+        for row in problem.get('at_equal_error') or []:
+            goal = dict(GOALS).get(row['error'])
+            if goal and row['ratio'] is not None and 1.0 <= row['ratio'] < goal:
+                said += _grouped(problem, [row], _short_of_goal)
+    return said
+
+
+def _grouped(problem: Row, rows: Sequence[Row], say: Callable[[Row], str]) -> list[str]:
+    """Say the same of neighbouring errors in one line."""
+    lines = []
+    for what, group in itertools.groupby(rows, say):
+        errors = [f'{row["error"]:.0e}' for row in group]
+        span = errors[0] if len(errors) == 1 else f'{errors[0]} to {errors[-1]}'
+        lines.append(f'{problem["title"]}, {span} {problem["error_unit"]}: {what}.')
+    return lines
+
+
+def _unreached(row: Row) -> str:
+    peer, closed = row['peer'], row['closed_form']
+    beside = f' (the closed form {closed["method"]} does)' if closed else ''
+    return f'none of our methods gets there, {peer["engine"]} {peer["method"]} does{beside}'
+
+
+def _dearer(row: Row) -> str:
+    peer, ours = row['peer'], row['ours']
+    return (
+        f'{peer["engine"]} {peer["method"]} ({peer["setting"]}) costs {time_text(peer["cost"])} '
+        f'per simulated second, our {ours["method"]} ({ours["setting"]}) '
+        f'{time_text(ours["cost"])}'
+    )
+
+
+def _short_of_goal(row: Row) -> str:
+    form, goal = row['ratio_closed_form'], dict(GOALS)[row['error']]
+    beside = f'; by a closed form {ratio(form).text}' if form else ''
+    return f'{ratio(row["ratio"]).text} times cheaper, aimed at {goal:.0f}{beside}'
+
+
+def _slower_steps(problem: Row) -> list[str]:
+    return [
+        f'{problem["title"]}, {row["bodies"]} bodies: {row["peer"]["engine"]} steps faster.'
+        for row in problem.get('at_equal_bodies') or []
+        if row['ratio'] is not None and row['ratio'] < 1.0
+    ]

@@ -1,0 +1,86 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A report as Markdown, with its pictures beside it: what `docs/speed_against_error.md` is made of.
+
+Losses come first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rigid_body_sim.report.losses import losses, missed_goals
+from rigid_body_sim.report.problem import THROUGHPUT
+from rigid_body_sim.report.series import series_of
+from rigid_body_sim.report.tables import as_markdown, ratios, summary
+
+FILE = 'report.md'
+Row = Mapping[str, Any]
+
+
+def write(report: Row, folder: Path) -> Path:
+    """Write `report.md`; a reader never meets a half-written one."""
+    path = folder / FILE
+    part = path.with_name(f'{path.name}.part')
+    part.write_text(markdown(report), encoding='utf-8')
+    part.replace(path)
+    return path
+
+
+def markdown(report: Row) -> str:
+    """Make the text; pictures are named as `report.pictures` writes them."""
+    parts = ['# Speed against error', _made(report['made'])]
+    table = summary(report)
+    if table is not None:
+        parts += _list('Where ours loses', losses(report))
+        parts += _list('Where it falls short of the goal', missed_goals(report))
+        parts += [
+            '## How many times cheaper than the best peer',
+            'Cost of the cheapest peer point over that of our cheapest, both at least as accurate '
+            'as the error at the head; behind a slash, by a method that is the closed form of the '
+            'problem.',
+            as_markdown(table),
+        ]
+    for problem in report['problems']:
+        parts += _problem(problem)
+    if report['absent']:
+        lines = [f'{each["engine"]}: {each["reason"]}.' for each in report['absent']]
+        parts += _list('Engines that were not there', lines)
+    return '\n\n'.join(parts) + '\n'
+
+
+def _made(made: Row) -> str:
+    versions = ', '.join(f'{name} {version}' for name, version in made['versions'].items())
+    return (
+        'What each method costs and how wrong it is, on problems whose exact answers are known. '
+        'Costs are processor time on one thread for a simulated second, the stepping alone, all '
+        f'methods taking turns; medians of {made["repetitions"]}.\n\n'
+        f'Made {made["date"]} on {made["machine"]}, {made["cpu"]}, {made["cores"]} cores, load '
+        f'{made.get("load", "unknown")} at the start; {versions}; seed {made["seed"]}'
+        f'{"; quick" if made["quick"] else ""}.\n\n'
+        'To make it again: `make report`, with other engines `make report-peers`.'
+    )
+
+
+def _list(title: str, lines: Sequence[str]) -> list[str]:
+    return [f'## {title}', '\n'.join(f'- {line}' for line in lines) or 'Nowhere.']
+
+
+def _problem(problem: Row) -> list[str]:
+    parts = [
+        f'## {problem["title"]}',
+        f'{problem["description"]} {problem["shows"]} Exact answer: {problem["reference"]}.',
+        f'**{problem["verdict"]}**',
+    ]
+    if problem.get('recommendation'):
+        parts.append(f'**{problem["recommendation"]}**')
+    if series_of(problem):
+        parts.append(f'![{problem["title"]}]({problem["name"]}.png)')
+    table = ratios(problem)
+    if table is not None:
+        same = 'numbers of bodies' if problem['kind'] == THROUGHPUT else 'errors'
+        parts += [f'At equal {same}:', as_markdown(table)]
+    return parts

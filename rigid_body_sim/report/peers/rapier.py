@@ -1,0 +1,139 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Rapier: a Python loop over `PhysicsWorld.step()`, in single precision: its package has no other.
+
+Gyroscopic forces are on, sleeping is off, and the limit on fast rotation is lifted. A spring is
+applied from Python before each step, which is more accurate than its spring joint; a pivot is a
+spherical joint.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.report.peers.engine import Way
+from rigid_body_sim.report.peers.task import End, Task
+
+ENGINE = 'Rapier'
+PACKAGE = 'rapier3d'
+PRECISION = 'f32'
+
+
+def load() -> tuple[str, tuple[Way, ...]]:
+    """Its version; one substep in a step, and the default of four."""
+    import rapier3d
+
+    return rapier3d.__version__, (
+        Way('1 substep', partial(Run, rapier3d, 1), evaluations=1, most_bodies=1000),
+        Way('4 substeps', partial(Run, rapier3d, 4), evaluations=1, most_bodies=1000),
+    )
+
+
+class Run:
+    """A run of Rapier."""
+
+    def __init__(self, rapier: Any, substeps: int, task: Task, dt: float) -> None:
+        self.rapier, self.task, self.dt, self.substeps = rapier, task, dt, substeps
+        self.steps = round(task.duration / dt)
+        self.fresh()
+
+    def fresh(self) -> None:
+        """Build the world anew: its handles and caches have no way back."""
+        task = self.task
+        self.world = self.rapier.PhysicsWorld(gravity=tuple(task.gravity))
+        self.world.integration_parameters.dt = self.dt
+        self.world.integration_parameters.num_solver_iterations = self.substeps
+        self.handles = [self._add(index) for index in range(len(task.bodies))]
+        if task.pivot is not None:
+            ground = self.rapier.RigidBodyBuilder(self.rapier.RigidBodyType.FIXED)
+            anchor = self.world.add_body(ground.translation(tuple(task.pivot)))
+            joint = self.rapier.SphericalJointBuilder()
+            joint = joint.local_anchor1((0.0, 0.0, 0.0)).local_anchor2((0.0, 0.0, 0.0))
+            self.world.impulse_joints.insert(anchor, self.handles[0], joint.build())
+
+    def _add(self, index: int) -> Any:
+        task, body = self.task, self.task.bodies[index]
+        rapier, start = self.rapier, body.initial
+        q = np.asarray(start.orientation)
+        arm = so3.rotate(q, np.asarray(task.arm))
+        place = start.position if task.pivot is None else task.pivot
+        velocity = np.asarray(start.velocity)
+        if task.pivot is not None:
+            velocity = np.cross(start.angular_velocity, arm)
+        moments, frame = (np.ones(3), np.eye(3))
+        if body.inertia is not None:
+            moments, frame = np.linalg.eigh(body.inertia)
+            frame *= np.sign(np.linalg.det(frame))
+        mass = rapier.MassProperties(
+            local_com=tuple(task.arm),
+            mass=body.mass,
+            principal_inertia=tuple(moments),
+            principal_inertia_local_frame=_turn(rapier, so3.quaternion_from_matrix(frame)),
+        )
+        builder = (
+            rapier.RigidBodyBuilder(rapier.RigidBodyType.DYNAMIC)
+            .position(rapier.Isometry3(tuple(place), _turn(rapier, q)))
+            .linvel(tuple(velocity))
+            .angvel(tuple(start.angular_velocity))
+            .linear_damping(0.0 if task.stiffness else task.damping / body.mass)
+            .additional_mass_properties(mass)
+            .gyroscopic_forces(True)
+            .allow_fast_rotation(True)
+            .can_sleep(False)
+        )
+        return self.world.add_body(builder)
+
+    def advance(self) -> None:
+        """Step after step; a spring is the caller's."""
+        step, task = self.world.step, self.task
+        if not task.stiffness:
+            for _ in range(self.steps):
+                step()
+            return
+        body = self.world.rigid_bodies[self.handles[0]]
+        stiffness, damping, (ax, ay, az) = task.stiffness, task.damping, task.anchor
+        for _ in range(self.steps):
+            at, rate = body.translation, body.linvel
+            body.reset_forces()
+            body.add_force(
+                (
+                    stiffness * (ax - at.x) - damping * rate.x,
+                    stiffness * (ay - at.y) - damping * rate.y,
+                    stiffness * (az - at.z) - damping * rate.z,
+                )
+            )
+            step()
+
+    def final(self) -> End:
+        """Read translations, rotations and velocities."""
+        task = self.task
+        bodies = [self.world.rigid_bodies[handle] for handle in self.handles]
+        position = np.array([_vector(body.translation) for body in bodies])
+        velocity = np.array([_vector(body.linvel) for body in bodies])
+        if task.is_point:
+            return End.of_points(position, velocity)
+        q = np.array([_xyzw(body.rotation) for body in bodies])
+        q /= np.linalg.norm(q, axis=1)[:, None]
+        spin = np.array([_vector(body.angvel) for body in bodies])
+        if task.pivot is not None:
+            return End.of_pivoted(task, q[0], spin[0])
+        return End(position, q, velocity, spin)
+
+
+def _turn(rapier: Any, q: Any) -> Any:
+    """From xyzw."""
+    x, y, z, w = (float(part) for part in q)
+    return rapier.Rotation3.from_quaternion(w, x, y, z)
+
+
+def _xyzw(rotation: Any) -> tuple[float, ...]:
+    return rotation.i, rotation.j, rotation.k, rotation.w
+
+
+def _vector(vector: Any) -> tuple[float, ...]:
+    return vector.x, vector.y, vector.z

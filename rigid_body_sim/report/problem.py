@@ -1,0 +1,164 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A problem: a scene, how long it runs, and how far its end is from the exact one.
+
+Errors are taken at the end of the run from a closed form, or from a Taylor series in 34 digits;
+never from an engine, this one or another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigid_body_sim.exact.attitude import angle_between
+from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.scene import load_scene
+
+Array = NDArray[np.float64]
+
+WORK_PRECISION, THROUGHPUT = 'work_precision', 'throughput'
+SEED = 1  # of whatever a problem draws at random
+
+
+class Final(Protocol):
+    """
+    The bodies at the end of a run, scene order; `Simulation.state` is one.
+
+    position, velocity : (n, 3) [m], [m/s]  of the centre of mass, world
+    orientation        : (n, 4) [-]         xyzw, body to world
+    angular_velocity   : (n, 3) [rad/s]     world
+    """
+
+    @property
+    def position(self) -> Array: ...
+    @property
+    def orientation(self) -> Array: ...
+    @property
+    def velocity(self) -> Array: ...
+    @property
+    def angular_velocity(self) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Problem:
+    """
+    One problem with an exact answer.
+
+    title        : a few words, for a heading
+    description  : what moves, in one sentence, with its numbers
+    shows        : what the problem tells methods apart by, in one sentence
+    document     : the scene as a mapping, or read; its dt does not count
+    duration     : [s]
+    error        : end of a run -> error, in `error_unit`
+    instants     : at how many instants ours is compared, evenly spaced, the end included
+    error_on_way : (instant from 0, state) -> error, where there are several
+    reference    : where the exact end comes from
+    useless      : error from which on a result says nothing; such points are "not accurate"
+    integrators  : methods that suit, measured by default: see `report.method`
+    steps        : dt [s], coarse to fine; every one divides the duration
+    steps_of     : the same for methods that bear longer ones, or need others
+    tick         : [s] tick of the methods that control their error
+    longest_tick : [s] shorter steps are substeps of such a tick; 0: every step is a tick
+    closed_form  : methods whose step is the closed form of this very motion: stated apart
+    kind         : WORK_PRECISION, or THROUGHPUT: many bodies, one step
+    bodies       : how many bodies; more than one value for THROUGHPUT alone
+    spread       : (scene of one body, count) -> scene of so many
+    enough       : a sweep ends at an error below this
+    most_steps   : a sweep ends before a run of more steps than this
+    """
+
+    name: str
+    title: str
+    description: str
+    shows: str
+    document: Mapping[str, Any] | Scene
+    duration: float
+    error: Callable[[Final], float]
+    error_unit: str
+    reference: str
+    useless: float
+    integrators: tuple[str, ...]
+    steps: tuple[float, ...]
+    tick: float
+    longest_tick: float = 0.0
+    steps_of: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    closed_form: tuple[str, ...] = ()
+    kind: str = WORK_PRECISION
+    bodies: tuple[int, ...] = (1,)
+    spread: Callable[[Scene, int], Scene] | None = None
+    enough: float = 0.0
+    instants: int = 1
+    error_on_way: Callable[[int, Final], float] | None = None
+    most_steps: int = 100_000
+
+    def steps_for(self, method: str) -> tuple[float, ...]:
+        """Give the steps [s] of one method, coarse to fine."""
+        return self.steps_of.get(method, self.steps)
+
+    def tick_of(self, step: float) -> tuple[float, int]:
+        """Give the tick [s] and the number of substeps that make steps of such a length [s]."""
+        if not self.longest_tick or step >= self.longest_tick:
+            return step, 1
+        return self.longest_tick, round(self.longest_tick / step)
+
+    def scene(self, bodies: int = 1) -> Scene:
+        """Read the scene, for so many bodies."""
+        document = self.document
+        scene = document if isinstance(document, Scene) else load_scene(document)
+        return scene if self.spread is None else self.spread(scene, bodies)
+
+
+def scene_document(
+    name: str,
+    bodies: Sequence[Mapping[str, Any]],
+    *,
+    forces: Sequence[Mapping[str, Any]] = (),
+    gravity: Sequence[float] = (0.0, 0.0, 0.0),
+) -> dict[str, Any]:
+    """Write a scene as a mapping; dt is set by whoever runs it."""
+    return {
+        'version': 1,
+        'name': name,
+        'dt': 0.001,
+        'gravity': list(gravity),
+        'bodies': list(bodies),
+        'forces': list(forces),
+    }
+
+
+def principal(moments: Sequence[float]) -> dict[str, float]:
+    """Inertia with principal axes along the axes of the body, as a scene writes it."""
+    return dict(zip(('ixx', 'iyy', 'izz'), map(float, moments), strict=True))
+
+
+def attitude_error(exact: ArrayLike) -> Callable[[Final], float]:
+    """
+    Largest angle [rad] between attitudes and the exact ones.
+
+    exact : (n, 4) or (4,) xyzw
+    """
+    true = np.atleast_2d(np.asarray(exact, dtype=float))
+    return lambda final: float(np.max(angle_between(final.orientation, true)))
+
+
+def position_error(exact: ArrayLike) -> Callable[[Final], float]:
+    """
+    Largest distance [m] from the exact positions.
+
+    exact : (n, 3) or (3,)
+    """
+    true = np.atleast_2d(np.asarray(exact, dtype=float))
+    return lambda final: float(np.max(np.linalg.norm(final.position - true, axis=1)))
+
+
+def ladder(coarsest: float, finest: float) -> tuple[float, ...]:
+    """Steps 1, 0.5, 0.2, 0.1, … times a power of ten [s], coarse to fine, both ends included."""
+    exponents = range(int(np.floor(np.log10(coarsest))), int(np.floor(np.log10(finest))) - 1, -1)
+    steps = [float(f'{digit}e{exponent}') for exponent in exponents for digit in (5, 2, 1)]
+    return tuple(step for step in steps if finest <= step * (1 + 1e-9) and step <= coarsest)

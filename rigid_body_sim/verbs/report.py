@@ -1,0 +1,236 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+`report -o DIR`: speed against error of every method on problems with exact answers.
+
+Writes report.json and report.csv, pictures, and report.html, one page that needs nothing else.
+With --scene the same for a scene of your own: which integrator, which step?
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.report import own_scene, results
+from rigid_body_sim.report.entry import Peer
+from rigid_body_sim.report.machine import made
+from rigid_body_sim.report.measure import QUICK_REPETITIONS, REPETITIONS, measure
+from rigid_body_sim.report.method import method
+from rigid_body_sim.report.names import chosen
+from rigid_body_sim.report.point import Point
+from rigid_body_sim.report.problem import SEED, Problem
+from rigid_body_sim.report.problems import PROBLEMS
+from rigid_body_sim.report.publish import publish
+from rigid_body_sim.scene import load_scene
+from rigid_body_sim.shipped_scenes import find_scene
+
+SUMMARY = 'speed against error: tables, plots, one HTML page'
+ALL = 'all'
+DURATION, TOLERANCE = 10.0, 1e-6  # [s], [m or rad] of --scene
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command line."""
+    parser.add_argument(
+        '-o', '--output', type=Path, required=True, metavar='DIR', help='folder to write into'
+    )
+    parser.add_argument(
+        '--problems', nargs='+', metavar='NAME', help=f'of: {", ".join(PROBLEMS)}; default: all'
+    )
+    parser.add_argument(
+        '--integrators',
+        nargs='+',
+        metavar='NAME',
+        help='with options: blanes_moan4:drift=exact; default: those that suit each problem; '
+        f'{ALL}: every one, references too',
+    )
+    parser.add_argument(
+        '--peers',
+        nargs='*',
+        metavar='NAME',
+        help='other engines beside ours, each in turn with it; without a name all that are '
+        'installed',
+    )
+    parser.add_argument(
+        '--scene',
+        metavar='SCENE',
+        help='in place of the problems: which integrator and which dt for this scene? A file '
+        '(YAML), or the name of a shipped scene',
+    )
+    parser.add_argument(
+        '--duration',
+        type=float,
+        metavar='S',
+        help=f'with --scene: simulated time [s], default {DURATION:g}',
+    )
+    parser.add_argument(
+        '--tolerance',
+        type=float,
+        metavar='E',
+        help=f'with --scene: error allowed at the end [m or rad], default {TOLERANCE:g}',
+    )
+    parser.add_argument(
+        '--quick', action='store_true', help='short runs, few bodies, three repetitions'
+    )
+    parser.add_argument(
+        '--repetitions',
+        type=int,
+        metavar='N',
+        help=f'how often each point is timed, default {REPETITIONS}, with --quick '
+        f'{QUICK_REPETITIONS}',
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure problem after problem; exit code 0, or 1 where it was interrupted."""
+    wanted = _wanted(arguments)
+    about = made(repetitions=wanted.repetitions, quick=wanted.quick, seed=SEED)
+    done: list[dict[str, Any]] = []
+    begin = time.monotonic()
+    try:
+        if arguments.scene:
+            done.append(_own_scene(arguments, wanted))
+            publish(results.report(about, done, wanted.absent), wanted.output)
+        else:
+            for number, name in enumerate(wanted.problems, 1):
+                with _Progress(f'{name} ({number} of {len(wanted.problems)})') as progress:
+                    problem = PROBLEMS[name]
+                    points = _measured(problem, wanted, progress)
+                done.append(results.problem_results(problem, points))
+                publish(results.report(about, done, wanted.absent), wanted.output)
+                print(f'{name}: {done[-1]["verdict"]}', flush=True)
+    except KeyboardInterrupt:
+        about['interrupted'] = True
+        publish(results.report(about, done, wanted.absent), wanted.output)
+        print(
+            f'rigid_body_sim report: interrupted; {len(done)} of {len(wanted.problems)} problems '
+            f'are in {wanted.output}',
+            file=sys.stderr,
+        )
+        return 1
+    print(f'measured in {time.monotonic() - begin:.0f} s: {wanted.output}')
+    return 0
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """The checked command line; without methods each problem has its own."""
+
+    output: Path
+    problems: list[str]
+    methods: list[str]
+    repetitions: int
+    quick: bool
+    peers: list[Peer]
+    absent: list[dict[str, str]]
+
+
+def _wanted(arguments: argparse.Namespace) -> _Wanted:
+    """Check the command line."""
+    for other in ('problems', 'peers'):
+        if arguments.scene and getattr(arguments, other) is not None:
+            raise UserError(f'--scene and --{other}: give one of them')
+    for name in ('duration', 'tolerance'):
+        value = getattr(arguments, name)
+        if value is not None and not arguments.scene:
+            raise UserError(f'--{name} goes with --scene: problems have theirs')
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise UserError(f'--{name} {value:g}; allowed: a positive number')
+    repetitions = arguments.repetitions
+    if repetitions is None:
+        repetitions = QUICK_REPETITIONS if arguments.quick else REPETITIONS
+    if repetitions < 1:
+        raise UserError(f'--repetitions {repetitions}; allowed: 1 or more')
+    if arguments.output.exists() and not arguments.output.is_dir():
+        raise UserError(f'{arguments.output}: is a file; -o names the folder to write into')
+    peers, absent = _peers(arguments.peers)
+    return _Wanted(
+        arguments.output,
+        chosen(arguments.problems, PROBLEMS, option='--problems', what='problem'),
+        _methods(arguments.integrators),
+        repetitions,
+        arguments.quick,
+        peers,
+        absent,
+    )
+
+
+def _peers(given: Sequence[str] | None) -> tuple[list[Peer], list[dict[str, str]]]:
+    """Load other engines; none unless asked for. Those that are absent, with a reason each."""
+    if given is None:
+        return [], []
+    from rigid_body_sim.report import peers
+
+    found, absent = peers.find(chosen(given, peers.names(), option='--peers', what='engine'))
+    return list(found), [{'engine': each.engine, 'reason': each.reason} for each in absent]
+
+
+def _methods(given: Sequence[str] | None) -> list[str]:
+    """Methods given; those of all integrators for `all`; none for the choice of each problem."""
+    if given is None:
+        return []
+    if ALL in given:
+        return list(INTEGRATORS)
+    return [method(text).text for text in dict.fromkeys(given)]
+
+
+def _measured(problem: Problem, wanted: _Wanted, progress: _Progress) -> list[Point]:
+    return measure(
+        problem,
+        wanted.methods or problem.integrators,
+        peers=wanted.peers,
+        repetitions=wanted.repetitions,
+        quick=wanted.quick,
+        progress=progress.show,
+    )
+
+
+def _own_scene(arguments: argparse.Namespace, wanted: _Wanted) -> dict[str, Any]:
+    """Measure a scene of the user's; print the table and the recommendation."""
+    scene = load_scene(find_scene(arguments.scene))
+    duration = own_scene.whole_duration(scene, arguments.duration or DURATION)
+    tolerance = arguments.tolerance or TOLERANCE
+    with _Progress(scene.name) as progress:
+        against = own_scene.reference(scene, duration, progress.show)
+        problem = own_scene.problem_of(scene, duration, against, tolerance=tolerance)
+        points = _measured(problem, wanted, progress)
+    found = results.problem_results(problem, points)
+    found['reference_error'] = against.error
+    found['recommendation'] = own_scene.recommendation(
+        points, problem, tolerance=tolerance, against=against
+    )
+    print(own_scene.table(points))
+    print(f'reference: {problem.reference}')
+    print(f'recommended for {scene.name}: {found["recommendation"]}')
+    return found
+
+
+class _Progress:
+    """One line on a terminal that says what is measured, and goes away."""
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._bar = tqdm(
+            total=0, bar_format='{desc}', disable=not sys.stderr.isatty(), leave=False
+        )
+
+    def show(self, text: str) -> None:
+        """Replace the line."""
+        self._bar.set_description_str(f'{self._title}: {text}')
+
+    def __enter__(self) -> _Progress:
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        self._bar.close()

@@ -1,0 +1,98 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The problems of the report: their exact ends, and that their scenes move towards them."""
+
+import numpy as np
+import pytest
+
+from rigid_body_sim import Simulation
+from rigid_body_sim.exact import free_asymmetric_top, free_symmetric_top, quadratic_flow
+from rigid_body_sim.exact.attitude import angle_between
+from rigid_body_sim.report.problem import THROUGHPUT, ladder
+from rigid_body_sim.report.problems import PROBLEMS, needle, torque_free_top
+
+PROMISED = {
+    'torque_free_top',
+    'needle',
+    'heavy_top',
+    'projectile',
+    'oscillator',
+    'stiff_oscillator',
+    'damped_fall',
+    'throughput',
+}
+# dt [s] at which rk4 is far from its limits: what it errs by there, from its order
+FINE = {
+    'torque_free_top': (0.01, 1e-8),
+    'needle': (0.0005, 1e-3),
+    'heavy_top': (0.002, 1e-5),
+    'projectile': (1.0, 1e-12),
+    'oscillator': (0.005, 1e-4),
+    'stiff_oscillator': (0.00005, 1e-12),
+    'damped_fall': (0.01, 1e-8),
+    'orientation_torque': (0.01, 1e-6),
+    'throughput': (0.001, 1e-12),
+}
+
+
+def test_the_promised_problems_are_found():
+    assert set(PROBLEMS) >= PROMISED
+
+
+@pytest.mark.parametrize('name', PROBLEMS)
+def test_scene_and_exact_end_are_the_same_motion(name):
+    problem = PROBLEMS[name]
+    dt, bound = FINE[name]
+    bodies = 10 if problem.kind == THROUGHPUT else 1
+    simulation = Simulation(problem.scene(bodies), integrator='rk4', dt=dt)
+    start = problem.error(simulation.state)
+    simulation.step(round(problem.duration / dt))
+    assert problem.error(simulation.state) < bound
+    # before it has moved it is far from there, but for a point after whole periods
+    assert start > 100 * bound or name == 'oscillator'
+
+
+@pytest.mark.parametrize('name', PROBLEMS)
+def test_every_step_of_a_sweep_divides_the_duration(name):
+    problem = PROBLEMS[name]
+    for method in problem.integrators:
+        for step in problem.steps_for(method):
+            ticks = problem.duration / step
+            assert round(ticks) >= 1
+            assert abs(ticks - round(ticks)) < 1e-9 * ticks  # rounding of the division
+
+
+def test_jacobis_solution_of_the_flips_is_right_to_1e_14():
+    inertia, rate = torque_free_top.MOMENTS, torque_free_top.RATE
+    terms = [*quadratic_flow.euler_terms(inertia), *quadratic_flow.rotation_terms(1, 4)]
+    start = [*rate, 0.0, 0.0, 0.0, 1.0]
+    series = quadratic_flow.solution(terms, start, [torque_free_top.DURATION], step=0.25)
+    closed = free_asymmetric_top.rotation(
+        torque_free_top.DURATION, inertia=inertia, angular_velocity_body=rate
+    )
+    assert angle_between(closed.orientation, series[0, 3:7]) < 1e-14  # measured 9e-15: round-off
+
+
+def test_the_end_of_the_needle_is_that_of_a_symmetric_top():
+    axial, across, _ = needle.MOMENTS
+    # the symmetric top has its axis along z: x -> z, y -> x, z -> y
+    rate = np.roll(needle.RATE, -1)
+    closed = free_symmetric_top.rotation(
+        needle.DURATION,
+        inertia_across=across,
+        inertia_axial=axial,
+        angular_velocity_body=rate,
+    )
+    x, y, z, w = closed.orientation
+    # 1000 rad in double precision: 1e-13 rad each
+    assert PROBLEMS['needle'].error(_End(np.array([[z, x, y, w]]))) < 1e-12
+
+
+class _End:
+    def __init__(self, orientation):
+        self.orientation = orientation
+
+
+def test_a_ladder_has_both_ends_and_nothing_beyond():
+    assert ladder(0.5, 0.05) == (0.5, 0.2, 0.1, 0.05)
+    assert ladder(0.2, 0.02) == (0.2, 0.1, 0.05, 0.02)
