@@ -54,7 +54,16 @@ setup(
     ],
     extras_require={
         'fast': ['numba'],
-        'test': ['hypothesis', 'mcap-ros2-support', 'mpmath', 'psutil', 'pytest', 'rosbags'],
+        'test': [
+            'hypothesis',
+            'mcap-ros2-support',
+            'mpmath',
+            'psutil',
+            'pytest',
+            'rosbags',
+            'yourdfpy',
+        ],
+        'urdf': ['lxml', 'yourdfpy'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),

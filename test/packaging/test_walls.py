@@ -23,7 +23,7 @@ WALLS = {  # room -> what it may import besides the standard library and itself
     'physics': NUMERIC | {'numba'},
     'exact': NUMERIC,
     'recording': {'numpy', 'mcap', 'yaml', 'lz4', 'zstandard', f'{NAME}.errors'},
-    'scene': {'numpy', 'yaml', 'trimesh', f'{NAME}.physics', f'{NAME}.errors'},
+    'scene': {'numpy', 'yaml', 'trimesh', 'lxml', 'yourdfpy', f'{NAME}.physics', f'{NAME}.errors'},
     'errors': set(),
 }
 SPEAK_ROS = {'ros', 'verbs.sim_node', 'verbs.wrench_pub'}
