@@ -125,6 +125,7 @@ class RecordedRun:
             world_frame=manifest['world_frame'],
             command_timeout_ns=int(manifest['command_timeout_ns']),
             publish_every=int(manifest['publish_every']),
+            publish_contacts=json.loads(manifest.get('publish_contacts', 'false')),
         )
         self.last_tick = self._last_tick()
         bodies = [body.name for body in self.scene.bodies]
@@ -194,7 +195,11 @@ class RecordedRun:
             slots=held_from_json(self.bag.manifest['held_at_start']),
         )
         simulation.prepare()
-        return Run(simulation, self.settings)
+        run = Run(simulation, self.settings)
+        if run.contact_packer is not None:
+            touching = json.loads(self.bag.manifest['touching_at_start'])
+            run.contact_packer.touching = frozenset(touching)
+        return run
 
 
 def compare(recorded: RecordedRun, *, output: Path | None, progress: Progress) -> Comparison:
@@ -207,7 +212,7 @@ def compare(recorded: RecordedRun, *, output: Path | None, progress: Progress) -
     count = 0
 
     def replayed() -> Iterator[tuple[str, bytes]]:
-        topics = [topic.name for topic in run.packer.topics]
+        topics = [topic.name for topic in run.topics]
         for batch in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
             for channel, payload in batch.payloads():
                 yield topics[channel - 1], payload
@@ -247,8 +252,7 @@ def _advance(
         if recorder is not None:
             recorder.record(taken, tick=tick)
         progress(run.simulation.tick, last_tick)
-        if taken.batch is not None:
-            yield taken.batch
+        yield from taken.batches
 
 
 def _difference(
