@@ -34,9 +34,9 @@ NO_ENERGY = 'The bag holds no scene,\nor not every body of it:\nmasses are unkno
 
 def picture(motion: RecordedMotion, energy: EnergyHistory | None, *, title: str) -> Figure:
     """Draw the page; `energy` None: the bag does not say what the bodies weigh."""
-    figure = Figure(figsize=SIZE, layout='constrained')
-    figure.suptitle(title, fontsize=13)
     rows = 4 if motion.loads is None else 5
+    figure = Figure(figsize=(SIZE[0], SIZE[1] * rows / 4), layout='constrained')
+    figure.suptitle(title, fontsize=13)
     grid = figure.add_gridspec(rows, 2, width_ratios=(1.05, 1.0))
     names = draw_trajectories(figure, grid[:-1, 0], motion)
     _legend(figure.add_subplot(grid[-1, 0]), names)
@@ -151,8 +151,8 @@ def _drift(axes: Axes, energy: EnergyHistory) -> None:
 
 
 def _loads(axes: Axes, motion: RecordedMotion) -> None:
-    """Draw what touches each body: marks, because it comes and goes."""
-    axes.set_ylabel('contact forces, summed [N]')
+    """Draw the sum over the contacts of each body: marks, because they come and go."""
+    axes.set_ylabel('contact force [N]')
     assert motion.loads is not None
     if not motion.loads:
         _say(axes, NO_CONTACTS)

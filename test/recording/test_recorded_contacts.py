@@ -142,7 +142,7 @@ def test_a_bag_of_another_recorder_has_no_contacts_of_ours(record, tmp_path):
 
 def test_the_picture_draws_what_each_body_carries(record):
     figure, said = drawn_texts(record())
-    assert 'contact forces, summed [N]' in said
+    assert 'contact force [N]' in said
     (axes,) = [axes for axes in figure.axes if 'contact' in axes.get_ylabel()]
     loads = {float(line.get_ydata().max()): len(line.get_xdata()) for line in axes.lines}
     # box: its weight, and at the hit 5 N more, which thinning keeps; ball: the hit, then nothing
