@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.contact.clamp import clamp
 from rigid_body_sim.physics.contact.manifold import POINTS, TINY, put_normal, put_point
 from rigid_body_sim.physics.contact.two_boxes import (
     FREE,
@@ -28,16 +29,6 @@ Array = NDArray[np.float64]
 PARALLEL = 1e-6  # [-] sin^2 of the angle between edges below which they have no common normal
 EDGES, CORNERS_A, CORNERS_B = 10000.0, 20000.0, 30000.0  # features: edge pairs, corners
 BEST_A, BEST_B = FREE, FREE + 3  # nearest points of A and B from the middle of A, axes of A
-
-
-@inline
-def clamp(x: float, limit: float) -> Any:
-    """Return the number nearest to x between -limit and limit."""
-    if x > limit:
-        return limit
-    if x < -limit:
-        return -limit
-    return x
 
 
 @inline

@@ -27,9 +27,7 @@ from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
 
-CORNER = (
-    4  # numbers of a corner: u, v along the side, gap [m], edge that follows [-]
-)
+CORNER = 4  # numbers of a corner: u, v along the side, gap [m], edge that follows [-]
 POLYGON = 9 * CORNER
 FIRST, SECOND = FREE, FREE + POLYGON  # the polygon before and after a cut
 PATCH = SECOND + POLYGON  # the points before the choice of four
