@@ -14,6 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics.contact.collider import Colliders
+from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Body
 from rigid_body_sim.physics.shapes import Box, Cylinder, Mesh, Sphere
 from rigid_body_sim.physics.simulation import Simulation
@@ -181,6 +183,30 @@ def test_it_moves_bit_for_bit_as_the_same_body_written_in_a_scene(tmp_path: Path
         simulation.step(100)
         states.append(simulation.state_bytes())
     assert body.mass == 2.5 and states[0] == states[1]
+
+
+def test_the_collision_shape_lies_where_the_link_says(tmp_path: Path) -> None:
+    origin = '<origin xyz="0.4 -0.1 0.2" rpy="0.3 0.5 -0.8"/>'
+    write(tmp_path, urdf(collision('<box size="1 2 3"/>', origin)))
+    q = Rotation.from_euler('xyz', (0.7, -0.2, 1.9)).as_quat().tolist()
+    body = {'name': 'toy', 'urdf': 'toy.urdf', 'initial': {'position': [3, 4, 5]}}
+    body['initial']['orientation'] = q
+    (tmp_path / 'scene.yaml').write_text(f'dt: 0.001\nbodies: [{body!r}]\n')
+    scene = load_scene(tmp_path / 'scene.yaml')
+    layout = Layout(scene)
+    colliders = Colliders.of(scene, layout)
+    link = Rotation.from_quat(q).as_matrix()
+    turned = link @ Rotation.from_euler('xyz', (0.3, 0.5, -0.8)).as_matrix()
+    place = np.array((3, 4, 5)) + link @ (np.array((0.4, -0.1, 0.2)) - (0.1, 0.2, 0.3))
+    assert colliders.poses[3:] == pytest.approx(turned.ravel(), abs=ROUND_OFF)
+    assert colliders.poses[:3] == pytest.approx(place, abs=1e-14)  # of lengths near 10 m
+    # the same from the state of the core, as every tick does it: R(q) M and r - R c
+    axes = rotation.matrix_from_quaternion(
+        rotation.multiply(scene.bodies[0].initial.orientation, layout.principal[0])
+    )
+    moving = axes @ colliders.mounts[3:].reshape(3, 3)
+    assert moving == pytest.approx(turned, abs=2 * ROUND_OFF)
+    assert (3, 4, 5) - moving @ colliders.mounts[:3] == pytest.approx(place, abs=1e-14)
 
 
 def test_a_fixed_body_needs_no_inertial(tmp_path: Path) -> None:

@@ -18,9 +18,10 @@ do not collide.
     table   : TABLE per collider: type, where its sizes begin, core index of its body (-1: static),
               scene index of its body
     bounds  : BOUNDS per collider, see `bounding_box`
-    mounts  : POSE per collider: centre of mass in shape axes (3), then the rotation from shape
-              axes to principal axes, row by row (9): how the pose of a shape follows from r and q
-              of the core: R = R(q) M, x = r - R c; point masses and static colliders: M = 1
+    mounts  : POSE per collider: centre of mass seen from the origin of the shape, shape axes (3),
+              then the rotation from shape axes to principal axes, row by row (9): how the pose of a
+              shape follows from r and q of the core: R = R(q) M, x = r - R c; point masses and
+              static colliders: M = 1
     poses   : POSE per collider: origin of the shape in the world (3), then R row by row (9), shape
               axes to world; here those at the start
 Lengths in metres.
@@ -104,8 +105,10 @@ class Colliders:
             place = core.get(index, -1)
             table.append((kind, at, place, index))
             bounds.append(_bounds(body, kind))
-            turn = to_principal[place] if 0 <= place < layout.n_rigid else np.eye(3)
-            mounts.append((*body.center_of_mass, *turn.ravel()))
+            turn = np.eye(3)
+            if 0 <= place < layout.n_rigid:
+                turn = to_principal[place] @ _shape_axes(body)
+            mounts.append((*_center_in_shape(body), *turn.ravel()))
             poses.append(_pose(body))
             material = body.material
             materials.append(
@@ -237,9 +240,19 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
 
 
 def _pose(body: Body) -> Array:
-    turn = so3.matrix_from_quaternion(body.initial.orientation)
-    origin = np.asarray(body.initial.position) - turn @ np.asarray(body.center_of_mass)
+    turn = so3.matrix_from_quaternion(body.initial.orientation) @ _shape_axes(body)
+    origin = np.asarray(body.initial.position) - turn @ _center_in_shape(body)
     return np.concatenate((origin, turn.ravel()))
+
+
+def _shape_axes(body: Body) -> Array:
+    """Rotation from shape axes to body axes."""
+    return so3.matrix_from_quaternion(body.shape_orientation)
+
+
+def _center_in_shape(body: Body) -> Array:
+    """Centre of mass seen from the origin of the shape, shape axes [m]."""
+    return np.subtract(body.center_of_mass, body.shape_position) @ _shape_axes(body)
 
 
 @inline
