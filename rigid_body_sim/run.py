@@ -114,6 +114,11 @@ class Run:
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
         self._commanded = bool(simulation.held_slots)
         self._deepest_gap = math.inf
+        if settings.estimate_error and self.has_contact:
+            raise UserError(
+                f'error estimate of the scene {simulation.scene.name!r}: a shadow in half steps '
+                'says nothing where bodies meet; replay the bag with half the dt instead'
+            )
         self._shadow = Shadow(simulation) if settings.estimate_error else None
 
     def _make_contact_packer(self, names: Sequence[str]) -> ContactPacker | None:

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from rigid_body_sim.errors import UserError
@@ -266,6 +268,33 @@ def test_a_scene_does_not_say_again_what_the_urdf_file_says(
 ) -> None:
     with pytest.raises(UserError, match='the URDF file says what the body is; remove this key'):
         read(tmp_path, PLAIN, **key)
+
+
+WHOLE = urdf(collision('<box size="1 2 3"/>', '<origin xyz="0 0 1" rpy="1 0 0"/>'))
+WORDS = st.sampled_from(
+    ('', '"', '<', '/>', '<link name="a"/>', '<origin/>', 'nan', '1e999', '-1', '0', ' ', '&a;')
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.integers(0, len(WHOLE)), st.integers(0, 12), st.one_of(WORDS, st.text(max_size=6)))
+def test_a_urdf_with_any_slip_is_a_scene_or_one_clear_line(at: int, cut: int, slip: str) -> None:
+    text = (WHOLE[:at] + slip + WHOLE[at + cut :]).encode(errors='surrogatepass')
+    body = {'name': 'toy', 'urdf': 'toy.urdf'}
+    try:
+        scene = load_scene({'dt': 0.001, 'bodies': [body]}, files={'toy.urdf': text})
+        Simulation(scene)
+    except UserError as error:
+        assert len(str(error).splitlines()) == 1, str(error)
+
+
+@given(st.binary(max_size=60))
+def test_bytes_that_are_no_urdf_are_refused(text: bytes) -> None:
+    with pytest.raises(UserError, match=r'^scene: bodies\[0\]\.urdf: toy\.urdf: '):
+        load_scene(
+            {'dt': 0.001, 'bodies': [{'name': 'toy', 'urdf': 'toy.urdf'}]},
+            files={'toy.urdf': text},
+        )
 
 
 def test_without_its_library_the_cure_is_named(
