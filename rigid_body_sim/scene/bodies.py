@@ -97,7 +97,8 @@ def _of_urdf(name: str, value: Value, urdf: Value, files: Files) -> Body:
         if link.mass is None:
             if not body.fixed:
                 raise InvalidModel(
-                    f'{urdf.content}: <link name="{link.name}"> has no <inertial>, and none is '
+                    f'{urdf.content}: <link name={shown(link.name)}> has no <inertial>, and '
+                    'none is '
                     'made up; give it one, or make the body fixed: true'
                 )
             x, y, z = np.array(link.shape_position) + rotation.rotate(

@@ -74,7 +74,8 @@ def _scene_of_urdf(path: Path, given: Mapping[str, bytes] | None) -> Scene:
         raise UserError(os.path.join(path.parent, str(error))) from error
     if not NAME.fullmatch(link.name):
         raise UserError(
-            f'{path}: <link name="{link.name}"> is no name for topics; name the body in a scene: '
+            f'{path}: <link name={shown(link.name)}> is no name for topics; name the body in a '
+            'scene: '
             f'bodies: [{{name: box, urdf: {path.name}}}]'
         )
     body = {'name': link.name, 'urdf': path.name}

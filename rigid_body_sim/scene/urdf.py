@@ -32,6 +32,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import Quaternion, Vector
 from rigid_body_sim.physics.shapes import Box, Cylinder, Mesh, Shape, Sphere
 from rigid_body_sim.scene.files import Files, mesh_from_bytes
+from rigid_body_sim.scene.values import shown
 
 MOMENTS = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
 NUMBERS = {  # attribute of an element: how many numbers it holds
@@ -259,10 +260,10 @@ def _check_attributes(element: Any) -> None:
         counts = NUMBERS.get((element.tag, key))
         words = text.replace(',', ' ').split() if element.tag in ('box', 'mesh') else text.split()
         if counts is not None and not (len(words) in counts and all(map(_is_number, words))):
-            wanted = ' or '.join(map(str, counts))
+            wanted = 'a finite number' if counts == (1,) else f'{counts[-1]} finite numbers'
             raise InvalidModel(
-                f'<{element.tag} {key}="{text}"> (line {element.sourceline}): {wanted} finite '
-                f'number{"" if wanted == "1" else "s"} are needed'
+                f'<{element.tag} {key}={shown(text)}> (line {element.sourceline}): '
+                f'{"one or " if len(counts) > 1 else ""}{wanted} needed'
             )
 
 
@@ -284,7 +285,7 @@ def _check_children(element: Any) -> None:
             raise InvalidModel(f'<{tag}> (line {child.sourceline}): {reason}')
         if tag in ONE and tags.count(tag) > 1:
             names = ', '.join(
-                one.get('name') or '?' for one in _elements(element) if one.tag == tag
+                shown(one.get('name') or '?') for one in _elements(element) if one.tag == tag
             )
             listed = f' ({names})' if tag in ('link', 'collision') else ''
             raise InvalidModel(

@@ -225,7 +225,7 @@ REFUSED = (
     ('<robot', 'not readable as XML'),
     ('<model/>', '<model> where <robot> should stand'),
     ('<robot name="toy"/>', '<link> is missing'),
-    (urdf(PLAIN, beside=JOINT), '<robot> has 2 <link> (base, arm); one is supported'),
+    (urdf(PLAIN, beside=JOINT), "<robot> has 2 <link> ('base', 'arm'); one is supported"),
     (urdf(PLAIN, beside='<joint name="elbow"/>'), '<joint> (line 3): joints are not supported'),
     (urdf(PLAIN, beside='<gazebo><mu1>1</mu1></gazebo>'), '<gazebo> (line 3): settings for'),
     (urdf(PLAIN + TWO), '<link> has 2 <collision>'),
@@ -236,10 +236,10 @@ REFUSED = (
     (urdf('<inertial><mass value="1"/></inertial>'), '<inertial> has no <inertia>'),
     (urdf(PLAIN.replace(' iyy="0.04"', '')), '<inertia> (line 3): iyy is missing'),
     (urdf(PLAIN.replace('"2.5"', '"0"')), '<mass> is 0.0 kg; it must be positive'),
-    (urdf(PLAIN.replace('"2.5"', '"nan"')), '<mass value="nan"> (line 2): 1 finite number'),
+    (urdf(PLAIN.replace('"2.5"', '"nan"')), "<mass value='nan'> (line 2): a finite number needed"),
     (urdf(PLAIN.replace('"0.05"', '"0.5"')), 'break the triangle inequality'),
-    (urdf(PLAIN.replace('0.1 0.2 0.3', '0.1 0.2')), '3 finite numbers are needed'),
-    (urdf(collision('<box size="1 2 ${w}"/>')), '<box size="1 2 ${w}"> (line 3): 3 finite'),
+    (urdf(PLAIN.replace('0.1 0.2 0.3', '0.1 0.2')), '3 finite numbers needed'),
+    (urdf(collision('<box size="1 2 ${w}"/>')), "<box size='1 2 ${w}'> (line 3): 3 finite"),
     (urdf(collision('<box size="1 2 0"/>')), 'size along z is 0.0 m'),
     (urdf(collision('<sphere/>')), '<sphere> (line 3): radius is missing'),
     (urdf(collision('<mesh filename="http://x/y.stl"/>')), 'http:// is not supported'),
@@ -251,7 +251,7 @@ REFUSED = (
         'xacro (line 1) is not supported; expand the file first',
     ),
     ('<!DOCTYPE a [<!ENTITY b "c">]><robot name="t"/>', 'a document type is not supported'),
-    (urdf(PLAIN).replace('"base"', '"my-base"'), '<link name="my-base"> is no name for topics'),
+    (urdf(PLAIN).replace('"base"', '"my-base"'), "<link name='my-base'> is no name for topics"),
 )
 
 

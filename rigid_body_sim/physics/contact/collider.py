@@ -19,8 +19,8 @@ do not collide.
               scene index of its body
     bounds  : BOUNDS per collider, see `bounding_box`
     mounts  : POSE per collider: centre of mass seen from the origin of the shape, shape axes (3),
-              then the rotation from shape axes to principal axes, row by row (9): how the pose of a
-              shape follows from r and q of the core: R = R(q) M, x = r - R c; point masses and
+              then the rotation from shape axes to principal axes, row by row (9): how the pose of
+              a shape follows from r and q of the core: R = R(q) M, x = r - R c; point masses and
               static colliders: M = 1
     poses   : POSE per collider: origin of the shape in the world (3), then R row by row (9), shape
               axes to world; here those at the start
