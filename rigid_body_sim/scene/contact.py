@@ -15,6 +15,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.scene.values import Value
 
 MODES = ('none', 'timestep')
@@ -45,8 +46,10 @@ def read_contact(value: Value | None) -> dict[str, Any]:
         given = value.find(name)
         if given is not None:
             settings[name] = _setting(given, field)
-            with given.blamed():
+            try:
                 ContactSettings(**{name: settings[name]})
+            except InvalidModel as error:
+                raise given.error(str(error).removeprefix(f'contact.{name}: ')) from error
     with value.blamed():
         ContactSettings(**settings)
     return {'mode': mode, **settings}

@@ -565,13 +565,19 @@ REFUSED_SCENES: tuple[tuple[dict[str, Any], str], ...] = (
         {'contact': {'mode': 'timestep', 'substep': 2}},
         "contact.substep: unknown key; did you mean 'substeps'? allowed: mode, substeps",
     ),
-    ({'contact': {'mode': 'timestep', 'substeps': 0}}, 'contact.substeps: '),
+    (
+        {'contact': {'mode': 'timestep', 'substeps': 0}},
+        'scene: contact.substeps: got 0; a whole number from 1',
+    ),
     (
         {'contact': {'mode': 'timestep', 'substeps': 1.5}},
         'contact.substeps: got 1.5; a whole number is needed',
     ),
     ({'contact': {'mode': 'timestep', 'substeps': 'many'}}, "contact.substeps: got 'many'; a num"),
-    ({'contact': {'mode': 'timestep', 'slop': -1}}, 'contact.slop: '),
+    (
+        {'contact': {'mode': 'timestep', 'slop': -1}},
+        'scene: contact.slop: got -1.0; a finite number, not negative',
+    ),
     ({'contact': {'mode': 'timestep', 'margin': math.nan}}, 'contact.margin: got nan; a finite'),
     ({'contact': {'mode': 'none', 'slop': 1}}, 'contact.slop: unknown key'),
     ({'contact': 'none'}, "contact: got 'none'; a mapping such as {mode: none}"),
