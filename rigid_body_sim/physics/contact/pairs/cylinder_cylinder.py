@@ -12,6 +12,4 @@ from rigid_body_sim.physics.kernels import kernel
 @kernel
 def collide(numbers, a: int, b: int, poses, pa: int, pb: int, margin: float, found) -> int:
     """Find the manifold of two prisms."""
-    return collide_records(
-        numbers, a + PRISM, numbers, b + PRISM, poses, pa, pb, margin, found
-    )
+    return collide_records(numbers, a + PRISM, numbers, b + PRISM, poses, pa, pb, margin, found)
