@@ -64,7 +64,7 @@ def _corner(of, at: int, loop: int, k: int, is_b: bool, work):
 
 
 @inline
-def _side(
+def side_of(
     of, at: int, loop: int, sides: int, k: int, is_b: bool, x: float, y: float, z: float, work
 ):
     """Return the side of the prism over the edge that ends at corner k: s . x <= c."""
@@ -94,7 +94,7 @@ def is_over(
     loop = at + int(of[at + LOOPS]) + int(of[at + LOOP]) * face
     sides = int(of[loop])
     for k in range(sides):
-        sx, sy, sz, out = _side(of, at, loop, sides, k, is_b, x, y, z, work)
+        sx, sy, sz, out = side_of(of, at, loop, sides, k, is_b, x, y, z, work)
         if sx * px + sy * py + sz * pz > out:
             return False
     return True
@@ -156,6 +156,7 @@ def patch(
     x: float,
     y: float,
     z: float,
+    s: float,
     margin: float,
     work,
 ) -> tuple[int, float]:
@@ -166,6 +167,7 @@ def patch(
     of_i, i, incident : record of the incident body, and its face
     ref_is_b          : whether the reference body is B of FRAME, the other one A; else reversed
     x, y, z           : n, out of the reference body; axes of A
+    s                 : [m]  separation along n
     Returns the number of points with g <= margin, and the least g.
     """
     k = r + int(of_r[r + PLANES]) + 4 * face
@@ -189,7 +191,7 @@ def patch(
         px, py, pz = _corner(of_i, i, loop_i, k, not ref_is_b, work)
         _put(work, here + CORNER * k, px, py, pz, float(k))
     for k in range(sides):
-        sx, sy, sz, out = _side(of_r, r, loop_r, sides, k, ref_is_b, x, y, z, work)
+        sx, sy, sz, out = side_of(of_r, r, loop_r, sides, k, ref_is_b, x, y, z, work)
         count = clip_by_side(work, here, there, count, sx, sy, sz, out, float(CLIP + k))
         here, there = there, here
     name = (float(face) * FACE_NAMES + float(incident)) * 2.0 + (1.0 if ref_is_b else 0.0)
@@ -199,7 +201,7 @@ def patch(
         at = SECOND + CORNER * k
         px, py, pz, before = work[at], work[at + 1], work[at + 2], edge
         edge = work[at + 3]
-        gap = (mx * px + my * py + mz * pz - c) / steep
+        gap = max((mx * px + my * py + mz * pz - c) / steep, s)  # SLACK reaches over the rim
         if gap <= margin:
             to = POINTS + POINT * kept
             work[to] = px - 0.5 * gap * x

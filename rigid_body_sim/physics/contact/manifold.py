@@ -35,7 +35,11 @@ MOST = 4  # [-] points of a manifold
 SCRATCH = POINTS + MOST * POINT  # where a kernel may keep what it likes
 FOUND = 512  # numbers in `found`
 TINY = 1e-280  # [m^2] a squared length below has lost digits: its direction is no direction
-TIE = 1e-9  # [-] of the extent: depths nearer than this are equal, the first point counts
+SAME = 1e-9  # [-] of the extent: points nearer than this are one
+# Of points as good as another up to these shares the first counts: without them a resting body
+# changes its points, and loses their impulses, with every tremble.
+TIE = 1e-5  # [-] of the extent: depths
+LEAD = 1e-3  # [-] distances squared and areas
 
 
 @inline
@@ -104,7 +108,7 @@ def keep_four(found: Array, first: int, count: int) -> int:
         at = first + k * POINT
         if found[at + GAP] < found[deepest + GAP] - tie:
             deepest = at
-    farthest, reach = deepest, tie * tie
+    farthest, reach = deepest, SAME * extent * (SAME * extent)
     for k in range(count):
         at = first + k * POINT
         dx, dy, dz = (
@@ -113,20 +117,20 @@ def keep_four(found: Array, first: int, count: int) -> int:
             found[at + 2] - found[deepest + 2],
         )
         distance = dx * dx + dy * dy + dz * dz
-        if distance > reach * (1.0 + TIE):
+        if distance > reach * (1.0 + LEAD):
             farthest, reach = at, distance
     _move_point(found, POINTS, deepest)
     if farthest == deepest:
         return 1
     _move_point(found, POINTS + POINT, farthest)
-    least = TIE * reach
+    least = SAME * reach
     left, right, most, fewest = -1, -1, least, -least
     for k in range(count):
         at = first + k * POINT
         area = _doubled_area(found, deepest, farthest, at)
-        if area > most * (1.0 + TIE):
+        if area > most * (1.0 + LEAD):
             left, most = at, area
-        if area < fewest * (1.0 + TIE):
+        if area < fewest * (1.0 + LEAD):
             right, fewest = at, area
     kept = 2
     if left >= 0:

@@ -117,7 +117,7 @@ def _axis(
 @kernel
 def _axis_apart(of_a, a: int, of_b, b: int, half: float, work) -> tuple[int, int, float]:
     """Take the normal of the face that looks along v best, if it separates as well as v."""
-    d = _nearest(work)
+    d = nearest_to_axis(work)
     x, y, z = work[AXIS], work[AXIS + 1], work[AXIS + 2]
     winner, best, s, floor = NONE, 0, d, d - EDGE_GAIN * half
     for side in range(OF_A, OF_B + 1):
@@ -138,7 +138,7 @@ def _axis_apart(of_a, a: int, of_b, b: int, half: float, work) -> tuple[int, int
 
 
 @inline
-def _nearest(work) -> float:
+def nearest_to_axis(work) -> float:
     """Copy normal and points of NEAREST to AXIS; return the distance."""
     x, y, z = work[NEAREST], work[NEAREST + 1], work[NEAREST + 2]
     d = math.sqrt(x * x + y * y + z * z)
@@ -185,11 +185,11 @@ def _patch(
     if not is_b:
         tx, ty, tz = to_b(work, tx, ty, tz)
     other = facing(of_i, i, tx, ty, tz)
-    count, least = patch(of_r, r, face, of_i, i, other, is_b, x, y, z, margin, work)
+    count, least = patch(of_r, r, face, of_i, i, other, is_b, x, y, z, s, margin, work)
     gap = s
     px = py = pz = 0.0
     if side == NONE or state == GAP:
-        gap = _nearest(work) if state == GAP else s
+        gap = nearest_to_axis(work) if state == GAP else s
         px = 0.5 * (work[AXIS + 3] + work[AXIS + 6])
         py = 0.5 * (work[AXIS + 4] + work[AXIS + 7])
         pz = 0.5 * (work[AXIS + 5] + work[AXIS + 8])

@@ -108,7 +108,11 @@ def collide(
     if sine < BESIDE and high - low > same:
         if sine > PARALLEL and low + same < s < high - same:
             count = _put(poses, pa, pb, found, count, s, t, shift, reach, margin, 0.0)
-        t_low, t_high = clamp(c * low - along_b, half_b), clamp(c * high - along_b, half_b)
+        t_low, t_high = (-half_b, half_b) if c > 0.0 else (half_b, -half_b)
+        if low == -half_a:  # an end of A, else one of B
+            t_low = clamp(c * low - along_b, half_b)
+        if high == half_a:
+            t_high = clamp(c * high - along_b, half_b)
         count = _put(poses, pa, pb, found, count, low, t_low, shift, reach, margin, 1.0)
         count = _put(poses, pa, pb, found, count, high, t_high, shift, reach, margin, 2.0)
     if count == 0:

@@ -47,67 +47,56 @@ def collide(
     radius, half = numbers[a], numbers[a + 1]
     rise = mx * ax + my * ay + mz * az
     height = mx * x + my * y + mz * z - numbers[b + 3]
-    tx, ty, tz = mx - rise * ax, my - rise * ay, mz - rise * az
-    sine = math.sqrt(tx * tx + ty * ty + tz * tz)
+    # tau in the axes of the end: its component along a is exactly zero there
+    tx = mx * poses[pa + 3] + my * poses[pa + 6] + mz * poses[pa + 9]
+    ty = mx * poses[pa + 4] + my * poses[pa + 7] + mz * poses[pa + 10]
+    sine = math.sqrt(tx * tx + ty * ty)
     lower = height - half * abs(rise)
     if not lower - radius * sine <= margin:
         return 0
-    upper_end = rise < 0.0  # the end at +z is the lower one
-    end = half if upper_end else -half
-    slot = -1
+    ux, uy, slot = tx, ty, -1
     if sine < FLAT:
-        along_x = tx * poses[pa + 3] + ty * poses[pa + 6] + tz * poses[pa + 9]
-        along_y = tx * poses[pa + 4] + ty * poses[pa + 7] + tz * poses[pa + 10]
-        slot = 0
-        if abs(along_y) > abs(along_x):
-            along_x, slot = along_y, 1
         blend = FLAT - sine
-        if along_x < 0.0:
-            blend = -blend
-        axis = pa + 3 + slot
-        if along_x < 0.0:
-            slot += 2
-        tx += blend * poses[axis]
-        ty += blend * poses[axis + 3]
-        tz += blend * poses[axis + 6]
-        sine = math.sqrt(tx * tx + ty * ty + tz * tz)
-    ux, uy, uz = tx / sine, ty / sine, tz / sine
+        if abs(ty) > abs(tx):
+            slot = 3 if ty < 0.0 else 1
+            uy += -blend if ty < 0.0 else blend
+        else:
+            slot = 2 if tx < 0.0 else 0
+            ux += -blend if tx < 0.0 else blend
+    length = math.sqrt(ux * ux + uy * uy)
+    ux, uy = ux / length, uy / length
     put_normal(found, -mx, -my, -mz)
-    cx, cy, cz = end * ax, end * ay, end * az
-    fall = radius * (mx * ux + my * uy + mz * uz)
+    upper_end = rise < 0.0  # the end at +z is the lower one
+    fall = radius * (tx * ux + ty * uy)
     other = half * abs(rise) < fall  # the other end is lower than the point opposite
     count = 0
     for k in range(4):
-        feature = 1.0 * upper_end if k == 0 else 1.0 + k + 5.0 * upper_end
-        px, py, pz = ux, uy, uz
+        end = half if upper_end else -half
+        qx, qy = -ux, -uy  # towards the point
         gap = lower - fall
+        feature = 1.0 * upper_end if k == 0 else 1.0 + k + 5.0 * upper_end
         if k == 1 or k == 2:  # a quarter turn to either side
-            turn = 1.0 if k == 1 else -1.0
-            px, py, pz = (
-                turn * (ay * uz - az * uy),
-                turn * (az * ux - ax * uz),
-                turn * (ax * uy - ay * ux),
-            )
-            gap = lower - radius * (mx * px + my * py + mz * pz)
-        if k == 3:
-            if other:
-                cx, cy, cz = -cx, -cy, -cz
-                gap = lower + 2.0 * half * abs(rise) - fall
-                feature = 1.0 - upper_end
-            else:
-                px, py, pz = -ux, -uy, -uz
-                gap = lower + fall
+            qx, qy = (uy, -ux) if k == 1 else (-uy, ux)
+            gap = lower + radius * (tx * qx + ty * qy)
+        if k == 3 and other:
+            end = -end
+            gap = lower + 2.0 * half * abs(rise) - fall
+            feature = 1.0 - upper_end
+        elif k == 3:
+            qx, qy = ux, uy
+            gap = lower + fall
         if not gap <= margin:
             continue
         if slot >= 0 and not (other and k == 3):
             step = k if k < 2 else 5 - k  # in quarter turns: 0, 1, 3, 2
             feature = FIXED + (slot + step) % 4 + 5.0 * upper_end
+        qx, qy = radius * qx, radius * qy
         put_point(
             found,
             POINTS + count * POINT,
-            x + (cx - radius * px - 0.5 * gap * mx),
-            y + (cy - radius * py - 0.5 * gap * my),
-            z + (cz - radius * pz - 0.5 * gap * mz),
+            x + (end * ax + qx * poses[pa + 3] + qy * poses[pa + 4] - 0.5 * gap * mx),
+            y + (end * ay + qx * poses[pa + 6] + qy * poses[pa + 7] - 0.5 * gap * my),
+            z + (end * az + qx * poses[pa + 9] + qy * poses[pa + 10] - 0.5 * gap * mz),
             gap,
             feature,
         )
