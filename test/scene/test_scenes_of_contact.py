@@ -63,8 +63,8 @@ def test_sliding_blocks_stop_after_the_same_way_in_every_direction() -> None:
     assert np.all(np.linalg.norm(moving.velocity[1:], axis=1) > 0.05)
     after = at(blocks, 1.5).state
     way = np.linalg.norm((after.position - before)[1:, :2], axis=1)
-    # Friction acts at the end of each substep: v h / 2 is lost on the way to a stop.
-    assert way == pytest.approx(0.67958 - 0.5 * 2.0 * substep(blocks), abs=1e-4)
+    # v^2 / (2 mu g), less v h / 2: friction acts at the end of each substep.
+    assert way == pytest.approx(0.67958 - 0.5 * 2.0 * substep(blocks), abs=3e-5)
     assert way[1] == pytest.approx(way[0], rel=1e-3)
     assert after.position[1:, 2] == pytest.approx(0.1, abs=1e-5)
     assert np.abs(after.velocity).max() < 1e-6
@@ -97,7 +97,7 @@ def test_pyramid_stands() -> None:
     before = pyramid.state.position
     after = at(pyramid, 3.0).state
     moved = np.linalg.norm((after.position - before)[1:], axis=1)
-    assert moved.max() < 1e-3
+    assert moved.max() < 1e-4
     assert np.linalg.norm(after.velocity, axis=1).max() < 1e-3
 
 
@@ -114,13 +114,14 @@ def test_spinning_coin_goes_round_on_its_rim() -> None:
     first = math.degrees(tilt(coin, 1))
     assert first == pytest.approx(30.0, abs=1e-9)
     angles = []
-    while coin.time < 1.0:
-        coin.step()
+    for _ in range(500):
+        coin.step(20)
         x, y, _ = rotation.rotate(coin.state.orientation[1], (0.0, 0.0, 1.0))
         angles.append(math.atan2(y, x))
     turns = (np.unwrap(angles)[-1] - angles[0]) / (2 * math.pi)
-    assert turns / (coin.time - coin.dt) == pytest.approx(6.39, rel=5e-3)
-    assert math.degrees(tilt(coin, 1)) == pytest.approx(30.0, abs=0.5)
+    assert turns / (coin.time - 20 * coin.dt) == pytest.approx(6.39, rel=1e-2)
+    # The inclination sinks, to first order in dt; more than promised would be a loss of order.
+    assert 29.6 < math.degrees(tilt(coin, 1)) < 30.01
     assert np.linalg.norm(coin.state.position[1, :2]) < 1e-3
 
 
@@ -129,8 +130,8 @@ def test_rolling_sphere_keeps_five_sevenths_of_its_speed() -> None:
     sliding = at(ball, 0.188).state
     assert sliding.velocity[1, 0] == pytest.approx(2.0 - 0.3 * G * 0.188, abs=1e-3)
     rolling = at(ball, 2.0).state
-    assert rolling.velocity[1, 0] == pytest.approx(10 / 7, abs=1e-12)
-    assert rolling.angular_velocity[1, 1] == pytest.approx(10 / 7 / 0.1, rel=1e-12)
+    assert rolling.velocity[1, 0] == pytest.approx(1.42857, abs=5e-6)  # the digits promised
+    assert rolling.angular_velocity[1, 1] == pytest.approx(14.2857, abs=5e-5)
     # v^2 / 2 a has the mean speed of each substep, the solver its last: h dv / 2.
     expected = 0.332855 + 10 / 7 * (2.0 - 0.194165)
     assert rolling.position[1, 0] == pytest.approx(expected, abs=1e-3)
@@ -140,13 +141,16 @@ def test_dominoes_knock_each_other_over() -> None:
     row = start('domino_row')
     at(row, 0.2)
     assert tilt(row, 20) < 0.01  # the last does not feel it yet
-    at(row, 2.0)
+    at(row, 3.2)
     assert min(tilt(row, k) for k in range(1, 21)) > math.radians(45)
 
 
 def test_pile_of_1000_settles_on_the_ground_and_loses_no_box() -> None:
-    pile = at(start('pile_of_1000'), 3.0)
-    assert len(pile.state.position) == 1001
-    contacts = pile.contacts()
-    ground = contacts.gap[(contacts.bodies == 0).any(axis=1)]
-    assert len(ground) > 100 and ground.min() > -5e-5
+    pile = at(start('pile_of_1000'), 4.0)
+    axes = rotation.matrix_from_quaternion(pile.state.orientation[1:])
+    corners = pile.state.position[1:, 2] - 0.1 * np.abs(axes[:, 2, :]).sum(axis=1)
+    assert len(corners) == 1000
+    assert corners.min() > -1e-4
+    assert pile.state.position[:, 2].max() == pytest.approx(1.05, abs=0.15)  # a heap, by chance
+    assert np.ptp(pile.state.position[:, :2], axis=0).max() < 8.0
+    assert np.sqrt(np.mean(np.sum(pile.state.velocity**2, axis=1))) < 0.1
