@@ -135,6 +135,7 @@ class RecordedRun:
             world_frame=manifest['world_frame'],
             command_timeout_ns=int(manifest['command_timeout_ns']),
             publish_every=int(manifest['publish_every']),
+            publish_contacts=json.loads(manifest.get('publish_contacts', 'false')),
         )
         self.last_tick = self._last_tick()
         bodies = [body.name for body in self.scene.bodies]
@@ -210,7 +211,11 @@ class RecordedRun:
             slots=held_from_json(self.bag.manifest['held_at_start']),
         )
         simulation.prepare()
-        return Run(simulation, self.settings, warn=warn)
+        run = Run(simulation, self.settings, warn=warn)
+        if run.contact_packer is not None:
+            touching = json.loads(self.bag.manifest['touching_at_start'])
+            run.contact_packer.touching = frozenset(touching)
+        return run
 
 
 def compare(
@@ -231,7 +236,7 @@ def _compared(
     count = 0
 
     def replayed() -> Iterator[tuple[str, bytes]]:
-        topics = [topic.name for topic in run.packer.topics]
+        topics = [topic.name for topic in run.topics]
         for batch in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
             for channel, payload in batch.payloads():
                 yield topics[channel - 1], payload
@@ -274,8 +279,7 @@ def _advance(
         if recorder is not None:
             recorder.record(taken, tick=tick)
         progress(run.simulation.tick, last_tick)
-        if taken.batch is not None:
-            yield taken.batch
+        yield from taken.batches
 
 
 def _difference(

@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +36,12 @@ from rigid_body_sim.physics.model import Vector
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.physics.state import State
 from rigid_body_sim.recording.batch import Batch
+from rigid_body_sim.recording.contact_packing import ContactPacker
 from rigid_body_sim.recording.packing import StatePacker
 from rigid_body_sim.recording.topics import body_topic
+
+if TYPE_CHECKING:
+    from rigid_body_sim.physics.contact.contacts import Contacts
 
 Array = NDArray[np.float64]
 
@@ -54,6 +59,7 @@ class RunSettings:
     publish_every      : ticks between publish ticks
     estimate_error     : whether a shadow runs along to tell how wrong the run is; it changes no
                          message
+    publish_contacts   : whether contacts are packed too
     """
 
     namespace: str = ''
@@ -61,6 +67,7 @@ class RunSettings:
     command_timeout_ns: int = 200_000_000
     publish_every: int = 10
     estimate_error: bool = False
+    publish_contacts: bool = False
 
 
 def publish_every(rate_hz: float, dt_ns: int) -> int:
@@ -76,12 +83,12 @@ class TickOutput:
     What came of one tick or of a stretch of them.
 
     consumed : commands taken at the start, in order, with their messages
-    batch    : packed messages, or None
+    batches  : packed messages, in the order of the file
     """
 
     tick: int
     consumed: Sequence[tuple[str, bytes]]
-    batch: Batch | None
+    batches: tuple[Batch, ...] = ()
 
 
 class Run:
@@ -111,10 +118,20 @@ class Run:
             namespace=settings.namespace,
             frame_id=settings.world_frame,
         )
+        self.contact_packer = self._make_contact_packer(names)
+        self.topics = self.packer.topics + (
+            self.contact_packer.topics if self.contact_packer else ()
+        )
         self.command_timeout_ns = settings.command_timeout_ns
         self._applied = np.array(simulation.applied_wrench())
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
         self._commanded = bool(simulation.held_slots)
+        self._deepest_gap = math.inf
+        if settings.estimate_error and self.has_contact:
+            raise UserError(
+                f'error estimate of the scene {simulation.scene.name!r}: a shadow in half steps '
+                'says nothing where bodies meet; replay the bag with half the dt instead'
+            )
         self._shadow = Shadow(simulation) if settings.estimate_error else None
         self._warn = warn
         self._warn_anew()
@@ -130,6 +147,29 @@ class Run:
             self.warnings.append(excess.text)
             if self._warn is not None:
                 self._warn(excess.text)
+
+    def _make_contact_packer(self, names: Sequence[str]) -> ContactPacker | None:
+        scene, settings = self.simulation.scene, self.settings
+        if not settings.publish_contacts:
+            return None
+        if not self.has_contact:
+            raise UserError(
+                f'contacts of the scene {scene.name!r}: asked for, but its bodies do not meet; '
+                'give the scene contact: {mode: timestep}, or do not ask'
+            )
+        return ContactPacker(
+            names,
+            movable=[not body.fixed for body in scene.bodies],
+            dt_ns=self.simulation.dt_ns,
+            namespace=settings.namespace,
+            frame_id=settings.world_frame,
+            first_channel_id=1 + len(self.packer.topics),
+        )
+
+    @property
+    def has_contact(self) -> bool:
+        """Whether bodies of the scene meet at all."""
+        return self.simulation.scene.contact['mode'] != 'none'
 
     def _step(self, ticks: int) -> None:
         self.simulation.step(ticks)
@@ -221,8 +261,8 @@ class Run:
         if changed.size:
             force, torque = self._applied + self._struck
             batch = self.packer.pack_wrenches(changed, tick, force=force, torque=torque)
-            return TickOutput(stop, consumed, batch)
-        return TickOutput(stop, consumed, None)
+            return TickOutput(stop, consumed, (batch,))
+        return TickOutput(stop, consumed)
 
     def follow(
         self, commands: Mapping[int, Sequence[Command]], last_tick: int
@@ -260,10 +300,10 @@ class Run:
                 different[self.simulation.scene_index(key[0])] = True
         return np.flatnonzero(different)
 
-    def _pack_states(self) -> Batch:
+    def _pack_states(self) -> tuple[Batch, ...]:
         state = self.simulation.state
         force, torque = self._applied + self._struck if self._any_struck else self._applied
-        return self.packer.pack(
+        batch = self.packer.pack(
             self.simulation.tick,
             position=state.position,
             orientation=state.orientation,
@@ -271,6 +311,25 @@ class Run:
             angular_velocity=state.angular_velocity,
             force=force,
             torque=torque,
+        )
+        contacts = self._pack_contacts() if self.contact_packer is not None else None
+        if contacts is None:
+            return (batch,)
+        wrenches, states = self.packer.split(batch)
+        return (wrenches, contacts, states)
+
+    def _pack_contacts(self) -> Batch | None:
+        assert self.contact_packer is not None
+        simulation = self.simulation
+        found = simulation.contacts()
+        self._look_at(found)
+        return self.contact_packer.pack(
+            simulation.tick,
+            bodies=found.bodies,
+            point=found.point,
+            normal=found.normal,
+            gap=found.gap,
+            force=found.impulse / simulation.dt,
         )
 
     def _close_stretch(self) -> None:
@@ -286,8 +345,20 @@ class Run:
         self._sample(commanded=self._commanded)
         return self._meter.drift()
 
+    def deepest_gap(self) -> float | None:
+        """
+        Smallest distance [m] of two bodies in contact, at any look so far (of `sample_drift` and
+        of packed contacts); negative: they overlapped. None where nothing touched.
+        """
+        return self._deepest_gap if self._deepest_gap < math.inf else None
+
+    def _look_at(self, contacts: Contacts) -> None:
+        self._deepest_gap = min(self._deepest_gap, float(np.min(contacts.gap, initial=math.inf)))
+
     def _sample(self, *, commanded: bool) -> None:
         simulation = self.simulation
+        if self.has_contact:
+            self._look_at(simulation.contacts())
         state = simulation.state
         self._meter.sample(state, time=simulation.time, commanded=commanded)
         self._look_at_limits(state)
@@ -299,6 +370,7 @@ class Run:
             self._shadow = Shadow(self.simulation)
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
+        self._deepest_gap = math.inf
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time
         )

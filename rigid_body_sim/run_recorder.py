@@ -54,7 +54,7 @@ class RunRecorder:
         self._clock_start = time.monotonic()
         scene = run.simulation.scene
         names = [body.name for body in scene.bodies]
-        topics = [*run.packer.topics, *command_topics(names, namespace=run.settings.namespace)]
+        topics = [*run.topics, *command_topics(names, namespace=run.settings.namespace)]
         start = run.simulation.state_bytes()
         self.first_tick = run.simulation.tick
         self._writer = BagWriter(
@@ -86,6 +86,9 @@ class RunRecorder:
             'held_at_start': json.dumps(held_as_json(simulation.held_slots)),
             'publish_every': str(settings.publish_every),
             'command_timeout_ns': str(run.command_timeout_ns),
+            'contact': json.dumps(dict(scene.contact)),
+            'publish_contacts': json.dumps(settings.publish_contacts),
+            'touching_at_start': json.dumps(_touching(run)),
             'namespace': settings.namespace,
             'world_frame': settings.world_frame,
             'bodies': json.dumps([body.name for body in scene.bodies]),
@@ -101,8 +104,8 @@ class RunRecorder:
         """
         for topic, message in output.consumed:
             self._writer.write_message(topic, tick, tick * self._run.simulation.dt_ns, message)
-        if output.batch is not None:
-            self._writer.write(output.batch)
+        for batch in output.batches:
+            self._writer.write(batch)
         every = self._run.settings.publish_every
         if output.tick % (every * CHAIN_EVERY) == 0:
             self._chain.update(self._run.simulation.state_bytes())
@@ -117,9 +120,17 @@ class RunRecorder:
         self._chain.update(simulation.state_bytes())
         self._run.sample_drift()
         estimate = self._run.error_estimate()
+        drift = asdict(self._run.sample_drift())
+        gap = self._run.deepest_gap()
         self._writer.close(
             {
                 **({'error_estimate': json.dumps(asdict(estimate))} if estimate else {}),
+                **{
+                    f'{law}_drift' if law != 'energy_rise' else law: repr(value)
+                    for law, value in drift.items()
+                    if value is not None
+                },
+                **({'deepest_gap': repr(gap)} if gap is not None else {}),
                 'last_tick': str(simulation.tick),
                 'ticks': str(simulation.tick - self.first_tick),
                 'last_time_ns': str(simulation.tick * simulation.dt_ns),
@@ -132,6 +143,11 @@ class RunRecorder:
                 'wall_seconds': f'{time.monotonic() - self._clock_start:.3f}',
             }
         )
+
+
+def _touching(run: Run) -> list[int]:
+    """Bodies of which an empty message of contacts is still to come when they let go."""
+    return sorted(run.contact_packer.touching) if run.contact_packer else []
 
 
 @contextmanager

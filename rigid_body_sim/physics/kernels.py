@@ -148,10 +148,11 @@ _MADE: dict[tuple[str, str], Callable[..., Any]] = {}  # by module and unique na
 def _digest(bindings: dict[str, Any]) -> str:
     """
     Tell sets of bindings apart: numba finds a cached kernel by its name, whatever its globals
-    hold.
+    hold. Kernels of one name in two modules are two.
     """
     parts = (
-        f'{key}={getattr(value, "__name__", value)!r}' for key, value in sorted(bindings.items())
+        f'{key}={getattr(value, "__module__", "")}.{getattr(value, "__name__", value)!r}'
+        for key, value in sorted(bindings.items())
     )
     return hashlib.sha256(','.join(parts).encode()).hexdigest()[:8]
 

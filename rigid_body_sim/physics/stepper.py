@@ -97,6 +97,7 @@ class Stepper:
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
         self._evaluate: Callable[..., Any] | None = None
+        self.contact = _contact_plan(scene, layout, integrator)
         self._hold_table(np.zeros((0, held_body_wrench.COLUMNS)))
 
     def _method_rows(self) -> Array:
@@ -187,7 +188,10 @@ class Stepper:
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
-            self._free = self._scheme.free(self._integrator.name)
+            if self.contact is not None:
+                self._free = self.contact.kernel('', None, False)
+            else:
+                self._free = self._scheme.free(self._integrator.name)
         return self._free
 
     def _kernels(self) -> list[tuple[str, Callable[..., None]]]:
@@ -221,6 +225,13 @@ class Stepper:
                     by_differences=bool(self._flows or (self._pivots.count and unknown)),
                 )
             damped = '_velocity' if self._depends_on_velocity else ''
+            if self.contact is not None:
+                self._coupled = self.contact.kernel(
+                    '_'.join(['forces', *types]) + damped,
+                    evaluator(self._kernels()),
+                    self._depends_on_velocity,
+                )
+                return self._coupled
             self._coupled = self._scheme.coupled(
                 self._integrator.name,
                 scene='_'.join(types) + damped,
@@ -395,3 +406,12 @@ class Stepper:
     def reset(self) -> None:
         """Return to the start of the scene."""
         self._return_to(self._start)
+
+
+def _contact_plan(scene: Scene, layout: Layout, integrator: Integrator) -> Any:
+    """Make the plan of the contact mode of a scene; None where nothing touches."""
+    if scene.contact.get('mode', 'none') == 'none':
+        return None
+    from rigid_body_sim.physics import contact  # only what a scene needs
+
+    return contact.prepare(scene, layout, integrator)

@@ -27,6 +27,8 @@ class Health:
     largest_lateness, last_lateness : [s]
     accepted, refused    : commands; refused ones by reason
     bag                  : what is recorded to; empty when nothing is
+    deepest_gap          : smallest distance of two bodies in contact [m], negative: they
+                           overlapped; None where nothing touched
     estimate             : estimated error of the states, if asked for
     warnings             : limits of the integrator that the run has passed
     failure              : why the run ended, if it failed
@@ -46,6 +48,7 @@ class Health:
     last_refusal: str
     drift: Drift
     bag: str
+    deepest_gap: float | None = None
     refused: Mapping[str, int] = field(default_factory=dict)
     estimate: ErrorEstimate | None = None
     warnings: Sequence[str] = ()
@@ -95,6 +98,10 @@ class Health:
             'angular momentum drift': _drift(self.drift.angular_momentum),
             'recording': self.bag,
         }
+        if self.drift.energy_rise is not None:
+            texts['energy rise'] = f'{self.drift.energy_rise:.3e}'
+        if self.deepest_gap is not None:
+            texts['deepest gap [m]'] = f'{self.deepest_gap:.3e}'
         if self.estimate is not None:
             for name, value in asdict(self.estimate).items():
                 texts[f'estimated error: {name.replace("_", " ")}'] = f'{value:.3e}'
@@ -107,8 +114,15 @@ class Health:
             f'{self.tick} ticks, {self.time:g} s; overruns {self.overruns}, largest lateness '
             f'{self.largest_lateness * 1e3:.3f} ms, last {self.last_lateness * 1e3:.3f} ms; '
             f'commands {self.accepted}, refused {sum(self.refused.values())}; '
-            f'energy drift {_drift(self.drift.energy)}'
+            f'{self._energy()}'
         )
+
+    def _energy(self) -> str:
+        """What to say of the energy: it stays, or where bodies meet, it must not rise."""
+        if self.drift.energy_rise is None:
+            return f'energy drift {_drift(self.drift.energy)}'
+        gap = '' if self.deepest_gap is None else f', deepest gap {self.deepest_gap:.3e} m'
+        return f'energy rise {self.drift.energy_rise:.3e}{gap}'
 
 
 def _drift(drift: float | None) -> str:
