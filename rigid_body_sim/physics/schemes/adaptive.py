@@ -173,7 +173,7 @@ def _advance(
                     slope = y[TURN_START + TURN * STAGES :]
                     substeps.take_over(TURN // 64, lanes, slope, y[TURN_START:])
                 else:
-                    restore_turns(lanes, saved, y, s, memory)
+                    restore_turns(lanes, saved, y, s)
             fresh = True
             count += 1
             if accepted:

@@ -68,7 +68,7 @@ def save_turns(lanes, s, memory, saved):
 
 
 @inline
-def restore_turns(lanes, saved, y, s, memory):
+def restore_turns(lanes, saved, y, s):
     """Return to nothing."""
 
 

@@ -156,7 +156,7 @@ def save_turns(lanes, s, memory, saved):
 
 
 @inline
-def restore_turns(lanes, saved, y, s, memory):
+def restore_turns(lanes, saved, y, s):
     """Return to the start of the substep."""
     for k in range(lanes):
         s[k + QX], s[k + QY], s[k + QZ] = saved[k], saved[k + 64], saved[k + 128]

@@ -63,12 +63,10 @@ def save_turns(lanes, s, memory, saved):
 
 
 @inline
-def restore_turns(lanes, saved, y, s, memory):
+def restore_turns(lanes, saved, y, s):
     """Return to the start of the substep."""
     for k in range(lanes):
-        for row in range(9):
-            memory[k + 64 * row] = y[k + 64 * row] = saved[k + 64 * row]
-        for row in range(9, 12):
+        for row in range(12):
             y[k + 64 * row] = saved[k + 64 * row]
         s[k + LX], s[k + LY], s[k + LZ] = saved[k + 576], saved[k + 640], saved[k + 704]
         write_quaternion(k, s, y, 0)
