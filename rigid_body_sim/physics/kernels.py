@@ -150,11 +150,14 @@ def _digest(bindings: dict[str, Any]) -> str:
     Tell sets of bindings apart: numba finds a cached kernel by its name, whatever its globals
     hold. Kernels of one name in two modules are two.
     """
-    parts = (
-        f'{key}={getattr(value, "__module__", "")}.{getattr(value, "__name__", value)!r}'
-        for key, value in sorted(bindings.items())
-    )
+    parts = (f'{key}={_identity(value)!r}' for key, value in sorted(bindings.items()))
     return hashlib.sha256(','.join(parts).encode()).hexdigest()[:8]
+
+
+def _identity(value: Any) -> Any:
+    """Name a kernel with its module: drifts of several methods are called `drift`."""
+    name = getattr(value, '__name__', None)
+    return value if name is None else f'{value.__module__}.{name}'
 
 
 def unbound(*_arguments: Any) -> Any:

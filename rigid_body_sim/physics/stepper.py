@@ -87,7 +87,7 @@ class Stepper:
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
         self._method = self._blocks_of(self._method_rows())
         self._start = self._snapshot()
-        self._scheme: Any = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
+        self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         size = self._scheme.workspace(blocks(layout.n_moving))
         self._workspace = np.zeros(size)
         self._workspace[: len(integrator.constants)] = integrator.constants

@@ -16,7 +16,8 @@ from rigid_body_sim.physics.integrators import INTEGRATORS
 
 from . import scenes
 
-NAMES = ['explicit_euler', 'midpoint', 'rk4', 'rk8']
+OF_FIXED_STEP = ['explicit_euler', 'midpoint', 'rk4', 'rk8']
+NAMES = [*OF_FIXED_STEP, 'rk45']
 KEPT = {'orientation': 'matrix', 'reorthonormalise': True}
 DRIFTING = {'orientation': 'matrix', 'reorthonormalise': False}
 
@@ -89,6 +90,19 @@ def test_the_order_is_that_of_the_method(name, steps, options):
 
 
 @pytest.mark.parametrize('options', [KEPT, DRIFTING], ids=['kept', 'drifting'])
+def test_steps_of_chosen_length_keep_to_their_tolerance_on_a_matrix_too(options):
+    omega = (0.4, 1.0, 0.3)
+    exact = free_asymmetric_top.rotation(8.0, inertia=(1, 2, 3), angular_velocity_body=omega)
+    errors = []
+    for rtol in (1e-6, 1e-9):
+        tolerances = {'rtol': rtol, 'atol': 1e-3 * rtol}
+        sim = spun('rk45', options | tolerances, omega=omega, h=2.0, ticks=4)  # refuses substeps
+        errors.append(float(rotation.angle_between(sim.state.orientation[0], exact.orientation)))
+        assert errors[-1] < 100 * rtol
+    assert errors[1] < errors[0] / 50
+
+
+@pytest.mark.parametrize('options', [KEPT, DRIFTING], ids=['kept', 'drifting'])
 def test_angular_momentum_does_not_change_in_its_last_bit_without_torque(options):
     sim = Simulation(
         scenes.top(omega=(0.4, 1.0, 0.3), dt=0.05), integrator='rk4', integrator_options=options
@@ -99,7 +113,7 @@ def test_angular_momentum_does_not_change_in_its_last_bit_without_torque(options
 
 
 @pytest.mark.parametrize('options', [KEPT, DRIFTING], ids=['kept', 'drifting'])
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', OF_FIXED_STEP)
 def test_matrix_and_quaternion_agree_on_linked_bodies(name, options):
     runs = [
         Simulation(scenes.linked_bodies(), integrator=name, integrator_options=o)
@@ -112,15 +126,15 @@ def test_matrix_and_quaternion_agree_on_linked_bodies(name, options):
     assert runs[0].state.values == pytest.approx(runs[1].state.values, abs=allowed)
 
 
-@pytest.mark.parametrize('options', [KEPT, DRIFTING], ids=['kept', 'drifting'])
-def test_the_matrix_belongs_to_the_state(options):
+@pytest.mark.parametrize(('name', 'options'), [('rk4', KEPT), ('rk4', DRIFTING), ('rk45', KEPT)])
+def test_the_matrix_belongs_to_the_state(name, options):
     """
     One call or many, and going on from state bytes: the same bits; and a reset forgets the drift.
     """
 
     def made():
         return Simulation(
-            scenes.linked_bodies(), integrator='rk4', integrator_options=options, dt=0.01
+            scenes.linked_bodies(), integrator=name, integrator_options=options, dt=0.01
         )
 
     whole, parts = made(), made()
@@ -176,5 +190,5 @@ def test_the_scene_chooses_the_representation(keys, reorthonormalise):
 
 
 def test_an_integrator_that_offers_no_choice_refuses_one():
-    with pytest.raises(UserError, match='dmv6.*explicit_euler, midpoint, rk4, rk8'):
+    with pytest.raises(UserError, match='dmv6.*explicit_euler, midpoint, rk4, rk45, rk8'):
         written(integrator='dmv6', orientation='matrix')

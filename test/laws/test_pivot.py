@@ -403,6 +403,29 @@ def test_a_run_goes_on_from_its_state_bytes_with_the_same_bits():
     assert np.allclose(commands[0][0], PUSH + turn @ THRUST, atol=1e-14)
 
 
+def test_a_pendulum_does_not_feel_its_neighbours():
+    """Seventy of them, in two blocks: the last moves by the bits of one alone."""
+
+    def row(count):
+        bars = [
+            {
+                'name': f'bar{i}',
+                'shape': {'type': 'box', 'size': [0.1, 0.1, 0.5]},
+                'mass': 1.0,
+                'pivot': {'point': [0, 0, 0.25], 'at': [float(i), 0, 0]},
+                'initial': {'angular_velocity': [1.0, 0.1 * i, 2.0]},
+            }
+            for i in range(70)
+        ]
+        first, *more = bars[-count:]
+        return Simulation(scene(first, dt=0.01, more=more), integrator='blanes_moan4')
+
+    alone, together = row(1), row(70)
+    for simulation in (alone, together):
+        simulation.step(50)
+    assert together.state.values[-1].tobytes() == alone.state.values[-1].tobytes()
+
+
 def test_two_pivoted_bodies_on_a_spring_exchange_energy_and_keep_it():
     def hung(name, x, angle):
         return {

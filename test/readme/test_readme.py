@@ -51,6 +51,14 @@ def test_the_scene_of_contact_loads():
     assert [body.name for body in bodies][:2] == ['ground', 'box_1'] and len(bodies) == 11
 
 
+def test_the_bodies_of_the_scene_with_a_hammer_load():
+    (hammer,) = load_scene(
+        {'dt': 0.001, **yaml.safe_load(block_with('yaml', 'name: hammer'))}
+    ).bodies
+    assert hammer.pivot is not None
+    assert hammer.initial.position[2] < 1.0  # its head hangs down
+
+
 def test_the_python_example_runs():
     printed = run(
         [sys.executable, '-c', block_with('python', 'Simulation(load_scene')], folder=ROOT

@@ -9,7 +9,12 @@ bounded energy error of a symmetric method is not to be had with it.
 """
 
 from rigid_body_sim.physics.integrators.integrator import Integrator
-from rigid_body_sim.physics.integrators.options import tolerances, within_tolerances
+from rigid_body_sim.physics.integrators.options import (
+    ORIENTATION,
+    oriented,
+    tolerances,
+    within_tolerances,
+)
 from rigid_body_sim.physics.schemes.adaptive import EmbeddedPair
 
 A = (
@@ -32,6 +37,6 @@ INTEGRATOR = Integrator(
     source='Dormand & Prince, J. Comp. Appl. Math. 6 (1980); Gustafsson, ACM TOMS 17 (1991)',
     scheme=EmbeddedPair(a=A, b=B, error=ERROR),
     failure='no substep down to 1e-12 of the tick meets rtol and atol',
-    options=tolerances(1e-9, 1e-12),
-    configure=within_tolerances,
+    options=tolerances(1e-9, 1e-12) | ORIENTATION,
+    configure=lambda method, settings: oriented(within_tolerances(method, settings), settings),
 )

@@ -18,6 +18,9 @@ start alone, nothing is remembered from tick to tick, and a command needs to res
 that wants n substeps costs about log5(n) refused ones more. The last slope is taken at the new
 state and is the first of the next substep ("first same as last").
 
+With `orientation: matrix` the rotation is (R, L), see `stages_of_matrices`, and its error that of
+these: |.| of R is the root of the sum of its squares.
+
 In a scene without forces that depend on the state each body has substeps of its own; else all
 bodies share them. Where no substep down to 1e-12 of the tick is accepted, the state of the worst
 body is set to NaN, which names it, and GAVE_UP is returned.
@@ -32,14 +35,15 @@ from typing import Any
 
 from rigid_body_sim.physics.blocks import QX, ROTATION, RX, TRANSLATION, at
 from rigid_body_sim.physics.kernels import specialise, unbound
-from rigid_body_sim.physics.schemes import no_rotation, substeps
+from rigid_body_sim.physics.schemes import no_rotation, substeps, substeps_of_matrices
+from rigid_body_sim.physics.schemes import stages_of_matrices as matrices
 from rigid_body_sim.physics.schemes import stages_of_points as points
 from rigid_body_sim.physics.schemes import stages_of_turns as turns
 from rigid_body_sim.physics.schemes.runge_kutta import no_forces, square
+from rigid_body_sim.physics.schemes.stages_of_matrices import MATRIX
 from rigid_body_sim.physics.schemes.stages_of_points import POINT
 from rigid_body_sim.physics.schemes.stages_of_points import begin as begin_points
 from rigid_body_sim.physics.schemes.stages_of_points import slope_of as slope_of_points
-from rigid_body_sim.physics.schemes.stages_of_turns import TURN, TURN_START
 from rigid_body_sim.physics.schemes.steps import finite, start_evaluation
 
 HEAD = 64  # numbers at the head of the workspace: rtol, atol
@@ -50,6 +54,7 @@ GAVE_UP = 1.0  # what is returned then: DID_NOT_CONVERGE of `physics.integrators
 # bound for each pair, and `evaluate` for each scene, by `specialise`
 STAGES = 1  # without the slope at the new state
 C: tuple[float, ...] = (0.0,)
+TURN = TURN_START = 0  # numbers of a slope of a rotation in a block; where the slopes begin
 evaluate: Callable[..., Any] = unbound
 advance_one: Callable[..., Any] = unbound
 move_points: Callable[..., Any] = unbound
@@ -59,6 +64,8 @@ begin_turns: Callable[..., Any] = unbound
 move_turns: Callable[..., Any] = unbound
 slope_of_turns: Callable[..., Any] = unbound
 set_rate: Callable[..., Any] = unbound
+save_turns: Callable[..., Any] = unbound
+restore_turns: Callable[..., Any] = unbound
 end_turns: Callable[..., Any] = unbound
 error_of_turns: Callable[..., Any] = unbound
 step_points: Callable[..., Any] = unbound
@@ -108,13 +115,14 @@ def _advance(
                     lanes = min(64, n_rigid - 64 * block)
                     s = rotation[block * ROTATION : block * ROTATION + ROTATION]
                     y = turn_workspace[block * turn_size : (block + 1) * turn_size]
+                    memory = method[block * MATRIX : (block + 1) * MATRIX]
                     if stage == 0:
-                        begin_turns(lanes, s, y, method)
-                        substeps.save_turns(lanes, s, y[TURN_START + TURN * (STAGES + 1) :])
+                        begin_turns(lanes, s, y, memory)
+                        save_turns(lanes, s, memory, y[TURN_START + TURN * (STAGES + 1) :])
                     elif stage < STAGES:
                         move_turns(stage, lanes, step, s, y)
                     else:
-                        end_turns(lanes, step, s, y, method)
+                        end_turns(lanes, step, s, y, memory)
                         set_rate(lanes, s, y)
                 within = 1.0 if last and stage == STAGES else elapsed + C[stage] * share
                 start_evaluation(n_bodies, n_rigid, translation, rotation)
@@ -157,12 +165,15 @@ def _advance(
                 lanes = min(64, n_rigid - 64 * block)
                 s = rotation[block * ROTATION : block * ROTATION + ROTATION]
                 y = turn_workspace[block * turn_size : (block + 1) * turn_size]
+                memory = method[block * MATRIX : (block + 1) * MATRIX]
+                saved = y[TURN_START + TURN * (STAGES + 1) :]
                 if accepted:
-                    begin_turns(lanes, s, y, method)
-                    substeps.save_turns(lanes, s, y[TURN_START + TURN * (STAGES + 1) :])
-                    substeps.take_over(7, lanes, y[TURN_START + TURN * STAGES :], y[TURN_START:])
+                    begin_turns(lanes, s, y, memory)
+                    save_turns(lanes, s, memory, saved)
+                    slope = y[TURN_START + TURN * STAGES :]
+                    substeps.take_over(TURN // 64, lanes, slope, y[TURN_START:])
                 else:
-                    substeps.restore_turns(lanes, y[TURN_START + TURN * (STAGES + 1) :], s)
+                    restore_turns(lanes, saved, y, s)
             fresh = True
             count += 1
             if accepted:
@@ -196,8 +207,9 @@ def _advance_free(
     status = finite(n_bodies, 0, translation, rotation)
     for i in range(n_rigid):
         own = rotation[at(i, ROTATION) :]
+        memory = method[at(i, MATRIX) :]
         one = advance_one(
-            ticks, tick, h, 0, 1, translation[:0], own, method, workspace, elements, ranges
+            ticks, tick, h, 0, 1, translation[:0], own, memory, workspace, elements, ranges
         )
         if one != 0.0:
             status = one
@@ -212,17 +224,19 @@ class EmbeddedPair:
     a     : rows of the tableau, without the last one
     b     : weights of the higher order, which goes on; also the last row of the tableau
     error : b - b*, with the weight of the slope at the new state as the last
-    turning : False for point masses alone
+    matrix, reorthonormalise, turning : as for `runge_kutta.RungeKutta`
     """
 
     a: tuple[tuple[float, ...], ...]
     b: tuple[float, ...]
     error: tuple[float, ...]
+    matrix: bool = False
+    reorthonormalise: bool = True
     turning: bool = True
 
     def for_points(self) -> EmbeddedPair:
         """Return the same pair without rotation."""
-        return replace(self, turning=False)
+        return replace(self, matrix=False, turning=False)
 
     def _constants(self) -> dict[str, Any]:
         stages = len(self.b)
@@ -234,8 +248,9 @@ class EmbeddedPair:
             'TOTAL': stages,
             'BC': 0.5,
             'ERROR': self.error,
-            'TURN': TURN,
-            'TURN_START': TURN_START,
+            'TURN': self._family.TURN,
+            'TURN_START': self._family.TURN_START,
+            'REORTHONORMALISE': self.reorthonormalise,
         }
 
     def free(self, name: str) -> Callable[..., Any]:
@@ -253,6 +268,8 @@ class EmbeddedPair:
         self, name: str, *, scene: str, evaluate: Callable[..., Any], velocity_dependent: bool
     ) -> Callable[..., Any]:
         """Make the kernel for the force elements of a scene, named by `scene`."""
+        if self.matrix:
+            name = f'{name}_matrix{"_reorthonormalised" if self.reorthonormalise else ""}'
         constants = self._constants()
 
         def part(function: Any) -> Callable[..., Any]:
@@ -269,21 +286,32 @@ class EmbeddedPair:
             **constants,
         )
 
+    @property
+    def _family(self) -> Any:
+        return matrices if self.matrix else turns
+
     def _turns(self, part: Callable[..., Any]) -> dict[str, Callable[..., Any]]:
         """Give the parts of a step that turn."""
-        of: Any = turns if self.turning else no_rotation
+        if not self.turning:
+            stages: Any = no_rotation
+            keeping: Any = no_rotation
+        else:
+            stages = self._family
+            keeping = substeps_of_matrices if self.matrix else substeps
         bound: Any = part if self.turning else lambda function: function
-        error = substeps.error_of_turns if self.turning else no_rotation.error_of
         return {
-            'begin_turns': of.begin,
-            'move_turns': bound(of.move),
-            'slope_of_turns': of.slope_of,
-            'set_rate': of.set_rate,
-            'end_turns': bound(of.end),
-            'error_of_turns': bound(error),
+            'begin_turns': stages.begin,
+            'move_turns': bound(stages.move),
+            'slope_of_turns': stages.slope_of,
+            'end_turns': bound(stages.end),
+            'set_rate': (keeping if self.matrix else stages).set_rate,
+            'save_turns': keeping.save_turns,
+            'restore_turns': keeping.restore_turns,
+            'error_of_turns': bound(keeping.error_of_turns),
         }
 
     def workspace(self, blocks: int) -> int:
         """Count the numbers that a step writes beside the state."""
-        stages = len(self.b)
-        return HEAD + max(blocks, 1) * (POINT * (stages + 3) + TURN_START + TURN * (stages + 2))
+        stages, of = len(self.b), self._family
+        turn = of.TURN_START + of.TURN * (stages + 2)
+        return HEAD + max(blocks, 1) * (POINT * (stages + 3) + turn)

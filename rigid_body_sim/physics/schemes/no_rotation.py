@@ -9,14 +9,17 @@ bodies is then neither compiled nor called.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 from rigid_body_sim.physics.kernels import inline
 
+T = TypeVar('T')
 
-def for_points(scheme: Any) -> Any:
+
+def for_points(scheme: T) -> T:
     """Return the scheme without its rotation, where it can do without."""
-    return scheme.for_points() if hasattr(scheme, 'for_points') else scheme
+    of_points: Any = getattr(scheme, 'for_points', None)
+    return scheme if of_points is None else of_points()
 
 
 @inline
@@ -60,6 +63,16 @@ def set_rate(lanes, s, y):
 
 
 @inline
-def error_of(lanes, h, y, rtol, atol, first, worst, culprit):
+def save_turns(lanes, s, memory, saved):
+    """Keep nothing."""
+
+
+@inline
+def restore_turns(lanes, saved, y, s):
+    """Return to nothing."""
+
+
+@inline
+def error_of_turns(lanes, h, y, rtol, atol, first, worst, culprit):
     """Err by nothing."""
     return worst, culprit

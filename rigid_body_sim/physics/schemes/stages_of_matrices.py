@@ -78,7 +78,7 @@ def _quaternion(a, b, c, d, e, f, g, h, i):
 
 
 @inline
-def _write_quaternion(k, s, y, place):
+def write_quaternion(k, s, y, place):
     """
     Write the quaternion nearest to the matrix at a place of y, on the side of the one before.
     """
@@ -132,7 +132,7 @@ def move(stage, lanes, h, s, y):
                 y[k + 64 * row + TURN] = total
             else:
                 s[k + LX + 64 * (row - 9)] = total
-        _write_quaternion(k, s, y, TURN)
+        write_quaternion(k, s, y, TURN)
 
 
 @inline
@@ -170,7 +170,7 @@ def end(lanes, h, s, y, memory):
             for j in range(STAGES):
                 total += B[j] * y[TURN_START + TURN * j + k + 64 * row]
             y[k + 64 * row] += h * total
-        _write_quaternion(k, s, y, 0)
+        write_quaternion(k, s, y, 0)
         s[k + LX], s[k + LY], s[k + LZ] = y[k + 576], y[k + 640], y[k + 704]
         if REORTHONORMALISE:
             a, b, c, d, e, f, g, u, v = matrix(s[k + QX], s[k + QY], s[k + QZ], s[k + QW])

@@ -147,7 +147,7 @@ def restore_points(lanes, y, saved, s):
 
 
 @inline
-def save_turns(lanes, s, saved):
+def save_turns(lanes, s, memory, saved):
     """Keep q and L."""
     for k in range(lanes):
         saved[k], saved[k + 64], saved[k + 128] = s[k + QX], s[k + QY], s[k + QZ]
@@ -156,7 +156,7 @@ def save_turns(lanes, s, saved):
 
 
 @inline
-def restore_turns(lanes, saved, s):
+def restore_turns(lanes, saved, y, s):
     """Return to the start of the substep."""
     for k in range(lanes):
         s[k + QX], s[k + QY], s[k + QZ] = saved[k], saved[k + 64], saved[k + 128]
