@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 `make bench-all`: every figure that a test must not judge: step costs, start-up, real-time
-behaviour of the node.
+behaviour of the node, and the largest steps.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-SCRIPTS = ('step_cost.py', 'start_up.py', 'real_time.py')
+SCRIPTS = ('step_cost.py', 'start_up.py', 'real_time.py', 'stability_limits.py')
 
 
 def main() -> int:

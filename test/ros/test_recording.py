@@ -199,6 +199,9 @@ def test_a_run_that_diverges_ends_with_1_and_a_readable_bag(start_node, tmp_path
     assert node.wait() == 1
     assert "'b' diverged in tick" in node.said.strip().splitlines()[-1]
     assert 'Traceback' not in node.said
+    before, _, _ = node.said.partition('ready:')
+    assert "'b' may swing at 1e+06 rad/s" in before  # it was warned of before the first tick
     bag = Bag(node.folder / 'wild')
+    assert len(json.loads(bag.ending['warnings'])) == 1
     assert bag.ending['end_reason'] == 'diverged'
     assert bag.counts['/clock'] == int(bag.ending['last_tick']) > 0

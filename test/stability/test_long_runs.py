@@ -55,8 +55,6 @@ def test_energy_walks_at_random_by_round_off_alone(name, case, allowed):
         ('rk4', 'needle', 4e-6),
         ('five_rotations', 'top', 2e-7),
         ('five_rotations', 'needle', 3e-6),
-        ('lie_rk4', 'top', 3e-6),
-        ('lie_rk4', 'needle', 2e-4),
     ],
 )
 def test_energy_of_the_others_drifts_no_faster_than_published(name, case, drift):

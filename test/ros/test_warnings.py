@@ -1,0 +1,27 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A limit of the integrator that is passed on the way: in the diagnostics and in the log."""
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+
+
+def test_a_limit_passed_on_the_way_turns_the_diagnostics_to_warn(start_node, meet, messages):
+    node = start_node(integrator='explicit_euler', diagnostics_period=0.1)
+    peer = meet(node)
+    statuses = []
+    subscription = peer.node.create_subscription(
+        DiagnosticArray, '/diagnostics', lambda message: statuses.append(message.status[0]), 10
+    )
+    peer.until(lambda: statuses, 'diagnostics')
+    assert not any(pair.key.startswith('warning') for pair in statuses[-1].values)
+    # 0.05 N m s about y, 0.0283 kg m^2: 1.8 rad/s, h |omega| = 0.0018 where 0.001 is allowed
+    peer.sender('box/impulse', WrenchStamped).publish(messages.wrench((0, 0, 0), (0, 0.05, 0)))
+    peer.until(lambda: any(pair.key == 'warning 1' for pair in statuses[-1].values), 'the warning')
+    status = statuses[-1]
+    assert status.level == DiagnosticStatus.WARN
+    assert "'box' turns by h |omega| = 0.00" in status.message
+    peer.until(lambda: "'box' turns by h |omega|" in node.said, 'the warning in the log')
+    assert node.said.count("'box' turns by h |omega|") == 1
+    peer.node.destroy_subscription(subscription)
+    assert node.stop() == 0
