@@ -170,6 +170,16 @@ def test_markdown_tables_have_as_many_fields_as_heads(report):
         assert len({line.count('|') for line in table.splitlines()}) == 1
 
 
+def test_document_has_its_pictures_beside_it(report, tmp_path):
+    folder, path = tmp_path / 'report', tmp_path / 'docs' / 'speed.md'
+    results.write(report, folder)
+    drawn = pictures.write({'problems': report['problems'][:1]}, folder)[0]
+    markdown.document(folder, path)
+    (copy,) = (path.parent / 'speed').iterdir()
+    assert f'({path.stem}/{copy.name})' in path.read_text()
+    assert 1000 < copy.stat().st_size < 0.7 * drawn.stat().st_size
+
+
 def test_front_is_what_no_other_point_beats(report):
     problem = report['problems'][0]
     front = series.front_of(problem)
