@@ -56,7 +56,16 @@ setup(
     extras_require={
         'fast': ['numba'],
         'peers': ['mujoco', 'drake', 'dartpy', 'pin', 'rapier3d'],
-        'test': ['hypothesis', 'mcap-ros2-support', 'mpmath', 'psutil', 'pytest', 'rosbags'],
+        'test': [
+            'hypothesis',
+            'mcap-ros2-support',
+            'mpmath',
+            'psutil',
+            'pytest',
+            'rosbags',
+            'yourdfpy',
+        ],
+        'urdf': ['lxml', 'yourdfpy'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),

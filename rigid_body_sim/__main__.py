@@ -23,7 +23,7 @@ VERBS = {
     'simulate': 'run a scene without ROS, as fast as possible, into a bag',
     'replay': 're-run a bag from its own scene and commands and compare bit by bit',
     'bag': 'look after recordings: info, check, recover, diff',
-    'view': 'draw a run: trajectories, speeds, energy, drift (PNG)',
+    'view': 'draw a run: trajectories, energy, drift, contact forces (PNG); or play it (HTML)',
     'report': 'speed against error of every method: tables, plots, one HTML page',
     'inverse': 'from positions to velocities, accelerations and the wrench that explains them',
     'wrench_pub': 'publish commands to a body, or those of a bag',

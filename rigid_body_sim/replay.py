@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
@@ -26,6 +27,7 @@ from rigid_body_sim.physics.rotation import angle_between
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag, RecordedMessage
+from rigid_body_sim.recording.bag_writer import DERIVED_BY
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.ulps import ulp_distance
 from rigid_body_sim.run import Run, RunSettings
@@ -36,11 +38,15 @@ from rigid_body_sim.run_recorder import (
     TICK_SEMANTICS,
     RunRecorder,
     held_from_json,
+    recording,
 )
 from rigid_body_sim.scene import load_scene
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
+Warn = Callable[[str], None]
+
+LOOKS = 256  # at drift and limits over a replay: cheap beside it
 
 
 @dataclass(frozen=True)
@@ -69,6 +75,7 @@ class Comparison:
     final_state_sha256: str
     difference: Difference | None
     recovered: bool
+    warnings: Sequence[str] = ()
 
 
 @dataclass
@@ -97,9 +104,12 @@ class RecordedRun:
     def __init__(self, path: Path) -> None:
         self.bag = Bag(path)
         manifest = self.bag.manifest
-        if not manifest:
+        if not self.bag.holds_run:
+            what = 'only messages'
+            if DERIVED_BY in manifest:
+                what = f'but what {manifest[DERIVED_BY]} derived from {manifest.get("source")}'
             raise UserError(
-                f'{path}: holds no run of rigid_body_sim, only messages; replay needs a bag '
+                f'{path}: holds no run of rigid_body_sim, {what}; replay needs a bag '
                 'that this package recorded'
             )
         wanted = (SCHEMA_VERSION, TICK_SEMANTICS)
@@ -125,6 +135,7 @@ class RecordedRun:
             world_frame=manifest['world_frame'],
             command_timeout_ns=int(manifest['command_timeout_ns']),
             publish_every=int(manifest['publish_every']),
+            publish_contacts=json.loads(manifest.get('publish_contacts', 'false')),
         )
         self.last_tick = self._last_tick()
         bodies = [body.name for body in self.scene.bodies]
@@ -172,7 +183,13 @@ class RecordedRun:
             [name for name in self.bag.topics if name not in self._command_topics]
         )
 
-    def run_again(self, *, integrator: str | None = None, dt: float | None = None) -> Run:
+    def run_again(
+        self,
+        *,
+        integrator: str | None = None,
+        dt: float | None = None,
+        warn: Warn | None = None,
+    ) -> Run:
         """Make a run that stands where the recording began."""
         simulation = Simulation(
             self.scene,
@@ -194,20 +211,32 @@ class RecordedRun:
             slots=held_from_json(self.bag.manifest['held_at_start']),
         )
         simulation.prepare()
-        return Run(simulation, self.settings)
+        run = Run(simulation, self.settings, warn=warn)
+        if run.contact_packer is not None:
+            touching = json.loads(self.bag.manifest['touching_at_start'])
+            run.contact_packer.touching = frozenset(touching)
+        return run
 
 
-def compare(recorded: RecordedRun, *, output: Path | None, progress: Progress) -> Comparison:
+def compare(
+    recorded: RecordedRun, *, output: Path | None, progress: Progress, warn: Warn | None = None
+) -> Comparison:
     """
     Run again with the same settings and compare every message bit by bit, up to the first
     difference.
     """
-    run = recorded.run_again()
-    recorder = RunRecorder(run, output) if output is not None else None
+    run = recorded.run_again(warn=warn)
+    with recording(run, output, done='replayed') as recorder:
+        return _compared(recorded, run, recorder, progress)
+
+
+def _compared(
+    recorded: RecordedRun, run: Run, recorder: RunRecorder | None, progress: Progress
+) -> Comparison:
     count = 0
 
     def replayed() -> Iterator[tuple[str, bytes]]:
-        topics = [topic.name for topic in run.packer.topics]
+        topics = [topic.name for topic in run.topics]
         for batch in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
             for channel, payload in batch.payloads():
                 yield topics[channel - 1], payload
@@ -224,14 +253,13 @@ def compare(recorded: RecordedRun, *, output: Path | None, progress: Progress) -
         difference = Difference(
             run.simulation.tick, '', 'final state', ending['final_state_sha256'], digest, None
         )
-    if recorder is not None:
-        recorder.close('replayed')
     return Comparison(
         ticks=recorded.last_tick - recorded.first_tick,
         messages=count,
         final_state_sha256=digest,
         difference=difference,
         recovered=ending is None,
+        warnings=tuple(run.warnings),
     )
 
 
@@ -243,12 +271,15 @@ def _advance(
     progress: Progress,
 ) -> Iterator[Batch]:
     """Advance to a tick, taking commands at theirs; yield what was packed."""
+    every = run.settings.publish_every
+    look_every = every * max(1, last_tick // every // LOOKS)
     for tick, taken in run.follow(commands, last_tick):
+        if run.simulation.tick % look_every == 0:
+            run.sample_drift()
         if recorder is not None:
             recorder.record(taken, tick=tick)
         progress(run.simulation.tick, last_tick)
-        if taken.batch is not None:
-            yield taken.batch
+        yield from taken.batches
 
 
 def _difference(
@@ -301,15 +332,23 @@ def measure(
     dt: float | None,
     output: Path | None,
     progress: Progress,
+    warn: Warn | None = None,
 ) -> tuple[Run, dict[str, Errors]]:
     """Run again with other settings and measure the distance from the recorded states; by body."""
-    run = recorded.run_again(integrator=integrator, dt=dt)
+    run = recorded.run_again(integrator=integrator, dt=dt, warn=warn)
+    with recording(run, output, done='replayed') as recorder:
+        errors = _measured(recorded, run, recorder, progress)
+    return run, errors
+
+
+def _measured(
+    recorded: RecordedRun, run: Run, recorder: RunRecorder | None, progress: Progress
+) -> dict[str, Errors]:
     simulation = run.simulation
     end_ns = recorded.last_tick * recorded.dt_ns
     commands: dict[int, list[Command]] = {}
     for tick, taken in recorded.commands().items():
         commands.setdefault(-(-tick * recorded.dt_ns // simulation.dt_ns), []).extend(taken)
-    recorder = RunRecorder(run, output) if output is not None else None
     errors = {body.name: Errors() for body in recorded.scene.bodies}
     index = {body.name: i for i, body in enumerate(recorded.scene.bodies)}
     compared = 0
@@ -333,14 +372,12 @@ def measure(
                 }
             )
         compared += 1
-    if recorder is not None:
-        recorder.close('replayed')
     if not compared:
         raise UserError(
             f'--dt {simulation.dt:g} s: hits none of the recorded times; choose one that divides '
             f'{recorded.settings.publish_every * recorded.dt_ns * 1e-9:g} s'
         )
-    return run, errors
+    return errors
 
 
 def _recorded_states(
@@ -364,4 +401,4 @@ def _recorded_states(
 
 
 def _distance(a: Array, b: tuple[float, ...]) -> float:
-    return float(np.linalg.norm(a - np.array(b)))
+    return math.hypot(*(a - np.array(b)).tolist())  # which a diverging run does not overflow

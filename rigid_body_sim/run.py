@@ -18,8 +18,9 @@ published.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +34,14 @@ from rigid_body_sim.physics.held_wrenches import FOREVER, Slot
 from rigid_body_sim.physics.invariants import Drift, DriftMeter
 from rigid_body_sim.physics.model import Vector
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.physics.state import State
 from rigid_body_sim.recording.batch import Batch
+from rigid_body_sim.recording.contact_packing import ContactPacker
 from rigid_body_sim.recording.packing import StatePacker
 from rigid_body_sim.recording.topics import body_topic
+
+if TYPE_CHECKING:
+    from rigid_body_sim.physics.contact.contacts import Contacts
 
 Array = NDArray[np.float64]
 
@@ -53,6 +59,7 @@ class RunSettings:
     publish_every      : ticks between publish ticks
     estimate_error     : whether a shadow runs along to tell how wrong the run is; it changes no
                          message
+    publish_contacts   : whether contacts are packed too
     """
 
     namespace: str = ''
@@ -60,6 +67,7 @@ class RunSettings:
     command_timeout_ns: int = 200_000_000
     publish_every: int = 10
     estimate_error: bool = False
+    publish_contacts: bool = False
 
 
 def publish_every(rate_hz: float, dt_ns: int) -> int:
@@ -75,18 +83,30 @@ class TickOutput:
     What came of one tick or of a stretch of them.
 
     consumed : commands taken at the start, in order, with their messages
-    batch    : packed messages, or None
+    batches  : packed messages, in the order of the file
     """
 
     tick: int
     consumed: Sequence[tuple[str, bytes]]
-    batch: Batch | None
+    batches: tuple[Batch, ...] = ()
 
 
 class Run:
-    """Takes commands, advances, packs. Knows neither clock nor file nor ROS."""
+    """
+    Takes commands, advances, packs. Knows neither clock nor file nor ROS.
 
-    def __init__(self, simulation: Simulation, settings: RunSettings) -> None:
+    warnings : where the run was seen beyond a limit of its integrator (`physics.stability`), at
+               the start and whenever drift was sampled: a line each, every body once a limit
+    warn     : is given each of them when it is found
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        settings: RunSettings,
+        *,
+        warn: Callable[[str], None] | None = None,
+    ) -> None:
         self.simulation = simulation
         self.settings = settings
         self.rules = CommandRules(simulation.scene, world_frame=settings.world_frame)
@@ -98,11 +118,58 @@ class Run:
             namespace=settings.namespace,
             frame_id=settings.world_frame,
         )
+        self.contact_packer = self._make_contact_packer(names)
+        self.topics = self.packer.topics + (
+            self.contact_packer.topics if self.contact_packer else ()
+        )
         self.command_timeout_ns = settings.command_timeout_ns
         self._applied = np.array(simulation.applied_wrench())
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
         self._commanded = bool(simulation.held_slots)
+        self._deepest_gap = math.inf
+        if settings.estimate_error and self.has_contact:
+            raise UserError(
+                f'error estimate of the scene {simulation.scene.name!r}: a shadow in half steps '
+                'says nothing where bodies meet; replay the bag with half the dt instead'
+            )
         self._shadow = Shadow(simulation) if settings.estimate_error else None
+        self._warn = warn
+        self._warn_anew()
+
+    def _warn_anew(self) -> None:
+        self.warnings: list[str] = []  # limits of the integrator that were passed, as first seen
+        self._warned: dict[str, set[int]] = {}
+        self._look_at_limits(self.simulation.state)
+
+    def _look_at_limits(self, state: State) -> None:
+        for excess in self.simulation.stability.look(state, self._warned):
+            self._warned.setdefault(excess.kind, set()).update(excess.bodies)
+            self.warnings.append(excess.text)
+            if self._warn is not None:
+                self._warn(excess.text)
+
+    def _make_contact_packer(self, names: Sequence[str]) -> ContactPacker | None:
+        scene, settings = self.simulation.scene, self.settings
+        if not settings.publish_contacts:
+            return None
+        if not self.has_contact:
+            raise UserError(
+                f'contacts of the scene {scene.name!r}: asked for, but its bodies do not meet; '
+                'give the scene contact: {mode: timestep}, or do not ask'
+            )
+        return ContactPacker(
+            names,
+            movable=[not body.fixed for body in scene.bodies],
+            dt_ns=self.simulation.dt_ns,
+            namespace=settings.namespace,
+            frame_id=settings.world_frame,
+            first_channel_id=1 + len(self.packer.topics),
+        )
+
+    @property
+    def has_contact(self) -> bool:
+        """Whether bodies of the scene meet at all."""
+        return self.simulation.scene.contact['mode'] != 'none'
 
     def _step(self, ticks: int) -> None:
         self.simulation.step(ticks)
@@ -194,8 +261,8 @@ class Run:
         if changed.size:
             force, torque = self._applied + self._struck
             batch = self.packer.pack_wrenches(changed, tick, force=force, torque=torque)
-            return TickOutput(stop, consumed, batch)
-        return TickOutput(stop, consumed, None)
+            return TickOutput(stop, consumed, (batch,))
+        return TickOutput(stop, consumed)
 
     def follow(
         self, commands: Mapping[int, Sequence[Command]], last_tick: int
@@ -233,10 +300,10 @@ class Run:
                 different[self.simulation.scene_index(key[0])] = True
         return np.flatnonzero(different)
 
-    def _pack_states(self) -> Batch:
+    def _pack_states(self) -> tuple[Batch, ...]:
         state = self.simulation.state
         force, torque = self._applied + self._struck if self._any_struck else self._applied
-        return self.packer.pack(
+        batch = self.packer.pack(
             self.simulation.tick,
             position=state.position,
             orientation=state.orientation,
@@ -244,6 +311,25 @@ class Run:
             angular_velocity=state.angular_velocity,
             force=force,
             torque=torque,
+        )
+        contacts = self._pack_contacts() if self.contact_packer is not None else None
+        if contacts is None:
+            return (batch,)
+        wrenches, states = self.packer.split(batch)
+        return (wrenches, contacts, states)
+
+    def _pack_contacts(self) -> Batch | None:
+        assert self.contact_packer is not None
+        simulation = self.simulation
+        found = simulation.contacts()
+        self._look_at(found)
+        return self.contact_packer.pack(
+            simulation.tick,
+            bodies=found.bodies,
+            point=found.point,
+            normal=found.normal,
+            gap=found.gap,
+            force=found.impulse / simulation.dt,
         )
 
     def _close_stretch(self) -> None:
@@ -255,13 +341,27 @@ class Run:
             self._sample(commanded=True)
 
     def sample_drift(self) -> Drift:
-        """Measure what should have stayed the same, and give the worst so far."""
+        """Measure what should have stayed the same, give the worst so far; look at the limits."""
         self._sample(commanded=self._commanded)
         return self._meter.drift()
 
+    def deepest_gap(self) -> float | None:
+        """
+        Smallest distance [m] of two bodies in contact, at any look so far (of `sample_drift` and
+        of packed contacts); negative: they overlapped. None where nothing touched.
+        """
+        return self._deepest_gap if self._deepest_gap < math.inf else None
+
+    def _look_at(self, contacts: Contacts) -> None:
+        self._deepest_gap = min(self._deepest_gap, float(np.min(contacts.gap, initial=math.inf)))
+
     def _sample(self, *, commanded: bool) -> None:
         simulation = self.simulation
-        self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
+        if self.has_contact:
+            self._look_at(simulation.contacts())
+        state = simulation.state
+        self._meter.sample(state, time=simulation.time, commanded=commanded)
+        self._look_at_limits(state)
 
     def reset(self) -> None:
         """Put every body back to the start of the scene; time goes on, drift is measured anew."""
@@ -270,9 +370,11 @@ class Run:
             self._shadow = Shadow(self.simulation)
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
+        self._deepest_gap = math.inf
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time
         )
+        self._warn_anew()
 
 
 def _asked(slot: Slot | None) -> tuple[object, ...] | None:

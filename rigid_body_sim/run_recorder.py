@@ -14,7 +14,8 @@ import hashlib
 import json
 import platform
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict
 from datetime import datetime, timezone
 from pathlib import Path
@@ -22,6 +23,7 @@ from pathlib import Path
 from rigid_body_sim import __version__
 from rigid_body_sim.commands import KINDS
 from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.held_wrenches import Slot
 from rigid_body_sim.recording.bag_writer import BagWriter
 from rigid_body_sim.recording.topics import command_topics
@@ -52,7 +54,7 @@ class RunRecorder:
         self._clock_start = time.monotonic()
         scene = run.simulation.scene
         names = [body.name for body in scene.bodies]
-        topics = [*run.packer.topics, *command_topics(names, namespace=run.settings.namespace)]
+        topics = [*run.topics, *command_topics(names, namespace=run.settings.namespace)]
         start = run.simulation.state_bytes()
         self.first_tick = run.simulation.tick
         self._writer = BagWriter(
@@ -84,6 +86,9 @@ class RunRecorder:
             'held_at_start': json.dumps(held_as_json(simulation.held_slots)),
             'publish_every': str(settings.publish_every),
             'command_timeout_ns': str(run.command_timeout_ns),
+            'contact': json.dumps(dict(scene.contact)),
+            'publish_contacts': json.dumps(settings.publish_contacts),
+            'touching_at_start': json.dumps(_touching(run)),
             'namespace': settings.namespace,
             'world_frame': settings.world_frame,
             'bodies': json.dumps([body.name for body in scene.bodies]),
@@ -99,20 +104,33 @@ class RunRecorder:
         """
         for topic, message in output.consumed:
             self._writer.write_message(topic, tick, tick * self._run.simulation.dt_ns, message)
-        if output.batch is not None:
-            self._writer.write(output.batch)
+        for batch in output.batches:
+            self._writer.write(batch)
         every = self._run.settings.publish_every
         if output.tick % (every * CHAIN_EVERY) == 0:
             self._chain.update(self._run.simulation.state_bytes())
 
     def close(self, reason: str) -> None:
-        """Finish the bag. `reason`: duration, stop_time, signal, stopped, reset, diverged."""
+        """
+        Finish the bag.
+
+        reason : duration, stop_time, signal, stopped, reset, replayed, diverged, error
+        """
         simulation = self._run.simulation
         self._chain.update(simulation.state_bytes())
+        self._run.sample_drift()
         estimate = self._run.error_estimate()
+        drift = asdict(self._run.sample_drift())
+        gap = self._run.deepest_gap()
         self._writer.close(
             {
                 **({'error_estimate': json.dumps(asdict(estimate))} if estimate else {}),
+                **{
+                    f'{law}_drift' if law != 'energy_rise' else law: repr(value)
+                    for law, value in drift.items()
+                    if value is not None
+                },
+                **({'deepest_gap': repr(gap)} if gap is not None else {}),
                 'last_tick': str(simulation.tick),
                 'ticks': str(simulation.tick - self.first_tick),
                 'last_time_ns': str(simulation.tick * simulation.dt_ns),
@@ -120,10 +138,37 @@ class RunRecorder:
                 'state_chain_sha256': self._chain.hexdigest(),
                 'dropped': str(self._dropped),
                 'end_reason': reason,
+                'warnings': json.dumps(self._run.warnings, ensure_ascii=False),
                 'wall_start': self._wall_start.isoformat(timespec='seconds'),
                 'wall_seconds': f'{time.monotonic() - self._clock_start:.3f}',
             }
         )
+
+
+def _touching(run: Run) -> list[int]:
+    """Bodies of which an empty message of contacts is still to come when they let go."""
+    return sorted(run.contact_packer.touching) if run.contact_packer else []
+
+
+@contextmanager
+def recording(run: Run, path: Path | None, *, done: str) -> Iterator[RunRecorder | None]:
+    """
+    Record a run, if a bag is wanted, and close the bag however it ends.
+
+    done : the reason to write where nothing went wrong
+    """
+    if path is None:
+        yield None
+        return
+    recorder, reason = RunRecorder(run, path), 'stopped'
+    try:
+        yield recorder
+        reason = done
+    except SimulationDiverged:
+        reason = 'diverged'
+        raise
+    finally:
+        recorder.close(reason)
 
 
 def held_as_json(slots: Mapping[tuple[int, str], Slot]) -> list[list[object]]:

@@ -9,6 +9,10 @@ Energy, momentum and angular momentum of a scene, and how far a run has let them
 
 Fixed bodies have none. Under uniform gravity and forces between the bodies alone, P - P0 = M g t,
 and the angular momentum about the common centre of mass stays.
+
+Where bodies meet (contact by time stepping), friction and inelastic impacts take energy: it is not
+conserved, but it must not rise. Contacts between movable bodies keep P and L; those with a fixed
+body or a plane do not.
 """
 
 from __future__ import annotations
@@ -21,7 +25,8 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.forces.element import WORLD, BodyState
-from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.model import Body, Scene
+from rigid_body_sim.physics.shapes import Particles
 from rigid_body_sim.physics.state import State
 from rigid_body_sim.physics.variable_mass import flow_of
 
@@ -32,8 +37,9 @@ class Invariants:
     """
     The conserved quantities of one scene.
 
-    energy_is_conserved           : no force of the scene takes or gives energy
-    momentum_is_conserved         : no force but gravity comes from outside, a pivot's neither
+    energy_is_conserved   : no force of the scene takes or gives energy, and no bodies meet
+    energy_must_not_rise  : bodies meet, and no force of the scene takes or gives energy
+    momentum_is_conserved : no force but gravity comes from outside, a pivot's neither
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -47,9 +53,14 @@ class Invariants:
         anchored = {WORLD} | {body.name for body in scene.bodies if body.fixed}
         steady = all(flow_of(body) is None for body in scene.bodies)
         held = any(body.pivot is not None for body in scene.bodies)
-        self.energy_is_conserved = steady and all(f.conserves_energy() for f in scene.forces)
+        no_source = steady and all(f.conserves_energy() for f in scene.forces)
+        meet = scene.contact['mode'] != 'none'
+        self.energy_is_conserved = no_source and not meet
+        self.energy_must_not_rise = no_source and meet
+        obstacles = meet and any(_is_obstacle(body) for body in scene.bodies)
         self.momentum_is_conserved = (
             steady
+            and not obstacles
             and not held
             and all(
                 len(force.bodies()) > 1 and not anchored & set(force.bodies())
@@ -114,6 +125,11 @@ class Invariants:
         return energy, momentum, angular
 
 
+def _is_obstacle(body: Body) -> bool:
+    """Whether others bounce off a body that takes no momentum."""
+    return body.fixed and not (body.shape is None or isinstance(body.shape, Particles))
+
+
 def _orbital(position: Array, momentum: Array) -> Array:
     """Sum of r x p."""
     return np.cross(position, momentum).sum(axis=0)
@@ -125,11 +141,14 @@ class Drift:
     Relative change of what should have stayed the same; None where no conservation law holds.
 
     energy, momentum, angular_momentum : [-]
+    energy_rise : [-]  where bodies meet: how far the energy ever rose above its lowest value
+                  before, which it must not; None elsewhere
     """
 
     energy: float | None
     momentum: float | None
     angular_momentum: float | None
+    energy_rise: float | None = None
 
 
 class DriftMeter:
@@ -145,6 +164,8 @@ class DriftMeter:
         self._last = self._measure(state, time)
         self._drift = [0.0, np.zeros(3), np.zeros(3)]
         self._worst = np.zeros(3)
+        self._lowest = 0.0  # of the energy drift, so far
+        self._rise = 0.0
         self._scales = np.array(invariants.scales(state))
 
     def _measure(self, state: State, time: float) -> tuple[float, Array, Array]:
@@ -169,21 +190,24 @@ class DriftMeter:
                 for total, new, old in zip(self._drift, now, self._last, strict=True)
             ]
         self._worst = np.maximum(self._worst, [np.linalg.norm(total) for total in self._drift])
+        energy = float(self._drift[0])
+        self._lowest = min(self._lowest, energy)
+        self._rise = max(self._rise, energy - self._lowest)
         self._scales = np.maximum(self._scales, self._of.scales(state))
         self._last = now
 
     def drift(self) -> Drift:
         """Give the worst drift met at any sample, relative to the largest values met."""
-        energy, momentum, angular = (
-            float(worst) / float(scale)
-            if 0.0 < scale < math.inf
-            else 0.0
-            if scale == 0.0
-            else math.inf
-            for worst, scale in zip(self._worst, self._scales, strict=True)
-        )
+        energy, momentum, angular = map(_relative, self._worst, self._scales)
         return Drift(
             energy if self._of.energy_is_conserved else None,
             momentum if self._of.momentum_is_conserved else None,
             angular if self._of.momentum_is_conserved else None,
+            _relative(self._rise, self._scales[0]) if self._of.energy_must_not_rise else None,
         )
+
+
+def _relative(worst: float, scale: float) -> float:
+    if scale == 0.0:
+        return 0.0
+    return float(worst) / float(scale) if scale < math.inf else math.inf

@@ -148,10 +148,11 @@ _MADE: dict[tuple[str, str], Callable[..., Any]] = {}  # by module and unique na
 def _digest(bindings: dict[str, Any]) -> str:
     """
     Tell sets of bindings apart: numba finds a cached kernel by its name, whatever its globals
-    hold.
+    hold. Kernels of one name in two modules are two.
     """
     parts = (
-        f'{key}={getattr(value, "__name__", value)!r}' for key, value in sorted(bindings.items())
+        f'{key}={getattr(value, "__module__", "")}.{getattr(value, "__name__", value)!r}'
+        for key, value in sorted(bindings.items())
     )
     return hashlib.sha256(','.join(parts).encode()).hexdigest()[:8]
 
@@ -174,6 +175,19 @@ def argument(array: NDArray[Any]) -> Any:
     floats: the same bits, some ten times faster than numpy scalars, and silent about overflow.
     """
     return array if COMPILED else memoryview(array)
+
+
+def left_the_numbers(error: Exception) -> bool:
+    """
+    Tell whether a plain kernel met what a compiled one passes through as infinity or NaN: a
+    division by zero, an overflow, a function outside its domain. Any other error is a bug.
+    """
+    if COMPILED:
+        return False
+    if isinstance(error, ZeroDivisionError | OverflowError):
+        return True
+    said = str(error)  # Python has no narrower class; 3.14 says 'expected a …'
+    return said.startswith(('math domain', 'cannot convert float', 'expected a '))
 
 
 def versions() -> dict[str, str]:

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SERIES = 0.1  # [-] |w0^2 - g^2| h^2 up to which eight terms of the series are right to round-off
-SLOW = 0.5  # [-] w0 h and c h up to which Psi_r is taken as a power series
+SLOW = 1.0  # [-] w0 h and c h up to which Psi_r is taken as a power series: so k = 0 too is served
 ZERO = 1e-12  # [-] least stiffness of a mode, relative, where it may be nothing but rounding
 COMMON = (
     1e-13  # [-] largest entry beside the diagonal, relative, of matrices that count as diagonal

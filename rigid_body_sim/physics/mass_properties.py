@@ -36,6 +36,7 @@ from rigid_body_sim.physics.shapes import (
     Plane,
     Shape,
     Sphere,
+    Union,
 )
 from rigid_body_sim.physics.volume_integrals import (
     ROUND_OFF,
@@ -85,8 +86,8 @@ def of_shape(
     """
     Return the mass properties of a shape, from its mass [kg] or its density [kg/m^3].
 
-    The inertia of a particle is zero; that of a union of particles is whatever its sum gives
-    (`check_inertia`).
+    The inertia of a particle is zero; that of particles is whatever their sum gives
+    (`check_inertia`). The density is that of those parts of a union that have none of their own.
     """
     if isinstance(shape, Plane):
         raise InvalidModel('a plane has no mass: it is static; remove mass and density')
@@ -95,6 +96,8 @@ def of_shape(
     ):  # absurd sizes overflow to infinity and are refused by name below
         if isinstance(shape, Particle | Particles):
             return _of_points(shape, mass=mass, density=density)
+        if isinstance(shape, Union):
+            return _of_parts(shape, mass=mass, density=density)
         volume, center, per_mass = _solid(shape)
         mass = _mass(volume, mass=mass, density=density)
         return MassProperties(mass, center, mass * per_mass)
@@ -204,11 +207,28 @@ def _of_points(
             raise InvalidModel('a particle needs a mass [kg]')
         return MassProperties(_positive_mass(mass), np.zeros(3), np.zeros((3, 3)))
     total, center, inertia = _sums(shape.masses, shape.positions)
-    if mass is not None and not abs(mass - total) <= MASS_AGREEMENT * total:
-        raise InvalidModel(
-            f'mass {mass} kg is not the sum of the particles, {total} kg; remove mass'
-        )
+    _need_agreement(mass, total, 'particles')
     return MassProperties(_positive_mass(total), center, inertia)
+
+
+def _of_parts(shape: Union, *, mass: float | None, density: float | None) -> MassProperties:
+    parts = []
+    for number, part in enumerate(shape.parts):
+        of_whole = part.mass is None and not isinstance(part.shape, Particle | Particles)
+        own = density if of_whole and part.density is None else part.density
+        try:
+            of = of_shape(part.shape, mass=part.mass, density=own)
+        except InvalidModel as error:
+            raise InvalidModel(f'parts[{number}]: {error}') from error
+        parts.append(moved(of, position=part.position, orientation=part.orientation))
+    whole = union(parts)
+    _need_agreement(mass, whole.mass, 'parts')
+    return MassProperties(_positive_mass(whole.mass), whole.center_of_mass, whole.inertia)
+
+
+def _need_agreement(mass: float | None, total: float, of: str) -> None:
+    if mass is not None and not abs(mass - total) <= MASS_AGREEMENT * total:
+        raise InvalidModel(f'mass {mass} kg is not the sum of the {of}, {total} kg; remove mass')
 
 
 def _sums(masses: Array, positions: Array) -> tuple[float, Array, Array]:

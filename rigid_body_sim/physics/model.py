@@ -6,9 +6,9 @@ What is simulated: bodies with mass properties and initial motion, forces, gravi
 Plain frozen records without behaviour. SI units; world axes, z up; quaternions xyzw, body to
 world.
 
-Body axes are the axes in which the shape was given. The position of a body is the position of its
-centre of mass; points on a body (spring anchors, vertices) are given in shape coordinates, whose
-origin lies at `-center_of_mass` as seen from the centre of mass.
+Body axes are the axes in which the shape was given, unless `shape_orientation` turns it in them.
+The position of a body is the position of its centre of mass; points on a body (spring anchors) are
+given in body coordinates, whose origin lies at `-center_of_mass` as seen from the centre of mass.
 """
 
 from __future__ import annotations
@@ -89,12 +89,14 @@ class Body:
     One body.
 
     mass           : [kg]       > 0 (0 for a fixed body without mass)
-    center_of_mass : (3,) [m]   shape coordinates
+    center_of_mass : (3,) [m]   body coordinates
     inertia        : (3, 3) [kg m^2]  about the centre of mass, body axes; None for a point mass
     fixed          : immovable: its inverse mass and inertia are zero
     mass_flow      : how the mass changes; then `mass` and `inertia` are those at the start
     pivot          : the point about which it turns; then `initial` tells its orientation and
                      angular velocity, and its position and velocity follow from them
+    shape_position, shape_orientation : where the shape lies: (3,) [m] its origin in body
+        coordinates, (4,) [-] unit quaternion xyzw, shape axes to body axes
     """
 
     name: str
@@ -107,6 +109,8 @@ class Body:
     material: Material = Material()
     mass_flow: MassFlow | None = None
     pivot: Pivot | None = None
+    shape_position: Vector = (0.0, 0.0, 0.0)
+    shape_orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
     @property
     def is_point(self) -> bool:

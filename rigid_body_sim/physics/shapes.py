@@ -5,7 +5,8 @@ The shapes a body can have.
 
 Lengths are in metres, in shape coordinates: the axes in which the shape is given. Sphere, box,
 cylinder and capsule have their centre at the origin; the other shapes lie where their points say.
-A shape is geometry only: its mass properties come from `mass_properties`.
+A union joins others, each where its part says. A shape is geometry only: its mass properties come
+from `mass_properties`.
 """
 
 from __future__ import annotations
@@ -157,7 +158,48 @@ class Plane:
         object.__setattr__(self, 'normal', normal)
 
 
-Shape = Particle | Sphere | Box | Cylinder | Capsule | ConvexHull | Mesh | Particles | Plane
+@dataclass(frozen=True, eq=False)
+class Part:
+    """
+    One shape of a union, and where it is.
+
+    mass, density : [kg], [kg/m^3]  of this part, one of them at most; with neither it has the
+                    density of the whole
+    position      : (3,) [m]  origin of the shape, in the axes of the union
+    orientation   : (4,) [-]  unit quaternion xyzw, axes of the shape to those of the union
+    """
+
+    shape: Shape
+    mass: float | None = None
+    density: float | None = None
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.shape, Plane):
+            raise InvalidModel('a plane has no mass and is no part of a union; remove it')
+        if self.mass is not None and self.density is not None:
+            raise InvalidModel('give either mass [kg] or density [kg/m^3], and not both')
+
+
+@dataclass(frozen=True, eq=False)
+class Union:
+    """
+    Shapes joined rigidly, each of its own density; overlaps count twice.
+
+    It gives mass properties and does not collide: contact knows no union yet.
+    """
+
+    parts: tuple[Part, ...]
+
+    def __post_init__(self) -> None:
+        if not self.parts:
+            raise InvalidModel('a union needs at least one part')
+
+
+Shape = (
+    Particle | Sphere | Box | Cylinder | Capsule | ConvexHull | Mesh | Particles | Plane | Union
+)
 
 
 def _need_positive(what: str, value: float, *, unit: str = 'm') -> None:

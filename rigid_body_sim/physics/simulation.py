@@ -29,6 +29,7 @@ from rigid_body_sim.physics.held_wrenches import FOREVER, HeldWrenches, Slot, ch
 from rigid_body_sim.physics.invariants import Invariants
 from rigid_body_sim.physics.layout import Layout, as_vector
 from rigid_body_sim.physics.model import Scene, Vector
+from rigid_body_sim.physics.stability import StabilityWatch
 from rigid_body_sim.physics.state import State, StateReader
 from rigid_body_sim.physics.stepper import Stepper
 from rigid_body_sim.physics.tick_length import tick_nanoseconds
@@ -75,6 +76,7 @@ class Simulation:
         self._reader = StateReader(self._layout)
         self._held = HeldWrenches(self._layout, scene.gravity)
         self._stepper = Stepper(scene, self._layout, self.integrator)
+        self.stability = StabilityWatch(scene, self._layout, self.integrator, self.dt)
         self._read: State | None = None
         self._held_changed = True
         self._start_ns = 0  # when the scene began: tick 0, or the last reset
@@ -94,10 +96,7 @@ class Simulation:
 
     @property
     def _scene_tick(self) -> float:
-        """
-        Ticks since the start of the scene; a whole number unless a recording goes on with another
-        dt.
-        """
+        """Ticks since the start of the scene, not whole where a recording has another dt."""
         if not self._start_ns:
             return self.tick
         return (self.tick * self.dt_ns - self._start_ns) / self.dt_ns
@@ -154,10 +153,7 @@ class Simulation:
                 raise self._diverged()
 
     def _ticks_with_mass(self) -> int:
-        """
-        Count the whole ticks before a body has lost all of its mass; SimulationDiverged if there
-        is none.
-        """
+        """Count the whole ticks before a body is out of mass; SimulationDiverged if none."""
         end, body = self._out_of_mass
         ticks = math.ceil((end - self.scene_time) / self.dt) - 1
         if ticks < 1:
@@ -337,6 +333,10 @@ class Simulation:
         """Total angular momentum about the origin of the world (3,) [kg m^2/s]."""
         return self.invariants.angular_momentum(self.state)
 
+    def warnings(self) -> list[str]:
+        """Say where the present state is beyond a limit of the integrator, a line each."""
+        return [excess.text for excess in self.stability.look(self.state)]
+
     def reset(self) -> None:
         """
         Put every body back to the start of the scene, forces over time too, and let go of all
@@ -377,8 +377,7 @@ class Simulation:
         order.
 
         What the integrator remembers follows, if anything; then, where a wrench depends on time,
-        the start of the scene
-        [ns] as int64.
+        the start of the scene [ns] as int64.
         """
         state = self._layout.state_bytes(self._stepper.translation, self._stepper.rotation)
         state += self._stepper.memory().astype('<f8').tobytes()

@@ -46,10 +46,11 @@ from rigid_body_sim.physics.forces import (
 )
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.integrators.integrator import DID_NOT_CONVERGE, Integrator
-from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.kernels import argument, left_the_numbers
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schedule import SNAP, Schedule, Switch
+from rigid_body_sim.physics.schemes.no_rotation import for_points
 from rigid_body_sim.physics.schemes.steps import start_evaluation
 from rigid_body_sim.physics.variable_mass import end_of_flow, flow_of
 
@@ -86,7 +87,8 @@ class Stepper:
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
         self._method = self._blocks_of(self._method_rows())
         self._start = self._snapshot()
-        size = integrator.scheme.workspace(blocks(layout.n_moving))
+        self._scheme: Any = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
+        size = self._scheme.workspace(blocks(layout.n_moving))
         self._workspace = np.zeros(size)
         self._workspace[: len(integrator.constants)] = integrator.constants
         self._scene = scene
@@ -95,6 +97,7 @@ class Stepper:
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
         self._evaluate: Callable[..., Any] | None = None
+        self.contact = _contact_plan(scene, layout, integrator)
         self._hold_table(np.zeros((0, held_body_wrench.COLUMNS)))
 
     def _method_rows(self) -> Array:
@@ -185,7 +188,10 @@ class Stepper:
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
-            self._free = self._integrator.scheme.free(self._integrator.name)
+            if self.contact is not None:
+                self._free = self.contact.kernel('', None, False)
+            else:
+                self._free = self._scheme.free(self._integrator.name)
         return self._free
 
     def _kernels(self) -> list[tuple[str, Callable[..., None]]]:
@@ -219,7 +225,14 @@ class Stepper:
                     by_differences=bool(self._flows or (self._pivots.count and unknown)),
                 )
             damped = '_velocity' if self._depends_on_velocity else ''
-            self._coupled = self._integrator.scheme.coupled(
+            if self.contact is not None:
+                self._coupled = self.contact.kernel(
+                    '_'.join(['forces', *types]) + damped,
+                    evaluator(self._kernels()),
+                    self._depends_on_velocity,
+                )
+                return self._coupled
+            self._coupled = self._scheme.coupled(
                 self._integrator.name,
                 scene='_'.join(types) + damped,
                 evaluate=evaluator(self._kernels()),
@@ -355,10 +368,9 @@ class Stepper:
             status = kernel(n * ticks, n * tick, h / n, *self._arguments)
             self.cause = self._integrator.failure if status == DID_NOT_CONVERGE else ''
             return status == 0.0
-        except (
-            ArithmeticError,
-            ValueError,
-        ):  # the plain source meets a division by zero or a root of NaN
+        except (ArithmeticError, ValueError) as error:
+            if not left_the_numbers(error):
+                raise
             return False
 
     def _copy_back(self, before: tuple[Array, ...]) -> int:
@@ -394,3 +406,12 @@ class Stepper:
     def reset(self) -> None:
         """Return to the start of the scene."""
         self._return_to(self._start)
+
+
+def _contact_plan(scene: Scene, layout: Layout, integrator: Integrator) -> Any:
+    """Make the plan of the contact mode of a scene; None where nothing touches."""
+    if scene.contact.get('mode', 'none') == 'none':
+        return None
+    from rigid_body_sim.physics import contact  # only what a scene needs
+
+    return contact.prepare(scene, layout, integrator)

@@ -23,7 +23,7 @@ from mcap.summary import Summary
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording import bag_metadata, mcap_file, mcap_scan
-from rigid_body_sim.recording.bag_writer import ENDING, MANIFEST
+from rigid_body_sim.recording.bag_writer import DERIVED_BY, ENDING, MANIFEST
 from rigid_body_sim.recording.topics import Topic
 
 RECOVERED = 'rigid_body_sim_recovered'  # metadata record of a recovered bag
@@ -82,6 +82,11 @@ class Bag:
     def manifest(self) -> dict[str, str]:
         """What the run was, as strings."""
         return self._metadata.get(MANIFEST, {})
+
+    @property
+    def holds_run(self) -> bool:
+        """Whether it is the recording of a run, and not what was derived from one."""
+        return bool(self.manifest) and DERIVED_BY not in self.manifest
 
     @property
     def ending(self) -> dict[str, str] | None:

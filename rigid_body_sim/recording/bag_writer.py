@@ -33,6 +33,7 @@ from rigid_body_sim.recording.mcap_file import McapFile
 from rigid_body_sim.recording.topics import Topic, qos_text
 
 MANIFEST = 'rigid_body_sim'
+DERIVED_BY = 'derived_by'  # key of a manifest: the verb, where no run is recorded
 ENDING = 'rigid_body_sim_end'
 _MAX_CHANNELS = 65535  # channel ids are 16 bits, from 1
 _SHOWN_BY_ROSBAG2 = ('schema_version', 'dt_ns', 'integrator')

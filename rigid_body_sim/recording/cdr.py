@@ -9,9 +9,9 @@ counts from byte 4:
     4 int32 sec | 8 uint32 nanosec | 12 uint32 F | 16 frame_id, NUL (F bytes) | zeros | D doubles
     D = 4 + up(12 + F, 8)        up(x, a): x rounded up to a multiple of a
 
-`Clock` ends after nanosec. `encode` writes little endian with zeroed padding, so equal messages
-have equal bytes; `decode` reads both byte orders and any padding, and refuses every other length
-or content with `CdrError`.
+`Clock` ends after nanosec; `PointCloud2` is laid out in `point_cloud`. `encode` writes little
+endian with zeroed padding, so equal messages have equal bytes; `decode` reads both byte orders and
+any padding, and refuses every other length or content with `CdrError`.
 
 Source: OMG DDS-XTYPES 1.3, section 7.4 (plain CDR version 1). Not a general decoder: only the
 types in `TYPES`.
@@ -23,20 +23,18 @@ from dataclasses import dataclass
 from struct import Struct
 from typing import ClassVar
 
+from rigid_body_sim.recording.cdr_parts import U32, CdrError, require, text_of, up
+from rigid_body_sim.recording.point_cloud import CloudReader, PointCloud2, cloud_tail
+
 ENCAPSULATION = b'\x00\x01\x00\x00'
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 _HEAD = {0: Struct('>iI'), 1: Struct('<iI')}
-_LENGTH = {0: Struct('>I'), 1: Struct('<I')}
 _DOUBLES = {
     (order, count): Struct(f'{"><"[order]}{count}d') for order in (0, 1) for count in (3, 6, 7)
 }
-
-
-class CdrError(ValueError):
-    """Bytes that are not a message of the named type."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,17 +117,28 @@ class Vector3Stamped:
     vector: Vector
 
 
-Message = Clock | PoseStamped | TwistStamped | AccelStamped | WrenchStamped | Vector3Stamped
+Message = (
+    Clock
+    | PoseStamped
+    | TwistStamped
+    | AccelStamped
+    | WrenchStamped
+    | Vector3Stamped
+    | PointCloud2
+)
 
 TYPES: dict[str, type[Message]] = {
     kind.TYPE: kind
-    for kind in (Clock, PoseStamped, TwistStamped, AccelStamped, WrenchStamped, Vector3Stamped)
+    for kind in (
+        Clock,
+        PoseStamped,
+        TwistStamped,
+        AccelStamped,
+        WrenchStamped,
+        Vector3Stamped,
+        PointCloud2,
+    )
 }
-
-
-def up(size: int, alignment: int) -> int:
-    """Round a size up to a multiple of the alignment."""
-    return -(-size // alignment) * alignment
 
 
 def header_tail(frame_id: str) -> bytes:
@@ -142,7 +151,7 @@ def header_tail(frame_id: str) -> bytes:
     if b'\0' in name:
         raise CdrError(f'frame_id {frame_id!r} contains NUL; a CDR string cannot hold it')
     length = len(name) + 1
-    return (_LENGTH[1].pack(length) + name).ljust(up(12 + length, 8) - 8, b'\0')
+    return (U32[1].pack(length) + name).ljust(up(12 + length, 8) - 8, b'\0')
 
 
 def encode(message: Message) -> bytes:
@@ -154,6 +163,9 @@ def encode(message: Message) -> bytes:
         raise CdrError(f'{message.TYPE}: stamp {stamp} is not (int32, uint32)') from error
     if isinstance(message, Clock):
         return head
+    if isinstance(message, PointCloud2):
+        points = b''.join(Struct(f'<{len(point)}d').pack(*point) for point in message.points)
+        return head + cloud_tail(message.frame_id, message.names, points)
     values = [value for name, _ in message.PARTS for value in getattr(message, name)]
     return head + header_tail(message.frame_id) + _DOUBLES[1, len(values)].pack(*values)
 
@@ -169,27 +181,29 @@ def decode(type_name: str, payload: bytes) -> Message:
     if kind is None:
         raise CdrError(f'{type_name}: unknown type; known: {", ".join(TYPES)}')
     size = len(payload)
-    _require(size >= 12, kind, f'{size} bytes, but the stamp ends at byte 12')
+    require(size >= 12, kind.TYPE, f'{size} bytes, but the stamp ends at byte 12')
     order = payload[1]
-    _require(
+    require(
         payload[0] == 0 and order <= 1,
-        kind,
+        kind.TYPE,
         f'encapsulation {bytes(payload[:2]).hex(" ")}, allowed: 00 00 and 00 01 (plain CDR)',
     )
     sec, nanosec = _HEAD[order].unpack_from(payload, 4)
     if kind is Clock:
-        _require(size == 12, kind, f'{size} bytes, expected 12')
+        require(size == 12, kind.TYPE, f'{size} bytes, expected 12')
         return Clock(sec, nanosec)
-    _require(size >= 16, kind, f'{size} bytes, but the length of frame_id ends at byte 16')
-    (length,) = _LENGTH[order].unpack_from(payload, 12)
+    require(size >= 16, kind.TYPE, f'{size} bytes, but the length of frame_id ends at byte 16')
+    if kind is PointCloud2:
+        return CloudReader(payload, order).read(sec, nanosec)
+    (length,) = U32[order].unpack_from(payload, 12)
     start = 4 + up(12 + length, 8)
     count = sum(width for _, width in kind.PARTS)
-    _require(
+    require(
         size == start + 8 * count,
-        kind,
+        kind.TYPE,
         f'{size} bytes, expected {start + 8 * count} with a frame_id of {length} bytes',
     )
-    frame_id = _text(payload[16 : 16 + length], kind)
+    frame_id = text_of(payload[16 : 16 + length], kind.TYPE)
     values = _DOUBLES[order, count].unpack_from(payload, start)
     if count == 3:
         return Vector3Stamped(sec, nanosec, frame_id, values)
@@ -204,23 +218,11 @@ def fields(message: Message) -> dict[str, int | float | str]:
     }
     if not isinstance(message, Clock):
         named['frame_id'] = message.frame_id
+    if isinstance(message, PointCloud2):
+        named |= {'fields': ' '.join(message.names), 'width': len(message.points)}
+        for index, point in enumerate(message.points):
+            named |= {f'points[{index}].{n}': x for n, x in zip(message.names, point)}
     for part, _ in message.PARTS:
         for axis, value in zip('xyzw', getattr(message, part)):
             named[f'{part}.{axis}'] = value
     return named
-
-
-def _text(content: bytes, kind: type[Message]) -> str:
-    """Text of a CDR string; some writers give the empty string length 0, without its NUL."""
-    if not content:
-        return ''
-    _require(content.find(b'\0') == len(content) - 1, kind, 'frame_id has no NUL at its end alone')
-    try:
-        return bytes(content[:-1]).decode()
-    except UnicodeDecodeError as error:
-        raise CdrError(f'{kind.TYPE}: frame_id is not UTF-8: {error}') from error
-
-
-def _require(condition: bool, kind: type[Message], problem: str) -> None:
-    if not condition:
-        raise CdrError(f'{kind.TYPE}: {problem}')

@@ -18,6 +18,16 @@ _FIELDS = {
     'builtin_interfaces/msg/Time': ('int32 sec', 'uint32 nanosec'),
     'std_msgs/msg/Header': ('builtin_interfaces/Time stamp', 'string frame_id'),
     'rosgraph_msgs/msg/Clock': ('builtin_interfaces/Time clock',),
+    'sensor_msgs/msg/PointField': (
+        *('uint8 INT8    = 1', 'uint8 UINT8   = 2', 'uint8 INT16   = 3', 'uint8 UINT16  = 4'),
+        *('uint8 INT32   = 5', 'uint8 UINT32  = 6', 'uint8 FLOAT32 = 7', 'uint8 FLOAT64 = 8'),
+        *('string name', 'uint32 offset', 'uint8 datatype', 'uint32 count'),
+    ),
+    'sensor_msgs/msg/PointCloud2': (
+        *('std_msgs/Header header', 'uint32 height', 'uint32 width', 'PointField[] fields'),
+        *('bool is_bigendian', 'uint32 point_step', 'uint32 row_step', 'uint8[] data'),
+        'bool is_dense',
+    ),
     'geometry_msgs/msg/Point': ('float64 x', 'float64 y', 'float64 z'),
     'geometry_msgs/msg/Quaternion': ('float64 x 0', 'float64 y 0', 'float64 z 0', 'float64 w 1'),
     'geometry_msgs/msg/Vector3': ('float64 x', 'float64 y', 'float64 z'),
@@ -48,6 +58,9 @@ HASHES = {
     'geometry_msgs/msg/Vector3Stamped': (
         'RIHS01_d4829622288cbb443886e7ea94ea5671a3b1be6bab4ad04224432a65f7d7887a'
     ),
+    'sensor_msgs/msg/PointCloud2': (
+        'RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5'
+    ),
     'rosgraph_msgs/msg/Clock': (
         'RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564'
     ),
@@ -73,7 +86,7 @@ def _text(type_name: str) -> str:
 
 def _dependencies(type_name: str, seen: set[str]) -> list[str]:
     package = type_name.split('/')[0]
-    used = (field.split()[0] for field in _FIELDS[type_name])
+    used = (field.split()[0].removesuffix('[]') for field in _FIELDS[type_name])
     names = (word if '/' in word else f'{package}/{word}' for word in used)
     known = {name.replace('/', '/msg/', 1) for name in names} & _FIELDS.keys()
     found = []

@@ -100,6 +100,11 @@ class StatePacker:
             sizes=[kind.itemsize for kind in kinds],
             time_offsets=[-dt_ns] * count + [0] * (2 * count + 1),
         )
+        self._states_layout = self._lay_out(
+            range(count, len(self.topics)),
+            sizes=[kind.itemsize for kind in kinds[count:]],
+            time_offsets=[0] * (2 * count + 1),
+        )
         template = b''.join(
             _constant_parts(first_channel_id + index, kind, b'' if kind is clock else tail)
             for index, kind in enumerate(kinds)
@@ -142,6 +147,21 @@ class StatePacker:
             (position, orientation, velocity, angular_velocity, force, torque),
         )
         return Batch(self._layout, bytes(self._block), (time_ns,), tick)
+
+    def split(self, batch: Batch) -> tuple[Batch, Batch]:
+        """
+        Cut a batch of `pack` into the wrenches of the tick and the states after it: what belongs
+        to the same instant as the states, such as contacts, is written between the two.
+        """
+        cut = self._wrench_rows.size
+        (time_ns,) = batch.times
+        everybody = np.arange(len(self._wrench_rows))
+        return (
+            Batch(
+                self._wrench_layout(everybody), batch.data[:cut], (time_ns - self._dt_ns,), None
+            ),
+            Batch(self._states_layout, batch.data[cut:], batch.times, batch.tick),
+        )
 
     def pack_many(
         self,

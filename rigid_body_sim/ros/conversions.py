@@ -13,6 +13,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
 
 from rigid_body_sim.recording import cdr
@@ -25,6 +26,7 @@ MESSAGE_TYPES = {
     cdr.TwistStamped.TYPE: TwistStamped,
     cdr.WrenchStamped.TYPE: WrenchStamped,
     cdr.Vector3Stamped.TYPE: Vector3Stamped,
+    cdr.PointCloud2.TYPE: PointCloud2,
 }
 _LEVELS = {OK: DiagnosticStatus.OK, WARN: DiagnosticStatus.WARN, ERROR: DiagnosticStatus.ERROR}
 

@@ -6,7 +6,7 @@ How a run does: what /diagnostics says, and the sentence at the end. No message 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
 from rigid_body_sim.error_estimate import ErrorEstimate
@@ -27,7 +27,10 @@ class Health:
     largest_lateness, last_lateness : [s]
     accepted, refused    : commands; refused ones by reason
     bag                  : what is recorded to; empty when nothing is
+    deepest_gap          : smallest distance of two bodies in contact [m], negative: they
+                           overlapped; None where nothing touched
     estimate             : estimated error of the states, if asked for
+    warnings             : limits of the integrator that the run has passed
     failure              : why the run ended, if it failed
     """
 
@@ -45,29 +48,36 @@ class Health:
     last_refusal: str
     drift: Drift
     bag: str
+    deepest_gap: float | None = None
     refused: Mapping[str, int] = field(default_factory=dict)
     estimate: ErrorEstimate | None = None
+    warnings: Sequence[str] = ()
     failure: str = ''
 
     @property
     def level(self) -> int:
-        """OK, WARN when the run is slower than asked, ERROR when it failed."""
+        """
+        OK, WARN when the run is slower than asked or was beyond a limit, ERROR when it failed.
+        """
         if self.failure:
             return ERROR
-        return WARN if not self.paused and self.factor < BEHIND * self.factor_asked else OK
+        return WARN if self._is_slow or self.warnings else OK
+
+    @property
+    def _is_slow(self) -> bool:
+        return not self.paused and self.factor < BEHIND * self.factor_asked
 
     @property
     def message(self) -> str:
         """One sentence."""
         if self.failure:
             return self.failure
-        if self.paused:
-            return 'paused'
-        if self.level == WARN:
-            return (
+        said = 'paused' if self.paused else 'running'
+        if self._is_slow:
+            said = (
                 f'slower than asked: real-time factor {self.factor:.3f} of {self.factor_asked:g}'
             )
-        return 'running'
+        return '; '.join([said, *self.warnings[:1]])
 
     def values(self) -> dict[str, str]:
         """Every figure by name, as text."""
@@ -88,9 +98,14 @@ class Health:
             'angular momentum drift': _drift(self.drift.angular_momentum),
             'recording': self.bag,
         }
+        if self.drift.energy_rise is not None:
+            texts['energy rise'] = f'{self.drift.energy_rise:.3e}'
+        if self.deepest_gap is not None:
+            texts['deepest gap [m]'] = f'{self.deepest_gap:.3e}'
         if self.estimate is not None:
             for name, value in asdict(self.estimate).items():
                 texts[f'estimated error: {name.replace("_", " ")}'] = f'{value:.3e}'
+        texts |= {f'warning {i}': text for i, text in enumerate(self.warnings, start=1)}
         return texts | {f'refused: {reason}': str(n) for reason, n in self.refused.items()}
 
     def summary(self) -> str:
@@ -99,8 +114,15 @@ class Health:
             f'{self.tick} ticks, {self.time:g} s; overruns {self.overruns}, largest lateness '
             f'{self.largest_lateness * 1e3:.3f} ms, last {self.last_lateness * 1e3:.3f} ms; '
             f'commands {self.accepted}, refused {sum(self.refused.values())}; '
-            f'energy drift {_drift(self.drift.energy)}'
+            f'{self._energy()}'
         )
+
+    def _energy(self) -> str:
+        """What to say of the energy: it stays, or where bodies meet, it must not rise."""
+        if self.drift.energy_rise is None:
+            return f'energy drift {_drift(self.drift.energy)}'
+        gap = '' if self.deepest_gap is None else f', deepest gap {self.deepest_gap:.3e} m'
+        return f'energy rise {self.drift.energy_rise:.3e}{gap}'
 
 
 def _drift(drift: float | None) -> str:

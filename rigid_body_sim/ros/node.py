@@ -94,6 +94,10 @@ class SimNode(Node):
         for channel, payload in batch.payloads():
             senders[channel](payload)
 
+    def warn(self, text: str) -> None:
+        """Log a warning of the run; called by the thread that runs it."""
+        self.get_logger().warning(text)
+
     def report(self, health: Health) -> None:
         """Hand the figures to the executor's thread, which publishes them."""
         self._health = health

@@ -103,6 +103,12 @@ PARAMETERS = (
         'let a shadow in half steps run along and tell on /diagnostics how wrong the run is',
     ),
     Entry('publish_clock', True, 'publish simulation time on /clock'),
+    Entry(
+        'publish_contacts',
+        False,
+        'publish (and record) where bodies touch and with what force, on <body>/contacts; for '
+        'scenes with contact',
+    ),
     Entry('publish_odometry', False, 'publish <body>/odom (comes in a later version)'),
     Entry('publish_tf', False, 'publish /tf (comes in a later version)'),
     Entry('publish_markers', False, 'publish ~/markers (comes in a later version)'),
@@ -147,6 +153,7 @@ class Settings:
     world_frame: str
     error_estimate: bool
     publish_clock: bool
+    publish_contacts: bool
     publish_odometry: bool
     publish_tf: bool
     publish_markers: bool

@@ -152,8 +152,8 @@ class RunLoop:
         commands = self._inbox.take()
         output = run.advance(1 if commands else min(ticks, BURST), commands)
         self._bags.record(output, tick)
-        if output.batch is not None:
-            self._publish(output.batch)
+        for batch in output.batches:
+            self._publish(batch)
         return output.tick - tick
 
     def _serve(self) -> None:
@@ -258,6 +258,8 @@ class RunLoop:
             last_refusal=self._inbox.last_refusal,
             drift=self._run.sample_drift(),
             estimate=self._run.error_estimate(),
+            warnings=tuple(self._run.warnings),
             bag=str(self._bags.path) if self._bags.is_open else '',
+            deepest_gap=self._run.deepest_gap(),
             failure=str(problem) if problem else '',
         )

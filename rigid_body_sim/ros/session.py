@@ -60,9 +60,7 @@ def _session(words: Sequence[str], context: Context, signals: Signals) -> None:
         run = _make_run(node, signals)
         inbox = Inbox(run.rules)
         bags = Bags(run, _record_path(node.settings))
-        node.open_topics(
-            run.packer.topics, [body.name for body in run.simulation.scene.bodies], inbox
-        )
+        node.open_topics(run.topics, [body.name for body in run.simulation.scene.bodies], inbox)
         if node.settings.record:
             bags.start()
         loop = _make_loop(node, run, inbox, bags)
@@ -120,7 +118,9 @@ def _make_run(node: SimNode, signals: Signals) -> Run:
             command_timeout_ns=round(settings.command_timeout * 1e9),
             publish_every=every,
             estimate_error=settings.error_estimate,
+            publish_contacts=settings.publish_contacts,
         ),
+        warn=node.warn,
     )
 
 

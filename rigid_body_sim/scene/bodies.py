@@ -10,6 +10,10 @@ uniform shape. `density` is a number, or {at_origin: …, gradient: [x, y, z]} f
 along the axes of the shape. `mass_rate` (negative: loses) with `exhaust_velocity` and `final_mass`
 make a rocket: `exhaust_velocity` is that of the leaving mass relative to the body, three numbers
 in body axes (world axes for a particle), or its speed alone when it leaves along -z.
+
+`urdf` names a file that says shape and mass properties in their place (`scene/urdf.py`).
+Contact material: `restitution` and `friction` are numbers, `rolling_friction` and
+`torsional_friction` lengths [m].
 """
 
 from __future__ import annotations
@@ -21,13 +25,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics import mass_properties, rotation
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.mass_properties import MassProperties
 from rigid_body_sim.physics.model import Body, MassFlow, Material, Motion, Quaternion, Vector
-from rigid_body_sim.physics.shapes import Particle, Particles, Plane, Shape
+from rigid_body_sim.physics.shapes import Particle, Particles, Plane, Shape, Union
 from rigid_body_sim.physics.variable_mass import check_flow
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.pivots import with_pivot
+from rigid_body_sim.scene.repeat import repeated
 from rigid_body_sim.scene.shapes import read_shape
+from rigid_body_sim.scene.urdf import read_link
 from rigid_body_sim.scene.values import Value, shown
 
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*', re.ASCII)
@@ -39,28 +46,83 @@ MATERIAL = {
     'torsional_friction': 'm',
 }  # key: unit
 MASS = ('mass', 'density', 'inertia', 'center_of_mass')
+SUMS = (Particle, Particles, Union)  # shapes whose parts have masses of their own
 FLOW = ('mass_rate', 'exhaust_velocity', 'final_mass')
-KEYS = ('name', 'shape', *MASS, *FLOW, 'fixed', 'pivot', 'initial', *MATERIAL)
+KEYS = (
+    'name',
+    'shape',
+    *MASS,
+    *FLOW,
+    'fixed',
+    'pivot',
+    'initial',
+    *MATERIAL,
+    'urdf',
+    'repeat',
+)
+SAID_BY_URDF = ('shape', *MASS, *FLOW)
 SPINS = ('angular_velocity', 'angular_velocity_body')
 MOMENTS = ('ixx', 'iyy', 'izz')
 PRODUCTS = ('ixy', 'ixz', 'iyz')
 
 
-def read_body(value: Value, files: Files) -> Body:
-    """Return one checked body."""
+def read_bodies(value: Value, files: Files) -> tuple[Body, ...]:
+    """Return one checked body, or as many as `repeat` asks for."""
     value.need_mapping('a mapping such as {name: box, shape: …, mass: 1.0}')
     name = _name(value.at('name', what='a name of letters, digits and single underscores'))
     value.need_known(KEYS)
-    shape_value = value.find('shape')
-    shape = None if shape_value is None else read_shape(shape_value, files)
-    fixed = _fixed(value, shape)
-    body = _with_mass(Body(name=name, shape=shape, mass=0.0, fixed=fixed), value)
-    initial = value.find('initial')
-    motion = _motion(initial, is_particle=isinstance(shape, Particle), fixed=fixed)
+    urdf, repeat = value.find('urdf'), value.find('repeat')
+    body = _of_scene(name, value, files) if urdf is None else _of_urdf(name, value, urdf, files)
+    initial, pivot = value.find('initial'), value.find('pivot')
+    motion = _motion(initial, is_particle=isinstance(body.shape, Particle), fixed=body.fixed)
     body = replace(body, initial=motion, material=_material(value), mass_flow=_mass_flow(value))
     with (value.find('final_mass') or value.find('mass_rate') or value).blamed():
         check_flow(body)
-    return with_pivot(body, value.find('pivot'), initial)
+    body = with_pivot(body, pivot, initial)
+    if repeat is None:
+        return (body,)
+    if pivot is not None:
+        raise pivot.error('copies of a body cannot share a pivot; remove pivot, or repeat')
+    return repeated(body, repeat)
+
+
+def _of_scene(name: str, value: Value, files: Files) -> Body:
+    """Return a body whose shape and mass properties stand in the scene."""
+    shape_value = value.find('shape')
+    shape = None if shape_value is None else read_shape(shape_value, files)
+    return _with_mass(Body(name=name, shape=shape, mass=0.0, fixed=_fixed(value, shape)), value)
+
+
+def _of_urdf(name: str, value: Value, urdf: Value, files: Files) -> Body:
+    """Return a body whose shape and mass properties stand in a URDF file."""
+    for key in SAID_BY_URDF:
+        given = value.find(key)
+        if given is not None:
+            raise given.error('the URDF file says what the body is; remove this key, or urdf')
+    with urdf.blamed():
+        link = read_link(files, urdf.text('the path of a URDF file'))
+        body = Body(
+            name=name,
+            shape=link.shape,
+            mass=link.mass or 0.0,
+            center_of_mass=link.center_of_mass,
+            inertia=link.inertia,
+            fixed=_fixed(value, None),
+            shape_position=link.shape_position,
+            shape_orientation=link.shape_orientation,
+        )
+        if link.mass is None:
+            if not body.fixed:
+                raise InvalidModel(
+                    f'{urdf.content}: <link name={shown(link.name)}> has no <inertial>, and '
+                    'none is '
+                    'made up; give it one, or make the body fixed: true'
+                )
+            x, y, z = np.array(link.shape_position) + rotation.rotate(
+                link.shape_orientation, _center_of_fixed(link.shape, value)
+            )
+            body = replace(body, center_of_mass=(float(x), float(y), float(z)))
+    return body
 
 
 def _name(value: Value) -> str:
@@ -143,7 +205,7 @@ def _properties(
                 'a body without a shape has no volume; give its mass [kg] in place of density'
             )
         shape = Particle()
-    elif mass is None and density is None and not isinstance(shape, Particle | Particles):
+    elif mass is None and density is None and not isinstance(shape, SUMS):
         raise value.error('mass is missing; mass [kg] or density [kg/m^3] is needed')
     if mass is None and density is None and isinstance(shape, Particle):
         raise value.error('mass is missing; mass [kg] is needed')
@@ -198,7 +260,8 @@ def _motion(value: Value | None, *, is_particle: bool, fixed: bool) -> Motion:
         given = value.find(key)
         if given is not None and is_particle:
             raise given.error('a particle is a point mass and does not rotate; remove this key')
-    orientation = _orientation(value.find('orientation'))
+    given = value.find('orientation')
+    orientation = rotation.IDENTITY if given is None else given.quaternion()
     motion = Motion(
         position=_vector(value, 'position', 'm'),
         orientation=orientation,
@@ -208,14 +271,6 @@ def _motion(value: Value | None, *, is_particle: bool, fixed: bool) -> Motion:
     if fixed and any((*motion.velocity, *motion.angular_velocity)):
         raise value.error('a fixed body does not move; remove its velocities, or fixed')
     return motion
-
-
-def _orientation(value: Value | None) -> Quaternion:
-    if value is None:
-        return rotation.IDENTITY
-    with value.blamed():
-        x, y, z, w = rotation.normalise(value.numbers(4, unit='-'))
-    return float(x), float(y), float(z), float(w)
 
 
 def _angular_velocity(value: Value, orientation: Quaternion) -> Vector:

@@ -9,17 +9,21 @@ UserError of one line that names the place in the document.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import Body, Scene
 from rigid_body_sim.physics.tick_length import tick_nanoseconds
 from rigid_body_sim.scene import document
-from rigid_body_sim.scene.bodies import read_body
+from rigid_body_sim.scene.bodies import NAME, read_bodies
+from rigid_body_sim.scene.contact import read_contact
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.forces import read_force
+from rigid_body_sim.scene.urdf import read_link
 from rigid_body_sim.scene.values import Value, shown
 
 VERSION = 1
@@ -34,8 +38,8 @@ KEYS = (
     'bodies',
     'forces',
 )
-CONTACT_MODES = ('none',)
-LATER_MODES = ('timestep', 'event')
+URDF_SUFFIX = '.urdf'
+OF_URDF = {'dt': 0.001, 'gravity': [0.0, 0.0, -9.81]}  # [s], [m/s^2] around a lone URDF file
 
 
 def load_scene(
@@ -44,16 +48,40 @@ def load_scene(
     """
     Read and check a scene.
 
-    source : path of a YAML file, a mapping with the same keys, or the bytes of a YAML text
+    source : path of a YAML file, a mapping with the same keys, or the bytes of a YAML text; also
+             path of a URDF file: then the scene is that body alone, under `OF_URDF`
     files  : the bytes of the files that the scene names; without it they are read from the folder
              of the scene file (for a mapping or bytes: the current folder), with it the disk is
              not touched for them
     """
+    if isinstance(source, str | Path) and Path(source).suffix.lower() == URDF_SUFFIX:
+        return _scene_of_urdf(Path(source), files)
     text, name, folder = _text(source)
     parsed = document.read(text, name=name, with_lines=not isinstance(source, Mapping))
     return _scene(
         Value(parsed.content, parsed), text=text, files=Files(folder=folder, given=files)
     )
+
+
+def _scene_of_urdf(path: Path, given: Mapping[str, bytes] | None) -> Scene:
+    """
+    Write the scene of one URDF file, and read it: what a bag keeps of it is an ordinary scene.
+    """
+    files = Files(folder=path.parent, given=given)
+    try:
+        link = read_link(files, path.name)
+    except InvalidModel as error:
+        raise UserError(os.path.join(path.parent, str(error))) from error
+    if not NAME.fullmatch(link.name):
+        raise UserError(
+            f'{path}: <link name={shown(link.name)}> is no name for topics; name the body in a '
+            'scene: '
+            f'bodies: [{{name: box, urdf: {path.name}}}]'
+        )
+    body = {'name': link.name, 'urdf': path.name}
+    text = document.write({'version': VERSION, 'name': link.robot, **OF_URDF, 'bodies': [body]})
+    parsed = document.read(text, name=str(path), with_lines=False)
+    return _scene(Value(parsed.content, parsed), text=text, files=files)
 
 
 def _text(source: str | Path | Mapping[str, Any] | bytes) -> tuple[bytes, str, Path]:
@@ -96,7 +124,7 @@ def _scene(value: Value, *, text: bytes, files: Files) -> Scene:
         name=_name(value),
         dt_ns=dt_ns,
         bodies=bodies,
-        contact=_contact(value.find('contact')),
+        contact=read_contact(value.find('contact')),
         source=text,
         files=files.used,
         **{key: setting for key, setting in settings.items() if setting is not None},
@@ -179,31 +207,16 @@ def _option(value: Value, option: Any) -> Any:
     return value.number(unit='-', minimum=option.minimum, maximum=option.maximum)
 
 
-def _contact(value: Value | None) -> dict[str, Any]:
-    if value is None:
-        return {'mode': 'none'}
-    value.need_mapping('a mapping such as {mode: none}')
-    mode = value.at('mode', what=f'one of {", ".join(CONTACT_MODES)}')
-    if isinstance(mode.content, str) and mode.content in LATER_MODES:
-        raise mode.error(
-            f'contact {mode.content!r} comes in a later version; '
-            f'this one supports: {", ".join(CONTACT_MODES)}'
-        )
-    mode.choice(CONTACT_MODES, what='contact mode')
-    value.need_known(('mode',))
-    return {'mode': 'none'}
-
-
 def _bodies(value: Value, files: Files) -> tuple[Body, ...]:
     items = value.at('bodies', what='a list of bodies').items('a list of bodies')
     if not items:
         raise value.error('bodies is empty; a scene needs at least one body')
     bodies: dict[str, Body] = {}
     for item in items:
-        body = read_body(item, files)
-        if body.name in bodies:
-            raise item.at('name', what='a name').error(
-                f'the name {body.name!r} is taken by an earlier body; names must differ'
-            )
-        bodies[body.name] = body
+        for body in read_bodies(item, files):
+            if body.name in bodies:
+                raise item.at('name', what='a name').error(
+                    f'the name {body.name!r} is taken by an earlier body; names must differ'
+                )
+            bodies[body.name] = body
     return tuple(bodies.values())

@@ -1,15 +1,19 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The further files a scene names: meshes.
+The further files a scene names: URDF files and meshes.
 
 They are kept byte for byte, so that a recording holds the whole experiment. They come either from
-the folder of the scene, or from given bytes: then the disk is not touched.
+the folder of the scene, or from given bytes: then the disk is not touched. `package://NAME/PATH`
+is looked for in a folder NAME at or above the scene, then in `share/NAME` of the ROS workspaces
+(AMENT_PREFIX_PATH) and of the Python environment.
 """
 
 from __future__ import annotations
 
 import io
+import os
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -18,6 +22,7 @@ import numpy as np
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.shapes import Mesh
 
+PACKAGE = 'package://'
 MESH_FORMATS = ('off', 'stl', 'obj', 'ply')
 
 
@@ -53,12 +58,35 @@ class Files:
 
     def _disk_bytes(self, name: str) -> bytes:
         try:
-            return (self._folder / name).read_bytes()
+            return self._path(name).read_bytes()
         except (OSError, ValueError) as error:  # ValueError: a null byte in the name
             reason = getattr(error, 'strerror', None) or error
             raise InvalidModel(
                 f'{name!r} cannot be read: {reason}; the path is taken from the scene file'
             ) from error
+
+    def _path(self, name: str) -> Path:
+        if not name.startswith(PACKAGE):
+            return self._folder / name
+        package, _, rest = name.removeprefix(PACKAGE).partition('/')
+        places = _package_folders(package, self._folder)
+        for place in places:
+            if (place / rest).is_file():
+                return place / rest
+        raise InvalidModel(
+            f'{name!r} is not found; looked in: {", ".join(map(str, places))}; put the package '
+            'beside the scene, or source its workspace'
+        )
+
+
+def _package_folders(package: str, folder: Path) -> list[Path]:
+    """Where a ROS package may lie."""
+    here = folder.absolute()
+    above = [place / package for place in (here, *here.parents) if (place / package).is_dir()]
+    itself = [place for place in (here, *here.parents) if place.name == package]
+    workspaces = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+    shares = [Path(place) / 'share' / package for place in (*workspaces, sys.prefix) if place]
+    return [*itself, *above, *shares]
 
 
 def mesh_from_bytes(text: bytes, *, name: str) -> Mesh:

@@ -9,17 +9,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.shapes import (
     Box,
     Capsule,
     ConvexHull,
     Cylinder,
     Mesh,
+    Part,
     Particle,
     Particles,
     Plane,
     Shape,
     Sphere,
+    Union,
 )
 from rigid_body_sim.scene.files import Files, mesh_from_bytes
 from rigid_body_sim.scene.values import Value
@@ -95,6 +98,28 @@ def _plane(value: Value, files: Files) -> Plane:
     return Plane(normal, 0.0 if offset is None else offset.number(unit='m'))
 
 
+def _union(value: Value, files: Files) -> Union:
+    what = 'a list of {shape: …, mass: kg, position: [m, m, m]}'
+    return Union(tuple(_part(item, files) for item in value.at('parts', what=what).items(what)))
+
+
+def _part(value: Value, files: Files) -> Part:
+    value.need_mapping('{shape: …, mass: kg, position: [m, m, m]}')
+    value.need_known(('shape', 'mass', 'density', 'position', 'orientation'))
+    mass, density, position, orientation = (
+        value.find(key) for key in ('mass', 'density', 'position', 'orientation')
+    )
+    shape = read_shape(value.at('shape', what='a mapping with a type'), files)
+    with value.blamed():
+        return Part(
+            shape,
+            mass=None if mass is None else mass.number(unit='kg', positive=True),
+            density=None if density is None else density.number(unit='kg/m^3', positive=True),
+            position=(0.0, 0.0, 0.0) if position is None else position.vector(unit='m'),
+            orientation=rotation.IDENTITY if orientation is None else orientation.quaternion(),
+        )
+
+
 KINDS = {
     'particle': Kind((), _particle),
     'sphere': Kind(('radius',), _sphere),
@@ -105,4 +130,5 @@ KINDS = {
     'mesh': Kind(('file',), _mesh),
     'particles': Kind(('particles',), _particles),
     'plane': Kind(('normal', 'offset'), _plane),
+    'union': Kind(('parts',), _union),
 }

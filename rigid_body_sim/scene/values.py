@@ -19,8 +19,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Vector
+from rigid_body_sim.physics.model import Quaternion, Vector
 from rigid_body_sim.scene.document import Document, Path
 
 DECIMAL = re.compile(
@@ -91,6 +92,12 @@ class Value:
         """Return three finite floats."""
         x, y, z = self.numbers(3, unit=unit)
         return x, y, z
+
+    def quaternion(self) -> Quaternion:
+        """Return four finite floats xyzw, scaled to unit length."""
+        with self.blamed():
+            x, y, z, w = rotation.normalise(self.numbers(4, unit='-'))
+        return float(x), float(y), float(z), float(w)
 
     def text(self, what: str) -> str:
         """Return a non-empty string."""

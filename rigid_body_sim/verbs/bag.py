@@ -6,8 +6,10 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import asdict
 from typing import Any
 
+from rigid_body_sim.recorded_contacts import HOW_TO_RECORD, scene_has_contact, summarise
 from rigid_body_sim.recording.bag_check import check
 from rigid_body_sim.recording.bag_diff import Difference, compare
 from rigid_body_sim.recording.bag_reader import Bag
@@ -57,6 +59,7 @@ def _info(arguments: argparse.Namespace) -> int:
         return 0
     for key in ('bag', 'complete', 'start', 'duration', 'messages'):
         print(f'{key + ":":<12}{facts[key]}{" s" if key in ("start", "duration") else ""}')
+    _print_contacts(bag, facts['contacts'])
     if bag.attachments:
         print(
             'attached:   ' + ', '.join(f'{n} ({s} bytes)' for n, s in facts['attachments'].items())
@@ -85,11 +88,27 @@ def _facts(bag: Bag) -> dict[str, Any]:
             name: {'type': topic.type, 'count': bag.counts[name]}
             for name, topic in bag.topics.items()
         },
+        'contacts': None if (contacts := summarise(bag)) is None else asdict(contacts),
         'attachments': {name: len(content) for name, content in bag.attachments.items()},
         'manifest': bag.manifest,
         'ending': bag.ending,
         'recovered': bag.recovered,
     }
+
+
+def _print_contacts(bag: Bag, contacts: dict[str, Any] | None) -> None:
+    """Say what touched, or how to record it."""
+    if contacts is None:
+        if scene_has_contact(bag):
+            print(f'contacts:   not recorded; {HOW_TO_RECORD}')
+        return
+    print(f'contacts:   {contacts["contacts"]} in {contacts["messages"]} messages')
+    for key, unit in (('largest_force', 'N'), ('deepest_gap', 'm')):
+        if (extreme := contacts[key]) is not None:
+            print(
+                f'  {key.replace("_", " ") + ":":<16}{extreme["value"]:.4g} {unit} on '
+                f'{extreme["body"]} at {extreme["time"]:g} s'
+            )
 
 
 def _print_map(title: str, content: dict[str, str]) -> None:

@@ -13,12 +13,14 @@ is no wrench. With each quantity comes an estimate of its error.
 from __future__ import annotations
 
 import argparse
+import hashlib
 import heapq
 import json
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
+from rigid_body_sim import __version__
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.inverse_dynamics import Derived, Estimate, derive
 from rigid_body_sim.physics.errors import InvalidModel
@@ -26,7 +28,7 @@ from rigid_body_sim.physics.model import Body, Scene
 from rigid_body_sim.recorded_poses import Poses, from_bag, from_csv
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
-from rigid_body_sim.recording.bag_writer import BagWriter
+from rigid_body_sim.recording.bag_writer import DERIVED_BY, BagWriter
 from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.shipped_scenes import find_scene
@@ -144,9 +146,18 @@ def _write(
         if found[poses.prefix].force is not None:
             topics.append(Topic(f'{poses.prefix}/wrench', cdr.WrenchStamped.TYPE))
     attachments = {REPORT_FILE: json.dumps(report, indent=1).encode()}
+    manifest = {
+        DERIVED_BY: 'inverse',
+        'source': str(report['source']),
+        'package_version': __version__,
+    }
     if scene is not None:
         attachments |= {SCENE_FILE: scene.source, **scene.files}
-    writer = BagWriter(output, topics=topics, manifest={}, attachments=attachments)
+        manifest |= {
+            'scene': scene.name,
+            'scene_sha256': hashlib.sha256(scene.source).hexdigest(),
+        }
+    writer = BagWriter(output, topics=topics, manifest=manifest, attachments=attachments)
     streams = [_messages(poses, found[poses.prefix]) for poses in tracks]
     for time_ns, sequence, topic, payload in heapq.merge(*streams, key=lambda message: message[0]):
         writer.write_message(topic, sequence, time_ns, payload)

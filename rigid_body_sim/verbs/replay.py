@@ -20,6 +20,7 @@ from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.replay import Comparison, Errors, Progress, RecordedRun, compare, measure
+from rigid_body_sim.verbs.warning_lines import warning_printer
 
 SUMMARY = 're-run a bag from its own scene and commands and compare bit by bit'
 DIFFERS = 3
@@ -55,9 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
         disable=arguments.json or not sys.stderr.isatty(),
         leave=False,
     ) as bar:
-        progress = _shown_on(bar)
+        progress, warn = _shown_on(bar), warning_printer('replay')
         if arguments.integrator is None and arguments.dt is None:
-            outcome = compare(recorded, output=arguments.output, progress=progress)
+            outcome = compare(recorded, output=arguments.output, progress=progress, warn=warn)
             bar.close()
             return _tell(recorded, outcome, as_json=arguments.json)
         again, errors = measure(
@@ -66,8 +67,13 @@ def run(arguments: argparse.Namespace) -> int:
             dt=arguments.dt,
             output=arguments.output,
             progress=progress,
+            warn=warn,
         )
-    settings = {'integrator': again.simulation.integrator.name, 'dt': again.simulation.dt}
+    settings = {
+        'integrator': again.simulation.integrator.name,
+        'dt': again.simulation.dt,
+        'warnings': again.warnings,
+    }
     _tell_errors(recorded, settings, errors, as_json=arguments.json)
     return 0
 
@@ -91,6 +97,7 @@ def _tell(recorded: RecordedRun, outcome: Comparison, *, as_json: bool) -> int:
             'messages': outcome.messages,
             'final_state_sha256': outcome.final_state_sha256,
             'recovered': outcome.recovered,
+            'warnings': list(outcome.warnings),
         }
         if difference is not None:
             result |= asdict(difference)

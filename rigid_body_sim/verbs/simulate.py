@@ -18,11 +18,14 @@ from tqdm import tqdm
 from rigid_body_sim.commands import Command, read_csv
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.run import Run, RunSettings, publish_every
 from rigid_body_sim.run_recorder import RunRecorder
 from rigid_body_sim.scene import load_scene
+from rigid_body_sim.scene.experiment import URDF_SUFFIX
 from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.verbs.warning_lines import warning_printer
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
 DRIFT_SAMPLES = (
@@ -33,7 +36,9 @@ PROGRESS_EVERY = 0.2  # [s] wall
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command line."""
-    parser.add_argument('scene', help='scene file (YAML), or the name of a shipped scene')
+    parser.add_argument(
+        'scene', help='scene file (YAML), URDF file of one link, or the name of a shipped scene'
+    )
     parser.add_argument(
         '-o', '--output', type=Path, required=True, metavar='BAG', help='bag to write'
     )
@@ -75,12 +80,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='let a shadow in half steps run along and report how wrong the run is; twice the '
         'cost',
     )
+    parser.add_argument(
+        '--contacts',
+        action='store_true',
+        help='record where bodies touch and with what force, on <body>/contacts',
+    )
     parser.add_argument('--json', action='store_true', help='print one JSON object')
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate; exit code 0, or 1 for a run that diverged (its bag is closed and readable)."""
-    scene = load_scene(find_scene(arguments.scene))
+    scene = _load(find_scene(arguments.scene), quiet=arguments.json)
     simulation = Simulation(scene, integrator=arguments.integrator, dt=arguments.dt)
     ticks = whole_ticks(arguments.duration, simulation)
     timed = (
@@ -90,6 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
         command_timeout_ns=_nanoseconds(arguments.command_timeout),
         publish_every=publish_every(arguments.publish_rate, simulation.dt_ns),
         estimate_error=arguments.estimate_error,
+        publish_contacts=arguments.contacts,
     )
     if arguments.output.exists():
         raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
@@ -98,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
     with _Note(f'compiling {simulation.integrator.name}', shown=not arguments.json) as note:
         simulation.prepare(commands_in_body_axes=turning, progress=note.show)
     compiled = time.monotonic() - compiled
-    whole = Run(simulation, settings)
+    whole = Run(simulation, settings, warn=warning_printer('simulate'))
     recorder = RunRecorder(whole, arguments.output)
     started = time.monotonic()
     reason, code = 'duration', 0
@@ -117,6 +128,18 @@ def run(arguments: argparse.Namespace) -> int:
     wall = time.monotonic() - started
     _report(whole, arguments, wall=wall, compiled=compiled, reason=reason)
     return code
+
+
+def _load(path: Path, *, quiet: bool) -> Scene:
+    """Read the scene; around a lone URDF file say what was assumed."""
+    scene = load_scene(path)
+    if path.suffix.lower() == URDF_SUFFIX and not quiet:
+        x, y, z = scene.gravity
+        print(
+            f'{path}: the body {scene.bodies[0].name} alone, dt {scene.dt_ns * 1e-9:g} s, gravity '
+            f'({x:g}, {y:g}, {z:g}) m/s^2, no contact; a scene that names it may say otherwise'
+        )
+    return scene
 
 
 def _advance(
@@ -211,7 +234,10 @@ def _report(
         'energy_drift': _finite(drift.energy),
         'momentum_drift': _finite(drift.momentum),
         'angular_momentum_drift': _finite(drift.angular_momentum),
+        'energy_rise': _finite(drift.energy_rise),
+        'deepest_gap': whole.deepest_gap(),
         'end_reason': reason,
+        'warnings': whole.warnings,
     }
     if simulation.choice is not None:
         result['integrator_choice'] = simulation.choice.reason
@@ -229,7 +255,9 @@ def _report(
     if simulation.choice is not None:
         print(f'  auto: {simulation.choice.reason}')
     for name in ('energy', 'momentum', 'angular_momentum'):
-        print(f'  {name.replace("_", " ")} drift: {drift_text(result[name + "_drift"])}')
+        print(f'  {name.replace("_", " ")} drift: {drift_text(getattr(drift, name))}')
+    if whole.has_contact:
+        _print_contact(result['energy_rise'], result['deepest_gap'])
     if estimate is not None:
         print(
             f'  estimated error: position {estimate.position:.1e} m, angle {estimate.angle:.1e} '
@@ -238,6 +266,17 @@ def _report(
             f'{estimate.angular_velocity:.1e} rad/s'
         )
     print(f'  bag: {arguments.output}')
+
+
+def _print_contact(rise: float | None, gap: float | None) -> None:
+    """Say what holds where bodies meet: friction and impacts may take energy, never give it."""
+    if rise is not None:
+        print(f'  energy rise: {rise:.1e} of the largest value (contact may only take energy)')
+    if gap is None:
+        print('  deepest gap: nothing touched')
+    else:
+        meant = 'they overlapped' if gap < 0.0 else 'no overlap'
+        print(f'  deepest gap: {gap:.3e} m ({meant})')
 
 
 def _finite(drift: float | None) -> float | None:
@@ -249,4 +288,6 @@ def drift_text(drift: float | None) -> str:
     """Write a relative drift for people."""
     if drift is None:
         return 'no conservation law holds in this scene'
+    if not math.isfinite(drift):
+        return 'beyond all numbers'
     return f'{drift:.1e} of the largest value'

@@ -34,12 +34,14 @@ class EnergyHistory:
     kinetic, potential : (k,) [J]
     drift              : (k, 3) [-] largest change of energy, momentum, angular momentum so far,
                          relative to the largest values of the run; nan where none is conserved
+    may_only_fall      : bodies meet: the first column of `drift` is how far the energy rose
     """
 
     time: Array
     kinetic: Array
     potential: Array
     drift: Array
+    may_only_fall: bool = False
 
 
 def energy_history(scene: Scene, motion: RecordedMotion) -> EnergyHistory | None:
@@ -57,6 +59,7 @@ def energy_history(scene: Scene, motion: RecordedMotion) -> EnergyHistory | None
         np.array([invariants.kinetic_energy(state) for state in states]),
         np.array([invariants.potential_energy(state) for state in states]),
         _drift(invariants, states, time, motion.command_time),
+        invariants.energy_must_not_rise,
     )
 
 
@@ -80,9 +83,12 @@ def _drift(invariants: Invariants, states: list[State], time: Array, command_tim
         [np.linalg.norm(sums[:, part], axis=1) for part in (slice(1), slice(1, 4), slice(4, 7))],
         axis=1,
     )
+    if invariants.energy_must_not_rise:
+        sizes[:, 0] = sums[:, 0] - np.minimum.accumulate(sums[:, 0])
     worst = np.maximum.accumulate(sizes, axis=0)
     scales = np.max([invariants.scales(state) for state in states], axis=0)
-    laws = [invariants.energy_is_conserved, *2 * [invariants.momentum_is_conserved]]
+    energy = invariants.energy_is_conserved or invariants.energy_must_not_rise
+    laws = [energy, *2 * [invariants.momentum_is_conserved]]
     return np.where(laws, worst / np.where(scales > 0.0, scales, 1.0), np.nan)
 
 

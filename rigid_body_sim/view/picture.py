@@ -14,12 +14,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from rigid_body_sim.recorded_contacts import HOW_TO_RECORD
 from rigid_body_sim.view.energy_history import EnergyHistory
 from rigid_body_sim.view.line_styles import NAMED_BODIES, OTHERS, style
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
 from rigid_body_sim.view.trajectory import draw_trajectories
 
 Array = NDArray[np.float64]
+
+NO_CONTACTS = f'contacts were not recorded:\n{HOW_TO_RECORD}'
 
 SIZE = (13.0, 9.5)  # [inch]
 NO_DRIFT = 1e-17  # [-] zero has no place on a logarithmic axis: this tick stands for it
@@ -31,13 +34,14 @@ NO_ENERGY = 'The bag holds no scene,\nor not every body of it:\nmasses are unkno
 
 def picture(motion: RecordedMotion, energy: EnergyHistory | None, *, title: str) -> Figure:
     """Draw the page; `energy` None: the bag does not say what the bodies weigh."""
-    figure = Figure(figsize=SIZE, layout='constrained')
+    rows = 4 if motion.loads is None else 5
+    figure = Figure(figsize=(SIZE[0], SIZE[1] * rows / 4), layout='constrained')
     figure.suptitle(title, fontsize=13)
-    grid = figure.add_gridspec(4, 2, width_ratios=(1.05, 1.0))
-    names = draw_trajectories(figure, grid[:3, 0], motion)
-    _legend(figure.add_subplot(grid[3, 0]), names)
+    grid = figure.add_gridspec(rows, 2, width_ratios=(1.05, 1.0))
+    names = draw_trajectories(figure, grid[:-1, 0], motion)
+    _legend(figure.add_subplot(grid[-1, 0]), names)
     top = figure.add_subplot(grid[0, 1])
-    panels = [top, *(figure.add_subplot(grid[row, 1], sharex=top) for row in (1, 2, 3))]
+    panels = [top, *(figure.add_subplot(grid[row, 1], sharex=top) for row in range(1, rows))]
     _speeds(panels[0], motion, lambda track: track.velocity, 'speed [m/s]', 'no body travels')
     _speeds(
         panels[1],
@@ -54,11 +58,13 @@ def picture(motion: RecordedMotion, energy: EnergyHistory | None, *, title: str)
     else:
         _energy(panels[2], energy, motion.command_time)
         _drift(panels[3], energy)
+    if motion.loads is not None:
+        _loads(panels[4], motion)
     for axes in panels:
         axes.grid(alpha=0.3)
-    for axes in panels[:3]:
+    for axes in panels[:-1]:
         axes.tick_params(labelbottom=False)
-    panels[3].set_xlabel('simulation time [s]')
+    panels[-1].set_xlabel('simulation time [s]')
     figure.align_ylabels(panels)
     return figure
 
@@ -127,18 +133,41 @@ def _drift(axes: Axes, energy: EnergyHistory) -> None:
         axes.set_yticks([])
         return
     axes.set_yscale('log')
+    names = ('rise of energy', *LAWS[1:]) if energy.may_only_fall else LAWS
     for i in kept:
         values = np.maximum(np.abs(energy.drift[:, i]), NO_DRIFT)
-        axes.plot(energy.time, values, **style(i), label=LAWS[i])
+        axes.plot(energy.time, values, **style(i), label=names[i])
     rounding = {'color': '#555555', 'linewidth': 0.8, 'linestyle': (0, (1, 2))}
     axes.axhline(np.finfo(float).eps, **rounding, label='one rounding')
-    decades = np.arange(np.log10(NO_DRIFT), max(-12.0, np.log10(np.nanmax(energy.drift)) + 1.0))
+    decades = np.arange(
+        np.log10(NO_DRIFT), max(-12.0, np.log10(max(NO_DRIFT, np.nanmax(energy.drift))) + 1.0)
+    )
     decades = decades[:: 1 + len(decades) // 7]
     axes.set_ylim(0.3 * NO_DRIFT, 10.0 ** (decades[-1] + 2.0))
-    names = [f'$10^{{{decade:.0f}}}$' for decade in decades]
-    axes.set_yticks(10.0**decades, ['0', *names[1:]])
+    ticks = [f'$10^{{{decade:.0f}}}$' for decade in decades]
+    axes.set_yticks(10.0**decades, ['0', *ticks[1:]])
     axes.minorticks_off()
     _key(axes)
+
+
+def _loads(axes: Axes, motion: RecordedMotion) -> None:
+    """Draw the sum over the contacts of each body: marks, because they come and go."""
+    axes.set_ylabel('contact force [N]')
+    assert motion.loads is not None
+    if not motion.loads:
+        _say(axes, NO_CONTACTS)
+        axes.set_yticks([])
+        return
+    if not any(len(load.time) for load in motion.loads.values()):
+        _say(axes, 'nothing touched')
+        axes.set_yticks([])
+        return
+    for index, track in reversed(list(enumerate(motion.tracks))):
+        load = motion.loads.get(track.name)
+        if load is not None and len(load.time):
+            line = style(index) | {'linestyle': 'none', 'marker': '.', 'markersize': 2.5}
+            axes.plot(load.time, load.force, **line)
+    axes.set_ylim(bottom=0.0)
 
 
 def _key(axes: Axes) -> None:

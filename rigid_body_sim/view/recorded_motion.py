@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.recorded_contacts import contact_topics, read_points, scene_has_contact
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.contact_packing import FORCE
 from rigid_body_sim.recording.topics import Topic
 
 Array = NDArray[np.float64]
@@ -47,16 +49,32 @@ class Track:
 
 
 @dataclass(frozen=True, eq=False)
+class Load:
+    """
+    What touches a body through time.
+
+    time  : (k,) [s]  of its messages: none while nothing touches it
+    force : (k,) [N]  sum of the magnitudes over its contact points, mean over a tick
+    """
+
+    time: Array
+    force: Array
+
+
+@dataclass(frozen=True, eq=False)
 class RecordedMotion:
     """
     Every body of a bag.
 
     tracks       : in the order of the bag's topics
     command_time : (c,) [s]  starts of the ticks on which a command acted, ascending
+    loads        : what touching others exerts, by body; empty: not recorded; None: bodies pass
+                   through each other
     """
 
     tracks: tuple[Track, ...]
     command_time: Array
+    loads: dict[str, Load] | None = None
 
 
 def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
@@ -74,7 +92,9 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
     kept: dict[str, list[bytes]] = {name: [] for name in (*poses, *twists)}
     seen = dict.fromkeys(kept, 0)
     commands: set[int] = set()
-    wanted = {*kept, *wrenches, *impulses}
+    touching = contact_topics(bag)
+    loads: dict[str, list[tuple[float, float]]] = {name: [] for name in touching}
+    wanted = {*kept, *wrenches, *impulses, *touching}
     total = sum(bag.counts.get(name, 0) for name in wanted)
     for message in tqdm(bag.messages(wanted), total=total, unit=' messages', disable=None):
         name = message.topic
@@ -83,6 +103,10 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
             if place % -(-count // samples) == 0 or place == count - 1:
                 kept[name].append(message.data)
             seen[name] = place + 1
+        elif name in touching:
+            forces = read_points(message.data)[:, FORCE]
+            load = float(np.sum(np.linalg.norm(forces, axis=1)))
+            loads[name].append((message.log_time * 1e-9, load))
         elif name in impulses or message.data[-WRENCH_BYTES:] != NO_WRENCH:
             commands.add(message.log_time)
     tracks = [
@@ -95,7 +119,20 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
             f'{bag.path}: holds no poses to draw; expected messages of {cdr.PoseStamped.TYPE} '
             'on topics that end in /pose'
         )
-    return RecordedMotion(_from_zero(tracks, bag), 1e-9 * np.array(sorted(commands), dtype=float))
+    return RecordedMotion(
+        _from_zero(tracks, bag),
+        1e-9 * np.array(sorted(commands), dtype=float),
+        {touching[name]: _load(rows, samples) for name, rows in loads.items()}
+        if touching or scene_has_contact(bag)
+        else None,
+    )
+
+
+def _load(rows: list[tuple[float, float]], samples: int) -> Load:
+    """Thin to so many instants, each with the largest of the forces that it stands for."""
+    time, force = np.array(rows, dtype=np.float64).reshape(-1, 2).T
+    starts = np.arange(0, len(time), -(-len(time) // samples) if len(time) else 1)
+    return Load(time[starts], np.maximum.reduceat(force, starts) if len(time) else force)
 
 
 def _is(topic: Topic, leaf: str, kind: type[cdr.Message]) -> bool:
@@ -144,7 +181,7 @@ def _columns(kind: type[cdr.Message], payloads: list[bytes]) -> tuple[Array, Arr
 
 def _from_zero(tracks: list[Track], bag: Bag) -> tuple[Track, ...]:
     """Count time from the first stamp in bags of other recorders; ours begin at zero."""
-    if bag.manifest:
+    if bag.holds_run:
         return tuple(tracks)
     start = min(track.time[0] for track in tracks)
     return tuple(

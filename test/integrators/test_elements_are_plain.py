@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Forces over time, mutual gravity, bumpers and flowing mass give the same bits compiled and as plain
-Python.
+Forces over time, mutual gravity, bumpers, flowing mass and pivots give the same bits compiled and
+as plain Python.
 """
 
 import json
@@ -43,8 +43,30 @@ SCENE = {
             'mass': 2.0,
             'initial': {'position': [1.3, 0.1, 0], 'velocity': [-3, 0, 0]},
         },
+        {
+            'name': 'pendulum',
+            'shape': {'type': 'box', 'size': [0.1, 0.1, 0.5]},
+            'mass': 1.0,
+            'pivot': {'point': [0.02, 0, 0.25], 'at': [1, 1, 1]},
+            'initial': {'angular_velocity': [1, 2, 30]},
+        },
+        {
+            'name': 'spindle',
+            'shape': {'type': 'box', 'size': [0.1, 0.1, 0.5]},
+            'mass': 1.0,
+            'pivot': {'point': [0, 0, -0.25], 'at': [0, 1, 1]},
+            'initial': {'angular_velocity': [1, 2, 60]},
+        },
     ],
     'forces': [
+        {
+            'type': 'spring',
+            'a': 'pendulum',
+            'a_point': [0, 0, -0.25],
+            'b': 'spindle',
+            'stiffness': 20,
+            'damping': 0.1,
+        },
         {'type': 'gravity', 'constant': 0.3, 'softening': 0.01},
         {'type': 'bumper', 'a': 'a', 'b': 'b', 'stiffness': 500, 'length': 0.25},
         {
@@ -74,10 +96,11 @@ from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics import kernels
 scene = load_scene(json.loads(sys.argv[1]))
 print(kernels.COMPILED)
-for name in ('dmv6', 'rk4', 'implicit_euler'):
+for name in ('dmv6', 'rk4', 'implicit_euler', 'exact_rotor'):
     sim = Simulation(scene, integrator=name)
     sim.step(20)
-    sim.set_wrench('tank', force=(1.0, 2.0, 3.0), torque=(0.1, 0.2, -0.3), frame='body')
+    for body in ('tank', 'pendulum'):
+        sim.set_wrench(body, force=(1.0, 2.0, 3.0), torque=(0.1, 0.2, -0.3), frame='body')
     sim.step(20)
     sim.reset()
     sim.step(10)

@@ -47,6 +47,8 @@ def reference(k, c, h):
         (0.0, 3.0, 0.1),
         (0.0, 0.0, 0.1),
         (0.0, 1e6, 10.0),
+        (0.0, 0.6, 1.0),  # too strong for one series, too weak for the other
+        (1e-9, 0.63, 1.0),
         (1e-10, 1e3, 1.0),
         (1e-12, 1e-6, 1.0),
         (2.0, 1e-9, 0.3),

@@ -29,11 +29,13 @@ from rigid_body_sim.physics.shapes import (
     ConvexHull,
     Cylinder,
     Mesh,
+    Part,
     Particle,
     Particles,
     Plane,
     Shape,
     Sphere,
+    Union,
 )
 
 ROUND_OFF = 1e-14  # [-] relative: sums of some hundred products
@@ -385,3 +387,50 @@ def test_the_normal_of_a_plane_is_made_a_unit_vector() -> None:
     assert Plane((0.0, 3.0, 4.0)).normal == pytest.approx((0.0, 0.6, 0.8), rel=ROUND_OFF)
     with pytest.raises(InvalidModel, match='non-zero length'):
         Plane((0.0, 0.0, 0.0))
+
+
+def test_a_union_shape_is_the_sum_of_its_parts_by_parallel_axes() -> None:
+    """A dumbbell: a rod and two balls, by Steiner's law."""
+    rod, ball, arm = 0.4, 1.5, 0.3
+    shape = Union(
+        (
+            Part(Cylinder(0.02, 0.5), mass=rod),
+            Part(Sphere(0.1), density=ball / (4 / 3 * math.pi * 0.1**3), position=(0, 0, arm)),
+            Part(Sphere(0.1), mass=ball, position=(0, 0, -arm)),
+        )
+    )
+    found = of_shape(shape)
+    across = rod * (0.02**2 / 4 + 0.5**2 / 12) + 2 * ball * (0.4 * 0.1**2 + arm**2)
+    along = rod * 0.02**2 / 2 + 2 * ball * 0.4 * 0.1**2
+    expected = MassProperties(rod + 2 * ball, np.zeros(3), np.diag((across, across, along)))
+    assert_same(found, expected)
+
+
+def test_a_union_of_turned_parts_is_the_whole_box_turned() -> None:
+    """Halves of a box, each given in axes of its own; the density is that of the whole."""
+    half = (SIZE[0] / 2, SIZE[1], SIZE[2])
+    quarter = 0.5 * math.sqrt(2.0)
+    turned = (half[1], half[0], half[2])  # seen from axes turned by a right angle about z
+    shape = Union(
+        (
+            Part(Box(half), position=(-half[0] / 2, 0, 0)),
+            Part(Box(turned), position=(half[0] / 2, 0, 0), orientation=(0, 0, quarter, quarter)),
+        )
+    )
+    assert_same(of_shape(shape, density=250.0), of_shape(Box(SIZE), density=250.0))
+    inner = Union((Part(shape, position=(0, 0, 1)), Part(Particle(), mass=1e-9)))
+    assert of_shape(inner, density=250.0).mass == pytest.approx(250.0 * math.prod(SIZE) + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ('parts', 'given', 'reason'),
+    [
+        ((), {}, 'at least one part'),
+        ((Part(Sphere(0.1)),), {}, r'parts\[0\]: give either mass'),
+        ((Part(Sphere(0.1), mass=1.0),), {'mass': 2.0}, 'not the sum of the parts, 1.0 kg'),
+        ((Part(Particle(), density=1.0),), {}, r'parts\[0\]: particles have no volume'),
+    ],
+)
+def test_an_impossible_union_is_refused(parts, given, reason) -> None:
+    with pytest.raises(InvalidModel, match=reason):
+        of_shape(Union(parts), **given)

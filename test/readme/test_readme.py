@@ -46,6 +46,11 @@ def test_the_scene_is_the_shipped_scene_and_loads():
     assert shown['name'] == shipped['name']
 
 
+def test_the_scene_of_contact_loads():
+    bodies = load_scene(yaml.safe_load(block_with('yaml', 'mode: timestep'))).bodies
+    assert [body.name for body in bodies][:2] == ['ground', 'box_1'] and len(bodies) == 11
+
+
 def test_the_python_example_runs():
     printed = run(
         [sys.executable, '-c', block_with('python', 'Simulation(load_scene')], folder=ROOT

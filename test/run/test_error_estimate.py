@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 import pytest
+import yaml
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.commands import Command
-from rigid_body_sim.exact import free_asymmetric_top, oscillator
+from rigid_body_sim.exact import free_asymmetric_top, heavy_top, oscillator
 from rigid_body_sim.physics.rotation import angle_between
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.run import Run, RunSettings
@@ -110,3 +111,13 @@ def test_estimate_changes_no_message_and_stands_in_the_bag(verb, as_json, tmp_pa
     assert math.isfinite(recorded['position'])
     assert np.all(np.array(list(recorded.values())) >= 0)
     assert as_json('replay', tmp_path / 'estimated')[1]['identical']
+
+
+@pytest.mark.parametrize(('integrator', 'dt'), [('dmv6', 0.002), ('rk8', 0.03)])
+def test_estimate_on_a_heavy_top_is_within_a_factor_of_three(integrator, dt):
+    scene = yaml.safe_load((SCENES / 'heavy_top.yaml').read_text()) | {'dt': dt}
+    run = finished(scene, integrator=integrator, seconds=6.0)
+    exact = heavy_top.steady(6.0, precession=2.0, spin=20.39145188432738, tilt=math.radians(30.0))
+    state = run.simulation.state
+    error = float(angle_between(state.orientation[0], np.ravel(exact.orientation)))
+    assert error / FACTOR <= run.error_estimate().angle <= error * FACTOR

@@ -167,3 +167,11 @@ def test_people_read_the_estimated_errors(recorded, tmp_path, verb):
     assert code == 0
     assert 'box: 120 samples; estimated error, mean (largest):' in out
     assert 'post: 120 samples' in out and 'no wrench' in out
+
+
+def test_the_new_bag_is_whole_and_says_that_it_holds_no_run(recorded, tmp_path, verb):
+    verb('inverse', recorded, '-o', tmp_path / 'new')
+    assert verb('bag', 'check', tmp_path / 'new')[0] == 0
+    code, _, err = verb('replay', tmp_path / 'new')
+    assert code == 2
+    assert f'holds no run of rigid_body_sim, but what inverse derived from {recorded.name}' in err

@@ -30,7 +30,7 @@ def messages(run, commands, last_tick):
     found = []
     topics = {i: topic for i, topic in enumerate(run.packer.topics, start=1)}
     for _, output in run.follow(commands, last_tick):
-        for channel, payload in output.batch.payloads() if output.batch else ():
+        for channel, payload in (each for batch in output.batches for each in batch.payloads()):
             message = cdr.decode(topics[channel].type, payload)
             tick = (message.sec * 10**9 + message.nanosec) // run.simulation.dt_ns
             found.append((topics[channel].name, tick, message))

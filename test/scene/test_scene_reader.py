@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import copy
 import math
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -351,6 +353,42 @@ def test_contact_material_is_read_per_body() -> None:
     assert (material.rolling_friction, material.torsional_friction) == (0.001, 0.0)
 
 
+def test_the_settings_of_contact_are_the_fields_of_its_record() -> None:
+    given = {'mode': 'timestep', 'substeps': '8', 'slop': '1e-4'}
+    contact = load_scene(scene(contact=given)).contact
+    assert contact == {'mode': 'timestep', 'substeps': 8, 'slop': 1e-4}
+    assert isinstance(contact['substeps'], int)
+
+
+def test_a_scene_without_contact_imports_none_of_it() -> None:
+    code = (
+        'import sys; from rigid_body_sim import load_scene;'
+        f'load_scene({scene(contact={"mode": "none"})!r});'
+        "assert not [m for m in sys.modules if m.startswith('rigid_body_sim.physics.contact')]"
+    )
+    subprocess.run([sys.executable, '-c', code], check=True, timeout=60)
+
+
+def test_copies_stand_on_a_grid() -> None:
+    grid = {'count': [2, 1, 3], 'spacing': [0.5, 1, 2]}
+    start = {'position': [1, 2, 3], 'velocity': [0, 0, 1]}
+    copies = load_scene(scene(bodies=[body(repeat=grid, initial=start)])).bodies
+    assert [copy.name for copy in copies] == [f'box_{n}' for n in range(1, 7)]
+    positions = [copy.initial.position for copy in copies]
+    assert positions == [(x, 2, z) for z in (3, 5, 7) for x in (1, 1.5)]
+    assert all(copy.initial.velocity == (0, 0, 1) and copy.mass == 12 for copy in copies)
+
+
+def test_jittered_copies_stay_near_their_places_and_fill_them_evenly() -> None:
+    grid = {'count': [10, 10, 10], 'spacing': [0, 0, 0], 'jitter': 0.5}
+    copies = load_scene(scene(bodies=[body(repeat=grid)])).bodies
+    places = np.array([copy.initial.position for copy in copies])
+    assert np.all(np.abs(places) < 0.5) and len(np.unique(places, axis=0)) == 1000
+    # In each eighth of the cube about 125 of them; of random ones some would be off by 20.
+    octants = ((places > 0.0) @ (1, 2, 4)).tolist()
+    assert all(abs(octants.count(k) - 125) <= 10 for k in range(8))
+
+
 # ------ what is refused
 
 
@@ -408,6 +446,14 @@ REFUSED_BODIES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'shape': {'type': 'plane', 'normal': [0, 0, 0]}, 'mass': None}, 'non-zero length'),
     ({'shape': {'type': 'plane', 'normal': [0, 0, 1]}}, 'bodies[0].mass: a plane is static'),
     (
+        {
+            'shape': {'type': 'plane', 'normal': [0, 0, 1]},
+            'mass': None,
+            'repeat': {'count': [1, 1, 2], 'spacing': [0, 0, 1]},
+        },
+        'bodies[0].repeat: a plane is one plane wherever',
+    ),
+    (
         {'shape': {'type': 'plane', 'normal': [0, 0, 1]}, 'mass': None, 'fixed': False},
         'bodies[0].fixed: a plane is always fixed',
     ),
@@ -447,6 +493,35 @@ REFUSED_BODIES: tuple[tuple[dict[str, Any], str], ...] = (
     ),
     ({'restitution': 1.5}, 'bodies[0].restitution: got 1.5; a number [-] of at most 1.0'),
     ({'friction': -0.1}, 'bodies[0].friction: got -0.1; a number [-] of at least 0.0'),
+    ({'friction': '.inf'}, "bodies[0].friction: got '.inf'; a number [-]"),
+    ({'rolling_friction': -1e-3}, 'rolling_friction: got -0.001; a number [m] of at least 0.0'),
+    ({'torsional_friction': -1}, 'torsional_friction: got -1.0; a number [m] of at least 0.0'),
+    ({'frction': 1}, "bodies[0].frction: unknown key; did you mean 'friction'?"),
+    ({'repeat': 3}, 'bodies[0].repeat: got 3; a mapping such as {count'),
+    ({'repeat': {'count': [1, 2, 3]}}, 'repeat: spacing is missing; three lengths [m]'),
+    ({'repeat': {'count': [1, 2], 'spacing': [0, 0, 0]}}, 'repeat.count: got [1, 2]; a list of 3'),
+    (
+        {'repeat': {'count': [1, 2, 0], 'spacing': [0, 0, 0]}},
+        'repeat.count: got [1, 2, 0]; three whole numbers of at least 1',
+    ),
+    (
+        {'repeat': {'count': [1, 2.5, 1], 'spacing': [0, 0, 0]}},
+        'repeat.count: got [1, 2.5, 1]; three whole numbers',
+    ),
+    (
+        {'repeat': {'count': [1e3, 1e3, 1], 'spacing': [0, 0, 0]}},
+        'repeat.count: 1000000 copies; at most 100000',
+    ),
+    (
+        {'repeat': {'count': [2, 1, 1], 'spacing': [0, 0, 0], 'jitter': -1}},
+        'repeat.jitter: got -1.0; a number [m] of at least 0.0',
+    ),
+    ({'urdf': 'box.urdf'}, 'bodies[0].shape: the URDF file says what the body is'),
+    ({'urdf': 3, 'shape': None, 'mass': None}, 'bodies[0].urdf: got 3; the path of a URDF file'),
+    (
+        {'urdf': 'box.urdf', 'shape': None, 'mass': None},
+        "bodies[0].urdf: 'box.urdf' cannot be read: No such file",
+    ),
     ({'name': '2fast'}, "bodies[0].name: got '2fast'; a body name is a letter"),
     ({'name': 'a__b'}, 'a body name is a letter'),
     ({'name': 'a b\n'}, 'a body name is a letter'),
@@ -482,9 +557,28 @@ REFUSED_SCENES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'integrator': 3}, 'integrator 3 is unknown'),
     ({'gravity': -9.81}, 'scene: gravity: got -9.81; a list of 3 numbers [m/s^2]'),
     ({'gravity': [0, 0, '.nan']}, "scene: gravity[2]: got '.nan'; a number"),
-    ({'contact': {'mode': 'timestep'}}, "contact 'timestep' comes in a later version"),
-    ({'contact': {'mode': 'event'}}, 'this one supports: none'),
-    ({'contact': {'mode': 'magic'}}, "contact mode 'magic' is unknown; allowed: none"),
+    ({'contact': {'mode': 'event'}}, "contact 'event' comes in a later version"),
+    ({'contact': {'mode': 'event'}}, 'this one supports: none, timestep'),
+    ({'contact': {'mode': 'magic'}}, "contact mode 'magic' is unknown; allowed: none, timestep"),
+    ({'contact': {}}, 'contact: mode is missing; one of none, timestep'),
+    (
+        {'contact': {'mode': 'timestep', 'substep': 2}},
+        "contact.substep: unknown key; did you mean 'substeps'? allowed: mode, substeps",
+    ),
+    (
+        {'contact': {'mode': 'timestep', 'substeps': 0}},
+        'scene: contact.substeps: got 0; a whole number from 1',
+    ),
+    (
+        {'contact': {'mode': 'timestep', 'substeps': 1.5}},
+        'contact.substeps: got 1.5; a whole number is needed',
+    ),
+    ({'contact': {'mode': 'timestep', 'substeps': 'many'}}, "contact.substeps: got 'many'; a num"),
+    (
+        {'contact': {'mode': 'timestep', 'slop': -1}},
+        'scene: contact.slop: got -1.0; a finite number, not negative',
+    ),
+    ({'contact': {'mode': 'timestep', 'margin': math.nan}}, 'contact.margin: got nan; a finite'),
     ({'contact': {'mode': 'none', 'slop': 1}}, 'contact.slop: unknown key'),
     ({'contact': 'none'}, "contact: got 'none'; a mapping such as {mode: none}"),
     ({'forces': {}}, 'forces: got a mapping; a list'),
@@ -517,6 +611,10 @@ REFUSED_SCENES: tuple[tuple[dict[str, Any], str], ...] = (
     (
         {'forces': [{'type': 'rope', 'a': 'box', 'b': 'box', 'stiffness': 1}]},
         "forces[0]: a and b are both 'box'; a rope needs two ends",
+    ),
+    (
+        {'bodies': [body(name='box_2'), body(repeat={'count': [2, 1, 1], 'spacing': [1, 0, 0]})]},
+        "scene: bodies[1].name: the name 'box_2' is taken",
     ),
     ({'name': 7}, 'scene: name: got 7; a name is needed'),
 )

@@ -167,6 +167,53 @@ def test_ten_bodies_keep_places_and_angular_momenta() -> None:
     assert np.array_equal(ten.state.angular_momentum, before.angular_momentum)
 
 
+def test_the_heavy_top_precesses_at_the_rate_and_tilt_it_says() -> None:
+    top = start('heavy_top')
+    for time in (1.57, 3.14, 10.0):
+        x, y, z = at(top, time).state.position[0]
+        angle = 2.0 * top.time - math.pi / 2  # the axis leans towards -y at the start
+        # truncation of order four: 3e-10 rad in 10 s
+        assert (x, y) == pytest.approx((math.cos(angle) / 4, math.sin(angle) / 4), abs=1e-9)
+        assert z == pytest.approx(math.sqrt(3.0) / 4.0, abs=1e-9)
+
+
+def test_the_pendulum_swings_in_the_time_and_at_the_rate_it_says() -> None:
+    bar = start('pendulum')
+    turns, passes = [], []
+    before = bar.state
+    while bar.time < 4.0:
+        bar.step()
+        now = bar.state
+        a, b = before.angular_velocity[0, 0], now.angular_velocity[0, 0]
+        if bar.tick > 10 and a * b < 0.0:
+            turns.append(bar.time - bar.dt * b / (b - a))
+        if before.position[0, 1] * now.position[0, 1] < 0.0:
+            passes.append(max(abs(a), abs(b)))
+        before = now
+    # kick-drift-kick errs by 5e-7 of a swing; two turns make one
+    assert turns[1] == pytest.approx(1.93394, abs=6e-6)
+    assert passes == pytest.approx([5.4232] * len(passes), abs=6e-5)
+    assert len(passes) == 4
+
+
+def test_the_rocket_burns_out_as_tsiolkovsky_says() -> None:
+    rocket = at(start('rocket'), 60.0)
+    assert rocket.state.velocity[0, 2] == pytest.approx(1702.1, abs=0.05)
+    assert rocket.state.position[0, 2] == pytest.approx(40713.0, abs=0.5)
+    assert rocket.state.masses[0] == 400.0
+    assert at(rocket, 70.0).state.velocity[0, 2] == pytest.approx(1702.127 - 10 * G, abs=1e-3)
+
+
+def test_an_elastic_push_parts_two_masses_as_an_impact_does() -> None:
+    push = start('elastic_push')
+    energy = push.energy()
+    at(push, 2.0)
+    # kick-drift-kick in 57 ticks of contact, of which the first and the last are cut by its kink
+    assert push.state.velocity[:, 0] == pytest.approx((1.0, 4.0), abs=2e-3)
+    assert push.momentum()[0] == pytest.approx(6.0, rel=1e-14)
+    assert push.energy() == pytest.approx(energy, rel=1e-3)
+
+
 def test_demo_keeps_what_it_promises() -> None:
     demo = start('demo')
     before = demo.state

@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rigid_body_sim.physics.forces.element import BodyState, Places, key
+from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key
 from rigid_body_sim.physics.forces.spring import end, push
 from rigid_body_sim.physics.kernels import inline
 from rigid_body_sim.physics.model import Vector
@@ -66,6 +66,11 @@ class Bumper:
         a = places.place(self.a, self.a_point)
         b = places.place(self.b, self.b_point)
         return (*a.numbers(), *b.numbers(), self.stiffness, self.length)
+
+    def tie(self) -> Tie:
+        """Its stiffness while it touches."""
+        ends = ((self.a, self.a_point), (self.b, self.b_point))
+        return Tie(*ends, stiffness=self.stiffness)
 
     def bodies(self) -> tuple[str, ...]:
         """Both ends."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from rigid_body_sim.physics.blocks import add_force, add_torque, angular_velocity, velocity
 from rigid_body_sim.physics.derivatives import add_resistance
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
+from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, pushed
 from rigid_body_sim.physics.kernels import inline, kernel
 
 
@@ -87,6 +87,16 @@ class Drag:
         coefficients = (self.linear, self.quadratic, self.angular, self.angular_quadratic)
         turns = place.turns if self.angular or self.angular_quadratic else -1
         return (float(place.index), float(turns), *coefficients)
+
+    def tie(self) -> Tie:
+        """Its four coefficients."""
+        return Tie(
+            (self.body, None),
+            damping=self.linear,
+            quadratic=self.quadratic,
+            angular=self.angular,
+            angular_quadratic=self.angular_quadratic,
+        )
 
     def bodies(self) -> tuple[str, ...]:
         """The one body; the fluid takes the counterforce."""

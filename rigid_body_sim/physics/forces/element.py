@@ -129,6 +129,29 @@ class BodyState:
         return position + matrix @ (np.asarray(point, dtype=float) - record.center_of_mass)
 
 
+@dataclass(frozen=True)
+class Tie:
+    """
+    How strongly an element holds or brakes a body, for the estimate of the fastest motion of a
+    scene (`physics.stability`).
+
+    a, b              : (body, point) as in the scene; b is 'world' where nothing moves with it
+    stiffness         : [N/m]          largest change of the force with the distance of the ends
+    damping           : [N s/m]        the same with their relative velocity, at rest
+    quadratic         : [N s^2/m^2]    what |v| adds to that
+    angular           : [N m s]        resistance to the rotation of a
+    angular_quadratic : [N m s^2]      what |omega| adds to that
+    """
+
+    a: tuple[str, Vector | None]
+    b: tuple[str, Vector | None] = (WORLD, None)
+    stiffness: float = 0.0
+    damping: float = 0.0
+    quadratic: float = 0.0
+    angular: float = 0.0
+    angular_quadratic: float = 0.0
+
+
 class ForceElement(Protocol):
     """
     One force of a scene.
@@ -141,6 +164,8 @@ class ForceElement(Protocol):
     linearise  : optional kernel (elements, start, count, time, translation, rotation, table,
                  definite) that adds the derivatives of those wrenches: see `physics.derivatives`;
                  without it they are found by differences
+    tie        : optional method () -> Tie: how strongly it holds or brakes; without it the element
+                 counts for nothing when a run is warned of a step that is too long
     """
 
     TYPE: str

@@ -28,7 +28,7 @@ from rigid_body_sim.physics.blocks import (
     velocity,
 )
 from rigid_body_sim.physics.derivatives import DAMPING, add_between_points, add_turning_arm
-from rigid_body_sim.physics.forces.element import BodyState, Places, key
+from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key
 from rigid_body_sim.physics.kernels import inline, kernel
 from rigid_body_sim.physics.model import Vector
 
@@ -215,6 +215,11 @@ class Spring:
         a = places.place(self.a, self.a_point)
         b = places.place(self.b, self.b_point)
         return (*a.numbers(), *b.numbers(), self.stiffness, self.damping, self.rest_length)
+
+    def tie(self) -> Tie:
+        """Its stiffness and damping."""
+        ends = ((self.a, self.a_point), (self.b, self.b_point))
+        return Tie(*ends, stiffness=self.stiffness, damping=self.damping)
 
     def bodies(self) -> tuple[str, ...]:
         """Both ends."""

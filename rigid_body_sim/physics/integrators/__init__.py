@@ -17,7 +17,7 @@ from pkgutil import iter_modules
 from rigid_body_sim.physics.integrators.integrator import Integrator
 from rigid_body_sim.physics.integrators.options import SUBSTEPS
 
-_SUPPORT = ('integrator', 'options')  # modules that are no method
+_SUPPORT = ('integrator', 'limits', 'options')  # modules that are no method
 
 
 class Registry(Mapping[str, Integrator]):

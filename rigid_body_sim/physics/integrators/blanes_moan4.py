@@ -4,10 +4,10 @@
 Six kicks and drifts of Blanes & Moan, order four for forces that depend on position and attitude.
 
 SRKN6, with the Moser–Veselov drift of order ten in place of the exact free motion: the whole is of
-order four only with a drift of order four and more. With `drift: exact` the free motion is solved,
-which for symmetric tops is three times as fast, and for others slower. At a step where kick–drift–kick is wrong by
+order four only with a drift of order four and more. At a step where kick–drift–kick is wrong by
 7e-3 rad on a heavy top this is wrong by 1e-7, for six evaluations of the forces instead of one
-(the last kick of a tick and the first of the next share one).
+(the last kick of a tick and the first of the next share one). With `drift: exact` the free motion
+is solved: three times as fast for symmetric tops, slower for others.
 
 Two drifts and two kicks go backwards in time. A damper or drag would feed energy in there, so a
 scene with forces that depend on velocity is refused.
@@ -22,6 +22,7 @@ from typing import Any
 
 from rigid_body_sim.physics.drifts import exact_rotor, moser_veselov
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.integrators.options import Option
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schemes.splitting import Splitting
@@ -64,8 +65,8 @@ INTEGRATOR = Integrator(
     free_order=10,
     keeps='L to the last bit and energy to rounding without torque; energy without drift while '
     'forces depend on position',
-    stability='h |omega| <= 1.6 (free rotation, beyond it the drifts are divided); '
-    'springs: h omega <= 4.7; no damping',
+    stability='h |omega| <= 4 (free rotation, from 1.6 on the drifts are divided); springs: h '
+    'omega <= 3.16; no damping',
     source='Blanes & Moan, J. Comput. Appl. Math. 142 (2002), SRKN6; '
     'Celledoni et al., SIAM J. Sci. Comput. 30 (2008)',
     scheme=Splitting(
@@ -78,4 +79,5 @@ INTEGRATOR = Integrator(
     refuses=refuses,
     options={'drift': Option('dmv10', choices=('dmv10', 'exact'))},
     configure=configure,
+    limits=Limits(rotation=4.0, oscillation=3.16),
 )

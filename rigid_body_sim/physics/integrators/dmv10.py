@@ -8,6 +8,7 @@ As `dmv6` with the whole series: 3e-10 rad over 100 rad at h |omega| = 0.4, roun
 
 from rigid_body_sim.physics.drifts import moser_veselov
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.schemes.splitting import Splitting
 
 INTEGRATOR = Integrator(
@@ -16,11 +17,12 @@ INTEGRATOR = Integrator(
     free_order=10,
     keeps='L to the last bit and energy to rounding without torque; energy without drift while '
     'forces depend on position',
-    stability='h |omega| <= 1 (free rotation, beyond it the drift is divided); '
-    'springs: h omega <= 2',
+    stability='h |omega| <= 4 (free rotation, from 1 on the drift is divided); springs: h omega '
+    '<= 2; drag: h k <= 4',
     source='Hairer & Vilmart, J. Phys. A 39 (2006) 13225; Strang (1968)',
     scheme=Splitting(
         kicks=(0.5, 0.5), drifts=(1.0,), drift_rotation=moser_veselov.drift(10), order=2
     ),
     coefficients=moser_veselov.coefficients(10),
+    limits=Limits(rotation=4.0, oscillation=2.0, relaxation=4.0),
 )

@@ -12,6 +12,7 @@ import math
 
 from rigid_body_sim.physics.drifts import exact_rotor
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.schemes.splitting import Splitting
 
 INTEGRATOR = Integrator(
@@ -20,9 +21,10 @@ INTEGRATOR = Integrator(
     free_order=math.inf,
     keeps='L to the last bit and energy to rounding without torque; energy without drift while '
     'forces depend on position',
-    stability='h |omega| <= 1000 (free rotation); springs: h omega <= 2',
+    stability='h |omega| <= 1000 (free rotation); springs: h omega <= 2; drag: h k <= 4',
     source='Landau & Lifshitz, Mechanics, section 37; '
     'Celledoni et al., SIAM J. Sci. Comput. 30 (2008); Strang (1968)',
     scheme=Splitting(kicks=(0.5, 0.5), drifts=(1.0,), drift_rotation=exact_rotor.drift, order=2),
     coefficients=exact_rotor.coefficients,
+    limits=Limits(rotation=1000.0, oscillation=2.0, relaxation=4.0),
 )

@@ -9,6 +9,7 @@ beyond h = 2/k.
 """
 
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.integrators.options import ORIENTATION, oriented
 from rigid_body_sim.physics.schemes.runge_kutta import RungeKutta
 
@@ -17,10 +18,18 @@ INTEGRATOR = Integrator(
     order=1,
     free_order=1,
     keeps='nothing',
-    stability='h |omega| <= 0.002 keeps the energy of a free top within 1 % over 5000 steps; '
-    'damping: h k <= 2',
+    stability='h |omega| <= 0.001 keeps the energy of any free body within 1 % over 5000 steps, '
+    'h omega <= 0.0014 that of a spring (with damping c >= h k any); drag: h k <= 2',
     source='Euler, Institutiones calculi integralis (1768)',
     scheme=RungeKutta(a=((),), b=(1.0,)),
     options=ORIENTATION,
     configure=oriented,
+    limits=Limits(
+        rotation=0.001,
+        gyroscopic=True,
+        matrix=0.001,
+        oscillation=0.0014,
+        resists=True,
+        relaxation=2.0,
+    ),
 )

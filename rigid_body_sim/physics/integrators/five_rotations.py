@@ -9,6 +9,7 @@ over the tick is integrated exactly in translation.
 
 from rigid_body_sim.physics.drifts import five_rotations
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.schemes.splitting import Splitting
 
 INTEGRATOR = Integrator(
@@ -17,10 +18,11 @@ INTEGRATOR = Integrator(
     free_order=2,
     keeps='L to the last bit and energy within a bound without torque; energy without drift while '
     'forces depend on position',
-    stability='h |omega| <= 0.8 keeps the energy of a free top within 1 % over 5000 steps, '
-    '0.5 that of a thin rod; springs: h omega <= 2',
+    stability='h |omega| <= 0.5 keeps the energy of any free body within 1 % over 5000 steps '
+    '(0.8 but for a thin rod); springs: h omega <= 2; drag: h k <= 4',
     source='Dullweber, Leimkuhler & McLachlan, J. Chem. Phys. 107 (1997); Strang (1968)',
     scheme=Splitting(
         kicks=(0.5, 0.5), drifts=(1.0,), drift_rotation=five_rotations.drift, order=2
     ),
+    limits=Limits(rotation=0.5, oscillation=2.0, relaxation=4.0),
 )

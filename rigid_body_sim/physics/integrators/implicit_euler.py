@@ -12,6 +12,7 @@ angular momentum.
 
 from rigid_body_sim.physics import coupling
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.schemes.implicit import Implicit
 
 INTEGRATOR = Integrator(
@@ -19,11 +20,11 @@ INTEGRATOR = Integrator(
     order=1,
     free_order=1,
     keeps='momentum; nothing else: it damps',
-    stability='springs and damping: any step (L-stable); h |omega| <= 0.002 keeps the energy '
-    'of a free top within 1 % '
-    'over 5000 steps',
+    stability='springs and damping: any step (L-stable); h |omega| <= 0.001 keeps the energy of '
+    'any free body within 1 % over 5000 steps',
     source='Hairer & Wanner, Solving Ordinary Differential Equations II, IV.3',
     scheme=Implicit(stages=1, gamma=1.0),
     plan=coupling.plan,
     wants_derivatives=True,
+    limits=Limits(rotation=0.001, gyroscopic=True),
 )

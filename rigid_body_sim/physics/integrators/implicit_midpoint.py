@@ -12,6 +12,7 @@ the fast motion is to die out.
 from rigid_body_sim.physics import coupling
 from rigid_body_sim.physics.drifts import implicit_midpoint
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.schemes.implicit_midpoint import ImplicitMidpoint
 
 INTEGRATOR = Integrator(
@@ -21,9 +22,8 @@ INTEGRATOR = Integrator(
     keeps='L to the last bit and energy to rounding without torque; momentum, angular '
     'momentum and the energy of linear '
     'springs to rounding',
-    stability='springs and damping: any step (A-stable; a stiff motion keeps its amplitude '
-    'and hardly decays); '
-    'h |omega| <= 4 keeps the energy of a free top to rounding',
+    stability='springs and damping: any step (A-stable; a stiff motion keeps its amplitude and '
+    'hardly decays); h |omega| <= 3 keeps the energy of a free body to rounding',
     source='Austin, Krishnaprasad & Wang, J. Comput. Phys. 107 (1993); Hairer, Lubich & '
     'Wanner, Geometric Numerical '
     'Integration, II.1',
@@ -31,4 +31,5 @@ INTEGRATOR = Integrator(
     coefficients=implicit_midpoint.coefficients,
     plan=coupling.plan,
     wants_derivatives=True,
+    limits=Limits(rotation=3.0),
 )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.forces import Derivatives
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.integrators.options import Option, checked
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene
@@ -104,6 +105,7 @@ class Integrator:
     remembers    : (n, 4) quaternions -> (n, rows) part of the state that the blocks do not hold,
                    in place of coefficients; None where they hold it all
     is_reference : made for comparison: runs in Python, tick by tick, slowly
+    limits       : its limits, in numbers
     """
 
     name: str
@@ -124,6 +126,7 @@ class Integrator:
     constants: tuple[float, ...] = ()
     remembers: Callable[[Array], Array] | None = None
     is_reference: bool = False
+    limits: Limits = Limits()
 
     @property
     def controls_its_error(self) -> bool:

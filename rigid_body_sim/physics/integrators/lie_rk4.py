@@ -4,6 +4,7 @@
 kept."""
 
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.schemes.lie_group import LieRungeKutta4
 
 INTEGRATOR = Integrator(
@@ -11,8 +12,9 @@ INTEGRATOR = Integrator(
     order=4,
     free_order=4,
     keeps='L to the last bit without torque; parabolas of free fall are exact',
-    stability='h |omega| <= 0.25 keeps the energy of a free top within 1 % over 5000 steps, '
-    '0.05 that of a thin rod; springs: h omega <= 2.83',
+    stability='h |omega| <= 0.05 keeps the energy of any free body within 1 % over 5000 steps '
+    '(0.25 but for a thin rod); springs: h omega <= 2.82; drag: h k <= 2.78',
     source='Celledoni, Marthinsen & Owren, Future Gener. Comput. Syst. 19 (2003)',
     scheme=LieRungeKutta4(),
+    limits=Limits(rotation=0.05, oscillation=2.82, relaxation=2.78),
 )

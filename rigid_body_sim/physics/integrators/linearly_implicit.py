@@ -11,6 +11,7 @@ it damps springs: for soft ones take `dmv6`, for trajectories on stiff ones `sdi
 from rigid_body_sim.physics import coupling
 from rigid_body_sim.physics.drifts import moser_veselov
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.schemes.linearly_implicit import LinearlyImplicit, refuses
 
 INTEGRATOR = Integrator(
@@ -18,12 +19,13 @@ INTEGRATOR = Integrator(
     order=1,
     free_order=6,
     keeps='L to the last bit and energy to rounding without torque; momentum',
-    stability='springs and damping: any step and stiffness; h |omega| <= 1 (free rotation, '
-    'beyond it the drift is divided)',
+    stability='springs and damping: any step and stiffness; h |omega| <= 4 (free rotation, from '
+    '1 on the drift is divided)',
     source='Baraff & Witkin, SIGGRAPH (1998); Hairer & Vilmart, J. Phys. A 39 (2006) 13225',
     scheme=LinearlyImplicit(moser_veselov.drift(6)),
     coefficients=moser_veselov.coefficients(6),
     plan=coupling.plan,
     wants_derivatives=True,
     refuses=refuses,
+    limits=Limits(rotation=4.0),
 )

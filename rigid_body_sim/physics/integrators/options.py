@@ -114,6 +114,7 @@ def oriented(integrator: Integrator, settings: Mapping[str, Any]) -> Integrator:
         integrator,
         scheme=replace(scheme, matrix=True, reorthonormalise=settings['reorthonormalise']),
         remembers=matrices,
+        limits=integrator.limits.with_matrix(),
     )
 
 

@@ -9,6 +9,7 @@ not.
 
 from rigid_body_sim.physics.drifts import euler
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.schemes.splitting import Splitting
 
 INTEGRATOR = Integrator(
@@ -16,8 +17,9 @@ INTEGRATOR = Integrator(
     order=1,
     free_order=1,
     keeps='a modified energy of translation while forces depend on position alone',
-    stability='springs: h omega <= 2; h |omega| <= 0.002 keeps the energy of a free top within '
-    '1 % over 5000 steps',
+    stability='springs: h omega <= 2; drag: h k <= 2; h |omega| <= 0.001 keeps the energy of '
+    'any free body within 1 % over 5000 steps',
     source='de Vogelaere (1956); Hairer, Lubich & Wanner, Geometric Numerical Integration, I.1',
     scheme=Splitting(kicks=(1.0, 0.0), drifts=(1.0,), drift_rotation=euler.drift, order=1),
+    limits=Limits(rotation=0.001, gyroscopic=True, oscillation=2.0, relaxation=2.0),
 )

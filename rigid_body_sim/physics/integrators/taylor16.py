@@ -10,6 +10,7 @@ single body.
 
 from rigid_body_sim.physics.drifts import taylor
 from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integrators.limits import Limits
 from rigid_body_sim.physics.schemes.splitting import Splitting
 
 INTEGRATOR = Integrator(
@@ -18,9 +19,10 @@ INTEGRATOR = Integrator(
     free_order=16,
     keeps='L to the last bit and energy to rounding without torque; energy without drift while '
     'forces depend on position',
-    stability='h |omega| <= 1000 (free rotation; beyond 0.5 the drift is divided); '
-    'springs: h omega <= 2',
+    stability='h |omega| <= 1000 (free rotation; beyond 0.5 the drift is divided); springs: h '
+    'omega <= 2; drag: h k <= 4',
     source='Moore, Interval Analysis (1966); Corliss & Chang, ACM TOMS 8 (1982); Strang (1968)',
     scheme=Splitting(kicks=(0.5, 0.5), drifts=(1.0,), drift_rotation=taylor.drift(16), order=2),
     coefficients=taylor.coefficients,
+    limits=Limits(rotation=1000.0, oscillation=2.0, relaxation=4.0),
 )

@@ -27,21 +27,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rigid_body_sim.physics.blocks import QX, ROTATION, RX, TRANSLATION, at
 from rigid_body_sim.physics.kernels import specialise, unbound
+from rigid_body_sim.physics.schemes import no_rotation, substeps
 from rigid_body_sim.physics.schemes import stages_of_points as points
 from rigid_body_sim.physics.schemes import stages_of_turns as turns
-from rigid_body_sim.physics.schemes import substeps
 from rigid_body_sim.physics.schemes.runge_kutta import no_forces, square
 from rigid_body_sim.physics.schemes.stages_of_points import POINT
 from rigid_body_sim.physics.schemes.stages_of_points import begin as begin_points
 from rigid_body_sim.physics.schemes.stages_of_points import slope_of as slope_of_points
-from rigid_body_sim.physics.schemes.stages_of_turns import TURN, TURN_START, set_rate
-from rigid_body_sim.physics.schemes.stages_of_turns import begin as begin_turns
-from rigid_body_sim.physics.schemes.stages_of_turns import slope_of as slope_of_turns
+from rigid_body_sim.physics.schemes.stages_of_turns import TURN, TURN_START
 from rigid_body_sim.physics.schemes.steps import finite, start_evaluation
 
 HEAD = 64  # numbers at the head of the workspace: rtol, atol
@@ -57,7 +55,10 @@ advance_one: Callable[..., Any] = unbound
 move_points: Callable[..., Any] = unbound
 end_points: Callable[..., Any] = unbound
 error_of_points: Callable[..., Any] = unbound
+begin_turns: Callable[..., Any] = unbound
 move_turns: Callable[..., Any] = unbound
+slope_of_turns: Callable[..., Any] = unbound
+set_rate: Callable[..., Any] = unbound
 end_turns: Callable[..., Any] = unbound
 error_of_turns: Callable[..., Any] = unbound
 step_points: Callable[..., Any] = unbound
@@ -211,11 +212,17 @@ class EmbeddedPair:
     a     : rows of the tableau, without the last one
     b     : weights of the higher order, which goes on; also the last row of the tableau
     error : b - b*, with the weight of the slope at the new state as the last
+    turning : False for point masses alone
     """
 
     a: tuple[tuple[float, ...], ...]
     b: tuple[float, ...]
     error: tuple[float, ...]
+    turning: bool = True
+
+    def for_points(self) -> EmbeddedPair:
+        """Return the same pair without rotation."""
+        return replace(self, turning=False)
 
     def _constants(self) -> dict[str, Any]:
         stages = len(self.b)
@@ -258,11 +265,23 @@ class EmbeddedPair:
             move_points=part(points.move),
             end_points=part(points.end),
             error_of_points=part(substeps.error_of_points),
-            move_turns=part(turns.move),
-            end_turns=part(turns.end),
-            error_of_turns=part(substeps.error_of_turns),
+            **self._turns(part),
             **constants,
         )
+
+    def _turns(self, part: Callable[..., Any]) -> dict[str, Callable[..., Any]]:
+        """Give the parts of a step that turn."""
+        of: Any = turns if self.turning else no_rotation
+        bound: Any = part if self.turning else lambda function: function
+        error = substeps.error_of_turns if self.turning else no_rotation.error_of
+        return {
+            'begin_turns': of.begin,
+            'move_turns': bound(of.move),
+            'slope_of_turns': of.slope_of,
+            'set_rate': of.set_rate,
+            'end_turns': bound(of.end),
+            'error_of_turns': bound(error),
+        }
 
     def workspace(self, blocks: int) -> int:
         """Count the numbers that a step writes beside the state."""

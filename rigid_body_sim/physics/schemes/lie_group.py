@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rigid_body_sim.physics.blocks import (
@@ -42,7 +42,7 @@ from rigid_body_sim.physics.blocks import (
 )
 from rigid_body_sim.physics.drifts.euler import exponential
 from rigid_body_sim.physics.kernels import inline, kernel, specialise
-from rigid_body_sim.physics.schemes import runge_kutta
+from rigid_body_sim.physics.schemes import no_rotation, runge_kutta
 from rigid_body_sim.physics.schemes import stages_of_points as points
 from rigid_body_sim.physics.schemes.stages_of_points import POINT
 
@@ -211,7 +211,17 @@ def _part(name: str, function: Any) -> Callable[..., Any]:
 
 @dataclass(frozen=True)
 class LieRungeKutta4:
-    """The commutator-free method of order four; points take the classical one."""
+    """
+    The commutator-free method of order four; points take the classical one.
+
+    turning : False for point masses alone
+    """
+
+    turning: bool = True
+
+    def for_points(self) -> LieRungeKutta4:
+        """Return the same scheme without rotation."""
+        return replace(self, turning=False)
 
     def free(self, name: str) -> Callable[..., Any]:
         """Make the kernel for a scene without forces that depend on the state."""
@@ -219,7 +229,7 @@ class LieRungeKutta4:
             runge_kutta._advance_free,
             name=name,
             step_points=_part(name, points.step_under_held_force),
-            step_turns=step,
+            step_turns=step if self.turning else no_rotation.step,
         )
 
     def coupled(
@@ -232,10 +242,10 @@ class LieRungeKutta4:
             evaluate=evaluate,
             move_points=_part(name, points.move),
             end_points=_part(name, points.end),
-            begin_turns=begin,
-            move_turns=move,
-            slope_of_turns=slope,
-            end_turns=end,
+            begin_turns=begin if self.turning else no_rotation.begin,
+            move_turns=move if self.turning else no_rotation.move,
+            slope_of_turns=slope if self.turning else no_rotation.slope_of,
+            end_turns=end if self.turning else no_rotation.end,
             TURN=TURN,
             TURN_START=STAGE,
             **CLASSICAL,

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rigid_body_sim.physics.banded import entry, solve
@@ -80,6 +80,7 @@ from rigid_body_sim.physics.forces import Derivatives
 from rigid_body_sim.physics.integrators.integrator import DID_NOT_CONVERGE
 from rigid_body_sim.physics.kernels import kernel, specialise, unbound
 from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.schemes import no_rotation
 from rigid_body_sim.physics.schemes.splitting import Splitting
 from rigid_body_sim.physics.schemes.steps import finite, kick_and_drift, start_evaluation
 
@@ -227,6 +228,13 @@ def refuses(scene: Scene) -> str | None:
                 f'the mass of {body.name!r} changes, for which the solve has no stiffness; use'
                 ' sdirk2 or dmv6'
             )
+    pivoted = [body.name for body in scene.bodies if body.pivot is not None]
+    for index, force in enumerate(scene.forces):
+        if pivoted and not hasattr(force, 'linearise'):
+            return (
+                f'{pivoted[0]!r} turns about a pivot, and forces[{index}] ({force.TYPE}) does not '
+                'tell how it changes, without which the solve has no stiffness; use sdirk2 or dmv6'
+            )
     return None
 
 
@@ -239,6 +247,10 @@ class LinearlyImplicit:
     """
 
     drift_rotation: Callable[..., Any]
+
+    def for_points(self) -> LinearlyImplicit:
+        """Return the same scheme without rotation."""
+        return replace(self, drift_rotation=no_rotation.drift)
 
     def free(self, name: str) -> Callable[..., Any]:
         """

@@ -18,11 +18,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rigid_body_sim.physics.blocks import ROTATION, TRANSLATION
 from rigid_body_sim.physics.kernels import inline, specialise, unbound
+from rigid_body_sim.physics.schemes import no_rotation
 from rigid_body_sim.physics.schemes import stages_of_matrices as matrices
 from rigid_body_sim.physics.schemes import stages_of_points as points
 from rigid_body_sim.physics.schemes import stages_of_turns as turns
@@ -142,12 +143,18 @@ class RungeKutta:
     matrix           : carry the orientation as a matrix, see `stages_of_matrices`, in place of a
                        quaternion
     reorthonormalise : then replace it by the nearest rotation after each step
+    turning          : False for point masses alone
     """
 
     a: tuple[tuple[float, ...], ...]
     b: tuple[float, ...]
     matrix: bool = False
     reorthonormalise: bool = True
+    turning: bool = True
+
+    def for_points(self) -> RungeKutta:
+        """Return the same scheme without rotation."""
+        return replace(self, matrix=False, turning=False)
 
     @property
     def c(self) -> tuple[float, ...]:
@@ -185,7 +192,9 @@ class RungeKutta:
         """Make the kernel for a scene without forces that depend on the state."""
         if self.matrix:
             return self.coupled(name, scene='free', evaluate=no_forces, velocity_dependent=False)
-        if self._is_ladder():
+        if not self.turning:
+            step_turns = no_rotation.step
+        elif self._is_ladder():
             step_turns = self._part(name, turns.step_on_a_ladder)
         else:
             step_turns = self._part(
@@ -206,7 +215,7 @@ class RungeKutta:
         self, name: str, *, scene: str, evaluate: Callable[..., Any], velocity_dependent: bool
     ) -> Callable[..., Any]:
         """Make the kernel for the force elements of a scene, named by `scene`."""
-        family: Any = turns
+        family: Any = turns if self.turning else no_rotation
         if self.matrix:
             family = matrices
             name = f'{name}_matrix{"_reorthonormalised" if self.reorthonormalise else ""}'
@@ -217,9 +226,9 @@ class RungeKutta:
             move_points=self._part(name, points.move),
             end_points=self._part(name, points.end),
             begin_turns=family.begin,
-            move_turns=self._part(name, family.move),
+            move_turns=self._part(name, family.move) if self.turning else family.move,
             slope_of_turns=family.slope_of,
-            end_turns=self._part(name, family.end),
+            end_turns=self._part(name, family.end) if self.turning else family.end,
             **self._constants(),
         )
 

@@ -21,7 +21,7 @@ has the same bits either way.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rigid_body_sim.physics.blocks import (
@@ -38,13 +38,8 @@ from rigid_body_sim.physics.blocks import (
     TRANSLATION,
 )
 from rigid_body_sim.physics.kernels import kernel, specialise, unbound
-from rigid_body_sim.physics.schemes.steps import (
-    finite,
-    kick,
-    kick_and_drift,
-    kick_rotation,
-    start_evaluation,
-)
+from rigid_body_sim.physics.schemes import no_rotation, steps
+from rigid_body_sim.physics.schemes.steps import finite, kick, kick_and_drift, start_evaluation
 
 # bound for each integrator, and `evaluate` for each scene, by `specialise`
 STAGES = 1
@@ -54,6 +49,8 @@ LAST_KICK = 0.5
 VELOCITY_DEPENDENT = False
 MIDPOINT_KICK = False
 drift_rotation: Callable[..., Any] = unbound
+kick_rotation: Callable[..., Any] = unbound
+kick_all: Callable[..., Any] = unbound
 evaluate: Callable[..., Any] = unbound
 
 
@@ -111,7 +108,6 @@ def _restore_momenta(n_bodies, n_rigid, translation, rotation, workspace):
             s[k + LX], s[k + LY], s[k + LZ] = saved[k], saved[k + 64], saved[k + 128]
 
 
-@kernel
 def _kick_all(n_bodies, n_rigid, time, translation, rotation):
     for block in range((n_bodies + 63) // 64):
         kick(block, min(64, n_bodies - 64 * block), time, translation)
@@ -138,7 +134,7 @@ def _advance_coupled(
                     evaluate(0, time, translation, rotation, elements, ranges)
                 if MIDPOINT_KICK:
                     _save_momenta(n_bodies, n_rigid, translation, rotation, workspace)
-                    _kick_all(n_bodies, n_rigid, 0.5 * share * h, translation, rotation)
+                    kick_all(n_bodies, n_rigid, 0.5 * share * h, translation, rotation)
                     start_evaluation(n_bodies, n_rigid, translation, rotation)
                     evaluate(0, time, translation, rotation, elements, ranges)
                     _restore_momenta(n_bodies, n_rigid, translation, rotation, workspace)
@@ -154,7 +150,7 @@ def _advance_coupled(
                 elapsed += drift
                 fresh = False
             elif share != 0.0:
-                _kick_all(n_bodies, n_rigid, share * h, translation, rotation)
+                kick_all(n_bodies, n_rigid, share * h, translation, rotation)
     return finite(n_bodies, n_rigid, translation, rotation)
 
 
@@ -172,13 +168,23 @@ class Splitting:
     drift_rotation: Callable[..., Any]
     order: int
 
+    def for_points(self) -> Splitting:
+        """Return the same scheme without rotation."""
+        return replace(self, drift_rotation=no_rotation.drift)
+
     def _bindings(self) -> dict[str, Any]:
+        turns = self.drift_rotation is not no_rotation.drift
+        kick_rotation = steps.kick_rotation if turns else no_rotation.kick
         return {
             'STAGES': len(self.drifts),
             'KICKS': self.kicks[:-1],
             'LAST_KICK': self.kicks[-1],
             'DRIFTS': self.drifts,
             'drift_rotation': self.drift_rotation,
+            'kick_rotation': kick_rotation,
+            'kick_all': specialise(
+                _kick_all, name='all' if turns else 'points', kick_rotation=kick_rotation
+            ),
         }
 
     def free(self, name: str) -> Callable[..., Any]:

@@ -1,0 +1,25 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Contact of rigid bodies by time stepping; imported only by scenes that ask for it.
+
+`plan` what a scene needs; `tick` what happens in a tick; `collider`, `broad_phase`, `detection`
+and `pairs` find contacts, `assembly` makes rows of them, `solver` and `passes` solve them.
+"""
+
+from __future__ import annotations
+
+from rigid_body_sim.physics.contact.plan import ContactPlan
+from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.layout import Layout
+from rigid_body_sim.physics.model import Scene
+
+
+def prepare(scene: Scene, layout: Layout, integrator: Integrator) -> ContactPlan:
+    """
+    Make the contact plan of a scene.
+
+    Raises InvalidModel for an unknown key or value, an integrator that does not suit, or a body
+    that cannot collide.
+    """
+    return ContactPlan(scene, layout, integrator)

@@ -1,0 +1,21 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A box and a cylinder, both as polyhedra, see `polyhedra`.
+
+The cylinder is a prism (`hulls`): one that rolls on a box bumps at its edges.
+"""
+
+from __future__ import annotations
+
+from rigid_body_sim.physics.contact.box_record import write_box
+from rigid_body_sim.physics.contact.hull_records import PRISM
+from rigid_body_sim.physics.contact.polyhedra import collide_records
+from rigid_body_sim.physics.kernels import kernel
+
+
+@kernel
+def collide(numbers, a: int, b: int, poses, pa: int, pb: int, margin: float, found) -> int:
+    """Find the manifold of a box and a prism."""
+    box = write_box(numbers, a, found)
+    return collide_records(found, box, numbers, b + PRISM, poses, pa, pb, margin, found)

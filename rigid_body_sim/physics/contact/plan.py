@@ -1,0 +1,268 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The contact of one scene: its colliders in their order, its arrays, its kernel.
+
+Contacts are solved one after the other, so their order shows in the result far above rounding. It
+must not depend on how a scene lists its bodies: colliders are ordered once by their height against
+gravity, then place, at the start; planes first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.blocks import blocks
+from rigid_body_sim.physics.contact import tick
+from rigid_body_sim.physics.contact.assembly import BATCH, COLOURS, REMEMBERED
+from rigid_body_sim.physics.contact.broad_phase import CELL, ROW
+from rigid_body_sim.physics.contact.collider import (
+    BOUNDS,
+    CAPSULE,
+    CYLINDER,
+    MATERIAL,
+    PLANE,
+    POSE,
+    SPHERE,
+    TABLE,
+    TYPE,
+    Colliders,
+)
+from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
+from rigid_body_sim.physics.contact.manifold import FOUND
+from rigid_body_sim.physics.contact.pairs import collide_kernel
+from rigid_body_sim.physics.contact.rows import (
+    MANIFOLD,
+    POINT,
+    POINT_LONG,
+    SCRATCH,
+)
+from rigid_body_sim.physics.contact.settings import ContactSettings
+from rigid_body_sim.physics.contact.solver import solver
+from rigid_body_sim.physics.contact.touching_bodies import AXIS, BODY, COLLIDER, ROUND
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.layout import Layout
+from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.schemes.splitting import Splitting
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+METHODS = (
+    'dmv2, dmv4, dmv6, dmv8, dmv10, five_rotations, five_rotations_kl6, exact_rotor, taylor16'
+)
+
+
+def unsuited(integrator: Integrator) -> str | None:
+    """Tell why an integrator cannot move bodies that touch, or None."""
+    scheme = integrator.scheme
+    if isinstance(scheme, Splitting) and scheme.kicks == (0.5, 0.5) and scheme.drifts == (1.0,):
+        return None
+    return (
+        f'integrator {integrator.name!r} cannot take part in contact: between contact impulses '
+        f'a body needs one free rotation a substep; take one of: {METHODS}'
+    )
+
+
+class ContactPlan:
+    """
+    What the contact of a scene needs beside the blocks.
+
+    settings : of the scene
+    """
+
+    def __init__(self, scene: Scene, layout: Layout, integrator: Integrator) -> None:
+        reason = unsuited(integrator)
+        if reason is not None:
+            raise InvalidModel(reason)
+        self.settings = ContactSettings.of(scene.contact)
+        self._layout = layout
+        self._integrator = integrator
+        colliders = Colliders.of(scene, layout)
+        _refuse_flow(scene, colliders)
+        self._order = _order(scene, colliders)
+        self._kinds = colliders.pairs()
+        materials = colliders.materials.reshape(-1, MATERIAL)
+        self.angular = bool(np.any(materials[:, 2:] > 0.0))
+        self.bounces = bool(np.any(materials[:, 0] > 0.0))
+        self._width = POINT_LONG if self.angular or self.bounces else POINT
+        self._take(colliders)
+        self._make_room(len(self._order))
+        self._kernels: dict[str, Callable[..., Any]] = {}
+
+    def _take(self, colliders: Colliders) -> None:
+        """Bring the colliders into their order."""
+        order = self._order
+        n = len(order)
+
+        def ordered(array: NDArray[Any], size: int) -> NDArray[Any]:
+            return np.ascontiguousarray(array.reshape(-1, size)[order]).ravel()
+
+        self.numbers = colliders.numbers
+        self.table = ordered(colliders.table, TABLE)
+        self.bounds = ordered(colliders.bounds, BOUNDS)
+        self.mounts = ordered(colliders.mounts, POSE)
+        self.materials = ordered(colliders.materials, MATERIAL)
+        self.poses = np.concatenate((ordered(colliders.poses, POSE), np.zeros(2 * POSE)))
+        self.reaches = np.zeros(max(1, n) * ROW)
+        self.found = np.zeros(FOUND)
+        self.bodies = np.zeros((self._layout.n_moving + 1) * BODY)
+        for i in range(n):
+            kind, _, core, _ = self.table[i * TABLE : (i + 1) * TABLE]
+            if core < 0:
+                continue
+            row = self.bodies[core * BODY : (core + 1) * BODY]
+            row[COLLIDER] = i
+            mount = self.mounts[i * POSE : (i + 1) * POSE]
+            centered = not mount[:2].any()
+            row[ROUND] = 2.0 if kind == SPHERE else float(kind in (CAPSULE, CYLINDER) and centered)
+            row[AXIS : AXIS + 3] = mount[3:].reshape(3, 3)[:, 2]
+
+    def _make_room(self, n: int) -> None:
+        """Make the lists that grow."""
+        size = 64
+        while size < 4 * n:
+            size *= 2
+        moving = self._layout.n_moving
+        self.heads = np.zeros(size, dtype=np.int64)
+        self.grid = np.zeros(max(1, n) * CELL, dtype=np.int64)
+        self.keys = np.zeros(8 * n + 16, dtype=np.int64)
+        self.records = np.zeros((4 * n + 8) * RECORD)
+        self.memory = np.zeros(2 + (4 * n + 8) * (2 + 4 * REMEMBERED))
+        self.rows = np.zeros(SCRATCH + (n // 2 + 40) * (MANIFOLD + 4 * self._width))
+        self.batches = np.zeros((4 * n + 64) * BATCH, dtype=np.int64)
+        self.colours = np.zeros(moving + 1, dtype=np.int64)
+        self.open_batches = np.zeros(2 * COLOURS + 2, dtype=np.int64)
+        self.touching = np.zeros(moving + 1, dtype=np.int64)
+        self.workspace = np.zeros(max(1, blocks(moving)) * 384)
+        self.counts = np.zeros(tick.COUNTS, dtype=np.int64)
+        self.counts[tick.N_COLLIDERS] = n
+        self.counts[tick.PLANES] = int(np.sum(self.table[TYPE::TABLE] == PLANE))
+        radii = self.bounds[7::BOUNDS]
+        radii = radii[np.isfinite(radii) & (radii > 0.0)]
+        cell = 2.2 * float(np.median(radii)) if radii.size else 1.0
+        s = self.settings
+        self.numbers_of_settings = np.array(
+            [
+                s.substeps, s.damping_ratio, s.relaxations, s.restitution_threshold, s.slop,
+                s.push_out_speed, s.margin, cell,
+            ],
+            dtype=np.float64,
+        )  # fmt: skip
+        self._pack()
+
+    def _pack(self) -> None:
+        """Measure the lists and make the arguments of the kernel."""
+        counts = self.counts
+        counts[tick.PAIR_ROOM] = len(self.keys)
+        counts[tick.MANIFOLD_ROOM] = len(self.records) // RECORD
+        counts[tick.ROW_ROOM] = len(self.rows)
+        counts[tick.BATCH_ROOM] = len(self.batches) // BATCH
+        counts[tick.MEMORY_ROOM] = len(self.memory)
+        self._arguments = tuple(
+            argument(array)
+            for array in (
+                self.numbers_of_settings, counts, self.numbers, self.table, self.bounds,
+                self.mounts, self.materials, self.poses, self.reaches, self.found, self.bodies,
+                self.rows, self.records, self.memory, self.grid, self.heads, self.keys,
+                self.batches, self.colours, self.open_batches, self.touching,
+            )
+        )  # fmt: skip
+
+    def _grow(self) -> None:
+        """Double the list that was too short; nothing else in it is needed but the memory."""
+        short = self.counts[tick.SHORT]
+        if short == tick.SHORT_OF_PAIRS:
+            self.keys = np.zeros(2 * int(self.counts[tick.PAIRS]), dtype=np.int64)
+        elif short == tick.SHORT_OF_MANIFOLDS:
+            self.records = np.zeros(2 * int(self.counts[tick.MANIFOLDS]) * RECORD)
+        elif short == tick.SHORT_OF_MEMORY:
+            self.memory = np.concatenate((self.memory, np.zeros(len(self.memory))))
+        else:
+            self.rows = np.zeros(2 * len(self.rows))
+            self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
+        self._pack()
+
+    def kernel(
+        self, scene: str, evaluate: Callable[..., Any] | None, velocity_dependent: bool
+    ) -> Callable[..., Any]:
+        """
+        Make the kernel of the scene, with the usual call of a scheme.
+
+        scene, evaluate, velocity_dependent : as of `Scheme.coupled`; evaluate None: nothing
+                                              depends on the state
+        """
+        if scene not in self._kernels:
+            assert isinstance(self._integrator.scheme, Splitting)
+            flags = {'angular': self.angular, 'bounces': self.bounces}
+            pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
+            passes = solver(width=self._width, **flags)
+            compiled = tick.tick_kernel(
+                f'{self._integrator.name}_{scene}',
+                WIDTH=self._width,
+                ANGULAR=self.angular,
+                BOUNCES=self.bounces,
+                COUPLED=evaluate is not None,
+                VELOCITY_DEPENDENT=velocity_dependent,
+                drift_rotation=self._integrator.scheme.drift_rotation,
+                evaluate=_nothing if evaluate is None else evaluate,
+                find_manifolds=manifold_finder(pairs),
+                **passes,
+            )
+            self._kernels[scene] = self._with_arrays(compiled)
+        return self._kernels[scene]
+
+    def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
+        def advance(
+            ticks: int, at: float, h: float, n_moving: int, n_rigid: int, translation: Any,
+            rotation: Any, method: Any, workspace: Any, elements: Any, ranges: Any,
+        ) -> float:  # fmt: skip
+            own = argument(self.workspace)
+            done, status = 0, 0.0
+            while True:
+                status = compiled(
+                    ticks - done, at + done, h, n_moving, n_rigid, translation, rotation, method,
+                    own, elements, ranges, *self._arguments,
+                )  # fmt: skip
+                done += int(self.counts[tick.DONE])
+                if status != 0.0 or self.counts[tick.SHORT] == tick.NOTHING_SHORT:
+                    return status
+                self._grow()
+
+        return advance
+
+
+def _nothing(*_arguments: Any) -> None:
+    """Stand for the forces of a scene where there are none that depend on its state."""
+
+
+def _order(scene: Scene, colliders: Colliders) -> Indices:
+    """Order of the colliders that does not depend on how the scene lists them."""
+    indices = colliders.table[3::TABLE]
+    if not len(indices):
+        return np.zeros(0, dtype=np.int64)
+    starts = np.array([scene.bodies[i].initial.position for i in indices])
+    velocities = np.array([scene.bodies[i].initial.velocity for i in indices])
+    down = np.asarray(scene.gravity)
+    height = -(starts @ down)
+    planes = colliders.types != PLANE
+    moves = colliders.cores >= 0
+    sizes = colliders.bounds.reshape(-1, BOUNDS)[:, 7]
+    keys = [*velocities.T, sizes, colliders.types, starts[:, 1], starts[:, 0], starts[:, 2]]
+    return np.lexsort((*keys, height, moves, planes))
+
+
+def _refuse_flow(scene: Scene, colliders: Colliders) -> None:
+    for index in colliders.table[3::TABLE]:
+        body = scene.bodies[index]
+        if body.mass_flow is not None:
+            raise InvalidModel(
+                f'{body.name!r} loses or gains mass and collides: contact needs bodies of constant '
+                'mass; leave mass_flow out, or take its shape away, or contact: {mode: none}'
+            )

@@ -1,0 +1,47 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Where the numbers of contacts are kept: batches of eight manifolds that share no moving body.
+
+A batch has rows of eight numbers, one for each manifold ("lane"): first those of the manifold,
+then those of its points, one after the other. Because the lanes of a batch share no body that can
+move, the solver may treat them at once, which the compiler turns into SIMD: the result is that of
+one after the other. An empty lane names the body that cannot move and has zeros elsewhere.
+
+At the head of the array lies one batch of scratch: the bodies of the lanes under way.
+"""
+
+LANES = 8
+
+# of the manifold
+A, B = 0, 8  # [-] where the rows of the two bodies begin
+N, T, O = 16, 40, 64  # (3) [-] unit normal from A to B, two tangents
+MU = 88  # [-] friction
+RATE, SCALE, KEEP = 96, 104, 112  # beta [1/s], sigma [-], iota [-] of the soft normal
+BOUNCE = 120  # [-] restitution
+ROLL, SPIN = 128, 136  # [m] rolling and torsional friction
+ROLL_GAIN, SPIN_GAIN = 144, 152  # [kg m^2] angular impulse per angular velocity
+MANIFOLD = 160  # numbers of the manifold
+
+# of a point
+RA, RB = 0, 24  # (3) [m] arms from the centres of mass
+GAP0, GAP = 48, 56  # [m] gap at the start of the tick, now
+GAIN, SLIP_GAIN = 64, 72  # [kg] impulse per velocity: normal, tangential
+JN, JT, JO = 80, 88, 96  # [N s] impulses of this substep
+MOST = 104  # [N s] largest normal impulse of any substep
+APPROACH = 112  # [m/s] normal velocity with which the surfaces would meet
+SUM = 120  # (3) [N s] impulses over the tick
+POINT = 144  # numbers of a point where nothing rolls, twists or bounces
+JR, JQ, JS = 144, 152, 160  # [N m s] angular impulses of this substep: rolling (2), twisting
+BN, BT, BO = 168, 176, 184  # [N s] impulses of the bounce
+POINT_LONG = 192  # numbers of a point else
+
+# scratch: velocity, angular velocity, inverse mass and inertia of A, the same of B
+VA, WA, MA, IA = 0, 24, 48, 56
+VB, WB, MB, IB = 104, 128, 152, 160
+PS, HA, HB = 208, 232, 256  # (3) impulse on B, angular impulses on A and B, of this pass
+DA, UA, SA, CA = 280, 304, 328, 336  # motion of A since the start of the tick; accelerations
+DB, UB, SB, CB = 344, 368, 392, 400  # the same of B
+PUSHED = 408  # [-] whether some point pushes
+CHANGE = 416  # [m/s] largest change of a normal velocity
+SCRATCH = 424

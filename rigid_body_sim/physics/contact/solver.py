@@ -1,0 +1,127 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Passes over all batches of contacts: what the equations of `passes` are visited for, and in which
+order.
+
+    g : scratch at the head of the rows; s : one batch
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.contact import passes, preparation
+from rigid_body_sim.physics.contact.assembly import BATCH, OFFSET, POINTS
+from rigid_body_sim.physics.contact.rows import CHANGE, LANES, MANIFOLD, SCRATCH
+from rigid_body_sim.physics.kernels import specialise
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+SWEEPS = 40  # of the bounce, at most; a stack of that many balls is not yet at rest
+SETTLED = 1e-12  # [-] of the largest impulse: a sweep that changes less is the last
+
+# bound for each scene by `specialise`
+WIDTH = 144  # numbers of a point
+ANGULAR = False  # whether anything rolls or twists with friction
+BOUNCES = False  # whether anything bounces
+
+
+def _prepare(count: int, rows: Array, batches: Indices, bodies: Array) -> None:
+    """Find gains and speeds of approach."""
+    g = rows[0:SCRATCH]
+    for batch in range(count):
+        points = batches[batch * BATCH + POINTS]
+        begin = batches[batch * BATCH + OFFSET]
+        s = rows[begin : begin + MANIFOLD + points * WIDTH]
+        passes.gather(LANES, s, g, bodies)
+        for point in range(points):
+            preparation.gains(LANES, s, MANIFOLD + point * WIDTH, g)
+        if ANGULAR:
+            preparation.angular_gains(LANES, s, g)
+        if BOUNCES:
+            preparation.gather_accelerations(LANES, s, g, bodies)
+            for point in range(points):
+                preparation.approach(LANES, s, MANIFOLD + point * WIDTH, g)
+
+
+def _push(
+    count: int, inverse_h: float, slop: float, cap: float, rows: Array, batches: Indices,
+    bodies: Array,
+) -> None:  # fmt: skip
+    """Visit the normals of all batches, softly."""
+    g = rows[0:SCRATCH]
+    for batch in range(count):
+        points = batches[batch * BATCH + POINTS]
+        begin = batches[batch * BATCH + OFFSET]
+        s = rows[begin : begin + MANIFOLD + points * WIDTH]
+        passes.gather(LANES, s, g, bodies)
+        for point in range(points):
+            passes.push(LANES, s, MANIFOLD + point * WIDTH, g, inverse_h, slop, cap)
+            if ANGULAR:
+                passes.release(LANES, s, MANIFOLD + point * WIDTH, g)
+        passes.scatter(LANES, s, g, bodies)
+        passes.mark_carried(LANES, s, g, bodies)
+
+
+def _relax(
+    count: int, inverse_h: float, first: bool, share: float, rows: Array, batches: Indices,
+    bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Visit normals and friction of all batches.
+
+    first : the bodies have moved since the gaps were found
+    share : 1 in the last pass of a substep, else 0
+    """
+    g = rows[0:SCRATCH]
+    for batch in range(count):
+        points = batches[batch * BATCH + POINTS]
+        begin = batches[batch * BATCH + OFFSET]
+        s = rows[begin : begin + MANIFOLD + points * WIDTH]
+        passes.gather(LANES, s, g, bodies)
+        if first:
+            passes.gather_motion(LANES, s, g, bodies)
+            for point in range(points):
+                passes.gaps(LANES, s, MANIFOLD + point * WIDTH, g)
+        for point in range(points):
+            passes.relax(LANES, s, MANIFOLD + point * WIDTH, g, inverse_h, share)
+            if ANGULAR:
+                passes.resist(LANES, s, MANIFOLD + point * WIDTH, g)
+        passes.scatter(LANES, s, g, bodies)
+
+
+def _bounce(count: int, threshold: float, rows: Array, batches: Indices, bodies: Array) -> Any:
+    """Let bounce what bounces, sweep by sweep until nothing changes; return the sweeps."""
+    g = rows[0:SCRATCH]
+    largest = 0.0
+    for sweep in range(SWEEPS):
+        change = 0.0
+        for batch in range(count):
+            points = batches[batch * BATCH + POINTS]
+            begin = batches[batch * BATCH + OFFSET]
+            s = rows[begin : begin + MANIFOLD + points * WIDTH]
+            passes.gather(LANES, s, g, bodies)
+            for point in range(points):
+                passes.bounce(LANES, s, MANIFOLD + point * WIDTH, g, threshold)
+            passes.scatter(LANES, s, g, bodies)
+            for k in range(LANES):
+                change = max(change, g[CHANGE + k])
+        largest = max(largest, change)
+        if not change > SETTLED * largest:
+            return sweep + 1
+    return SWEEPS
+
+
+def solver(*, width: int, angular: bool, bounces: bool) -> dict[str, Any]:
+    """Make the passes of a scene, by name."""
+    name = f'{width}'
+    bound = {'WIDTH': width, 'ANGULAR': angular, 'BOUNCES': bounces}
+    made = {'prepare': _prepare, 'push': _push, 'relax': _relax}
+    if bounces:
+        made['bounce'] = _bounce
+    return {key: specialise(source, name=name, **bound) for key, source in made.items()}

@@ -1,0 +1,242 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whole ticks with contact: detect once, then substeps of kick, push, drift, relax; then bounce.
+
+    poses, pairs, manifolds, rows; if a list is too short, return: nothing has changed yet
+    each substep h:
+        p += h F, L += h torque, and the contact impulses of the last substep
+        push:  soft normals of all contacts
+        drift: x += h v where a contact carries the body, else x += h v - h^2/2 a, which is exact in
+               flight; q by the drift of the integrator, L fixed; world inertia, omega from L
+        relax: normals without push-out, and friction
+    bounce
+
+Whom no contact carries moves by kick h/2, drift h, kick h/2, as without contact. Force elements
+are evaluated after each drift; the difference of the forces acts for h/2 (velocity Verlet).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rigid_body_sim.physics.blocks import (
+    FX,
+    FY,
+    FZ,
+    LX,
+    LY,
+    LZ,
+    PX,
+    PY,
+    PZ,
+    ROTATION,
+    TRANSLATION,
+    TX,
+    TY,
+    TZ,
+)
+from rigid_body_sim.physics.contact import assembly, broad_phase, detection, touching_bodies
+from rigid_body_sim.physics.contact.rows import A, B
+from rigid_body_sim.physics.contact.touching_bodies import BODY
+from rigid_body_sim.physics.kernels import kernel, specialise, unbound
+from rigid_body_sim.physics.schemes.steps import (
+    finite,
+    kick,
+    kick_and_drift,
+    kick_rotation,
+    start_evaluation,
+)
+
+# settings: numbers of the scene
+SUBSTEPS, ZETA, RELAXATIONS, THRESHOLD, SLOP, CAP, MARGIN, CELL = range(8)
+SETTINGS = 8
+
+# counts: sizes and what is given back
+N_COLLIDERS, PLANES, PAIR_ROOM, MANIFOLD_ROOM, ROW_ROOM, BATCH_ROOM, MEMORY_ROOM = range(7)
+DONE, PAIRS, MANIFOLDS, BATCHES, SHORT = 8, 9, 10, 11, 12
+COUNTS = 16
+NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
+
+# bound for each scene by `specialise`
+WIDTH = 144
+ANGULAR = False
+BOUNCES = False
+COUPLED = False
+VELOCITY_DEPENDENT = False
+drift_rotation: Callable[..., Any] = unbound
+evaluate: Callable[..., Any] = unbound
+find_manifolds: Callable[..., Any] = unbound
+prepare: Callable[..., Any] = unbound
+push: Callable[..., Any] = unbound
+relax: Callable[..., Any] = unbound
+bounce: Callable[..., Any] = unbound
+
+
+@kernel
+def _save_forces(n_bodies, n_rigid, translation, rotation, workspace):
+    """Keep the forces of the instant."""
+    for block in range((n_bodies + 63) // 64):
+        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
+        saved = workspace[block * 384 : block * 384 + 192]
+        for k in range(min(64, n_bodies - 64 * block)):
+            saved[k], saved[k + 64], saved[k + 128] = s[k + FX], s[k + FY], s[k + FZ]
+    for block in range((n_rigid + 63) // 64):
+        s = rotation[block * ROTATION : block * ROTATION + ROTATION]
+        saved = workspace[block * 384 + 192 : block * 384 + 384]
+        for k in range(min(64, n_rigid - 64 * block)):
+            saved[k], saved[k + 64], saved[k + 128] = s[k + TX], s[k + TY], s[k + TZ]
+
+
+@kernel
+def _correct(n_bodies, n_rigid, half, translation, rotation, workspace):
+    """Let the change of the forces act: p += h/2 (F - F_saved)."""
+    for block in range((n_bodies + 63) // 64):
+        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
+        saved = workspace[block * 384 : block * 384 + 192]
+        for k in range(min(64, n_bodies - 64 * block)):
+            s[k + PX] += half * (s[k + FX] - saved[k])
+            s[k + PY] += half * (s[k + FY] - saved[k + 64])
+            s[k + PZ] += half * (s[k + FZ] - saved[k + 128])
+    for block in range((n_rigid + 63) // 64):
+        s = rotation[block * ROTATION : block * ROTATION + ROTATION]
+        saved = workspace[block * 384 + 192 : block * 384 + 384]
+        for k in range(min(64, n_rigid - 64 * block)):
+            s[k + LX] += half * (s[k + TX] - saved[k])
+            s[k + LY] += half * (s[k + TY] - saved[k + 64])
+            s[k + LZ] += half * (s[k + TZ] - saved[k + 128])
+
+
+@kernel
+def _mark_touching(manifolds, n_moving, records, rows, touching, marks):
+    """List the bodies that some manifold names, in the order of the core; return how many."""
+    for i in range(n_moving + 1):
+        marks[i] = 0
+    for m in range(manifolds):
+        place = int(records[m * detection.RECORD + detection.LANE])
+        marks[int(rows[place + A]) // BODY] = 1
+        marks[int(rows[place + B]) // BODY] = 1
+    count = 0
+    for i in range(n_moving):
+        if marks[i] == 1:
+            touching[count] = i
+            count += 1
+    return count
+
+
+def _advance(
+    ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges,
+    settings, counts, numbers, table, bounds, mounts, materials, poses, reaches, found, bodies,
+    rows, records, memory, grid, heads, keys, batches, colours, open_batches, touching,
+):  # fmt: skip
+    """
+    Advance over ticks. Return 0, or NaN if a number left the finite ones; counts[DONE] tells how
+    many ticks were done, counts[SHORT] which list was too short for the next.
+    """
+    n = counts[N_COLLIDERS]
+    substeps = int(settings[SUBSTEPS])
+    relaxations = int(settings[RELAXATIONS])
+    part = h / substeps
+    half = 0.5 * part
+    counts[DONE] = 0
+    counts[SHORT] = NOTHING_SHORT
+    status = finite(n_bodies, n_rigid, translation, rotation)
+    fresh = False
+    for passed in range(ticks):
+        if not status == 0.0:
+            return status
+        if COUPLED and not fresh:
+            start_evaluation(n_bodies, n_rigid, translation, rotation)
+            evaluate(0, (tick + passed) * h, translation, rotation, elements, ranges)
+            fresh = not VELOCITY_DEPENDENT
+        for i in range(n_bodies):
+            touching_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
+            if BOUNCES:
+                touching_bodies.accelerate(i, n_rigid, rotation, bodies)
+        for entry in range(BODY):
+            bodies[n_bodies * BODY + entry] = 0.0
+        detection.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
+        broad_phase.find_reaches(n, h, settings[MARGIN], table, bounds, poses, bodies, reaches)
+        pairs = broad_phase.find_pairs(
+            n, counts[PLANES], h, settings[CELL], counts[PAIR_ROOM], numbers, table, bounds, poses,
+            reaches, grid, heads, keys,
+        )  # fmt: skip
+        counts[PAIRS] = pairs
+        if pairs > counts[PAIR_ROOM]:
+            counts[SHORT] = SHORT_OF_PAIRS
+            return 0.0
+        manifolds = find_manifolds(
+            pairs, n, h, counts[MANIFOLD_ROOM], keys, numbers, table, bounds, reaches, poses,
+            found, records,
+        )  # fmt: skip
+        counts[MANIFOLDS] = manifolds
+        if manifolds > counts[MANIFOLD_ROOM]:
+            counts[SHORT] = SHORT_OF_MANIFOLDS
+            return 0.0
+        if 2 + manifolds * (2 + 4 * assembly.REMEMBERED) > counts[MEMORY_ROOM]:
+            counts[SHORT] = SHORT_OF_MEMORY
+            return 0.0
+        count = assembly.make_batches(
+            manifolds, n_bodies, WIDTH, counts[ROW_ROOM], counts[BATCH_ROOM], table, records,
+            colours, open_batches, rows, batches,
+        )  # fmt: skip
+        if count < 0:
+            counts[SHORT] = SHORT_OF_ROWS
+            return 0.0
+        counts[BATCHES] = count
+        assembly.fill_rows(
+            manifolds, n_bodies, WIDTH, part, settings[ZETA], ANGULAR, translation, table,
+            materials, bounds, poses, records, memory, rows, bodies,
+        )  # fmt: skip
+        prepare(count, rows, batches, bodies)
+        touched = _mark_touching(manifolds, n_bodies, records, rows, touching, colours)
+        for sub in range(substeps):
+            if COUPLED and not fresh:
+                time = (tick + passed) * h + sub * part
+                start_evaluation(n_bodies, n_rigid, translation, rotation)
+                evaluate(0, time, translation, rotation, elements, ranges)
+            for i in range(touched):
+                touching_bodies.kick(touching[i], n_rigid, part, translation, rotation, bodies)
+            push(count, 1.0 / part, settings[SLOP], settings[CAP], rows, batches, bodies)
+            for block in range((n_bodies + 63) // 64):
+                lanes = min(64, n_bodies - 64 * block)
+                kick_and_drift(block, lanes, half, part, translation)
+                kick(block, lanes, half, translation)
+            for i in range(touched):
+                touching_bodies.before_turn(touching[i], n_rigid, half, rotation, bodies)
+            for block in range((n_rigid + 63) // 64):
+                lanes = min(64, n_rigid - 64 * block)
+                drift_rotation(block, lanes, half, part, rotation, method)
+                kick_rotation(block, lanes, half, rotation)
+            for i in range(touched):
+                touching_bodies.after_turn(
+                    touching[i], n_rigid, part, translation, rotation, bodies
+                )
+            if COUPLED:
+                _save_forces(n_bodies, n_rigid, translation, rotation, workspace)
+                time = (tick + passed) * h + (sub + 1) * part
+                start_evaluation(n_bodies, n_rigid, translation, rotation)
+                evaluate(0, time, translation, rotation, elements, ranges)
+                _correct(n_bodies, n_rigid, half, translation, rotation, workspace)
+                fresh = not VELOCITY_DEPENDENT
+            for i in range(touched):
+                touching_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
+            for turn in range(relaxations):
+                share = 1.0 if turn == relaxations - 1 else 0.0
+                relax(count, 1.0 / part, turn == 0, share, rows, batches, bodies)
+            for i in range(touched):
+                touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
+        if BOUNCES and count > 0:
+            bounce(count, settings[THRESHOLD], rows, batches, bodies)
+            for i in range(touched):
+                touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
+        assembly.remember(manifolds, WIDTH, part, ANGULAR, poses, records, rows, memory)
+        counts[DONE] = passed + 1
+        status = finite(n_bodies, n_rigid, translation, rotation)
+    return status
+
+
+def tick_kernel(name: str, **bindings: Any) -> Callable[..., Any]:
+    """Make the kernel of one scene; `bindings` are the open names of this module."""
+    return specialise(_advance, name=name, **bindings)

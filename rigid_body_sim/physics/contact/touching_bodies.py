@@ -1,0 +1,285 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the solver keeps of a body during a tick: one row of numbers, next to each other in memory.
+
+Row i belongs to the body with core index i; one more row, of zeros, stands for all that cannot
+move. World axes; p and L are the truth, velocities follow from them:
+
+    v = p / m        omega = I^-1 L        I^-1 = R diag(J) R^T
+
+The motion since the start of the tick moves a point at arm r from the centre of mass by
+
+    d + D r,   D r = w t + c u x t,   t = 2 u x r
+
+    u, w : quaternion of the turn; c = 1, except for round bodies: rolling moves the point of the
+           body but not the point of its surface that is nearest. A ball has D r = theta x r (c = 0,
+           w = 1), a body of revolution turns with its axis alone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.blocks import (
+    EX,
+    FX,
+    J1,
+    J2,
+    J3,
+    LX,
+    PX,
+    QW,
+    QX,
+    QY,
+    QZ,
+    ROTATION,
+    RX,
+    TRANSLATION,
+    TX,
+    TY,
+    TZ,
+    add_compensated,
+    at,
+    rotate,
+)
+from rigid_body_sim.physics.blocks import IM as INVERSE_MASS
+from rigid_body_sim.physics.kernels import inline, kernel
+
+Array = NDArray[np.float64]
+
+P, L = 0, 3  # [kg m/s], [kg m^2/s] momenta
+IM, II = 6, 7  # [1/kg]; [1/(kg m^2)] inverse inertia xx, xy, xz, yy, yz, zz
+D, U, W, C = 13, 16, 19, 20  # motion since the start of the tick: d [m], u, w, c [-]
+CARRIED = 21  # [-] 1: some contact pushes it in this substep
+P_FREE, L_FREE = 22, 25  # momenta of this substep without any contact
+P_HELD, L_HELD = 28, 31  # what contacts gave in the last substep: where this one starts from
+X0, E0, Q0 = 34, 37, 40  # position, its residual and attitude at the start of the tick
+XS, ES = 44, 47  # position and its residual at the start of the substep
+ROUND = 50  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ball
+AXIS = 51  # (3) [-] principal axes
+ACC, ALPHA = 54, 57  # [m/s^2], [rad/s^2] of free motion at the start of the tick, where wanted
+COLLIDER = 60  # [-] its place among the colliders
+BODY = 64
+
+
+@inline
+def inverse_inertia(rotation: Array, k: int) -> Any:
+    """World inverse inertia of the rigid body at a place of the blocks: xx, xy, xz, yy, yz, zz."""
+    x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
+    a, b, c = rotation[k + J1], rotation[k + J2], rotation[k + J3]
+    xx, xy, xz = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
+    yx, yy, yz = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
+    zx, zy, zz = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+    return (
+        a * xx * xx + b * xy * xy + c * xz * xz,
+        a * xx * yx + b * xy * yy + c * xz * yz,
+        a * xx * zx + b * xy * zy + c * xz * zz,
+        a * yx * yx + b * yy * yy + c * yz * yz,
+        a * yx * zx + b * yy * zy + c * yz * zz,
+        a * zx * zx + b * zy * zy + c * zz * zz,
+    )
+
+
+@inline
+def _put_inverse_inertia(bodies: Array, o: int, rotation: Array, k: int) -> None:
+    xx, xy, xz, yy, yz, zz = inverse_inertia(rotation, k)
+    bodies[o + II] = xx
+    bodies[o + II + 1] = xy
+    bodies[o + II + 2] = xz
+    bodies[o + II + 3] = yy
+    bodies[o + II + 4] = yz
+    bodies[o + II + 5] = zz
+
+
+@kernel
+def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
+    """Take over a body as it is at the start of a tick."""
+    o = i * BODY
+    k = at(i, TRANSLATION)
+    bodies[o + IM] = translation[k + INVERSE_MASS]
+    for axis in range(3):
+        bodies[o + X0 + axis] = translation[k + RX + 64 * axis]
+        bodies[o + E0 + axis] = translation[k + EX + 64 * axis]
+        bodies[o + P + axis] = translation[k + PX + 64 * axis]
+        bodies[o + ACC + axis] = bodies[o + IM] * translation[k + FX + 64 * axis]
+        bodies[o + L + axis] = 0.0
+        bodies[o + D + axis] = 0.0
+        bodies[o + U + axis] = 0.0
+        bodies[o + P_HELD + axis] = 0.0
+        bodies[o + L_HELD + axis] = 0.0
+    bodies[o + W] = 1.0
+    bodies[o + C] = 0.0
+    bodies[o + CARRIED] = 0.0
+    for entry in range(6):
+        bodies[o + II + entry] = 0.0
+    if i < n_rigid:
+        k = at(i, ROTATION)
+        for axis in range(3):
+            bodies[o + L + axis] = rotation[k + LX + 64 * axis]
+        for entry in range(4):
+            bodies[o + Q0 + entry] = rotation[k + QX + 64 * entry]
+        _put_inverse_inertia(bodies, o, rotation, k)
+
+
+@kernel
+def accelerate(i: int, n_rigid: int, rotation: Array, bodies: Array) -> None:
+    """Find the angular acceleration of free motion: alpha = I^-1 (torque - omega x L)."""
+    o = i * BODY
+    for axis in range(3):
+        bodies[o + ALPHA + axis] = 0.0
+    if i < n_rigid:
+        k = at(i, ROTATION)
+        x, y, z = bodies[o + L], bodies[o + L + 1], bodies[o + L + 2]
+        xx, xy, xz = bodies[o + II], bodies[o + II + 1], bodies[o + II + 2]
+        yy, yz, zz = bodies[o + II + 3], bodies[o + II + 4], bodies[o + II + 5]
+        u, v, w = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+        a = rotation[k + TX] - (v * z - w * y)
+        b = rotation[k + TY] - (w * x - u * z)
+        c = rotation[k + TZ] - (u * y - v * x)
+        bodies[o + ALPHA] = xx * a + xy * b + xz * c
+        bodies[o + ALPHA + 1] = xy * a + yy * b + yz * c
+        bodies[o + ALPHA + 2] = xz * a + yz * b + zz * c
+
+
+@kernel
+def kick(
+    i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
+) -> None:
+    """Let the forces of the instant act over a substep, and last substep's contacts again."""
+    o = i * BODY
+    k = at(i, TRANSLATION)
+    bodies[o + CARRIED] = 0.0
+    for axis in range(3):
+        row = 64 * axis
+        bodies[o + XS + axis] = translation[k + RX + row]
+        bodies[o + ES + axis] = translation[k + EX + row]
+        free = translation[k + PX + row] + h * translation[k + FX + row]
+        bodies[o + P_FREE + axis] = free
+        bodies[o + P + axis] = free + bodies[o + P_HELD + axis]
+    if i < n_rigid:
+        k = at(i, ROTATION)
+        for axis in range(3):
+            row = 64 * axis
+            free = rotation[k + LX + row] + h * rotation[k + TX + row]
+            bodies[o + L_FREE + axis] = free
+            bodies[o + L + axis] = free + bodies[o + L_HELD + axis]
+
+
+@kernel
+def before_turn(i: int, n_rigid: int, half: float, rotation: Array, bodies: Array) -> None:
+    """Give a carried body the momentum with which it turns, less the half kick still to come."""
+    o = i * BODY
+    if bodies[o + CARRIED] > 0.0 and i < n_rigid:
+        k = at(i, ROTATION)
+        for axis in range(3):
+            row = 64 * axis
+            rotation[k + LX + row] = bodies[o + L + axis] - half * rotation[k + TX + row]
+
+
+@kernel
+def after_turn(
+    i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
+) -> None:
+    """
+    Move a carried body by its own velocity, x += h v; take from the blocks what the others did.
+    """
+    o = i * BODY
+    k = at(i, TRANSLATION)
+    carried = bodies[o + CARRIED] > 0.0
+    for axis in range(3):
+        row = 64 * axis
+        if carried:
+            translation[k + PX + row] = bodies[o + P + axis]
+            x, e = add_compensated(
+                bodies[o + XS + axis],
+                bodies[o + ES + axis],
+                h * bodies[o + IM] * bodies[o + P + axis],
+            )
+            translation[k + RX + row] = x
+            translation[k + EX + row] = e
+    if carried and i < n_rigid:
+        k = at(i, ROTATION)
+        for axis in range(3):
+            rotation[k + LX + 64 * axis] = bodies[o + L + axis]
+
+
+@kernel
+def take_over(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
+    """Read momenta, inverse inertia and the motion since the start of the tick."""
+    o = i * BODY
+    k = at(i, TRANSLATION)
+    carried = bodies[o + CARRIED] > 0.0
+    for axis in range(3):
+        row = 64 * axis
+        p = translation[k + PX + row]
+        moved = p - bodies[o + P + axis] if carried else p - bodies[o + P_FREE + axis]
+        bodies[o + P_FREE + axis] += moved
+        bodies[o + P + axis] = p
+        x = translation[k + RX + row] - bodies[o + X0 + axis]
+        bodies[o + D + axis] = x + (translation[k + EX + row] - bodies[o + E0 + axis])
+    if i < n_rigid:
+        k = at(i, ROTATION)
+        for axis in range(3):
+            row = 64 * axis
+            angular = rotation[k + LX + row]
+            base = bodies[o + L + axis] if carried else bodies[o + L_FREE + axis]
+            bodies[o + L_FREE + axis] += angular - base
+            bodies[o + L + axis] = angular
+        _put_inverse_inertia(bodies, o, rotation, k)
+        _put_turn(bodies, o, rotation, k)
+
+
+@inline
+def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
+    x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
+    p, q, r, s = bodies[o + Q0], bodies[o + Q0 + 1], bodies[o + Q0 + 2], bodies[o + Q0 + 3]
+    kind = bodies[o + ROUND]
+    if kind == 1.0:
+        i, j, l = bodies[o + AXIS], bodies[o + AXIS + 1], bodies[o + AXIS + 2]
+        a1, a2, a3 = rotate(p, q, r, s, i, j, l)
+        b1, b2, b3 = rotate(x, y, z, w, i, j, l)
+        half = math.sqrt(max(0.5 * (1.0 + (a1 * b1 + a2 * b2 + a3 * b3)), 1e-30))
+        bodies[o + U] = 0.5 * (a2 * b3 - a3 * b2) / half
+        bodies[o + U + 1] = 0.5 * (a3 * b1 - a1 * b3) / half
+        bodies[o + U + 2] = 0.5 * (a1 * b2 - a2 * b1) / half
+        bodies[o + W] = half
+        bodies[o + C] = 1.0
+        return
+    # q q0*
+    u1 = s * x - w * p - (y * r - z * q)
+    u2 = s * y - w * q - (z * p - x * r)
+    u3 = s * z - w * r - (x * q - y * p)
+    turn = w * s + x * p + y * q + z * r
+    if kind == 2.0:
+        sign = 1.0 if turn >= 0.0 else -1.0
+        bodies[o + U] = sign * u1
+        bodies[o + U + 1] = sign * u2
+        bodies[o + U + 2] = sign * u3
+        return
+    bodies[o + U] = u1
+    bodies[o + U + 1] = u2
+    bodies[o + U + 2] = u3
+    bodies[o + W] = turn
+    bodies[o + C] = 1.0
+
+
+@kernel
+def hand_back(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
+    """Write the momenta back, and keep what contacts gave for the next substep."""
+    o = i * BODY
+    k = at(i, TRANSLATION)
+    for axis in range(3):
+        p = bodies[o + P + axis]
+        translation[k + PX + 64 * axis] = p
+        bodies[o + P_HELD + axis] = p - bodies[o + P_FREE + axis]
+    if i < n_rigid:
+        k = at(i, ROTATION)
+        for axis in range(3):
+            angular = bodies[o + L + axis]
+            rotation[k + LX + 64 * axis] = angular
+            bodies[o + L_HELD + axis] = angular - bodies[o + L_FREE + axis]

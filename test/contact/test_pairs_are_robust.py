@@ -1,0 +1,135 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whatever two shapes are and wherever they lie, a kernel answers with a manifold or with none.
+"""
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigid_body_sim.physics.contact.collider import PLANE
+
+from .pair_cases import ANALYTIC, COUNT, Placed, collide, name, random_pairs
+
+MARGIN = 0.01  # [m]
+ROOT = str(Path(__file__).parents[2])
+
+LENGTHS = st.one_of(
+    st.sampled_from([1e-300, 1e-160, 1e-6, 0.1, 0.5, 1.0, 1e6, 1e160, 1e300]),
+    st.floats(1e-6, 1e3),
+)
+SHARES = st.one_of(
+    st.sampled_from([0.0, 1e-300, 1e-17, 1e-9, 0.5, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 2.0]),
+    st.floats(-2.0, 2.0),
+)
+AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 0, 1), (0, 1, 1), (1, 1, 1))
+ANGLES = st.one_of(
+    st.sampled_from([0.0, 1e-300, 1e-17, 1e-9, 1e-4, np.pi / 4, np.pi / 2, np.pi]),
+    st.floats(-4.0, 4.0),
+)
+
+
+def turned(axis, angle):
+    """Rodrigues' formula."""
+    x, y, z = np.asarray(axis) / np.linalg.norm(axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+
+
+TURNS = st.builds(turned, st.sampled_from(AXES), ANGLES)
+OFFSETS = st.tuples(*[st.sampled_from([0.0, 1.0, -1e6, 1e15])] * 3)
+
+
+@st.composite
+def hard_pairs(draw):
+    """Flat, needle, tiny, huge, coincident, barely touching, parallel, far from the origin."""
+    first, second = draw(st.sampled_from(ANALYTIC))
+    sizes = np.array(draw(st.tuples(*[LENGTHS] * COUNT[first])))
+    a = Placed(first, sizes, np.array(draw(OFFSETS)), draw(TURNS))
+    along = a.turn @ np.array(draw(st.tuples(SHARES, SHARES, SHARES)))
+    if second == PLANE:
+        normal = a.turn @ draw(TURNS)[2]
+        offset = normal @ a.origin - draw(SHARES) * sizes[0]
+        return a, Placed(PLANE, np.array([*normal, offset]), np.zeros(3), np.eye(3))
+    same = first == second and draw(st.booleans())
+    other = sizes if same else np.array(draw(st.tuples(*[LENGTHS] * COUNT[second])))
+    scale = draw(st.sampled_from([sizes[0] + other[0], sizes[-1] + other[-1], sizes[-1]]))
+    return a, Placed(second, other, a.origin + along * scale, a.turn @ draw(TURNS))
+
+
+def check(found, a, b):
+    assert 0 <= len(found) <= 4, (a, b)
+    if len(found):
+        assert abs(np.linalg.norm(found.normal) - 1.0) < 1e-12, (a, b, found)
+        assert np.all(np.isfinite(found.places)) and np.all(np.isfinite(found.features)), (a, b)
+        assert np.all(found.gaps <= MARGIN) and np.all(np.isfinite(found.gaps)), (a, b)
+        assert len(set(found.features)) == len(found), (a, b, found)
+
+
+@settings(max_examples=500, deadline=None)
+@given(hard_pairs())
+def test_a_manifold_is_finite_and_within_the_margin_for_any_shapes(pair):
+    check(collide(*pair, MARGIN), *pair)
+
+
+@pytest.mark.parametrize('pair', ANALYTIC, ids=name)
+def test_shapes_that_coincide_with_everything_equal_still_get_a_normal(pair):
+    a = Placed(pair[0], np.full(COUNT[pair[0]], 0.5), np.zeros(3), np.eye(3))
+    sizes = np.array([0.0, 0.0, 1.0, 0.0]) if pair[1] == PLANE else np.full(COUNT[pair[1]], 0.5)
+    found = collide(a, Placed(pair[1], sizes, np.zeros(3), np.eye(3)), MARGIN)
+    check(found, a, None)
+    assert found.gap < -0.4  # they overlap by half their size at least
+
+
+@pytest.mark.parametrize('pair', ANALYTIC, ids=name)
+def test_not_a_number_in_a_pose_touches_nothing(pair):
+    a, b = next(random_pairs(pair, 1, np.random.default_rng(1)))
+    a.origin = a.origin * np.nan
+    assert len(collide(a, b, MARGIN)) == 0
+
+
+PROGRAM = """
+import hashlib, sys
+import numpy as np
+sys.path.insert(0, sys.argv[1])
+import pair_cases as cases
+from rigid_body_sim.physics import kernels
+print(kernels.COMPILED)
+for pair in cases.ANALYTIC:
+    digest = hashlib.sha256()
+    for a, b in cases.random_pairs(pair, 100, np.random.default_rng(5)):
+        found = cases.collide(a, b, 0.3)
+        digest.update(np.int64(len(found)).tobytes())
+        if len(found):
+            for array in (found.normal, found.places, found.gaps, found.features):
+                digest.update(array.tobytes())
+    print(cases.name(pair), digest.hexdigest())
+"""
+
+
+def digests(*, compiled):
+    environment = os.environ | {'RIGID_BODY_SIM_COMPILE': '01'[compiled], 'PYTHONPATH': ROOT}
+    result = subprocess.run(
+        [sys.executable, '-c', PROGRAM, str(Path(__file__).parent)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    first, *rest = result.stdout.splitlines()
+    assert first == str(compiled)
+    return rest
+
+
+def test_compiled_and_plain_kernels_find_the_same_bits():
+    assert hashlib.sha256(b'').hexdigest() not in str(plain := digests(compiled=False))
+    assert digests(compiled=True) == plain

@@ -1,0 +1,202 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A step beyond a limit of the integrator is warned of in words: at the start, when it is passed on
+the way, in the bag; and a run that diverges ends with exit code 1 and a readable bag, whatever the
+verb.
+"""
+
+import json
+
+import pytest
+
+from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.shipped_scenes import find_scene
+
+from .conftest import SCENES
+
+BALL = {'name': 'ball', 'mass': 1.0, 'shape': {'type': 'particle'}}
+STIFF = """version: 1
+name: stiff
+dt: 0.01
+bodies:
+  - {name: ball, mass: 1, shape: {type: particle}, initial: {position: [1, 0, 0]}}
+forces:
+  - {type: spring, a: ball, b: world, stiffness: 1000000}
+"""
+BOX = """version: 1
+name: box
+dt: 0.01
+bodies:
+  - {name: box, mass: 1, shape: {type: box, size: [0.4, 0.2, 0.1]}}
+"""
+TURN = 'time,body,kind,frame,tx,ty,tz\n0.05,box,torque,world,1,0.3,0.1\n'
+
+
+def scene(bodies, forces, *, dt=0.01):
+    return load_scene({'version': 1, 'name': 's', 'dt': dt, 'bodies': bodies, 'forces': forces})
+
+
+@pytest.fixture
+def stiff(tmp_path):
+    path = tmp_path / 'stiff.yaml'
+    path.write_text(STIFF)
+    return path
+
+
+@pytest.fixture
+def box(tmp_path):
+    (tmp_path / 'box.yaml').write_text(BOX)
+    (tmp_path / 'turn.csv').write_text(TURN)
+    return tmp_path / 'box.yaml', '--commands', tmp_path / 'turn.csv', '--integrator', 'rk4'
+
+
+@pytest.mark.parametrize('path', sorted(SCENES.glob('*.yaml')), ids=lambda path: path.stem)
+def test_shipped_scenes_are_within_the_limits_of_their_integrators(path):
+    assert Simulation(load_scene(find_scene(path.stem))).warnings() == []
+
+
+def test_simulate_warns_at_the_start_and_says_body_product_limit_and_cure(verb, stiff, tmp_path):
+    code, _, err = verb('simulate', stiff, '-o', tmp_path / 'b', '--duration', 0.1)
+    assert code == 0
+    (line,) = err.splitlines()
+    assert line.startswith("rigid_body_sim simulate: warning: 'ball' may swing at 1e+03 rad/s")
+    for part in ('h omega = 10 a step', 'dmv6', 'only up to 2', 'dt <= 0.002 s', 'substeps: 5'):
+        assert part in line
+    assert json.loads(Bag(tmp_path / 'b').ending['warnings']) == [line.partition('warning: ')[2]]
+
+
+def test_each_cure_of_a_warning_heals(stiff):
+    made = load_scene(stiff)
+    (text,) = Simulation(made).warnings()
+    assert 'the integrator linearly_implicit' in text
+    assert Simulation(made, dt=0.002).warnings() == []
+    assert Simulation(made, integrator_options={'substeps': 5}).warnings() == []
+    assert Simulation(made, integrator='linearly_implicit').warnings() == []
+    assert Simulation(made, dt=0.0021).warnings() != []
+
+
+def test_a_limit_that_is_passed_on_the_way_is_warned_of_once(verb, box, tmp_path):
+    code, _, err = verb('simulate', *box, '-o', tmp_path / 'b', '--duration', 1)
+    assert code == 0
+    (line,) = err.splitlines()
+    assert "warning: 'box' turns by h |omega| =" in line and 'only up to 0.25' in line
+
+
+def test_json_names_the_warnings(as_json, stiff, tmp_path):
+    code, told = as_json('simulate', stiff, '-o', tmp_path / 'b', '--duration', 0.1)
+    assert code == 0
+    assert len(told['warnings']) == 1 and told['warnings'][0].startswith("'ball' ")
+    code, told = as_json('replay', tmp_path / 'b')
+    assert (code, len(told['warnings'])) == (0, 1)
+    code, told = as_json('replay', tmp_path / 'b', '--integrator', 'linear_propagator')
+    assert (code, told['warnings']) == (0, [])
+
+
+def test_a_run_that_spins_itself_apart_ends_with_1_and_a_whole_bag(verb, box, tmp_path):
+    code, out, err = verb('simulate', *box, '-o', tmp_path / 'b', '--duration', 10)
+    assert code == 1
+    warning, error = err.splitlines()
+    assert 'warning' in warning
+    assert "'box' diverged in tick" in error and 'rk4' in error
+    ending = Bag(tmp_path / 'b').ending
+    assert ending['end_reason'] == 'diverged'
+    assert f'tick {ending["last_tick"]}:' in error
+    assert len(json.loads(ending['warnings'])) == 1
+    code, out, _ = verb('replay', tmp_path / 'b')
+    assert (code, out.startswith('identical')) == (0, True)
+
+
+def test_a_replay_that_diverges_ends_with_1_and_a_whole_bag(verb, stiff, tmp_path):
+    words = ('--integrator', 'linear_propagator', '--duration', 5)
+    assert verb('simulate', stiff, '-o', tmp_path / 'b', *words)[0] == 0
+    code, out, err = verb(
+        'replay', tmp_path / 'b', '--integrator', 'dmv6', '-o', tmp_path / 'again'
+    )
+    assert (code, out) == (1, '')
+    warning, error = err.splitlines()
+    assert warning.startswith('rigid_body_sim replay: warning:')
+    assert error.startswith("rigid_body_sim replay: error: 'ball' diverged in tick")
+    again = Bag(tmp_path / 'again')
+    assert again.ending['end_reason'] == 'diverged'
+    assert int(again.ending['last_tick']) > 100
+    assert sum(1 for _ in again.messages(['/ball/pose'])) == int(again.ending['last_tick'])
+    assert verb('bag', 'check', tmp_path / 'again')[0] == 0
+
+
+def test_a_replay_over_huge_numbers_prints_numbers(as_json, verb, stiff, tmp_path):
+    words = ('--integrator', 'linear_propagator', '--duration', 1)
+    assert verb('simulate', stiff, '-o', tmp_path / 'b', *words)[0] == 0
+    code, told = as_json('replay', tmp_path / 'b', '--integrator', 'dmv6')
+    assert code == 0
+    assert 1e150 < told['errors']['ball']['largest']['position'] < 1e250
+
+
+def rates(made):
+    sim = Simulation(made)
+    return {kind: found.tolist() for kind, found in sim.stability.rates(sim.state).items()}
+
+
+def test_frequency_of_one_spring_is_exact_whatever_it_holds():
+    two = [BALL, BALL | {'name': 'rock', 'mass': 3.0}]
+    spring = {'type': 'spring', 'a': 'rock', 'b': 'ball', 'stiffness': 12.0, 'damping': 3.0}
+    found = rates(scene(two, [spring]))
+    assert found['oscillation'] == pytest.approx([4.0, 4.0])  # sqrt(12 (1 + 1/3))
+    assert found['relaxation'] == pytest.approx([4.0, 4.0])  # 3 (1 + 1/3)
+    held = {'type': 'spring', 'a': 'world', 'b': 'ball', 'stiffness': 9.0}
+    assert rates(scene(two, [held]))['oscillation'] == pytest.approx([3.0, 0.0])
+    fixed = [BALL, BALL | {'name': 'rock', 'mass': 3.0, 'fixed': True}]
+    assert rates(scene(fixed, [spring]))['oscillation'] == pytest.approx([12.0**0.5])
+
+
+def test_frequency_of_a_spring_off_centre_counts_the_rotation():
+    """A rod of moment I, a spring k across its tip at l: omega^2 = k (1/m + l^2 / I)."""
+    rod = {'name': 'rod', 'mass': 2.0, 'inertia': {'ixx': 0.01, 'iyy': 0.5, 'izz': 0.5}}
+    spring = {'type': 'spring', 'a': 'rod', 'a_point': [1, 0, 0], 'b': 'world', 'stiffness': 8.0}
+    found = rates(scene([rod], [spring | {'b_point': [1, 0, 0]}]))
+    assert found['oscillation'] == pytest.approx([(8.0 * (0.5 + 2.0)) ** 0.5])
+
+
+def test_frequency_of_a_chain_is_bounded_closely():
+    """n equal masses between walls: 2 sqrt(k/m) cos(pi / (2 (n + 1))) is the highest."""
+    n = 10
+    bodies = [BALL | {'name': f'b{i}'} for i in range(n)]
+    ends = ['world', *(f'b{i}' for i in range(n)), 'world']
+    links = [
+        {'type': 'spring', 'a': a, 'b': b, 'stiffness': 100.0} for a, b in zip(ends[:-1], ends[1:])
+    ]
+    assert max(rates(scene(bodies, links))['oscillation']) == pytest.approx(20.0, rel=1e-12)
+
+
+def test_drag_counts_with_the_present_speed():
+    moving = BALL | {'initial': {'velocity': [3, 0, 4]}}
+    drag = {'type': 'drag', 'body': 'ball', 'linear': 1.0, 'quadratic': 2.0}
+    assert rates(scene([moving], [drag]))['relaxation'] == pytest.approx([11.0])
+
+
+def test_many_bodies_beyond_a_limit_make_one_line():
+    bodies = [
+        {
+            'name': f'b{i}',
+            'mass': 1.0,
+            'inertia': {'ixx': 1.0, 'iyy': 2.0, 'izz': 3.0},
+            'initial': {'angular_velocity': [30.0 + i, 1, 1]},
+        }
+        for i in range(5)
+    ]
+    (text,) = Simulation(scene(bodies, []), integrator='rk4').warnings()
+    assert text.startswith("'b4' ") and text.endswith('(4 bodies more)')
+
+
+def test_body_names_are_those_of_the_scene_where_points_come_first():
+    rod = {'name': 'rod', 'mass': 2.0, 'inertia': {'ixx': 1.0, 'iyy': 2.0, 'izz': 3.0}}
+    spring = {'type': 'spring', 'a': 'ball', 'b': 'world', 'stiffness': 1e6}
+    (text,) = Simulation(scene([BALL, rod], [spring])).warnings()
+    assert text.startswith("'ball' ")
+
+
+@pytest.mark.parametrize('name', sorted(INTEGRATORS))
+def test_a_body_at_rest_is_no_cause_of_warnings(name):
+    assert Simulation(scene([BALL], []), integrator=name).warnings() == []

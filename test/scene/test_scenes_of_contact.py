@@ -1,0 +1,156 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Each scene of bodies that meet does what its second line promises."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.scene import load_scene
+
+FOLDER = Path(__file__).parents[2] / 'config' / 'scenes'
+G = 9.81  # [m/s^2]
+CREEP = 1e-4  # [m] of a body that should rest, while cold contacts begin to carry
+
+
+def start(name: str) -> Simulation:
+    """Return a scene of the package at its first tick, by the default integrator."""
+    return Simulation(load_scene(FOLDER / f'{name}.yaml'))
+
+
+def at(simulation: Simulation, time: float) -> Simulation:
+    """Step to the tick nearest to a time [s]."""
+    simulation.step(round(time / simulation.dt) - simulation.tick)
+    return simulation
+
+
+def substep(simulation: Simulation) -> float:
+    """Return the length of a substep [s]: the default is four in a tick."""
+    return simulation.dt / 4
+
+
+def tilt(simulation: Simulation, body: int) -> float:
+    """Return the angle between the z axis of a body and that of the world [rad]."""
+    axis = rotation.rotate(simulation.state.orientation[body], (0.0, 0.0, 1.0))
+    return math.acos(min(1.0, float(axis[2])))
+
+
+def test_bouncing_ball_rises_by_the_square_of_its_restitution_and_comes_to_rest() -> None:
+    ball = start('bouncing_ball')
+    heights = []
+    while ball.time < 4.8:
+        ball.step()
+        heights.append(float(ball.state.position[1, 2]) - 0.1)
+    assert np.argmin(heights[:150]) * ball.dt == pytest.approx(0.452, abs=2 * ball.dt)
+    tops = [b for a, b, c in zip(heights, heights[1:], heights[2:]) if a < b >= c]
+    # The height is seen once a tick: up to g (dt / 2)^2 / 2 = 2e-5 m below the top.
+    assert tops[:3] == pytest.approx([0.64, 0.4096, 0.262144], abs=1e-4)
+    assert heights[-1] == pytest.approx(0.0, abs=1e-5)
+    assert abs(ball.state.velocity[1, 2]) < 1e-6
+    assert max(heights[round(4.3 / ball.dt) :]) < 1e-3  # Zeno's end at 4.06 s, seen in ticks
+
+
+def test_sliding_blocks_stop_after_the_same_way_in_every_direction() -> None:
+    blocks = start('sliding_block')
+    before = blocks.state.position
+    moving = at(blocks, 0.64).state
+    assert np.all(np.linalg.norm(moving.velocity[1:], axis=1) > 0.05)
+    after = at(blocks, 1.5).state
+    way = np.linalg.norm((after.position - before)[1:, :2], axis=1)
+    # v^2 / (2 mu g), less v h / 2: friction acts at the end of each substep.
+    assert way == pytest.approx(0.67958 - 0.5 * 2.0 * substep(blocks), abs=3e-5)
+    assert way[1] == pytest.approx(way[0], rel=1e-3)
+    assert after.position[1:, 2] == pytest.approx(0.1, abs=1e-5)
+    assert np.abs(after.velocity).max() < 1e-6
+    assert after.orientation[1:, 3] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_incline_holds_the_rough_block_and_lets_the_smooth_one_slide() -> None:
+    slope = start('incline')
+    before = slope.state.position
+    after = at(slope, 2.0).state
+    rough, smooth = np.linalg.norm(after.position - before, axis=1)[1:]
+    assert rough < CREEP
+    # x = a t^2 / 2; the cold first substep carries no friction: g sin(20) h more speed, 2 s long.
+    late = G * math.sin(math.radians(20)) * substep(slope) * slope.time
+    assert smooth == pytest.approx(0.5 * 0.5897 * slope.time**2, abs=1.5 * late)
+
+
+def test_stack_stands_and_gives_way_by_the_softness_of_its_contacts() -> None:
+    stack = start('stack')
+    before = stack.state.position
+    after = at(stack, 5.0).state
+    drift = np.linalg.norm((after.position - before)[1:, :2], axis=1).max()
+    assert after.position[10, 2] == pytest.approx(1.8996, abs=1e-4)
+    assert drift < 2e-4
+    assert np.linalg.norm(after.velocity, axis=1).max() < 1e-4
+
+
+def test_pyramid_stands() -> None:
+    pyramid = start('pyramid')
+    before = pyramid.state.position
+    after = at(pyramid, 3.0).state
+    moved = np.linalg.norm((after.position - before)[1:], axis=1)
+    assert moved.max() < 1e-4
+    assert np.linalg.norm(after.velocity, axis=1).max() < 1e-3
+
+
+def test_newtons_cradle_hands_its_motion_to_the_last_ball() -> None:
+    cradle = at(start('newtons_cradle'), 0.5)
+    # Of each impact the speed is right to round-off; four of them in a row.
+    assert cradle.state.velocity[:, 0] == pytest.approx((0, 0, 0, 0, 1.0), abs=1e-12)
+    assert cradle.momentum() == pytest.approx((1.0, 0.0, 0.0), abs=1e-12)
+    assert cradle.energy() == pytest.approx(0.5, abs=1e-12)
+
+
+def test_spinning_coin_goes_round_on_its_rim() -> None:
+    coin = start('spinning_coin')
+    first = math.degrees(tilt(coin, 1))
+    assert first == pytest.approx(30.0, abs=1e-9)
+    angles = []
+    for _ in range(500):
+        coin.step(20)
+        x, y, _ = rotation.rotate(coin.state.orientation[1], (0.0, 0.0, 1.0))
+        angles.append(math.atan2(y, x))
+    turns = (np.unwrap(angles)[-1] - angles[0]) / (2 * math.pi)
+    assert turns / (coin.time - 20 * coin.dt) == pytest.approx(6.39, rel=1e-2)
+    # The inclination sinks, to first order in dt; more than promised would be a loss of order.
+    assert 29.6 < math.degrees(tilt(coin, 1)) < 30.01
+    assert np.linalg.norm(coin.state.position[1, :2]) < 1e-3
+
+
+def test_rolling_sphere_keeps_five_sevenths_of_its_speed() -> None:
+    ball = start('rolling_sphere')
+    sliding = at(ball, 0.188).state
+    assert sliding.velocity[1, 0] == pytest.approx(2.0 - 0.3 * G * 0.188, abs=1e-3)
+    rolling = at(ball, 2.0).state
+    assert rolling.velocity[1, 0] == pytest.approx(1.42857, abs=5e-6)  # the digits promised
+    assert rolling.angular_velocity[1, 1] == pytest.approx(14.2857, abs=5e-5)
+    # v^2 / 2 a has the mean speed of each substep, the solver its last: h dv / 2.
+    expected = 0.332855 + 10 / 7 * (2.0 - 0.194165)
+    assert rolling.position[1, 0] == pytest.approx(expected, abs=1e-3)
+
+
+def test_dominoes_knock_each_other_over() -> None:
+    row = start('domino_row')
+    at(row, 0.2)
+    assert tilt(row, 20) < 0.01  # the last does not feel it yet
+    at(row, 3.2)
+    assert min(tilt(row, k) for k in range(1, 21)) > math.radians(45)
+
+
+def test_pile_of_1000_settles_on_the_ground_and_loses_no_box() -> None:
+    pile = at(start('pile_of_1000'), 4.0)
+    axes = rotation.matrix_from_quaternion(pile.state.orientation[1:])
+    corners = pile.state.position[1:, 2] - 0.1 * np.abs(axes[:, 2, :]).sum(axis=1)
+    assert len(corners) == 1000
+    assert corners.min() > -1e-4
+    assert pile.state.position[:, 2].max() == pytest.approx(1.05, abs=0.15)  # a heap, by chance
+    assert np.ptp(pile.state.position[:, :2], axis=0).max() < 8.0
+    assert np.sqrt(np.mean(np.sum(pile.state.velocity**2, axis=1))) < 0.1
