@@ -21,7 +21,7 @@ export ROS_DOMAIN_ID := $(shell echo $$((1 + $$$$ % 100)))
 # Plugins of a sourced ROS belong to another pytest.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
 
-.PHONY: help venv demo test test-stability lint bench bench-accept bench-all report report-peers clean
+.PHONY: help venv demo test test-stability lint bench bench-accept bench-all report report-peers document clean
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(ROOT)/Makefile
 
@@ -48,6 +48,9 @@ report-peers: venv  ## the same beside MuJoCo, Drake, DART, Pinocchio and Rapier
 		$(PYTHON) -m pip install --quiet --disable-pip-version-check -c requirements/runtime.txt "$$peer" || \
 		echo "$$peer could not be installed: the report goes on without it"; done
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report --peers -o report_output $(REPORT_ARGS)
+
+document: report-peers  ## docs/speed_against_error.md anew, from a report beside other engines
+	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim.report.markdown report_output docs/speed_against_error.md
 
 bench: venv  ## has anything become slower? Compares with benchmark/figures.json
 	@cd $(ROOT) && $(PYTHON) benchmark/guard.py

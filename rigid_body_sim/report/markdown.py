@@ -1,23 +1,29 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A report as Markdown, with its pictures beside it: what `docs/speed_against_error.md` is made of.
+A report as Markdown, losses first: `report.md` beside the pictures, and the document in `docs`.
 
-Losses come first.
+    python -m rigid_body_sim.report.markdown report_output docs/speed_against_error.md
+
+writes the document anew from a report, with smaller copies of its pictures in a folder of its
+name.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rigid_body_sim.report import peers, results
 from rigid_body_sim.report.losses import losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import series_of
 from rigid_body_sim.report.tables import as_markdown, ratios, summary
 
 FILE = 'report.md'
+COLORS = 64
 Row = Mapping[str, Any]
 
 
@@ -30,8 +36,31 @@ def write(report: Row, folder: Path) -> Path:
     return path
 
 
-def markdown(report: Row) -> str:
-    """Make the text; pictures are named as `report.pictures` writes them."""
+def document(folder: Path, path: Path) -> None:
+    """
+    Write a document from the report in a folder, and its pictures in few colours: a third of the
+    bytes.
+    """
+    from PIL import Image
+
+    report = results.read(folder)
+    pictures = path.with_suffix('')
+    pictures.mkdir(parents=True, exist_ok=True)
+    for problem in report['problems']:
+        drawn = folder / f'{problem["name"]}.png'
+        if drawn.is_file():
+            with Image.open(drawn) as image:
+                few = image.convert('RGB').quantize(COLORS, dither=Image.Dither.NONE)
+                few.save(pictures / drawn.name, optimize=True)
+    path.write_text(markdown(report, pictures=f'{pictures.name}/'), encoding='utf-8')
+
+
+def markdown(report: Row, *, pictures: str = '') -> str:
+    """
+    Make the text.
+
+    pictures : what stands before the names that `report.pictures` gives
+    """
     parts = ['# Speed against error', _made(report['made'])]
     table = summary(report)
     if table is not None:
@@ -45,7 +74,11 @@ def markdown(report: Row) -> str:
             as_markdown(table),
         ]
     for problem in report['problems']:
-        parts += _problem(problem)
+        parts += _problem(problem, pictures)
+    engines = {point['engine'] for each in report['problems'] for point in each['points']}
+    run = [f'**{engine}**: {how}' for engine, how in peers.how_run(engines).items()]
+    if run:
+        parts += _list('How the other engines were run', run)
     if report['absent']:
         lines = [f'{each["engine"]}: {each["reason"]}.' for each in report['absent']]
         parts += _list('Engines that were not there', lines)
@@ -69,7 +102,7 @@ def _list(title: str, lines: Sequence[str]) -> list[str]:
     return [f'## {title}', '\n'.join(f'- {line}' for line in lines) or 'Nowhere.']
 
 
-def _problem(problem: Row) -> list[str]:
+def _problem(problem: Row, pictures: str) -> list[str]:
     parts = [
         f'## {problem["title"]}',
         f'{problem["description"]} {problem["shows"]} Exact answer: {problem["reference"]}.',
@@ -78,9 +111,13 @@ def _problem(problem: Row) -> list[str]:
     if problem.get('recommendation'):
         parts.append(f'**{problem["recommendation"]}**')
     if series_of(problem):
-        parts.append(f'![{problem["title"]}]({problem["name"]}.png)')
+        parts.append(f'![{problem["title"]}]({pictures}{problem["name"]}.png)')
     table = ratios(problem)
     if table is not None:
         same = 'numbers of bodies' if problem['kind'] == THROUGHPUT else 'errors'
         parts += [f'At equal {same}:', as_markdown(table)]
     return parts
+
+
+if __name__ == '__main__':
+    document(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -23,7 +23,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
-from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.report.entry import ENGINE, Entry, OurRunner, Peer, Runner
 from rigid_body_sim.report.method import method
 from rigid_body_sim.report.point import DIVERGED, NOT_ACCURATE, OK, REFUSED, Point, finite
@@ -39,10 +38,10 @@ Progress = Callable[[str], None]
 
 @dataclass
 class _Timed:
-    """A point with the run that is to be timed."""
+    """A point with the run that is to be timed; None if there is nothing to time."""
 
     point: Point
-    runner: Runner
+    runner: Runner | None
     steps: int | None
     first: float  # [s] of the run that was not timed
     repeats: int = 1  # runs in one repetition
@@ -65,32 +64,35 @@ def measure(
     methods  : as `report.method` reads them
     progress : called with a short text before each piece of work
     """
-    points: list[Point] = []
-    timed: list[_Timed] = []
-    scenes: dict[int, Scene] = {}
-    for name in methods:
-        sweep = Sweep(problem, method(name), scenes, quick=quick)
-        for entry in sweep:
-            progress(f'{name}, {entry.setting}')
-            point, runner, seconds = run_once(problem, entry)
-            if point.status == REFUSED:
-                sweep.refused()
-            else:
-                sweep.saw(point.error, seconds)
-            points.append(point)
-            if runner is not None:
-                timed.append(_Timed(point, runner, entry.steps, seconds))
+    of_peers: list[_Timed] = []
     for peer in peers:
         for entry in peer.entries(problem):
             progress(f'{entry.engine} {entry.method}, {entry.setting}')
-            point, runner, seconds = run_once(problem, entry)
-            points.append(point)
-            if runner is not None:
-                timed.append(_Timed(point, runner, entry.steps, seconds))
-    take_turns(timed, repetitions, progress)
-    for each in timed:
-        each.point.set_cost(each.seconds, duration=problem.duration, steps=each.steps)
-    return points
+            of_peers.append(_taken(problem, entry))
+    ours: list[Point] = []
+    for bodies in problem.bodies_for(quick=quick):
+        scene = problem.scene(bodies)
+        timed: list[_Timed] = []
+        for name in methods:
+            sweep = Sweep(problem, method(name), scene, bodies, quick=quick)
+            for entry in sweep:
+                progress(f'{name}, {entry.setting}')
+                timed.append(_taken(problem, entry))
+                sweep.saw(timed[-1].point, timed[-1].first)
+        ours += [each.point for each in timed]
+        timed += [each for each in of_peers if each.point.bodies == bodies]
+        ready = [each for each in timed if each.runner is not None]
+        take_turns(ready, repetitions, progress)
+        for each in ready:
+            each.point.set_cost(each.seconds, duration=problem.duration, steps=each.steps)
+            each.runner = None  # of many bodies it is large
+    return ours + [each.point for each in of_peers]
+
+
+def _taken(problem: Problem, entry: Entry) -> _Timed:
+    """Run an entry for the first time."""
+    point, runner, seconds = run_once(problem, entry)
+    return _Timed(point, runner, entry.steps, seconds)
 
 
 def run_once(problem: Problem, entry: Entry) -> tuple[Point, Runner | None, float]:
@@ -156,22 +158,22 @@ def _error(problem: Problem, runner: Runner) -> float:
 
 def take_turns(timed: Iterable[_Timed], repetitions: int, progress: Progress) -> None:
     """Time all runs, one after the other, so many times."""
-    entries = list(timed)
+    entries = [(each, each.runner) for each in timed if each.runner is not None]
     was_on = gc.isenabled()
     clock = clock_cost()
     gc.collect()
     gc.disable()
     try:
-        for each in entries:
-            once = each.first if each.first > LONG else _seconds(each.runner, 1, clock)
+        for each, runner in entries:
+            once = each.first if each.first > LONG else _seconds(runner, 1, clock)
             each.repeats = max(1, math.ceil(SHORTEST / max(once, 1e-9)))
             wanted = min(repetitions, max(2, int(LONG / (once * each.repeats))))
             each.every = math.ceil(repetitions / wanted)
         for repetition in range(repetitions):
             progress(f'timing, repetition {repetition + 1} of {repetitions}')
-            for each in entries:
+            for each, runner in entries:
                 if repetition % each.every == 0:
-                    each.seconds.append(_seconds(each.runner, each.repeats, clock))
+                    each.seconds.append(_seconds(runner, each.repeats, clock))
     finally:
         if was_on:
             gc.enable()

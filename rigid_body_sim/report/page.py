@@ -17,6 +17,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from rigid_body_sim.report import peers
 from rigid_body_sim.report.losses import losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import Series, axes_of, front_of, series_of
@@ -55,7 +56,7 @@ def page(report: Row) -> str:
         ),
         summary=_summary(report),
         problems='\n'.join(map(_problem, problems)),
-        absent=_absent(report['absent']),
+        absent=_engines(report) + _absent(report['absent']),
         footer=_footer(report),
         data=_script_safe({p['name']: plot(p) for p in problems}),
     )
@@ -186,6 +187,19 @@ def _lines(point: Row, problem: Row) -> list[str]:
     if point['on_front']:
         lines.append('on the front')
     return lines
+
+
+def _engines(report: Row) -> str:
+    engines = {point['engine'] for each in report['problems'] for point in each['points']}
+    run = peers.how_run(engines)
+    if not run:
+        return ''
+    items = ''.join(
+        f'<li><b>{_escaped(name)}</b>: {_escaped(how)}</li>' for name, how in run.items()
+    )
+    return (
+        f'<section id="engines"><h2>How the other engines were run</h2><ul>{items}</ul></section>'
+    )
 
 
 def _absent(absent: Sequence[Row]) -> str:

@@ -9,6 +9,7 @@ accurate for less, closed forms apart: those are stars.
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,7 +20,7 @@ import numpy as np
 from matplotlib.axes import Axes as Plot
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from rigid_body_sim.report import labels
@@ -30,6 +31,7 @@ Array = NDArray[np.float64]
 SIZE = (9.0, 6.4)  # [inch]
 DOTS_PER_INCH = 120
 BAND = '#F3E6A8'
+RAISED = str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹')
 ROOM = 3.5  # [-] factor by which the axes reach beyond the points
 
 
@@ -104,11 +106,17 @@ def _frame(plot: Plot, curves: Sequence[Series]) -> None:
     plot.set_ylim(min(y) / ROOM, max(y) * ROOM)
     for axis in (plot.xaxis, plot.yaxis):
         axis.set_major_locator(LogLocator(numticks=12))
+        axis.set_major_formatter(FuncFormatter(_power))
         axis.set_minor_formatter(NullFormatter())
     plot.grid(which='major', color='#DDDDDD', linewidth=0.6)
     plot.set_axisbelow(True)
     for side in ('top', 'right'):
         plot.spines[side].set_visible(False)
+
+
+def _power(value: float, _place: int | None = None) -> str:
+    """Write a power of ten without the typesetter of formulas, which takes its time."""
+    return '10' + str(round(math.log10(value))).translate(RAISED)
 
 
 def _legend(plot: Plot, curves: Sequence[Series]) -> None:

@@ -23,6 +23,7 @@ from rigid_body_sim.scene import load_scene
 Array = NDArray[np.float64]
 
 WORK_PRECISION, THROUGHPUT = 'work_precision', 'throughput'
+QUICK_BODIES = 1_000
 SEED = 1  # of whatever a problem draws at random
 
 
@@ -96,6 +97,10 @@ class Problem:
     instants: int = 1
     error_on_way: Callable[[int, Final], float] | None = None
     most_steps: int = 100_000
+
+    def bodies_for(self, *, quick: bool) -> list[int]:
+        """Give the numbers of bodies; only small ones if it is to be quick."""
+        return [count for count in self.bodies if not quick or count <= QUICK_BODIES]
 
     def steps_for(self, method: str) -> tuple[float, ...]:
         """Give the steps [s] of one method, coarse to fine."""

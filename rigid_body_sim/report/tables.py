@@ -258,12 +258,14 @@ def points(problem: Row) -> Table:
                 number(point['error']),
                 seconds(point['cost']),
                 words(spread),
-                number(point['ns_per_step'], '.4g'),
+                number(
+                    point['ns_per_step'], '.0f' if (point['ns_per_step'] or 0.0) >= 1000 else '.4g'
+                ),
                 *((number(point['ns_per_body_step'], '.3g'),) if many else ()),
                 number(point['evaluations_per_step'], 'g'),
                 number(point['energy_drift']),
                 number(point['angular_momentum_drift']),
-                words(said),
+                words(said, 'note'),
             ],
             ' '.join(marks),
         )

@@ -32,6 +32,7 @@ from rigid_body_sim.report.point import Point
 from rigid_body_sim.report.problem import SEED, Problem
 from rigid_body_sim.report.problems import PROBLEMS
 from rigid_body_sim.report.publish import publish
+from rigid_body_sim.report.warm_up import warm_up
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.shipped_scenes import find_scene
 
@@ -103,6 +104,8 @@ def run(arguments: argparse.Namespace) -> int:
             done.append(_own_scene(arguments, wanted))
             publish(results.report(about, done, wanted.absent), wanted.output)
         else:
+            with _Progress('report') as progress:
+                warm_up(wanted.problems, wanted.methods, progress.show)
             for number, name in enumerate(wanted.problems, 1):
                 with _Progress(f'{name} ({number} of {len(wanted.problems)})') as progress:
                     problem = PROBLEMS[name]

@@ -170,6 +170,22 @@ def test_markdown_tables_have_as_many_fields_as_heads(report):
         assert len({line.count('|') for line in table.splitlines()}) == 1
 
 
+@pytest.fixture(scope='module')
+def drawn(report, tmp_path_factory):
+    """The pictures of the first problem, beside the numbers."""
+    folder = tmp_path_factory.mktemp('drawn')
+    results.write(report, folder)
+    return pictures.write({'problems': report['problems'][:1]}, folder)
+
+
+def test_document_has_its_pictures_beside_it(drawn, tmp_path):
+    path = tmp_path / 'docs' / 'speed.md'
+    markdown.document(drawn[0].parent, path)
+    (copy,) = (path.parent / 'speed').iterdir()
+    assert f'({path.stem}/{copy.name})' in path.read_text()
+    assert 1000 < copy.stat().st_size < 0.7 * drawn[0].stat().st_size
+
+
 def test_front_is_what_no_other_point_beats(report):
     problem = report['problems'][0]
     front = series.front_of(problem)
@@ -198,15 +214,12 @@ def test_names_of_curves_do_not_cover_each_other():
             assert abs(a.x - b.x) >= 80.0 or abs(a.y - b.y) >= 12.0
 
 
-def test_pictures_of_the_same_numbers_are_the_same_files(report, tmp_path):
-    first, second = tmp_path / 'first', tmp_path / 'second'
-    for folder in (first, second):
-        folder.mkdir()
-        files = pictures.write({'problems': report['problems'][:1]}, folder)
-    assert [path.name for path in files] == ['torque_free_top.png', 'torque_free_top.svg']
-    for path in files:
-        assert path.read_bytes() == (first / path.name).read_bytes()
-    assert '>rk4<' in (first / 'torque_free_top.svg').read_text()  # text stays text
+def test_pictures_of_the_same_numbers_are_the_same_files(report, drawn, tmp_path):
+    again = pictures.write({'problems': report['problems'][:1]}, tmp_path)
+    assert [path.name for path in again] == ['torque_free_top.png', 'torque_free_top.svg']
+    for path, first in zip(again, drawn, strict=True):
+        assert path.read_bytes() == first.read_bytes()
+    assert '>rk4<' in drawn[1].read_text()  # text stays text
 
 
 @pytest.fixture(scope='module')

@@ -58,5 +58,16 @@ def find(wanted: Iterable[str] | None = None) -> tuple[list[Peer], list[Absent]]
     return found, absent
 
 
+def how_run(engines: Iterable[str]) -> dict[str, str]:
+    """Say for each engine, by its own name, how it is run: the text of its module, in one line."""
+    found = {}
+    for name in names():
+        module = _module(name)
+        if module.ENGINE in engines:
+            _, _, text = ' '.join((module.__doc__ or '').split()).partition(': ')
+            found[module.ENGINE] = text[:1].upper() + text[1:]
+    return found
+
+
 def _module(name: str) -> Any:
     return import_module(f'{__name__}.{name}')

@@ -59,12 +59,29 @@ class Engine:
         try:
             task = Task.of(problem, problem.bodies[0])
             for way in self.ways:
-                way.build(task, way.tolerances[0] if way.tolerances else problem.steps[-1])
+                first = way.tolerances[0] if way.tolerances else problem.steps[-1]
+                self._built(way, task, first)
         except InvalidModel as refusal:
             yield self._refused(str(refusal))
             return
         for way in self.ways:
             yield from self._sweep(problem, way)
+
+    def _build(self, problem: Problem, way: Way, bodies: int, setting: float) -> Runner:
+        return self._built(way, Task.of(problem, bodies), setting)
+
+    def _built(self, way: Way, task: Task, setting: float) -> Runner:
+        """
+        Build a run; InvalidModel where the engine will not, be it that its interface has changed.
+        """
+        try:
+            return way.build(task, setting)
+        except InvalidModel:
+            raise
+        except Exception as error:
+            raise InvalidModel(
+                f'{self.engine} {self.version} does not build it: {type(error).__name__}: {error}'
+            ) from error
 
     def _refused(self, reason: str) -> Entry:
         def make() -> Runner:
@@ -77,7 +94,7 @@ class Engine:
             for setting in way.tolerances or steps_of(problem, finer=way.finer):
                 if bodies > way.most_bodies:
                     return
-                watch = _Watch(partial(_build, problem, way, bodies, setting))
+                watch = _Watch(partial(self._build, problem, way, bodies, setting))
                 yield self._entry(problem, way, bodies, setting, watch.make)
                 if watch.seconds() > (SLOW_FINER if way.finer else SLOW):
                     return
@@ -119,10 +136,6 @@ def steps_of(problem: Problem, *, finer: bool = False) -> list[float]:
     if task.stiffness and task.damping:
         steps = steps.union(*problem.steps_of.values())
     return sorted(steps, reverse=True)
-
-
-def _build(problem: Problem, way: Way, bodies: int, setting: float) -> Runner:
-    return way.build(Task.of(problem, bodies), setting)
 
 
 class _Watch:
