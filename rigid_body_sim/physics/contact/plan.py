@@ -36,6 +36,7 @@ from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
 from rigid_body_sim.physics.contact.manifold import FOUND
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.contact.rows import (
+    LANES,
     MANIFOLD,
     POINT,
     POINT_LONG,
@@ -112,7 +113,7 @@ class ContactPlan:
         self.poses = np.concatenate((ordered(colliders.poses, POSE), np.zeros(2 * POSE)))
         self.reaches = np.zeros(max(1, n) * ROW)
         self.found = np.zeros(FOUND)
-        self.bodies = np.zeros((self._layout.n_moving + 1) * BODY)
+        self.bodies = _aligned((self._layout.n_moving + 1) * BODY)
         for i in range(n):
             kind, _, core, _ = self.table[i * TABLE : (i + 1) * TABLE]
             if core < 0:
@@ -135,7 +136,7 @@ class ContactPlan:
         self.keys = np.zeros(8 * n + 16, dtype=np.int64)
         self.records = np.zeros((4 * n + 8) * RECORD)
         self.memory = np.zeros(2 + (4 * n + 8) * (2 + 4 * REMEMBERED))
-        self.rows = np.zeros(SCRATCH + (n // 2 + 40) * (MANIFOLD + 4 * self._width))
+        self.rows = _aligned(SCRATCH + (n // 2 + 40) * (MANIFOLD + 4 * self._width))
         self.batches = np.zeros((4 * n + 64) * BATCH, dtype=np.int64)
         self.colours = np.zeros(moving + 1, dtype=np.int64)
         self.open_batches = np.zeros(2 * COLOURS + 2, dtype=np.int64)
@@ -143,6 +144,7 @@ class ContactPlan:
         self.workspace = np.zeros(max(1, blocks(moving)) * 384)
         self.counts = np.zeros(tick.COUNTS, dtype=np.int64)
         self.counts[tick.N_COLLIDERS] = n
+        self.counts[tick.LANES_AT_ONCE] = LANES
         self.counts[tick.PLANES] = int(np.sum(self.table[TYPE::TABLE] == PLANE))
         radii = self.bounds[7::BOUNDS]
         radii = radii[np.isfinite(radii) & (radii > 0.0)]
@@ -185,7 +187,7 @@ class ContactPlan:
         elif short == tick.SHORT_OF_MEMORY:
             self.memory = np.concatenate((self.memory, np.zeros(len(self.memory))))
         else:
-            self.rows = np.zeros(2 * len(self.rows))
+            self.rows = _aligned(2 * len(self.rows))
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
         self._pack()
 
@@ -236,6 +238,16 @@ class ContactPlan:
                 self._grow()
 
         return advance
+
+
+def _aligned(size: int) -> Array:
+    """
+    Make zeros that begin where a cache line does: eight lanes are one line, and a vector that
+    straddles two costs twice as much.
+    """
+    array = np.zeros(size + 8)
+    skip = -array.ctypes.data // 8 % 8
+    return array[skip : skip + size]
 
 
 def _nothing(*_arguments: Any) -> None:
