@@ -32,8 +32,8 @@ class Invariants:
     """
     The conserved quantities of one scene.
 
-    energy_is_conserved           : no force of the scene takes or gives energy
-    momentum_is_conserved         : no force but gravity comes from outside
+    energy_is_conserved           : no force or contact of the scene takes or gives energy
+    momentum_is_conserved         : no force but gravity comes from outside, nor any contact
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -46,8 +46,12 @@ class Invariants:
         self._gravity = np.asarray(scene.gravity)
         anchored = {WORLD} | {body.name for body in scene.bodies if body.fixed}
         steady = all(flow_of(body) is None for body in scene.bodies)
-        self.energy_is_conserved = steady and all(f.conserves_energy() for f in scene.forces)
-        self.momentum_is_conserved = steady and all(
+        touching = scene.contact.get('mode', 'none') != 'none'
+        self.energy_is_conserved = (
+            steady and not touching and all(f.conserves_energy() for f in scene.forces)
+        )
+        held = touching and any(body.fixed for body in scene.bodies)  # contact pushes off these
+        self.momentum_is_conserved = (steady and not held) and all(
             len(force.bodies()) > 1 and not anchored & set(force.bodies())
             for force in scene.forces
         )
