@@ -12,8 +12,6 @@ beta = omega_c / a1, sigma = a2 a3, iota = a3:
     relaxed:  dJ = -m (v_n + max(s, 0)/h)
               J_n <- max(J_n + dJ, 0)
     friction: J_t <- J_t - v_t / lambda_max, then onto the disc |J_t| <= mu J_n
-    twist:    J_s <- J_s - g_s omega_n,      |J_s| <= spin J_n
-    rolling:  J_r <- J_r - g_r omega_t,      |J_r| <= roll J_n
 
 m = 1/(n-entry of J M^-1 J^T); lambda_max largest eigenvalue of its tangential block. A step by
 1/lambda_max and not by the inverse of the block: only so is the friction of a slide opposite to
@@ -22,18 +20,19 @@ its velocity.
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.contact.lanes import (
+    arms,
+    cross,
+    disc,
+    inertia,
+    relative,
+    times,
+    vector,
+)
 from rigid_body_sim.physics.contact.rows import (
-    APPROACH,
-    BN,
-    BO,
-    BOUNCE,
-    BT,
     CA,
     CB,
     CHANGE,
@@ -46,9 +45,6 @@ from rigid_body_sim.physics.contact.rows import (
     HB,
     JN,
     JO,
-    JQ,
-    JR,
-    JS,
     JT,
     KEEP,
     MA,
@@ -57,17 +53,11 @@ from rigid_body_sim.physics.contact.rows import (
     MU,
     PS,
     PUSHED,
-    RA,
     RATE,
-    RB,
-    ROLL,
-    ROLL_GAIN,
     SA,
     SB,
     SCALE,
     SLIP_GAIN,
-    SPIN,
-    SPIN_GAIN,
     SUM,
     UA,
     UB,
@@ -154,57 +144,6 @@ def mark_carried(lanes: int, s: Array, g: Array, bodies: Array) -> None:
         if g[k + PUSHED] > 0.0:
             bodies[int(s[k + A]) + CARRIED] = 1.0
             bodies[int(s[k + B]) + CARRIED] = 1.0
-
-
-@inline
-def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Any:
-    """Return a x b."""
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-
-
-@inline
-def arms(q: Array, k: int) -> Any:
-    """Arms of the point from the centres of A and B."""
-    return (
-        q[k + RA], q[k + RA + 8], q[k + RA + 16], q[k + RB], q[k + RB + 8], q[k + RB + 16],
-    )  # fmt: skip
-
-
-@inline
-def vector(g: Array, k: int) -> Any:
-    """Three numbers of a lane, row after row."""
-    return g[k], g[k + 8], g[k + 16]
-
-
-@inline
-def inertia(g: Array, k: int) -> Any:
-    """Inverse mass and inverse inertia of a lane: 1/m, xx, xy, xz, yy, yz, zz."""
-    return g[k], g[k + 8], g[k + 16], g[k + 24], g[k + 32], g[k + 40], g[k + 48]
-
-
-@inline
-def times(xx, xy, xz, yy, yz, zz, x, y, z):
-    """Apply a symmetric matrix to a vector."""
-    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-
-
-@inline
-def relative(ux, uy, uz, ox, oy, oz, ax, ay, az, vx, vy, vz, wx, wy, wz, bx, by, bz):
-    """Velocity of B relative to A at a point: v + w x b - u - o x a [m/s]."""
-    return (
-        (vx - ux) + ((wy * bz - wz * by) - (oy * az - oz * ay)),
-        (vy - uy) + ((wz * bx - wx * bz) - (oz * ax - ox * az)),
-        (vz - uz) + ((wx * by - wy * bx) - (ox * ay - oy * ax)),
-    )
-
-
-@inline
-def disc(t: float, o: float, limit: float) -> Any:
-    """Bring a vector onto a disc."""
-    size = t * t + o * o
-    over = size > limit * limit
-    factor = limit / math.sqrt(size if over else 1.0) if over else 1.0
-    return t * factor, o * factor
 
 
 @inline
@@ -362,153 +301,6 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, share: flo
             ey + share * t,
             ez + share * o,
         )
-        g[k + VA], g[k + VA + 8], g[k + VA + 16] = ux, uy, uz
-        g[k + WA], g[k + WA + 8], g[k + WA + 16] = fx - cx, fy - cy, fz - cz
-        g[k + VB], g[k + VB + 8], g[k + VB + 16] = vx, vy, vz
-        g[k + WB], g[k + WB + 8], g[k + WB + 16] = wx + dx, wy + dy, wz + dz
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + HA], g[k + HA + 8], g[k + HA + 16] = hx + ax, hy + ay, hz + az
-        g[k + HB], g[k + HB + 8], g[k + HB + 16] = lx + bx, ly + by, lz + bz
-
-
-@inline
-def _twist(g, k, x, y, z):
-    """Give B the angular impulse (x, y, z), and A its opposite [N m s]."""
-    ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
-    mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
-    cx, cy, cz = times(a1, a2, a3, a4, a5, a6, x, y, z)
-    dx, dy, dz = times(b1, b2, b3, b4, b5, b6, x, y, z)
-    fx, fy, fz = vector(g, k + WA)
-    wx, wy, wz = vector(g, k + WB)
-    hx, hy, hz = vector(g, k + HA)
-    lx, ly, lz = vector(g, k + HB)
-    g[k + WA], g[k + WA + 8], g[k + WA + 16] = fx - cx, fy - cy, fz - cz
-    g[k + WB], g[k + WB + 8], g[k + WB + 16] = wx + dx, wy + dy, wz + dz
-    g[k + HA], g[k + HA + 8], g[k + HA + 16] = hx + x, hy + y, hz + z
-    g[k + HB], g[k + HB + 8], g[k + HB + 16] = lx + x, ly + y, lz + z
-
-
-@kernel
-def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Visit rolling and torsional friction of one point of each lane."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
-        fx, fy, fz = vector(g, k + WA)
-        wx, wy, wz = vector(g, k + WB)
-        x, y, z = wx - fx, wy - fy, wz - fz
-        press = q[k + JN]
-        old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]
-        gain = s[k + ROLL_GAIN]
-        r = old_r - gain * (tx * x + ty * y + tz * z)
-        p = old_p - gain * (ox * x + oy * y + oz * z)
-        r, p = disc(r, p, s[k + ROLL] * press)
-        limit = s[k + SPIN] * press
-        turn = old_s - s[k + SPIN_GAIN] * (nx * x + ny * y + nz * z)
-        turn = turn if turn < limit else limit
-        turn = turn if turn > -limit else -limit
-        dr, dp, ds = r - old_r, p - old_p, turn - old_s
-        _twist(
-            g,
-            k,
-            dr * tx + dp * ox + ds * nx,
-            dr * ty + dp * oy + ds * ny,
-            dr * tz + dp * oz + ds * nz,
-        )
-        q[k + JR] = r
-        q[k + JQ] = p
-        q[k + JS] = turn
-
-
-@kernel
-def release(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Drop the angular impulses of points that do not press any more."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
-        presses = q[k + JN] > 0.0
-        old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]
-        r = 0.0 if presses else -old_r
-        p = 0.0 if presses else -old_p
-        turn = 0.0 if presses else -old_s
-        _twist(
-            g,
-            k,
-            r * tx + p * ox + turn * nx,
-            r * ty + p * oy + turn * ny,
-            r * tz + p * oz + turn * nz,
-        )
-        q[k + JR] = old_r + r
-        q[k + JQ] = old_p + p
-        q[k + JS] = old_s + turn
-
-
-@kernel
-def bounce(lanes: int, s: Array, q: Array, g: Array, threshold: float) -> None:
-    """
-    Visit one point of each lane after the last substep: v_n <- -e v_approach where it bounces,
-    v_n >= 0 elsewhere; friction on the impulse of the bounce.
-    """
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
-        ax, ay, az, bx, by, bz = arms(q, k)
-        ux, uy, uz = vector(g, k + VA)
-        fx, fy, fz = vector(g, k + WA)
-        vx, vy, vz = vector(g, k + VB)
-        wx, wy, wz = vector(g, k + WB)
-        ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
-        mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
-        x, y, z = relative(ux, uy, uz, fx, fy, fz, ax, ay, az, vx, vy, vz, wx, wy, wz, bx, by, bz)
-        vn = nx * x + ny * y + nz * z
-        approach = q[k + APPROACH]
-        elastic = s[k + BOUNCE]
-        bounces = (elastic > 0.0) & (approach < -threshold)
-        aim = -elastic * approach if bounces else 0.0
-        old, old_t, old_o = q[k + BN], q[k + BT], q[k + BO]
-        gain = q[k + SLIP_GAIN]
-        new = old - q[k + GAIN] * (vn - aim)
-        new = new if new > 0.0 else 0.0
-        new = new if q[k + MOST] > 0.0 else 0.0
-        change = new - old
-        x, y, z = change * nx, change * ny, change * nz
-        cx, cy, cz = cross(ax, ay, az, x, y, z)
-        dx, dy, dz = cross(bx, by, bz, x, y, z)
-        ux, uy, uz = ux - ma * x, uy - ma * y, uz - ma * z
-        vx, vy, vz = vx + mb * x, vy + mb * y, vz + mb * z
-        cx, cy, cz = times(a1, a2, a3, a4, a5, a6, cx, cy, cz)
-        fx, fy, fz = fx - cx, fy - cy, fz - cz
-        dx, dy, dz = times(b1, b2, b3, b4, b5, b6, dx, dy, dz)
-        wx, wy, wz = wx + dx, wy + dy, wz + dz
-        ex, ey, ez = relative(
-            ux, uy, uz, fx, fy, fz, ax, ay, az, vx, vy, vz, wx, wy, wz, bx, by, bz
-        )
-        t = old_t - gain * (tx * ex + ty * ey + tz * ez)
-        o = old_o - gain * (ox * ex + oy * ey + oz * ez)
-        t, o = disc(t, o, s[k + MU] * new)
-        dt, do = t - old_t, o - old_o
-        ex, ey, ez = dt * tx + do * ox, dt * ty + do * oy, dt * tz + do * oz
-        ux, uy, uz = ux - ma * ex, uy - ma * ey, uz - ma * ez
-        vx, vy, vz = vx + mb * ex, vy + mb * ey, vz + mb * ez
-        cx, cy, cz = cross(ax, ay, az, ex, ey, ez)
-        dx, dy, dz = cross(bx, by, bz, ex, ey, ez)
-        cx, cy, cz = times(a1, a2, a3, a4, a5, a6, cx, cy, cz)
-        dx, dy, dz = times(b1, b2, b3, b4, b5, b6, dx, dy, dz)
-        x, y, z = x + ex, y + ey, z + ez
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + HA)
-        lx, ly, lz = vector(g, k + HB)
-        size = abs(change)
-        largest = g[k + CHANGE]
-        q[k + BN] = new
-        q[k + BT] = t
-        q[k + BO] = o
-        g[k + CHANGE] = size if size > largest else largest
         g[k + VA], g[k + VA + 8], g[k + VA + 16] = ux, uy, uz
         g[k + WA], g[k + WA + 8], g[k + WA + 16] = fx - cx, fy - cy, fz - cz
         g[k + VB], g[k + VB + 8], g[k + VB + 16] = vx, vy, vz

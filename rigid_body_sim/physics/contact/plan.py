@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import blocks
 from rigid_body_sim.physics.contact import tick
-from rigid_body_sim.physics.contact.assembly import BATCH, COLOURS, REMEMBERED
+from rigid_body_sim.physics.contact.assembly import (
+    BATCH,
+    COLOURS,
+    MEMORY,
+    REMEMBERED,
+    end_of_memory,
+)
 from rigid_body_sim.physics.contact.broad_phase import CELL, ROW
 from rigid_body_sim.physics.contact.collider import (
     BOUNDS,
@@ -32,6 +38,7 @@ from rigid_body_sim.physics.contact.collider import (
     TYPE,
     Colliders,
 )
+from rigid_body_sim.physics.contact.contacts import read
 from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
 from rigid_body_sim.physics.contact.manifold import FOUND
 from rigid_body_sim.physics.contact.pairs import collide_kernel
@@ -45,6 +52,7 @@ from rigid_body_sim.physics.contact.rows import (
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import solver
 from rigid_body_sim.physics.contact.touching_bodies import AXIS, BODY, COLLIDER, ROUND
+from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integrators.integrator import Integrator
 from rigid_body_sim.physics.kernels import argument
@@ -66,8 +74,8 @@ def unsuited(integrator: Integrator) -> str | None:
     if isinstance(scheme, Splitting) and scheme.kicks == (0.5, 0.5) and scheme.drifts == (1.0,):
         return None
     return (
-        f'integrator {integrator.name!r} cannot take part in contact: between contact impulses '
-        f'a body needs one free rotation a substep; take one of: {METHODS}'
+        'with contact a substep needs one free rotation between its two kicks; '
+        f'take one of: {METHODS}'
     )
 
 
@@ -81,7 +89,9 @@ class ContactPlan:
     def __init__(self, scene: Scene, layout: Layout, integrator: Integrator) -> None:
         reason = unsuited(integrator)
         if reason is not None:
-            raise InvalidModel(reason)
+            raise InvalidModel(
+                f'integrator {integrator.name!r} refuses the scene {scene.name!r}: {reason}'
+            )
         self.settings = ContactSettings.of(scene.contact)
         self._layout = layout
         self._integrator = integrator
@@ -96,6 +106,7 @@ class ContactPlan:
         self._take(colliders)
         self._make_room(len(self._order))
         self._kernels: dict[str, Callable[..., Any]] = {}
+        self._is_read = False  # whether the rows are those of the last tick
 
     def _take(self, colliders: Colliders) -> None:
         """Bring the colliders into their order."""
@@ -191,6 +202,33 @@ class ContactPlan:
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
         self._pack()
 
+    def remembered(self) -> Array:
+        """Give what the next tick starts from beside the blocks, in one row: see `assembly`."""
+        return self.memory[: end_of_memory(self.memory)].copy()
+
+    def recall(self, numbers: Array) -> None:
+        """Restore what `remembered` gave; without numbers there is no memory of any contact."""
+        if len(numbers) > len(self.memory):
+            self.memory = np.zeros(len(numbers))
+            self._pack()
+        self.memory[:MEMORY] = 0.0
+        self.memory[: len(numbers)] = numbers
+        self._is_read = False
+
+    def contacts(self) -> Contacts:
+        """Read the contacts of the last tick; none before the first."""
+        if not self._is_read:
+            return NO_CONTACTS
+        return read(
+            int(self.counts[tick.MANIFOLDS]),
+            width=self._width,
+            bounces=self.bounces,
+            table=self.table,
+            records=self.records,
+            rows=self.rows,
+            bodies=self.bodies,
+        )
+
     def kernel(
         self, scene: str, evaluate: Callable[..., Any] | None, velocity_dependent: bool
     ) -> Callable[..., Any]:
@@ -233,6 +271,7 @@ class ContactPlan:
                     own, elements, ranges, *self._arguments,
                 )  # fmt: skip
                 done += int(self.counts[tick.DONE])
+                self._is_read = self._is_read or done > 0
                 if status != 0.0 or self.counts[tick.SHORT] == tick.NOTHING_SHORT:
                     return status
                 self._grow()

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.passes import arms, cross, inertia, relative, times, vector
+from rigid_body_sim.physics.contact.lanes import arms, cross, inertia, relative, times, vector
 from rigid_body_sim.physics.contact.rows import (
     APPROACH,
     DA,

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact import passes, preparation
+from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance
 from rigid_body_sim.physics.contact.assembly import BATCH, OFFSET, POINTS
 from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, SCRATCH
 from rigid_body_sim.physics.kernels import specialise
@@ -71,7 +71,7 @@ def _push(
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
             passes.push(lanes, s, q, g, inverse_h, slop, cap)
             if ANGULAR:
-                passes.release(lanes, s, q, g)
+                resistance.release(lanes, s, q, g)
         passes.scatter(lanes, s, g, bodies)
         passes.mark_carried(lanes, s, g, bodies)
 
@@ -102,7 +102,7 @@ def _relax(
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
             passes.relax(lanes, s, q, g, inverse_h, share)
             if ANGULAR:
-                passes.resist(lanes, s, q, g)
+                resistance.resist(lanes, s, q, g)
         passes.scatter(lanes, s, g, bodies)
 
 
@@ -122,7 +122,7 @@ def _bounce(
             passes.gather(lanes, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                passes.bounce(lanes, s, q, g, threshold)
+                bouncing.bounce(lanes, s, q, g, threshold)
             passes.scatter(lanes, s, g, bodies)
             for k in range(lanes):
                 change = max(change, g[CHANGE + k])
