@@ -41,7 +41,7 @@ from rigid_body_sim.recording.packing import StatePacker
 from rigid_body_sim.recording.topics import body_topic
 
 if TYPE_CHECKING:
-    from rigid_body_sim.physics.contact.contacts import Contacts
+    from rigid_body_sim.physics.contact_readout import Contacts
 
 Array = NDArray[np.float64]
 
@@ -169,7 +169,7 @@ class Run:
     @property
     def has_contact(self) -> bool:
         """Whether bodies of the scene meet at all."""
-        return self.simulation.scene.contact['mode'] != 'none'
+        return self.simulation.scene.contact.get('mode', 'none') != 'none'
 
     def _step(self, ticks: int) -> None:
         self.simulation.step(ticks)

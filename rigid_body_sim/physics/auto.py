@@ -15,11 +15,14 @@ Costs are nominal, so that the choice depends on the scene alone: the same scene
 method on every machine.
 The choice is recorded as if the user had made it, and a replay does not choose again.
 
+With contact there is no pilot: `dmv6` is taken.
+
 Limits: the pilot knows nothing of commands to come, nor of what the scene does later on.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -56,6 +59,12 @@ COSTS = {
     'blanes_moan4': (120.0, 6),
     'exact_rotor': (500.0, 1),
 }
+# impacts make a scene chaotic, so that no pilot can tell its error; contact itself sets the step
+WITH_CONTACT = (
+    'dmv6', 1, math.nan,
+    'dmv6: between contact impulses it turns bodies with order six, and bodies in flight fall '
+    'exactly; no pilot, because contact itself, by its substeps, sets the error',
+)  # fmt: skip
 EVALUATION = 30.0  # [ns] of one force element
 
 
@@ -65,7 +74,7 @@ class Choice:
     What to use, and why in one line.
 
     substeps : steps that make a tick
-    error    : of the pilot [m, rad], the larger
+    error    : of the pilot [m, rad], the larger; NaN without a pilot
     """
 
     name: str
@@ -119,6 +128,8 @@ def choose(scene: Scene, *, dt_ns: int, tolerance: float) -> Choice:
 
     Raises InvalidModel where no candidate meets the tolerance.
     """
+    if scene.contact.get('mode', 'none') != 'none':
+        return Choice(*WITH_CONTACT)
     ticks = max(1, min(PILOT_TICKS, round(PILOT * 1e9 / dt_ns)))
     allowed = tolerance * ticks * dt_ns * 1e-9
     reference = _reference(scene, dt_ns, ticks, allowed)

@@ -25,6 +25,7 @@ from rigid_body_sim.physics.variable_mass import flow_of
 Array = NDArray[np.float64]
 
 SOURCES = ('force', 'torque', 'wrench')
+FRAMES = ('world', 'body')
 FOREVER = 2**62  # [tick]
 
 
@@ -58,6 +59,39 @@ class HeldWrenches:
             if flow_of(layout.body(core)) is not None:
                 self._weight[core] = 0.0  # `forces.variable_mass` adds it after its own factor
         self.slots: dict[tuple[int, str], Slot] = {}
+
+    def checked(
+        self, body: str, force: Any, torque: Any, frame: str
+    ) -> tuple[int, Vector, Vector]:
+        """
+        Return the core index of a body and what is asked of it as vectors.
+
+        Raises InvalidModel for an unknown or fixed body, an unknown frame, anything but finite
+        numbers, a torque on a point mass.
+        """
+        core = self._layout.core(body)
+        if frame not in FRAMES:
+            raise InvalidModel(f"command to {body!r}: frame {frame!r}; allowed: 'world', 'body'")
+        force, torque = (
+            checked_vector(body, 'force', force),
+            checked_vector(body, 'torque', torque),
+        )
+        if core >= self._layout.n_rigid and any(torque):
+            raise InvalidModel(
+                f'command to {body!r}: torque {torque} on a point mass, which has no orientation; '
+                'give a force only, or give the body a shape with extent'
+            )
+        return core, force, torque
+
+    def hold(
+        self, body: str, source: str, *, force: Any, torque: Any, frame: str, until: int
+    ) -> None:
+        """Hold what one source asks of a body; see `Simulation.hold`."""
+        core, force, torque = self.checked(body, force, torque, frame)
+        if frame == 'body':
+            force = self._layout.principal_axes(body, force)
+            torque = self._layout.principal_axes(body, torque)
+        self.set(core, source, Slot(force, torque, frame == 'body', until))
 
     def set(self, core: int, source: str, slot: Slot) -> None:
         """Hold a command in place of the one that the same source gave before; zero lets go."""

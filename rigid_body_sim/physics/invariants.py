@@ -54,7 +54,7 @@ class Invariants:
         steady = all(flow_of(body) is None for body in scene.bodies)
         held = any(body.pivot is not None for body in scene.bodies)
         no_source = steady and all(f.conserves_energy() for f in scene.forces)
-        meet = scene.contact['mode'] != 'none'
+        meet = scene.contact.get('mode', 'none') != 'none'
         self.energy_is_conserved = no_source and not meet
         self.energy_must_not_rise = no_source and meet
         obstacles = meet and any(_is_obstacle(body) for body in scene.bodies)

@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics import auto
 from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
-from rigid_body_sim.physics.held_wrenches import FOREVER, HeldWrenches, Slot, checked_vector
+from rigid_body_sim.physics.contact_readout import Contacts
+from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.invariants import Invariants
 from rigid_body_sim.physics.layout import Layout, as_vector
 from rigid_body_sim.physics.model import Scene, Vector
@@ -38,7 +39,6 @@ from rigid_body_sim.physics.variable_mass import end_of_mass, mass_at
 Array = NDArray[np.float64]
 
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
-FRAMES = ('world', 'body')
 
 
 class Simulation:
@@ -219,11 +219,7 @@ class Simulation:
         source : 'force', 'torque' or 'wrench'
         until  : [tick] first tick on which it no longer acts
         """
-        core, force, torque = self._checked(body, force, torque, frame)
-        if frame == 'body':
-            force = self._layout.principal_axes(body, force)
-            torque = self._layout.principal_axes(body, torque)
-        self._held.set(core, source, Slot(force, torque, frame == 'body', until))
+        self._held.hold(body, source, force=force, torque=torque, frame=frame, until=until)
         self._held_changed = True
 
     def apply_impulse(
@@ -241,7 +237,7 @@ class Simulation:
         angular : (3,) [N m s]
         returns : both in world axes
         """
-        core, linear, angular = self._checked(body, linear, angular, frame)
+        core, linear, angular = self._held.checked(body, linear, angular, frame)
         if frame == 'body':
             self._layout.principal_axes(body, linear)  # refuses a point mass
             q = self.state.orientation[self._layout.index(body)]
@@ -252,23 +248,6 @@ class Simulation:
         self._stepper.strike(core, ratio * np.array(linear), ratio * np.array(angular))
         self._read = None
         return linear, angular
-
-    def _checked(
-        self, body: str, force: Sequence[float], torque: Sequence[float], frame: str
-    ) -> tuple[int, Vector, Vector]:
-        core = self._layout.core(body)
-        if frame not in FRAMES:
-            raise InvalidModel(f"command to {body!r}: frame {frame!r}; allowed: 'world', 'body'")
-        force, torque = (
-            checked_vector(body, 'force', force),
-            checked_vector(body, 'torque', torque),
-        )
-        if core >= self._layout.n_rigid and any(torque):
-            raise InvalidModel(
-                f'command to {body!r}: torque {torque} on a point mass, which has no orientation; '
-                'give a force only, or give the body a shape with extent'
-            )
-        return core, force, torque
 
     def applied_wrench(self) -> tuple[Array, Array]:
         """
@@ -337,6 +316,10 @@ class Simulation:
         """Say where the present state is beyond a limit of the integrator, a line each."""
         return [excess.text for excess in self.stability.look(self.state)]
 
+    def contacts(self) -> Contacts:
+        """Where bodies touched in the last tick, and the impulses that acted there."""
+        return self._stepper.contacts()
+
     def reset(self) -> None:
         """
         Put every body back to the start of the scene, forces over time too, and let go of all
@@ -376,11 +359,11 @@ class Simulation:
         Give everything the next tick depends on, but for commands: float64 little endian, core
         order.
 
-        What the integrator remembers follows, if anything; then, where a wrench depends on time,
-        the start of the scene [ns] as int64.
+        What the integrator remembers follows, if anything, and the impulses of contacts; then,
+        where a wrench depends on time, the start of the scene [ns] as int64.
         """
         state = self._layout.state_bytes(self._stepper.translation, self._stepper.rotation)
-        state += self._stepper.memory().astype('<f8').tobytes()
+        state += self._stepper.remembered().astype('<f8').tobytes()
         return state + self._start_ns.to_bytes(8, 'little') if self._stepper.is_timed else state
 
     def restore(self, *, tick: int, state: bytes, slots: dict[tuple[int, str], Slot]) -> None:
@@ -392,7 +375,7 @@ class Simulation:
         self._layout.set_state_bytes(
             state[:size], self._stepper.translation, self._stepper.rotation
         )
-        self._stepper.set_memory(np.frombuffer(state[size:], dtype='<f8'))
+        self._stepper.recall(np.frombuffer(state[size:], dtype='<f8'))
         self.tick = tick
         self._held.slots = dict(slots)
         self._held_changed = True

@@ -19,11 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.physics.accelerations import accelerations_now
 from rigid_body_sim.physics.blocks import (
     FX,
     HX,
-    IM,
     KX,
     LX,
     PX,
@@ -36,6 +35,7 @@ from rigid_body_sim.physics.blocks import (
     rows,
     scatter,
 )
+from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
 from rigid_body_sim.physics.forces import (
     FORCES,
     derivatives,
@@ -51,7 +51,6 @@ from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schedule import SNAP, Schedule, Switch
 from rigid_body_sim.physics.schemes.no_rotation import for_points
-from rigid_body_sim.physics.schemes.steps import start_evaluation
 from rigid_body_sim.physics.variable_mass import end_of_flow, flow_of
 
 Array = NDArray[np.float64]
@@ -86,6 +85,7 @@ class Stepper:
         self._ends_of_flow = [end_of_flow(body) for body in flowing]
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
         self._method = self._blocks_of(self._method_rows())
+        self.contact = _contact_plan(scene, layout, integrator)
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         size = self._scheme.workspace(blocks(layout.n_moving))
@@ -97,7 +97,6 @@ class Stepper:
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
         self._evaluate: Callable[..., Any] | None = None
-        self.contact = _contact_plan(scene, layout, integrator)
         self._hold_table(np.zeros((0, held_body_wrench.COLUMNS)))
 
     def _method_rows(self) -> Array:
@@ -118,11 +117,18 @@ class Stepper:
         return (self.translation, self.rotation, self._method)
 
     def _snapshot(self) -> tuple[Array, ...]:
-        return tuple(array.copy() for array in self._state)
+        contact = () if self.contact is None else (self.contact.remembered(),)
+        return (*(array.copy() for array in self._state), *contact)
 
     def _return_to(self, snapshot: tuple[Array, ...]) -> None:
-        for array, values in zip(self._state, snapshot, strict=True):
+        for array, values in zip(self._state, snapshot, strict=False):
             array[:] = values
+        if self.contact is not None:
+            self.contact.recall(snapshot[-1])
+
+    def contacts(self) -> Contacts:
+        """Give the contacts of the last tick; none in a scene without contact."""
+        return NO_CONTACTS if self.contact is None else self.contact.contacts()
 
     def memory(self) -> Array:
         """Give what the integrator remembers beside the blocks, (n_rigid, rows); often nothing."""
@@ -131,11 +137,19 @@ class Stepper:
             return np.zeros((self._layout.n_rigid, 0))
         return gather(self._method, 64 * rows_kept, 0, rows_kept, self._layout.n_rigid)
 
-    def set_memory(self, numbers: Array) -> None:
+    def remembered(self) -> Array:
         """
-        Restore what `memory` gave, in one row; without numbers begin anew from the orientations.
+        Give all that the next tick depends on beside the blocks, in one row: `memory`, and the
+        impulses of contacts.
         """
-        if self._integrator.remembers is not None:
+        own = self.memory().reshape(-1)
+        return own if self.contact is None else np.concatenate((own, self.contact.remembered()))
+
+    def recall(self, numbers: Array) -> None:
+        """Restore what `remembered` gave; without numbers begin anew from the orientations."""
+        if self.contact is not None:
+            self.contact.recall(numbers)
+        elif self._integrator.remembers is not None:
             count = self._layout.n_rigid
             values = numbers.reshape(count, -1) if numbers.size else self._method_rows()
             self._method[:] = self._blocks_of(values)
@@ -248,26 +262,14 @@ class Stepper:
         returns : linear (n_moving, 3) [m/s^2] and angular (n_rigid, 3) [rad/s^2], core order,
                   world axes
         """
-        translation, rotation = self.translation.copy(), self.rotation.copy()
-        n, n_rigid = self._layout.n_moving, self._layout.n_rigid
         if self._schedule is not None:
             self._schedule.set(self._numbers, tick, tick + SNAP, h)
         if self._evaluate is None:
             self._evaluate = evaluator(self._kernels())
-        arrays = (argument(translation), argument(rotation))
-        start_evaluation(n, n_rigid, *arrays)
-        self._evaluate(0, tick * h, *arrays, self._elements, self._element_ranges)
-        linear = gather(translation, TRANSLATION, FX, 3, n) * gather(
-            translation, TRANSLATION, IM, 1, n
-        )
-        q = gather(rotation, ROTATION, QX, 4, n_rigid)
-        momentum, torque = (
-            so3.rotate_back(q, gather(rotation, ROTATION, x, 3, n_rigid)) for x in (LX, TX)
-        )
-        omega = momentum / self._layout.moments
-        angular = so3.rotate(q, (torque - np.cross(omega, momentum)) / self._layout.moments)
-        self._pivots.accelerate(linear, angular, q, so3.rotate(q, omega))
-        return linear, angular
+        return accelerations_now(
+            self._layout, self._pivots, self.translation, self.rotation, self._evaluate, tick * h,
+            self._elements, self._element_ranges,
+        )  # fmt: skip
 
     def _plan(self, h: float) -> None:
         """Work out what the integrator wants to know of the scene at this step."""

@@ -20,7 +20,6 @@ PAIRS = (
     (SPHERE, HULL),
     (CAPSULE, CYLINDER),
     (CAPSULE, HULL),
-    (BOX, CYLINDER),
     (BOX, HULL),
     (CYLINDER, CYLINDER),
     (CYLINDER, HULL),
@@ -105,8 +104,8 @@ def random_shape(kind, rng):
     return hull(points * sizes + rng.normal(size=3))
 
 
-def random_turn(rng):
-    return so3.matrix_from_quaternion(so3.normalise(rng.normal(size=4)))
+def random_turns(rng, n):
+    return so3.matrix_from_quaternion(so3.normalise(rng.normal(size=(n, 4))))
 
 
 def place(shape, middle, turn):
@@ -114,21 +113,21 @@ def place(shape, middle, turn):
     return np.concatenate((middle - turn @ shape.middle, turn.ravel()))
 
 
-def random_poses(a, b, rng, *, low=0.3, high=1.1):
-    """Return the poses of two shapes that overlap or nearly touch."""
-    turn_a = random_turn(rng)
-    turn_b = turn_a if rng.random() < 0.2 else random_turn(rng)
-    direction = rng.normal(size=3)
-    direction /= np.linalg.norm(direction)
-    span = np.max(directed(a, turn_a, direction)) + np.max(directed(b, turn_b, -direction))
-    middle = rng.normal(size=3)
-    apart = rng.uniform(low, high) * span
-    return place(a, middle, turn_a), place(b, middle + apart * direction, turn_b)
+def random_cases(pair, n, rng, *, shapes=20):
+    """
+    Yield n times two shapes of a few, with their poses: overlapping, near, or apart.
 
-
-def directed(shape, turn, direction):
-    """Heights of the corners of a shape along a direction, from its middle."""
-    return (shape.vertices - shape.middle) @ (turn.T @ direction) + shape.radius
+    Each fifth pair has parallel axes.
+    """
+    first, second = ([random_shape(kind, rng) for _ in range(shapes)] for kind in pair)
+    turns_a, turns_b = random_turns(rng, n), random_turns(rng, n)
+    turns_b[::5] = turns_a[::5]
+    middles, directions = rng.normal(size=(2, n, 3))
+    directions *= (rng.random(n) / np.linalg.norm(directions, axis=1))[:, None]
+    choices = rng.integers(shapes, size=(n, 2))
+    for (i, j), p, q, x, d in zip(choices, turns_a, turns_b, middles, directions):
+        a, b = first[i], second[j]
+        yield a, b, place(a, x, p), place(b, x + (a.reach + b.reach) * d, q)
 
 
 @dataclass

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rigid_body_sim.physics.contact import rim
 from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, PLANE
 from rigid_body_sim.physics.contact.manifold import (
     FOUND,
@@ -20,7 +21,6 @@ from rigid_body_sim.physics.contact.manifold import (
     SCRATCH,
     keep_four,
 )
-from rigid_body_sim.physics.contact.pairs import cylinder_plane
 from rigid_body_sim.physics.kernels import argument
 
 from .pair_cases import Placed, collide, random_turns
@@ -289,7 +289,7 @@ def test_standing_cylinder_keeps_its_points_while_it_trembles(tilt, shake):
         # up to a third of FLAT the blend turns by at most shake / (FLAT / 3) · sqrt(2), twice that
         # where it changes the axis it leans on
         jump = np.linalg.norm(place - places[feature])
-        assert jump < 0.1 * (6.0 * shake / cylinder_plane.FLAT + 0.8)
+        assert jump < 0.1 * (6.0 * shake / rim.FLAT + 0.8)
 
 
 def test_cylinder_of_any_tilt_is_as_deep_as_its_true_lowest_point():
@@ -299,9 +299,7 @@ def test_cylinder_of_any_tilt_is_as_deep_as_its_true_lowest_point():
             turn = about(1, tilt) @ about(2, spin)
             found = collide(at(CYLINDER, [0.1, 0.3], [0, 0, height], turn), GROUND, MARGIN)
             # below FLAT the points lean on axes fixed in the end
-            missed = (
-                0.3 * 0.1 * min(tilt, cylinder_plane.FLAT) if tilt < cylinder_plane.FLAT else 0.0
-            )
+            missed = 0.3 * 0.1 * min(tilt, rim.FLAT) if tilt < rim.FLAT else 0.0
             assert -ROUNDING < found.gap < missed + ROUNDING
 
 

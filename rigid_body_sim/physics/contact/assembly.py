@@ -388,3 +388,11 @@ def remember(
             memory[to + ANCHOR + 1] = y
             memory[to + ANCHOR + 2] = z
             to += REMEMBERED
+
+
+def end_of_memory(memory: Array) -> int:
+    """Count the numbers of the memory that are in use."""
+    end = MEMORY
+    for _ in range(int(memory[1])):
+        end += 2 + int(memory[end + 1]) * REMEMBERED
+    return end

@@ -32,7 +32,7 @@ from rigid_body_sim.physics.contact.hull_records import (
     RADIUS,
     VERTICES,
 )
-from rigid_body_sim.physics.contact.manifold import POINT, keep_four
+from rigid_body_sim.physics.contact.manifold import POINT, TINY, keep_four
 from rigid_body_sim.physics.contact.polyhedra import (
     EDGE_GAIN,
     EDGE_SHARE,
@@ -159,7 +159,7 @@ def _overlap(numbers, h: int, is_segment: bool, work) -> float:
             my = numbers[k + 1] * abs(right) + numbers[m + 1] * abs(left)
             mz = numbers[k + 2] * abs(right) + numbers[m + 2] * abs(left)
             size = math.sqrt(mx * mx + my * my + mz * mz)
-            if not size * size > PARALLEL * uu:
+            if not size * size > max(PARALLEL * uu, TINY):
                 continue
             mx, my, mz = mx / size, my / size, mz / size
             s = min(px * mx + py * my + pz * mz, qx * mx + qy * my + qz * mz)

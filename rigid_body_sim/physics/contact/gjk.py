@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import math
 
+from rigid_body_sim.physics.contact.manifold import TINY
 from rigid_body_sim.physics.contact.relative_pose import (
     FRAME,
     NEAREST,
@@ -68,7 +69,7 @@ def closest(
     corners = 0
     i = j = 0
     limit = margin * margin
-    touching = (TOUCHING * size) * (TOUCHING * size)
+    touching = max((TOUCHING * size) * (TOUCHING * size), TINY)
     stalled = False
     vw = vv
     for _ in range(STEPS):

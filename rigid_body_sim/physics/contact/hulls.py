@@ -61,7 +61,8 @@ class Polyhedron:
     @property
     def radius(self) -> float:
         """Largest distance of a vertex from the centre [m]."""
-        return float(np.sqrt(np.max(np.sum(self.vertices**2, axis=1))))
+        x, y, z = self.vertices.T
+        return float(np.max(np.hypot(np.hypot(x, y), z)))
 
     @property
     def half_width(self) -> float:

@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import blocks
 from rigid_body_sim.physics.contact import tick
-from rigid_body_sim.physics.contact.assembly import BATCH, COLOURS, REMEMBERED
+from rigid_body_sim.physics.contact.assembly import (
+    BATCH,
+    COLOURS,
+    MEMORY,
+    REMEMBERED,
+    end_of_memory,
+)
 from rigid_body_sim.physics.contact.broad_phase import CELL, ROW
 from rigid_body_sim.physics.contact.collider import (
     BOUNDS,
@@ -32,10 +38,12 @@ from rigid_body_sim.physics.contact.collider import (
     TYPE,
     Colliders,
 )
+from rigid_body_sim.physics.contact.contacts import read
 from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
 from rigid_body_sim.physics.contact.manifold import FOUND
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.contact.rows import (
+    LANES,
     MANIFOLD,
     POINT,
     POINT_LONG,
@@ -44,6 +52,7 @@ from rigid_body_sim.physics.contact.rows import (
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import solver
 from rigid_body_sim.physics.contact.touching_bodies import AXIS, BODY, COLLIDER, ROUND
+from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integrators.integrator import Integrator
 from rigid_body_sim.physics.kernels import argument
@@ -65,8 +74,8 @@ def unsuited(integrator: Integrator) -> str | None:
     if isinstance(scheme, Splitting) and scheme.kicks == (0.5, 0.5) and scheme.drifts == (1.0,):
         return None
     return (
-        f'integrator {integrator.name!r} cannot take part in contact: between contact impulses '
-        f'a body needs one free rotation a substep; take one of: {METHODS}'
+        'with contact a substep needs one free rotation between its two kicks; '
+        f'take one of: {METHODS}'
     )
 
 
@@ -80,7 +89,9 @@ class ContactPlan:
     def __init__(self, scene: Scene, layout: Layout, integrator: Integrator) -> None:
         reason = unsuited(integrator)
         if reason is not None:
-            raise InvalidModel(reason)
+            raise InvalidModel(
+                f'integrator {integrator.name!r} refuses the scene {scene.name!r}: {reason}'
+            )
         self.settings = ContactSettings.of(scene.contact)
         self._layout = layout
         self._integrator = integrator
@@ -95,6 +106,7 @@ class ContactPlan:
         self._take(colliders)
         self._make_room(len(self._order))
         self._kernels: dict[str, Callable[..., Any]] = {}
+        self._is_read = False  # whether the rows are those of the last tick
 
     def _take(self, colliders: Colliders) -> None:
         """Bring the colliders into their order."""
@@ -112,7 +124,7 @@ class ContactPlan:
         self.poses = np.concatenate((ordered(colliders.poses, POSE), np.zeros(2 * POSE)))
         self.reaches = np.zeros(max(1, n) * ROW)
         self.found = np.zeros(FOUND)
-        self.bodies = np.zeros((self._layout.n_moving + 1) * BODY)
+        self.bodies = _aligned((self._layout.n_moving + 1) * BODY)
         for i in range(n):
             kind, _, core, _ = self.table[i * TABLE : (i + 1) * TABLE]
             if core < 0:
@@ -135,7 +147,7 @@ class ContactPlan:
         self.keys = np.zeros(8 * n + 16, dtype=np.int64)
         self.records = np.zeros((4 * n + 8) * RECORD)
         self.memory = np.zeros(2 + (4 * n + 8) * (2 + 4 * REMEMBERED))
-        self.rows = np.zeros(SCRATCH + (n // 2 + 40) * (MANIFOLD + 4 * self._width))
+        self.rows = _aligned(SCRATCH + (n // 2 + 40) * (MANIFOLD + 4 * self._width))
         self.batches = np.zeros((4 * n + 64) * BATCH, dtype=np.int64)
         self.colours = np.zeros(moving + 1, dtype=np.int64)
         self.open_batches = np.zeros(2 * COLOURS + 2, dtype=np.int64)
@@ -143,6 +155,7 @@ class ContactPlan:
         self.workspace = np.zeros(max(1, blocks(moving)) * 384)
         self.counts = np.zeros(tick.COUNTS, dtype=np.int64)
         self.counts[tick.N_COLLIDERS] = n
+        self.counts[tick.LANES_AT_ONCE] = LANES
         self.counts[tick.PLANES] = int(np.sum(self.table[TYPE::TABLE] == PLANE))
         radii = self.bounds[7::BOUNDS]
         radii = radii[np.isfinite(radii) & (radii > 0.0)]
@@ -185,9 +198,36 @@ class ContactPlan:
         elif short == tick.SHORT_OF_MEMORY:
             self.memory = np.concatenate((self.memory, np.zeros(len(self.memory))))
         else:
-            self.rows = np.zeros(2 * len(self.rows))
+            self.rows = _aligned(2 * len(self.rows))
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
         self._pack()
+
+    def remembered(self) -> Array:
+        """Give what the next tick starts from beside the blocks, in one row: see `assembly`."""
+        return self.memory[: end_of_memory(self.memory)].copy()
+
+    def recall(self, numbers: Array) -> None:
+        """Restore what `remembered` gave; without numbers there is no memory of any contact."""
+        if len(numbers) > len(self.memory):
+            self.memory = np.zeros(len(numbers))
+            self._pack()
+        self.memory[:MEMORY] = 0.0
+        self.memory[: len(numbers)] = numbers
+        self._is_read = False
+
+    def contacts(self) -> Contacts:
+        """Read the contacts of the last tick; none before the first."""
+        if not self._is_read:
+            return NO_CONTACTS
+        return read(
+            int(self.counts[tick.MANIFOLDS]),
+            width=self._width,
+            bounces=self.bounces,
+            table=self.table,
+            records=self.records,
+            rows=self.rows,
+            bodies=self.bodies,
+        )
 
     def kernel(
         self, scene: str, evaluate: Callable[..., Any] | None, velocity_dependent: bool
@@ -231,11 +271,22 @@ class ContactPlan:
                     own, elements, ranges, *self._arguments,
                 )  # fmt: skip
                 done += int(self.counts[tick.DONE])
+                self._is_read = self._is_read or done > 0
                 if status != 0.0 or self.counts[tick.SHORT] == tick.NOTHING_SHORT:
                     return status
                 self._grow()
 
         return advance
+
+
+def _aligned(size: int) -> Array:
+    """
+    Make zeros that begin where a cache line does: eight lanes are one line, and a vector that
+    straddles two costs twice as much.
+    """
+    array = np.zeros(size + 8)
+    skip = -array.ctypes.data // 8 % 8
+    return array[skip : skip + size]
 
 
 def _nothing(*_arguments: Any) -> None:

@@ -22,24 +22,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.passes import _relative
+from rigid_body_sim.physics.contact.lanes import arms, cross, inertia, relative, times, vector
 from rigid_body_sim.physics.contact.rows import (
     APPROACH,
     DA,
     DB,
     GAIN,
     GAP0,
-    IA,
-    IB,
     MA,
     MB,
-    RA,
-    RB,
     ROLL_GAIN,
     SLIP_GAIN,
     SPIN_GAIN,
     UA,
     UB,
+    VA,
+    VB,
     WA,
     WB,
     A,
@@ -55,15 +53,10 @@ Array = NDArray[np.float64]
 
 
 @inline
-def _inverse(
-    g: Array, i: int, k: int, ax: float, ay: float, az: float, bx: float, by: float, bz: float
-) -> Any:
-    """Return a . I^-1 b with the inverse inertia whose rows begin at i."""
-    return (
-        ax * (g[k + i] * bx + g[k + i + 8] * by + g[k + i + 16] * bz)
-        + ay * (g[k + i + 8] * bx + g[k + i + 24] * by + g[k + i + 32] * bz)
-        + az * (g[k + i + 16] * bx + g[k + i + 32] * by + g[k + i + 40] * bz)
-    )
+def _inverse(xx, xy, xz, yy, yz, zz, ax, ay, az, bx, by, bz):
+    """Return a . I^-1 b."""
+    x, y, z = times(xx, xy, xz, yy, yz, zz, bx, by, bz)
+    return ax * x + ay * y + az * z
 
 
 @inline
@@ -73,57 +66,56 @@ def _largest(k11: float, k12: float, k22: float) -> Any:
 
 
 @kernel
-def gains(lanes: int, s: Array, p: int, g: Array) -> None:
+def gains(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Find the gains of one point of each lane."""
     for k in range(lanes):
-        m = g[k + MA] + g[k + MB]
-        nx, ny, nz = s[k + N], s[k + N + 8], s[k + N + 16]
-        tx, ty, tz = s[k + T], s[k + T + 8], s[k + T + 16]
-        ox, oy, oz = s[k + O], s[k + O + 8], s[k + O + 16]
-        ax, ay, az = s[p + RA + k], s[p + RA + 8 + k], s[p + RA + 16 + k]
-        bx, by, bz = s[p + RB + k], s[p + RB + 8 + k], s[p + RB + 16 + k]
-        ux, uy, uz = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
-        vx, vy, vz = by * nz - bz * ny, bz * nx - bx * nz, bx * ny - by * nx
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + O)
+        ax, ay, az, bx, by, bz = arms(q, k)
+        ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
+        mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
+        m = ma + mb
+        ux, uy, uz = cross(ax, ay, az, nx, ny, nz)
+        vx, vy, vz = cross(bx, by, bz, nx, ny, nz)
         normal = m + (
-            _inverse(g, IA, k, ux, uy, uz, ux, uy, uz) + _inverse(g, IB, k, vx, vy, vz, vx, vy, vz)
+            _inverse(a1, a2, a3, a4, a5, a6, ux, uy, uz, ux, uy, uz)
+            + _inverse(b1, b2, b3, b4, b5, b6, vx, vy, vz, vx, vy, vz)
         )
-        s[p + GAIN + k] = 1.0 / normal if normal > 0.0 else 0.0
-        ux, uy, uz = ay * tz - az * ty, az * tx - ax * tz, ax * ty - ay * tx
-        vx, vy, vz = by * tz - bz * ty, bz * tx - bx * tz, bx * ty - by * tx
-        qx, qy, qz = ay * oz - az * oy, az * ox - ax * oz, ax * oy - ay * ox
-        rx, ry, rz = by * oz - bz * oy, bz * ox - bx * oz, bx * oy - by * ox
+        ux, uy, uz = cross(ax, ay, az, tx, ty, tz)
+        vx, vy, vz = cross(bx, by, bz, tx, ty, tz)
+        px, py, pz = cross(ax, ay, az, ox, oy, oz)
+        rx, ry, rz = cross(bx, by, bz, ox, oy, oz)
         k11 = m + (
-            _inverse(g, IA, k, ux, uy, uz, ux, uy, uz) + _inverse(g, IB, k, vx, vy, vz, vx, vy, vz)
+            _inverse(a1, a2, a3, a4, a5, a6, ux, uy, uz, ux, uy, uz)
+            + _inverse(b1, b2, b3, b4, b5, b6, vx, vy, vz, vx, vy, vz)
         )
         k22 = m + (
-            _inverse(g, IA, k, qx, qy, qz, qx, qy, qz) + _inverse(g, IB, k, rx, ry, rz, rx, ry, rz)
+            _inverse(a1, a2, a3, a4, a5, a6, px, py, pz, px, py, pz)
+            + _inverse(b1, b2, b3, b4, b5, b6, rx, ry, rz, rx, ry, rz)
         )
-        k12 = _inverse(g, IA, k, ux, uy, uz, qx, qy, qz) + _inverse(
-            g, IB, k, vx, vy, vz, rx, ry, rz
+        k12 = _inverse(a1, a2, a3, a4, a5, a6, ux, uy, uz, px, py, pz) + _inverse(
+            b1, b2, b3, b4, b5, b6, vx, vy, vz, rx, ry, rz
         )
         largest = _largest(k11, k12, k22)
-        s[p + SLIP_GAIN + k] = 1.0 / largest if largest > 0.0 else 0.0
+        q[k + GAIN] = 1.0 / normal if normal > 0.0 else 0.0
+        q[k + SLIP_GAIN] = 1.0 / largest if largest > 0.0 else 0.0
 
 
 @kernel
 def angular_gains(lanes: int, s: Array, g: Array) -> None:
     """Find the gains against rolling and twisting of each lane; without inertia there are none."""
     for k in range(lanes):
-        nx, ny, nz = s[k + N], s[k + N + 8], s[k + N + 16]
-        tx, ty, tz = s[k + T], s[k + T + 8], s[k + T + 16]
-        ox, oy, oz = s[k + O], s[k + O + 8], s[k + O + 16]
-        spin = _inverse(g, IA, k, nx, ny, nz, nx, ny, nz) + _inverse(
-            g, IB, k, nx, ny, nz, nx, ny, nz
-        )
-        k11 = _inverse(g, IA, k, tx, ty, tz, tx, ty, tz) + _inverse(
-            g, IB, k, tx, ty, tz, tx, ty, tz
-        )
-        k22 = _inverse(g, IA, k, ox, oy, oz, ox, oy, oz) + _inverse(
-            g, IB, k, ox, oy, oz, ox, oy, oz
-        )
-        k12 = _inverse(g, IA, k, tx, ty, tz, ox, oy, oz) + _inverse(
-            g, IB, k, tx, ty, tz, ox, oy, oz
-        )
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + O)
+        ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
+        mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
+        a1, a2, a3, a4, a5, a6 = a1 + b1, a2 + b2, a3 + b3, a4 + b4, a5 + b5, a6 + b6
+        spin = _inverse(a1, a2, a3, a4, a5, a6, nx, ny, nz, nx, ny, nz)
+        k11 = _inverse(a1, a2, a3, a4, a5, a6, tx, ty, tz, tx, ty, tz)
+        k22 = _inverse(a1, a2, a3, a4, a5, a6, ox, oy, oz, ox, oy, oz)
+        k12 = _inverse(a1, a2, a3, a4, a5, a6, tx, ty, tz, ox, oy, oz)
         largest = _largest(k11, k12, k22)
         s[k + ROLL_GAIN] = 1.0 / largest if largest > 0.0 else 0.0
         s[k + SPIN_GAIN] = 1.0 / spin if spin > 0.0 else 0.0
@@ -140,32 +132,31 @@ def gather_accelerations(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @inline
-def _acceleration(g: Array, d: int, u: int, w: int, k: int, x: float, y: float, z: float) -> Any:
+def _acceleration(g, d, u, w, k, x, y, z):
     """Acceleration of a point at arm r: a + alpha x r + omega x (omega x r)."""
-    ux, uy, uz = g[k + u], g[k + u + 8], g[k + u + 16]
-    wx, wy, wz = g[k + w], g[k + w + 8], g[k + w + 16]
-    vx, vy, vz = wy * z - wz * y, wz * x - wx * z, wx * y - wy * x
-    return (
-        g[k + d] + ((uy * z - uz * y) + (wy * vz - wz * vy)),
-        g[k + d + 8] + ((uz * x - ux * z) + (wz * vx - wx * vz)),
-        g[k + d + 16] + ((ux * y - uy * x) + (wx * vy - wy * vx)),
-    )
+    ux, uy, uz = vector(g, k + u)
+    wx, wy, wz = vector(g, k + w)
+    vx, vy, vz = cross(wx, wy, wz, x, y, z)
+    tx, ty, tz = cross(wx, wy, wz, vx, vy, vz)
+    vx, vy, vz = cross(ux, uy, uz, x, y, z)
+    return g[k + d] + (vx + tx), g[k + d + 8] + (vy + ty), g[k + d + 16] + (vz + tz)
 
 
 @kernel
-def approach(lanes: int, s: Array, p: int, g: Array) -> None:
+def approach(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Find the speed of approach of one point of each lane."""
     for k in range(lanes):
-        nx, ny, nz = s[k + N], s[k + N + 8], s[k + N + 16]
-        x, y, z = _relative(g, s, p, k)
+        nx, ny, nz = vector(s, k + N)
+        ax, ay, az, bx, by, bz = arms(q, k)
+        ux, uy, uz = vector(g, k + VA)
+        fx, fy, fz = vector(g, k + WA)
+        vx, vy, vz = vector(g, k + VB)
+        wx, wy, wz = vector(g, k + WB)
+        x, y, z = relative(ux, uy, uz, fx, fy, fz, ax, ay, az, vx, vy, vz, wx, wy, wz, bx, by, bz)
         vn = nx * x + ny * y + nz * z
-        ax, ay, az = _acceleration(
-            g, DA, UA, WA, k, s[p + RA + k], s[p + RA + 8 + k], s[p + RA + 16 + k]
-        )
-        bx, by, bz = _acceleration(
-            g, DB, UB, WB, k, s[p + RB + k], s[p + RB + 8 + k], s[p + RB + 16 + k]
-        )
-        gap = s[p + GAP0 + k]
+        ax, ay, az = _acceleration(g, DA, UA, WA, k, ax, ay, az)
+        bx, by, bz = _acceleration(g, DB, UB, WB, k, bx, by, bz)
+        gap = q[k + GAP0]
         square = vn * vn - 2.0 * gap * (nx * (bx - ax) + ny * (by - ay) + nz * (bz - az))
         ahead = (vn < 0.0) & (gap > 0.0)
-        s[p + APPROACH + k] = -math.sqrt(square if square > 0.0 else 0.0) if ahead else vn
+        q[k + APPROACH] = -math.sqrt(square if square > 0.0 else 0.0) if ahead else vn

@@ -37,6 +37,7 @@ from rigid_body_sim.physics.contact.hull_records import (
     PLANES,
     VERTICES,
 )
+from rigid_body_sim.physics.contact.manifold import TINY
 from rigid_body_sim.physics.contact.relative_pose import (
     AXIS,
     KNOWN,
@@ -244,7 +245,7 @@ def best_edges(
                 x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
                 xx = x * x + y * y + z * z
                 uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
-                if not xx > PARALLEL * uu * vv:
+                if not xx > max(PARALLEL * uu * vv, TINY):
                     continue
                 size = math.sqrt(xx)
                 if x * (lx + rx) + y * (ly + ry) + z * (lz + rz) < 0.0:

@@ -4,7 +4,10 @@
 Passes over all batches of contacts: what the equations of `passes` are visited for, and in which
 order.
 
-    g : scratch at the head of the rows; s : one batch
+    g : scratch at the head of the rows; s : manifolds of one batch; q : one point of each
+
+`lanes` is always eight, but must not be known to the compiler: it would unroll the loops over the
+lanes and lose SIMD, which is five times faster.
 """
 
 from __future__ import annotations
@@ -14,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact import passes, preparation
+from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance
 from rigid_body_sim.physics.contact.assembly import BATCH, OFFSET, POINTS
-from rigid_body_sim.physics.contact.rows import CHANGE, LANES, MANIFOLD, SCRATCH
+from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, SCRATCH
 from rigid_body_sim.physics.kernels import specialise
 
 Array = NDArray[np.float64]
@@ -31,26 +34,29 @@ ANGULAR = False  # whether anything rolls or twists with friction
 BOUNCES = False  # whether anything bounces
 
 
-def _prepare(count: int, rows: Array, batches: Indices, bodies: Array) -> None:
+def _prepare(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
     """Find gains and speeds of approach."""
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
         begin = batches[batch * BATCH + OFFSET]
-        s = rows[begin : begin + MANIFOLD + points * WIDTH]
-        passes.gather(LANES, s, g, bodies)
+        s = rows[begin : begin + MANIFOLD]
+        begin += MANIFOLD
+        passes.gather(lanes, s, g, bodies)
         for point in range(points):
-            preparation.gains(LANES, s, MANIFOLD + point * WIDTH, g)
+            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+            preparation.gains(lanes, s, q, g)
         if ANGULAR:
-            preparation.angular_gains(LANES, s, g)
+            preparation.angular_gains(lanes, s, g)
         if BOUNCES:
-            preparation.gather_accelerations(LANES, s, g, bodies)
+            preparation.gather_accelerations(lanes, s, g, bodies)
             for point in range(points):
-                preparation.approach(LANES, s, MANIFOLD + point * WIDTH, g)
+                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+                preparation.approach(lanes, s, q, g)
 
 
 def _push(
-    count: int, inverse_h: float, slop: float, cap: float, rows: Array, batches: Indices,
+    lanes: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array, batches: Indices,
     bodies: Array,
 ) -> None:  # fmt: skip
     """Visit the normals of all batches, softly."""
@@ -58,18 +64,20 @@ def _push(
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
         begin = batches[batch * BATCH + OFFSET]
-        s = rows[begin : begin + MANIFOLD + points * WIDTH]
-        passes.gather(LANES, s, g, bodies)
+        s = rows[begin : begin + MANIFOLD]
+        begin += MANIFOLD
+        passes.gather(lanes, s, g, bodies)
         for point in range(points):
-            passes.push(LANES, s, MANIFOLD + point * WIDTH, g, inverse_h, slop, cap)
+            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+            passes.push(lanes, s, q, g, inverse_h, slop, cap)
             if ANGULAR:
-                passes.release(LANES, s, MANIFOLD + point * WIDTH, g)
-        passes.scatter(LANES, s, g, bodies)
-        passes.mark_carried(LANES, s, g, bodies)
+                resistance.release(lanes, s, q, g)
+        passes.scatter(lanes, s, g, bodies)
+        passes.mark_carried(lanes, s, g, bodies)
 
 
 def _relax(
-    count: int, inverse_h: float, first: bool, share: float, rows: Array, batches: Indices,
+    lanes: int, count: int, inverse_h: float, first: bool, share: float, rows: Array, batches: Indices,
     bodies: Array,
 ) -> None:  # fmt: skip
     """
@@ -82,20 +90,25 @@ def _relax(
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
         begin = batches[batch * BATCH + OFFSET]
-        s = rows[begin : begin + MANIFOLD + points * WIDTH]
-        passes.gather(LANES, s, g, bodies)
+        s = rows[begin : begin + MANIFOLD]
+        begin += MANIFOLD
+        passes.gather(lanes, s, g, bodies)
         if first:
-            passes.gather_motion(LANES, s, g, bodies)
+            passes.gather_motion(lanes, s, g, bodies)
             for point in range(points):
-                passes.gaps(LANES, s, MANIFOLD + point * WIDTH, g)
+                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+                passes.gaps(lanes, s, q, g)
         for point in range(points):
-            passes.relax(LANES, s, MANIFOLD + point * WIDTH, g, inverse_h, share)
+            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+            passes.relax(lanes, s, q, g, inverse_h, share)
             if ANGULAR:
-                passes.resist(LANES, s, MANIFOLD + point * WIDTH, g)
-        passes.scatter(LANES, s, g, bodies)
+                resistance.resist(lanes, s, q, g)
+        passes.scatter(lanes, s, g, bodies)
 
 
-def _bounce(count: int, threshold: float, rows: Array, batches: Indices, bodies: Array) -> Any:
+def _bounce(
+    lanes: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
+) -> Any:
     """Let bounce what bounces, sweep by sweep until nothing changes; return the sweeps."""
     g = rows[0:SCRATCH]
     largest = 0.0
@@ -104,12 +117,14 @@ def _bounce(count: int, threshold: float, rows: Array, batches: Indices, bodies:
         for batch in range(count):
             points = batches[batch * BATCH + POINTS]
             begin = batches[batch * BATCH + OFFSET]
-            s = rows[begin : begin + MANIFOLD + points * WIDTH]
-            passes.gather(LANES, s, g, bodies)
+            s = rows[begin : begin + MANIFOLD]
+            begin += MANIFOLD
+            passes.gather(lanes, s, g, bodies)
             for point in range(points):
-                passes.bounce(LANES, s, MANIFOLD + point * WIDTH, g, threshold)
-            passes.scatter(LANES, s, g, bodies)
-            for k in range(LANES):
+                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+                bouncing.bounce(lanes, s, q, g, threshold)
+            passes.scatter(lanes, s, g, bodies)
+            for k in range(lanes):
                 change = max(change, g[CHANGE + k])
         largest = max(largest, change)
         if not change > SETTLED * largest:

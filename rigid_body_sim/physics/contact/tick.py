@@ -55,6 +55,7 @@ SETTINGS = 8
 
 # counts: sizes and what is given back
 N_COLLIDERS, PLANES, PAIR_ROOM, MANIFOLD_ROOM, ROW_ROOM, BATCH_ROOM, MEMORY_ROOM = range(7)
+LANES_AT_ONCE = 7
 DONE, PAIRS, MANIFOLDS, BATCHES, SHORT = 8, 9, 10, 11, 12
 COUNTS = 16
 NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
@@ -135,6 +136,7 @@ def _advance(
     many ticks were done, counts[SHORT] which list was too short for the next.
     """
     n = counts[N_COLLIDERS]
+    lanes_at_once = counts[LANES_AT_ONCE]
     substeps = int(settings[SUBSTEPS])
     relaxations = int(settings[RELAXATIONS])
     part = h / substeps
@@ -189,7 +191,7 @@ def _advance(
             manifolds, n_bodies, WIDTH, part, settings[ZETA], ANGULAR, translation, table,
             materials, bounds, poses, records, memory, rows, bodies,
         )  # fmt: skip
-        prepare(count, rows, batches, bodies)
+        prepare(lanes_at_once, count, rows, batches, bodies)
         touched = _mark_touching(manifolds, n_bodies, records, rows, touching, colours)
         for sub in range(substeps):
             if COUPLED and not fresh:
@@ -198,7 +200,16 @@ def _advance(
                 evaluate(0, time, translation, rotation, elements, ranges)
             for i in range(touched):
                 touching_bodies.kick(touching[i], n_rigid, part, translation, rotation, bodies)
-            push(count, 1.0 / part, settings[SLOP], settings[CAP], rows, batches, bodies)
+            push(
+                lanes_at_once,
+                count,
+                1.0 / part,
+                settings[SLOP],
+                settings[CAP],
+                rows,
+                batches,
+                bodies,
+            )
             for block in range((n_bodies + 63) // 64):
                 lanes = min(64, n_bodies - 64 * block)
                 kick_and_drift(block, lanes, half, part, translation)
@@ -224,11 +235,11 @@ def _advance(
                 touching_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
             for turn in range(relaxations):
                 share = 1.0 if turn == relaxations - 1 else 0.0
-                relax(count, 1.0 / part, turn == 0, share, rows, batches, bodies)
+                relax(lanes_at_once, count, 1.0 / part, turn == 0, share, rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         if BOUNCES and count > 0:
-            bounce(count, settings[THRESHOLD], rows, batches, bodies)
+            bounce(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         assembly.remember(manifolds, WIDTH, part, ANGULAR, poses, records, rows, memory)

@@ -12,7 +12,15 @@ from __future__ import annotations
 import math
 
 from rigid_body_sim.physics.contact.hull_records import CENTER, COUNT, RADIUS, VERTICES
-from rigid_body_sim.physics.contact.manifold import POINT, POINTS, TIE, put_normal, put_point
+from rigid_body_sim.physics.contact.manifold import (
+    LEAD,
+    POINT,
+    POINTS,
+    SAME,
+    TIE,
+    put_normal,
+    put_point,
+)
 from rigid_body_sim.physics.kernels import kernel
 
 
@@ -39,31 +47,31 @@ def collide(numbers, a: int, b: int, poses, pa: int, pb: int, margin: float, fou
     least, deepest = math.inf, -1
     for k in range(first, last, 3):
         gap = height + (ux * numbers[k] + uy * numbers[k + 1] + uz * numbers[k + 2])
-        if gap < least - tie:
+        if gap <= margin and gap < least - tie:
             least, deepest = gap, k
-    if deepest < 0 or not least <= margin:
+    if deepest < 0:
         return 0
     ax, ay, az = numbers[deepest], numbers[deepest + 1], numbers[deepest + 2]
-    reach, farthest = tie * tie, -1
+    reach, farthest = SAME * radius * (SAME * radius), -1
     for k in range(first, last, 3):
         x, y, z = numbers[k], numbers[k + 1], numbers[k + 2]
         if height + (ux * x + uy * y + uz * z) <= margin:
             x, y, z = x - ax, y - ay, z - az
             distance = x * x + y * y + z * z
-            if distance > reach * (1.0 + TIE):
+            if distance > reach * (1.0 + LEAD):
                 reach, farthest = distance, k
     left = right = -1
     if farthest >= 0:
         x, y, z = numbers[farthest] - ax, numbers[farthest + 1] - ay, numbers[farthest + 2] - az
         tx, ty, tz = uy * z - uz * y, uz * x - ux * z, ux * y - uy * x
-        most, fewest = TIE * reach, -TIE * reach
+        most, fewest = SAME * reach, -SAME * reach
         for k in range(first, last, 3):
             x, y, z = numbers[k], numbers[k + 1], numbers[k + 2]
             if height + (ux * x + uy * y + uz * z) <= margin:
                 area = tx * (x - ax) + ty * (y - ay) + tz * (z - az)
-                if area > most * (1.0 + TIE):
+                if area > most * (1.0 + LEAD):
                     most, left = area, k
-                if area < fewest * (1.0 + TIE):
+                if area < fewest * (1.0 + LEAD):
                     fewest, right = area, k
     put_normal(found, -mx, -my, -mz)
     count = 0

@@ -1,0 +1,119 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Rolling and torsional friction of one batch of contacts, lane by lane.
+
+    twist:   J_s <- J_s - g_s omega_n,  |J_s| <= spin J_n
+    rolling: J_r <- J_r - g_r omega_t,  |J_r| <= roll J_n
+
+omega = omega_B - omega_A; g: 1/(n-entry), 1/(largest eigenvalue of the tangential block) of
+I_A^-1 + I_B^-1; spin, roll [m]: lengths, mu times the size of the patch for instance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.contact.lanes import (
+    disc,
+    inertia,
+    times,
+    vector,
+)
+from rigid_body_sim.physics.contact.rows import (
+    HA,
+    HB,
+    JN,
+    JQ,
+    JR,
+    JS,
+    MA,
+    MB,
+    ROLL,
+    ROLL_GAIN,
+    SPIN,
+    SPIN_GAIN,
+    WA,
+    WB,
+    N,
+    O,
+    T,
+)
+from rigid_body_sim.physics.kernels import inline, kernel
+
+Array = NDArray[np.float64]
+
+
+@inline
+def _twist(g, k, x, y, z):
+    """Give B the angular impulse (x, y, z), and A its opposite [N m s]."""
+    ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
+    mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
+    cx, cy, cz = times(a1, a2, a3, a4, a5, a6, x, y, z)
+    dx, dy, dz = times(b1, b2, b3, b4, b5, b6, x, y, z)
+    fx, fy, fz = vector(g, k + WA)
+    wx, wy, wz = vector(g, k + WB)
+    hx, hy, hz = vector(g, k + HA)
+    lx, ly, lz = vector(g, k + HB)
+    g[k + WA], g[k + WA + 8], g[k + WA + 16] = fx - cx, fy - cy, fz - cz
+    g[k + WB], g[k + WB + 8], g[k + WB + 16] = wx + dx, wy + dy, wz + dz
+    g[k + HA], g[k + HA + 8], g[k + HA + 16] = hx + x, hy + y, hz + z
+    g[k + HB], g[k + HB + 8], g[k + HB + 16] = lx + x, ly + y, lz + z
+
+
+@kernel
+def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """Visit rolling and torsional friction of one point of each lane."""
+    for k in range(lanes):
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + O)
+        fx, fy, fz = vector(g, k + WA)
+        wx, wy, wz = vector(g, k + WB)
+        x, y, z = wx - fx, wy - fy, wz - fz
+        press = q[k + JN]
+        old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]
+        gain = s[k + ROLL_GAIN]
+        r = old_r - gain * (tx * x + ty * y + tz * z)
+        p = old_p - gain * (ox * x + oy * y + oz * z)
+        r, p = disc(r, p, s[k + ROLL] * press)
+        limit = s[k + SPIN] * press
+        turn = old_s - s[k + SPIN_GAIN] * (nx * x + ny * y + nz * z)
+        turn = turn if turn < limit else limit
+        turn = turn if turn > -limit else -limit
+        dr, dp, ds = r - old_r, p - old_p, turn - old_s
+        _twist(
+            g,
+            k,
+            dr * tx + dp * ox + ds * nx,
+            dr * ty + dp * oy + ds * ny,
+            dr * tz + dp * oz + ds * nz,
+        )
+        q[k + JR] = r
+        q[k + JQ] = p
+        q[k + JS] = turn
+
+
+@kernel
+def release(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """Drop the angular impulses of points that do not press any more."""
+    for k in range(lanes):
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + O)
+        presses = q[k + JN] > 0.0
+        old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]
+        r = 0.0 if presses else -old_r
+        p = 0.0 if presses else -old_p
+        turn = 0.0 if presses else -old_s
+        _twist(
+            g,
+            k,
+            r * tx + p * ox + turn * nx,
+            r * ty + p * oy + turn * ny,
+            r * tz + p * oz + turn * nz,
+        )
+        q[k + JR] = old_r + r
+        q[k + JQ] = old_p + p
+        q[k + JS] = old_s + turn

@@ -1,0 +1,209 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Whatever polyhedra are and wherever they lie, a kernel answers with a manifold or with none, the
+same bits with and without numba.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, HULL, PLANE, SPHERE
+from rigid_body_sim.physics.contact.hull_records import NEAR, packed
+from rigid_body_sim.physics.contact.hulls import hull as hull_of
+from rigid_body_sim.physics.errors import InvalidModel
+
+from .hull_cases import PAIRS, Shape, box, capsule, collide, cylinder, hull, name, sphere
+
+MARGIN = 0.01  # [m]
+ROOT = str(Path(__file__).parents[2])
+
+SCALES = st.sampled_from((1e-160, 1e-6, 0.1, 1.0, 1e6, 1e30, 1e160))
+THICK = st.sampled_from((1.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-11))  # of flat bodies and needles
+COORDINATES = st.one_of(st.floats(-1.0, 1.0), st.sampled_from((0.0, 1.0, -1.0, 1e-9, 1.0 - 1e-9)))
+POINTS = st.lists(st.tuples(COORDINATES, COORDINATES, COORDINATES), min_size=4, max_size=14)
+SHARES = st.one_of(
+    st.sampled_from((0.0, 1e-300, 1e-17, 1e-9, 0.5, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 2.0)),
+    st.floats(-2.0, 2.0),
+)
+OFFSETS = st.sampled_from((0.0, 0.0, 1.0, -1e6, 1e15))
+AXES = st.sampled_from(((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 0, 1), (1, 1, 1)))
+ANGLES = st.one_of(
+    st.sampled_from((0.0, 1e-300, 1e-17, 1e-9, 1e-4, np.pi / 4, np.pi / 2, np.pi)),
+    st.floats(-4.0, 4.0),
+)
+
+
+def turned(axis, angle):
+    """Return the rotation by an angle about an axis."""
+    axis = np.asarray(axis) / np.linalg.norm(axis)
+    return so3.matrix_from_quaternion((*np.sin(0.5 * angle) * axis, np.cos(0.5 * angle)))
+
+
+TURNS = st.builds(turned, AXES, ANGLES)
+
+
+@st.composite
+def hard_hulls(draw):
+    """Flat, needle, with coincident points, of few points, far from the origin of their shape."""
+    size = draw(SCALES) * np.array([1.0, draw(THICK), draw(THICK)])
+    points = np.array(draw(POINTS)) * size + draw(OFFSETS) * size[0]
+    try:
+        return hull(points)
+    except InvalidModel:  # they span no solid
+        corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+        return hull(corners * size)
+
+
+@st.composite
+def hard_pairs(draw):
+    pair = draw(st.sampled_from((*PAIRS, (HULL, HULL), (HULL, HULL))))
+    a, b = (draw(hard_shapes(kind)) for kind in pair)
+    if a.kind == b.kind and draw(st.booleans()):
+        b = a
+    scale = draw(st.sampled_from((a.reach + b.reach, a.reach, min(a.half_width, b.half_width))))
+    middle = np.array(draw(st.tuples(OFFSETS, OFFSETS, OFFSETS)))
+    turn_a = draw(TURNS)
+    along = turn_a @ np.array(draw(st.tuples(SHARES, SHARES, SHARES))) * scale
+    return a, b, middle, along, turn_a, turn_a @ draw(TURNS)
+
+
+@st.composite
+def hard_shapes(draw, kind):
+    if kind == HULL:
+        return draw(hard_hulls())
+    sizes = draw(SCALES) * np.array([1.0, draw(THICK), draw(THICK)])
+    if kind == SPHERE:
+        return sphere(sizes[0])
+    if kind == CAPSULE:
+        return capsule(sizes[0], sizes[1])
+    return box(sizes) if kind == BOX else cylinder(sizes[0], sizes[1])
+
+
+def check(found, case):
+    assert 0 <= len(found) <= 4, case
+    if len(found):
+        assert abs(np.linalg.norm(found.normal) - 1.0) < 1e-12, (case, found)
+        assert np.all(np.isfinite(found.places)) and np.all(np.isfinite(found.features)), case
+        assert np.all(found.gaps <= MARGIN) and np.all(np.isfinite(found.gaps)), (case, found)
+
+
+@settings(max_examples=300, deadline=None)
+@given(hard_pairs())
+def test_a_manifold_is_finite_and_within_the_margin_for_any_polyhedra(case):
+    a, b, middle, along, turn_a, turn_b = case
+    pose_a = np.concatenate((middle - turn_a @ a.middle, turn_a.ravel()))
+    pose_b = np.concatenate((middle + along - turn_b @ b.middle, turn_b.ravel()))
+    check(collide(a, b, pose_a, pose_b, MARGIN), case)
+
+
+@settings(max_examples=100, deadline=None)
+@given(hard_hulls(), TURNS, TURNS, SHARES)
+def test_a_hull_on_a_plane_touches_with_its_lowest_corner(solid, turn, tilt, share):
+    normal = tilt[2]
+    offset = normal @ (turn @ solid.middle) + share * solid.reach
+    plane = Shape(PLANE, np.array([*normal, offset]), radius=0.0)
+    pose = np.concatenate((np.zeros(3), turn.ravel()))
+    found = collide(solid, plane, pose, np.zeros(12), MARGIN)
+    check(found, (solid, turn, tilt, share))
+    heights = solid.vertices @ (turn.T @ normal) - offset
+    rounding = 1e-14 * (abs(offset) + np.max(np.abs(solid.vertices)))
+    assert (len(found) > 0) == (np.min(heights) <= MARGIN) or abs(
+        np.min(heights) - MARGIN
+    ) <= rounding
+    if len(found):
+        # Of corners as deep as another, up to TIE of the radius, the first counts.
+        assert abs(found.gap - np.min(heights)) <= 1.1e-5 * solid.reach + rounding
+        assert np.array_equal(found.normal, -normal)
+
+
+@pytest.mark.parametrize('pair', PAIRS, ids=name)
+def test_shapes_that_coincide_still_get_a_normal(pair):
+    make = {SPHERE: sphere(0.5), CAPSULE: capsule(0.5, 0.5), BOX: box((0.5, 0.5, 0.5))}
+    make |= {CYLINDER: cylinder(0.5, 0.5), HULL: hull(box((0.5, 0.5, 0.5)).vertices)}
+    pose = np.concatenate((np.zeros(3), np.eye(3).ravel()))
+    found = collide(make[pair[0]], make[pair[1]], pose, pose, MARGIN)
+    check(found, pair)
+    assert found.gap < -0.49  # they overlap by half their size at least
+
+
+@pytest.mark.parametrize('pair', PAIRS, ids=name)
+def test_not_a_number_in_a_pose_touches_nothing(pair):
+    make = {SPHERE: sphere(0.5), CAPSULE: capsule(0.5, 0.5), BOX: box((0.5, 0.5, 0.5))}
+    make |= {CYLINDER: cylinder(0.5, 0.5), HULL: hull(box((0.5, 0.5, 0.5)).vertices)}
+    pose = np.concatenate((np.zeros(3), np.eye(3).ravel()))
+    nowhere = pose.copy()
+    nowhere[1] = np.nan
+    assert not len(collide(make[pair[0]], make[pair[1]], pose, nowhere, MARGIN))
+
+
+PROGRAM = """
+import hashlib, sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+import hull_cases as cases
+from rigid_body_sim.physics import kernels
+print(kernels.COMPILED)
+for pair in cases.PAIRS:
+    digest = hashlib.sha256()
+    for case in cases.random_cases(pair, 15, np.random.default_rng(5), shapes=5):
+        found = cases.collide(*case, 0.3)
+        digest.update(np.int64(len(found)).tobytes())
+        if len(found):
+            for array in (found.normal, found.places, found.gaps, found.features):
+                digest.update(array.tobytes())
+    print(cases.name(pair), digest.hexdigest())
+"""
+
+
+def digests(*, compiled):
+    environment = os.environ | {'RIGID_BODY_SIM_COMPILE': '01'[compiled], 'PYTHONPATH': ROOT}
+    result = subprocess.run(
+        [sys.executable, '-c', PROGRAM, str(Path(__file__).parent)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    first, *rest = result.stdout.splitlines()
+    assert first == str(compiled)
+    return rest
+
+
+@pytest.mark.skipif(
+    not kernels.COMPILED, reason='numba is not installed: there is nothing to compare with'
+)
+def test_polyhedra_meet_with_the_same_bits_with_and_without_numba():
+    assert digests(compiled=True) == digests(compiled=False)
+
+
+def test_climbing_finds_the_corner_that_looking_at_each_finds():
+    rng = np.random.default_rng(3)
+    points = rng.normal(size=(400, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    solid = hull_of(points * (1.0, 0.5, 0.2))
+    climbing, looking = packed(solid), packed(solid)
+    looking[NEAR] = 0.0
+    partner = box((0.4, 0.3, 0.2))
+    for _ in range(300):
+        turn = so3.matrix_from_quaternion(so3.normalise(rng.normal(size=4)))
+        pose = np.concatenate((rng.normal(size=3) * 0.5, turn.ravel()))
+        one, other = (
+            collide(
+                partner, Shape(HULL, numbers, solid), np.r_[0, 0, 0, np.eye(3).ravel()], pose, 0.5
+            )
+            for numbers in (climbing, looking)
+        )
+        assert len(one) == len(other)
+        if len(one):
+            assert np.allclose(one.gaps, other.gaps, rtol=0.0, atol=1e-13)  # round-off of 1 m

@@ -1,0 +1,160 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Contacts of a run in its messages: they carry the weight, obey the third law, and replay.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.commands import Command
+from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.recorded_contacts import contact_topics, read_points
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.contact_packing import FORCE, GAP, NORMAL, OTHER, POINT
+from rigid_body_sim.replay import RecordedRun, compare
+from rigid_body_sim.run import Run, RunSettings
+from rigid_body_sim.run_recorder import RunRecorder
+from rigid_body_sim.scene import load_scene
+
+WEIGHT = 9.81  # [N] of each box
+SETTLED = 400  # [tick] 1.6 s: the swings of the soft contacts have faded below a thousandth
+SCENE = {
+    'name': 'tower',
+    'dt': 0.004,
+    'gravity': [0, 0, -9.81],
+    'contact': {'mode': 'timestep'},
+    'bodies': [
+        {'name': 'ground', 'shape': {'type': 'plane', 'normal': [0, 0, 1]}},
+        {
+            'name': 'box',
+            'shape': {'type': 'box', 'size': [0.2, 0.2, 0.2]},
+            'mass': 1.0,
+            'initial': {'position': [0, 0, 0.1]},
+            'repeat': {'count': [1, 1, 3], 'spacing': [0, 0, 0.2]},
+        },
+    ],
+}
+LIFT = Command('box_3', 'force', (0.0, 0.0, 3 * WEIGHT))  # flies off
+DROP = Command('box_3', 'force')
+
+
+def make_run(**settings):
+    settings = {'publish_every': 5, 'publish_contacts': True, 'command_timeout_ns': 0} | settings
+    return Run(Simulation(load_scene(SCENE)), RunSettings(**settings))
+
+
+def record(run, path, ticks, commands=None):
+    """Record a stretch of a run tick by tick, as the node does."""
+    recorder = RunRecorder(run, path)
+    end = run.simulation.tick + ticks
+    while run.simulation.tick < end:
+        tick = run.simulation.tick
+        recorder.record(run.advance(1, (commands or {}).get(tick, ())), tick=tick)
+    recorder.close('stopped')
+    return path
+
+
+def replay(path):
+    return compare(RecordedRun(path), output=None, progress=lambda tick, last: None)
+
+
+def clouds(path):
+    """Body -> [(tick, points)]."""
+    bag = Bag(path)
+    topics = contact_topics(bag)
+    found = {body: [] for body in topics.values()}
+    for message in bag.messages(topics):
+        found[topics[message.topic]].append((message.sequence, read_points(message.data)))
+    return found
+
+
+@pytest.fixture(scope='module')
+def tower(tmp_path_factory):
+    """A bag of the tower while its top box is lifted off and let fall again."""
+    commands = {SETTLED + 23: [LIFT], SETTLED + 48: [DROP]}
+    path = tmp_path_factory.mktemp('tower') / 'run'
+    return record(make_run(), path, SETTLED + 200, commands)
+
+
+def test_each_interface_carries_what_stands_on_it(tower):
+    last = {body: dict(messages)[SETTLED] for body, messages in clouds(tower).items()}
+    for level, body in enumerate(('box_1', 'box_2', 'box_3')):
+        points = last[body]
+        below = points[points[:, OTHER] == level]
+        assert len(below) == 4
+        # The swings of the soft contacts fade with e^-t/tau; a thousandth is left by now.
+        assert below[:, FORCE].sum(axis=0) == pytest.approx((0, 0, (3 - level) * WEIGHT), abs=0.02)
+        assert below[:, NORMAL] == pytest.approx(np.tile((0.0, 0.0, 1.0), (4, 1)), abs=1e-4)
+        assert below[:, POINT][:, 2] == pytest.approx(0.2 * level, abs=1e-4)
+        assert np.all(below[:, GAP] < 0.0) and np.all(below[:, GAP] > -2e-4)
+
+
+def test_action_and_reaction_are_equal_to_the_bit(tower):
+    found = {body: dict(messages) for body, messages in clouds(tower).items()}
+    for tick, points in found['box_1'].items():
+        of_other = found['box_2'][tick]
+        mine, theirs = points[points[:, OTHER] == 2], of_other[of_other[:, OTHER] == 1]
+        assert np.array_equal(mine[:, FORCE], -theirs[:, FORCE])
+        assert np.array_equal(mine[:, NORMAL], -theirs[:, NORMAL])
+        assert np.array_equal(mine[:, POINT], theirs[:, POINT])
+
+
+def test_a_box_that_flies_off_says_so_once(tower):
+    counts = {tick: len(points) for tick, points in clouds(tower)['box_3']}
+    flying = [tick for tick in range(SETTLED + 25, SETTLED + 50, 5)]
+    assert counts[SETTLED] == 4
+    assert [counts.get(tick) for tick in flying[:3]] in ([4, 0, None], [0, None, None])
+    assert counts[SETTLED + 200] == 4  # it has fallen back
+
+
+def test_contacts_replay_bit_for_bit(tower):
+    outcome = replay(tower)
+    assert outcome.difference is None and outcome.messages > 1000
+
+
+@pytest.mark.parametrize('begin', (33, SETTLED + 26, SETTLED + 29), ids=lambda k: f'tick {k}')
+def test_a_recording_begun_among_contacts_replays_identically(tmp_path, begin):
+    run = make_run()
+    commands = {SETTLED + 23: [LIFT], SETTLED + 48: [DROP]}
+    while run.simulation.tick < begin:
+        run.advance(1, commands.get(run.simulation.tick, ()))
+    path = record(run, tmp_path / 'late', 90, commands)
+    assert replay(path).difference is None
+
+
+def test_the_ending_says_what_contact_cost(tower):
+    ending = Bag(tower).ending
+    assert 'energy_drift' not in ending and 'momentum_drift' not in ending
+    assert 0.0 <= float(ending['energy_rise']) < 1e-3
+    assert -1e-2 < float(ending['deepest_gap']) < 0.0  # the box fell from about half a metre
+
+
+def test_without_asking_nothing_is_told_of_contacts(tmp_path):
+    path = record(make_run(publish_contacts=False), tmp_path / 'silent', 50)
+    assert not contact_topics(Bag(path))
+    assert replay(path).difference is None
+
+
+def test_simulate_reports_the_laws_that_are_left(as_json, verb, tmp_path):
+    (tmp_path / 'tower.yaml').write_bytes(load_scene(SCENE).source)
+    words = ('simulate', tmp_path / 'tower.yaml', '--duration', '0.4', '--contacts')
+    code, result = as_json(*words, '-o', tmp_path / 'a')
+    assert code == 0
+    assert (result['energy_drift'], result['momentum_drift']) == (None, None)
+    assert 0.0 <= result['energy_rise'] < 1e-3 and -1e-3 < result['deepest_gap'] < 0.0
+    assert sum(points.shape[0] for _, points in clouds(tmp_path / 'a')['box_1']) >= 8 * 4
+    code, out, _ = verb(*words, '-o', tmp_path / 'b')
+    for said in ('energy drift: not conserved in this scene', 'energy rise: ', 'deepest gap: -'):
+        assert said in out
+    assert (code, verb('bag', 'diff', tmp_path / 'a', tmp_path / 'b')[0]) == (0, 0)
+
+
+def test_an_estimate_of_the_error_is_refused_where_bodies_meet(verb, tmp_path):
+    (tmp_path / 'tower.yaml').write_bytes(load_scene(SCENE).source)
+    code, _, err = verb(
+        'simulate', tmp_path / 'tower.yaml', '-o', tmp_path / 'a', '--estimate-error'
+    )
+    assert code == 2 and 'says nothing where bodies meet' in err
