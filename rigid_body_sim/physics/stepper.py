@@ -12,7 +12,6 @@ force begins or ends at an instant of its own, the ticks are cut there (`schedul
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -20,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.accelerations import accelerations_now
+from rigid_body_sim.physics.acting_elements import ActingElements
 from rigid_body_sim.physics.blocks import (
     FX,
     HX,
@@ -36,22 +36,12 @@ from rigid_body_sim.physics.blocks import (
     scatter,
 )
 from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
-from rigid_body_sim.physics.forces import (
-    FORCES,
-    derivatives,
-    evaluator,
-    held_body_wrench,
-    pivot,
-    variable_mass,
-)
-from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.integrators.integrator import DID_NOT_CONVERGE, Integrator
 from rigid_body_sim.physics.kernels import argument, left_the_numbers
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene
-from rigid_body_sim.physics.schedule import SNAP, Schedule, Switch
+from rigid_body_sim.physics.schedule import SNAP
 from rigid_body_sim.physics.schemes.no_rotation import for_points
-from rigid_body_sim.physics.variable_mass import end_of_flow, flow_of
 
 Array = NDArray[np.float64]
 
@@ -74,16 +64,8 @@ class Stepper:
         self._integrator = integrator
         self.translation = layout.translation()
         self.rotation = layout.rotation()
-        self._types = [kind for kind in FORCES if any(f.TYPE == kind for f in scene.forces)]
-        self._depends_on_velocity = any(f.depends_on_velocity() for f in scene.forces)
-        self._tables, self._ranges, self._switches = stacked(scene.forces, self._types, layout)
-        self._pivots = pivot.Pivots(layout)
-        self._ranges_of_pivots = [len(self._tables), self._pivots.count]
-        self._tables = np.concatenate((self._tables, self._pivots.table.reshape(-1)))
-        flowing = [body for body in scene.bodies if flow_of(body) is not None]
-        self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
-        self._ends_of_flow = [end_of_flow(body) for body in flowing]
-        self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
+        self._elements = ActingElements(scene, layout)
+        self.is_timed = self._elements.is_timed
         self._method = self._blocks_of(self._method_rows())
         self.contact = _contact_plan(scene, layout, integrator)
         self._start = self._snapshot()
@@ -96,8 +78,7 @@ class Stepper:
         self.cause = ''
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
-        self._evaluate: Callable[..., Any] | None = None
-        self._hold_table(np.zeros((0, held_body_wrench.COLUMNS)))
+        self._take_arguments()
 
     def _method_rows(self) -> Array:
         """
@@ -161,21 +142,7 @@ class Stepper:
             scatter(array, 64 * width, 0, coefficients)
         return array
 
-    def _hold_table(self, table: Array) -> None:
-        self._turning = len(table)
-        flows = np.array(self._flows, dtype=np.float64).reshape(-1)
-        last = len(self._tables) + table.size
-        self._numbers = np.concatenate((self._tables, table.reshape(-1), flows))
-        self._elements = argument(self._numbers)
-        ranges = [*self._ranges, len(self._tables), len(table)]
-        if self._pivots.count and self._types:
-            ranges = [*self._ranges_of_pivots, *ranges]
-        ranges += [last, len(self._flows)] if self._flows else []
-        ranges += self._ranges_of_pivots
-        self._element_ranges = argument(np.array(ranges, dtype=np.int64))
-        places = range(last + variable_mass.SWITCH, len(self._numbers), variable_mass.COLUMNS)
-        ends = [Switch(p, -math.inf, t) for p, t in zip(places, self._ends_of_flow, strict=True)]
-        self._schedule = Schedule([*self._switches, *ends]) if self.is_timed else None
+    def _take_arguments(self) -> None:
         self._arguments = (
             self._layout.n_moving,
             self._layout.n_rigid,
@@ -183,22 +150,18 @@ class Stepper:
             argument(self.rotation),
             argument(self._method),
             argument(self._workspace),
-            self._elements,
-            self._element_ranges,
+            *self._elements.arguments,
         )
 
     def hold(self, table: Array) -> None:
         """
         Take over what is held: `table` turns with the bodies, the rest is in the blocks already.
         """
-        if table.size or self._turning:
-            self._hold_table(table)
+        if table.size or self._elements.turning:
+            self._elements.hold(table)
+            self._take_arguments()
         rows(self.translation, TRANSLATION, FX, 3)[:] = rows(self.translation, TRANSLATION, HX, 3)
         rows(self.rotation, ROTATION, TX, 3)[:] = rows(self.rotation, ROTATION, KX, 3)
-
-    @property
-    def _is_free(self) -> bool:
-        return not (self._types or self._turning or self._flows or self._pivots.count)
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
@@ -208,49 +171,24 @@ class Stepper:
                 self._free = self._scheme.free(self._integrator.name)
         return self._free
 
-    def _kernels(self) -> list[tuple[str, Callable[..., None]]]:
-        """
-        Kernels of the forces in the order of their tables; the flow of mass has the last word.
-        """
-        return [(name, element.accumulate) for name, element in self._chain()]
-
-    def _chain(self) -> list[tuple[str, Any]]:
-        """Give the elements of the scene, with those that no scene names, by name."""
-        chain: list[tuple[str, Any]] = [(kind, FORCES[kind]) for kind in self._types]
-        chain.append((held_body_wrench.NAME, held_body_wrench))
-        if self._pivots.count and self._types:
-            chain.insert(0, (f'{pivot.NAME}_first', pivot.FIRST))
-        if self._flows:
-            chain.append((variable_mass.NAME, variable_mass))
-        if self._pivots.count:
-            chain.append((pivot.NAME, pivot.LAST))
-        return chain
-
     def _coupled_kernel(self) -> Callable[..., Any]:
         if self._coupled is None:
-            chain = self._chain()
-            types = [name for name, _ in chain if name != held_body_wrench.NAME]
-            more: dict[str, Any] = {}
-            if self._integrator.wants_derivatives:
-                # the last word on all others is a derivative of theirs, if they have one
-                unknown = [name for name, element in chain if not hasattr(element, 'linearise')]
-                more['derivatives'] = derivatives(
-                    chain,
-                    by_differences=bool(self._flows or (self._pivots.count and unknown)),
-                )
-            damped = '_velocity' if self._depends_on_velocity else ''
+            elements = self._elements
             if self.contact is not None:
                 self._coupled = self.contact.kernel(
-                    '_'.join(['forces', *types]) + damped,
-                    evaluator(self._kernels()),
-                    self._depends_on_velocity,
+                    f'forces_{elements.kernel_name}',
+                    elements.evaluate(),
+                    elements.depends_on_velocity,
                 )
                 return self._coupled
+            more: dict[str, Any] = {}
+            if self._integrator.wants_derivatives:
+                more['derivatives'] = elements.derivatives()
             self._coupled = self._scheme.coupled(
                 self._integrator.name,
-                scene='_'.join(types) + damped,
-                evaluate=evaluator(self._kernels()),
-                velocity_dependent=self._depends_on_velocity,
+                scene=elements.kernel_name,
+                evaluate=elements.evaluate(),
+                velocity_dependent=elements.depends_on_velocity,
                 **more,
             )
         return self._coupled
@@ -262,14 +200,12 @@ class Stepper:
         returns : linear (n_moving, 3) [m/s^2] and angular (n_rigid, 3) [rad/s^2], core order,
                   world axes
         """
-        if self._schedule is not None:
-            self._schedule.set(self._numbers, tick, tick + SNAP, h)
-        if self._evaluate is None:
-            self._evaluate = evaluator(self._kernels())
+        elements = self._elements
+        if elements.schedule is not None:
+            elements.schedule.set(elements.numbers, tick, tick + SNAP, h)
         return accelerations_now(
-            self._layout, self._pivots, self.translation, self.rotation, self._evaluate, tick * h,
-            self._elements, self._element_ranges,
-        )  # fmt: skip
+            self._layout, elements, self.translation, self.rotation, time=tick * h
+        )
 
     def _plan(self, h: float) -> None:
         """Work out what the integrator wants to know of the scene at this step."""
@@ -285,8 +221,7 @@ class Stepper:
         """Compile the kernels that will be needed by advancing over no tick."""
         name = self._integrator.name
         wanted = []
-        coupled = [*self._types, *([variable_mass.NAME] if self._flows else [])]
-        coupled += [pivot.NAME] if self._pivots.count else []
+        coupled = self._elements.names
         if not coupled:
             wanted.append((f'{name} for free bodies', self._free_kernel))
         if coupled or commands_in_body_axes:
@@ -306,20 +241,21 @@ class Stepper:
         returns : ticks done; fewer than asked where a state left the finite numbers, then the
                   state is the last good one
         """
-        kernel = self._free_kernel() if self._is_free else self._coupled_kernel()
-        if self._schedule is None:
+        elements = self._elements
+        kernel = self._free_kernel() if elements.do_nothing else self._coupled_kernel()
+        if elements.schedule is None:
             return self._advance(kernel, ticks, tick, h)
         done = 0
         while done < ticks:
             now = float(tick + done)
-            whole, cuts = self._schedule.cuts(now, h)
+            whole, cuts = elements.schedule.cuts(now, h)
             if cuts:
                 if not self._cut_tick(kernel, now, cuts, h):
                     return done
                 done += 1
                 continue
             run = int(min(whole, ticks - done))
-            self._schedule.set(self._numbers, now, now + run, h)
+            elements.schedule.set(elements.numbers, now, now + run, h)
             got = self._advance(kernel, run, now, h)
             done += got
             if got < run:
@@ -330,10 +266,11 @@ class Stepper:
         self, kernel: Callable[..., Any], tick: float, cuts: list[float], h: float
     ) -> bool:
         """Advance over one tick in the parts between instants; on failure return to its start."""
-        assert self._schedule is not None
+        elements = self._elements
+        assert elements.schedule is not None
         before = self._snapshot()
         for begin, end in itertools.pairwise([tick, *cuts, tick + 1.0]):
-            self._schedule.set(self._numbers, begin, end, h)
+            elements.schedule.set(elements.numbers, begin, end, h)
             part = (end - begin) * h
             if not self._call(kernel, 1, begin * h / part, part):
                 self._bad = self._copy_back(before)
@@ -395,7 +332,8 @@ class Stepper:
         """Add to momentum [N s] and angular momentum [N m s], world axes."""
         block, lane = divmod(core, 64)
         if core < self._layout.n_rigid:
-            linear, angular = self._pivots.strike(core, linear, angular, self.orientation(core))
+            q = self.orientation(core)
+            linear, angular = self._elements.pivots.strike(core, linear, angular, q)
         rows(self.translation, TRANSLATION, PX, 3)[block, :, lane] += linear
         if core < self._layout.n_rigid:
             rows(self.rotation, ROTATION, LX, 3)[block, :, lane] += angular

@@ -95,8 +95,8 @@ class Wrenches:
             )
         arrays = (argument(translation), argument(turns))
         start_evaluation(n, n, *arrays)
-        elements, ranges = stepper._elements, stepper._element_ranges
-        for place, (_, element) in enumerate(stepper._chain()):
+        elements, ranges = stepper._elements.arguments
+        for place, (_, element) in enumerate(stepper._elements.chain()):
             start, count = (int(x) for x in ranges[2 * place : 2 * place + 2])
             element.accumulate(elements, start, count, 0.0, *arrays)
         return np.hstack(
@@ -112,9 +112,10 @@ def test_derivatives_of_wrenches_on_pivoted_bodies_are_their_differences():
     table = plan[int(plan[coupling.TABLE_AT]) : int(plan[coupling.MATRIX_AT])].copy()
     wrenches.of()  # tells the pivots what force they carry
     arrays = [argument(x.copy()) for x in (stepper.translation, stepper.rotation)]
-    for place, (_, element) in enumerate(stepper._chain()):
-        start, count = (int(x) for x in stepper._element_ranges[2 * place : 2 * place + 2])
-        element.linearise(stepper._elements, start, count, 0.0, *arrays, argument(table), 0)
+    elements, ranges = stepper._elements.arguments
+    for place, (_, element) in enumerate(stepper._elements.chain()):
+        start, count = (int(x) for x in ranges[2 * place : 2 * place + 2])
+        element.linearise(elements, start, count, 0.0, *arrays, argument(table), 0)
     starts = table[2 : 3 + n].astype(int)
     blocks = table[3 + n + int(table[1]) :].reshape(-1, BLOCK)
     found = np.zeros((2, n, 6, n, 6))
@@ -144,9 +145,10 @@ def test_the_definite_part_of_the_derivatives_is_symmetric_and_negative():
     plan = coupling.plan(simulation.scene, simulation._layout, 0.01)
     table = plan[int(plan[coupling.TABLE_AT]) : int(plan[coupling.MATRIX_AT])].copy()
     arrays = [argument(x.copy()) for x in (stepper.translation, stepper.rotation)]
-    for place, (_, element) in enumerate(stepper._chain()):
-        start, count = (int(x) for x in stepper._element_ranges[2 * place : 2 * place + 2])
-        element.linearise(stepper._elements, start, count, 0.0, *arrays, argument(table), 1)
+    elements, ranges = stepper._elements.arguments
+    for place, (_, element) in enumerate(stepper._elements.chain()):
+        start, count = (int(x) for x in ranges[2 * place : 2 * place + 2])
+        element.linearise(elements, start, count, 0.0, *arrays, argument(table), 1)
     starts = table[2 : 3 + n].astype(int)
     blocks = table[3 + n + int(table[1]) :].reshape(-1, BLOCK)
     whole = np.zeros((2, n, 6, n, 6))
