@@ -8,8 +8,10 @@ A pilot run decides. Each candidate that does not refuse the scene runs the firs
 (PILOT_TICKS at most) with
 1, 2, 4, … substeps until its error is within the tolerance; the cheapest of those that got there
 is taken. The error is that of positions [m] and attitudes [rad] at the end of the pilot, from a
-reference that was refined until it stood still; the tolerance is the error gained in one second of
-simulated time, so a shorter pilot is allowed its share.
+reference: the exact propagator where the scene is linear, else a Runge–Kutta run refined until it
+stood still, of order four (compiled within a second or two) or, where that does not get there,
+eight. The tolerance is the error gained in one second of simulated time, so a shorter pilot is
+allowed its share.
 
 Costs are nominal, so that the choice depends on the scene alone: the same scene gets the same
 method on every machine.
@@ -17,13 +19,14 @@ The choice is recorded as if the user had made it, and a replay does not choose 
 
 With contact there is no pilot: `dmv6` is taken.
 
-Limits: the pilot knows nothing of commands to come, nor of what the scene does later on.
+Limits: the pilot knows nothing of commands to come, nor of what the scene does later on; the
+reason says so.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -45,7 +48,8 @@ OPTIONS = {'tolerance': Option(1e-6, minimum=1e-13, maximum=1.0)}
 PILOT = 1.0  # [s]
 PILOT_TICKS = 1000
 MOST_SUBSTEPS = 64
-REFERENCE = 'rk8'
+EXACT = 'linear_propagator'
+REFERENCES = (('rk4', 5), ('rk8', 7))  # and how often the step is halved
 REFINED = 0.03  # [-] of the tolerance: change of the reference in its last refinement
 
 # nominal cost of a step: ns per body, and evaluations of the forces; `benchmark/step_cost.py`
@@ -89,12 +93,14 @@ def resolve(
     given: Mapping[str, Any] | None,
     *,
     dt_ns: int,
+    progress: Callable[[str], None] | None = None,
 ) -> tuple[Integrator, Choice | None]:
     """
     Find the integrator that a user asked for, with its options; choose it for `auto`.
 
     name  : None: the scene's
     given : options; None: those of the scene if the integrator is the scene's, else the defaults
+    progress : called with a short text while `auto` tries one method after the other
 
     Raises InvalidModel for an unknown integrator or option, and for one that refuses the scene.
     """
@@ -103,7 +109,7 @@ def resolve(
         given = scene.integrator_options if name == scene.integrator else {}
     choice = None
     if name == NAME:
-        choice = choose(scene, dt_ns=dt_ns, **configured(given))
+        choice = choose(scene, dt_ns=dt_ns, progress=progress, **configured(given))
         name, given = choice.name, {'substeps': choice.substeps}
     if name not in INTEGRATORS:
         allowed = ', '.join(sorted([*INTEGRATORS, NAME]))
@@ -120,7 +126,13 @@ def configured(given: Mapping[str, Any]) -> dict[str, Any]:
     return checked(NAME, OPTIONS, given)
 
 
-def choose(scene: Scene, *, dt_ns: int, tolerance: float) -> Choice:
+def choose(
+    scene: Scene,
+    *,
+    dt_ns: int,
+    tolerance: float,
+    progress: Callable[[str], None] | None = None,
+) -> Choice:
     """
     Choose for one scene.
 
@@ -132,7 +144,8 @@ def choose(scene: Scene, *, dt_ns: int, tolerance: float) -> Choice:
         return Choice(*WITH_CONTACT)
     ticks = max(1, min(PILOT_TICKS, round(PILOT * 1e9 / dt_ns)))
     allowed = tolerance * ticks * dt_ns * 1e-9
-    reference = _reference(scene, dt_ns, ticks, allowed)
+    say = progress or _silent
+    reference = _reference(scene, dt_ns, ticks, allowed, say)
     tried: list[str] = []
     best: tuple[float, Choice] | None = None
     for name, (step, evaluations) in COSTS.items():
@@ -141,6 +154,8 @@ def choose(scene: Scene, *, dt_ns: int, tolerance: float) -> Choice:
         terms = len(scene.forces) + sum(body.pivot is not None for body in scene.bodies)
         price = step * len(scene.bodies) + EVALUATION * evaluations * terms
         substeps = 1
+        if best is None or price < best[0]:
+            say(f'auto: trying {name}')
         while substeps <= MOST_SUBSTEPS and (best is None or price * substeps < best[0]):
             error = _error(_pilot(scene, name, dt_ns, ticks, substeps), reference)
             if error <= allowed:
@@ -160,7 +175,7 @@ def choose(scene: Scene, *, dt_ns: int, tolerance: float) -> Choice:
         f'{choice.name} with {choice.substeps} substep{"s" if choice.substeps > 1 else ""} a '
         f'tick errs by {choice.error:.1e} (m, rad) in a pilot of '
         f'{ticks * dt_ns * 1e-9:g} s where {allowed:.1e} is allowed, at the least cost of '
-        f'{", ".join(tried)}'
+        f'{", ".join(tried)}; the pilot knows nothing of commands, nor of what comes after it'
     )
     return Choice(choice.name, choice.substeps, choice.error, reason)
 
@@ -178,16 +193,29 @@ def _pilot(scene: Scene, name: str, dt_ns: int, ticks: int, substeps: int) -> Si
     return simulation
 
 
-def _reference(scene: Scene, dt_ns: int, ticks: int, allowed: float) -> Simulation:
-    """Refine until the end of the pilot stands still."""
-    coarse = _pilot(scene, REFERENCE, dt_ns, ticks, 1)
-    for doublings in range(1, 8):
-        fine = _pilot(scene, REFERENCE, dt_ns, ticks, 2**doublings)
-        if fine is not None and coarse is not None and _error(coarse, fine) <= REFINED * allowed:
-            return fine
-        coarse = fine
+def _silent(_text: str) -> None:
+    """Show no progress."""
+
+
+def _reference(
+    scene: Scene, dt_ns: int, ticks: int, allowed: float, say: Callable[[str], None]
+) -> Simulation:
+    """Solve exactly, or refine until the end of the pilot stands still."""
+    if INTEGRATORS[EXACT].refuses(scene) is None:
+        exact = _pilot(scene, EXACT, dt_ns, ticks, 1)
+        if exact is not None:
+            return exact
+    name = ''
+    for name, halvings in REFERENCES:
+        say(f'auto: reference run with {name}')
+        coarse = _pilot(scene, name, dt_ns, ticks, 1)
+        for doublings in range(1, halvings + 1):
+            fine = _pilot(scene, name, dt_ns, ticks, 2**doublings)
+            if fine and coarse and _error(coarse, fine) <= REFINED * allowed:
+                return fine
+            coarse = fine
     raise InvalidModel(
-        f'integrator auto: {REFERENCE} does not settle on the first {ticks * dt_ns * 1e-9:g} s '
+        f'integrator auto: {name} does not settle on the first {ticks * dt_ns * 1e-9:g} s '
         'of the scene within '
         f'{allowed:.1e} (m, rad): it is stiff or chaotic; name an integrator, or take a smaller dt'
     )

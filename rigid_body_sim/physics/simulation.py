@@ -50,6 +50,7 @@ class Simulation:
     integrator_options : its options by name; None: those of the scene if the integrator is the
                          scene's, else defaults
     dt         : [s] a whole number of nanoseconds; None: the scene's
+    progress   : called with a short text while `auto` chooses
 
     `choice` is what `auto` chose and why; None where the integrator was named.
 
@@ -64,11 +65,12 @@ class Simulation:
         integrator: str | None = None,
         integrator_options: Mapping[str, Any] | None = None,
         dt: float | None = None,
+        progress: Callable[[str], None] | None = None,
     ) -> None:
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
         self.integrator, self.choice = auto.resolve(
-            scene, integrator, integrator_options, dt_ns=self.dt_ns
+            scene, integrator, integrator_options, dt_ns=self.dt_ns, progress=progress
         )
         self.tick = 0
         self.invariants = Invariants(scene)
@@ -321,10 +323,7 @@ class Simulation:
         return self._stepper.contacts()
 
     def reset(self) -> None:
-        """
-        Put every body back to the start of the scene, forces over time too, and let go of all
-        commands; time goes on.
-        """
+        """Put every body back to the start of the scene, without commands; time goes on."""
         self._stepper.reset()
         self._start_ns = self.tick * self.dt_ns
         self._held.slots.clear()

@@ -98,7 +98,17 @@ def _make_run(node: SimNode, signals: Signals) -> Run:
     """Read the scene and compile what it needs, so that no tick has to wait for it."""
     settings = node.settings
     scene = load_scene(find_scene(settings.scene))
-    simulation = Simulation(scene, integrator=settings.integrator or None, dt=settings.dt or None)
+
+    def choosing(text: str) -> None:
+        signals.check()
+        node.get_logger().info(text)
+
+    simulation = Simulation(
+        scene,
+        integrator=settings.integrator or None,
+        dt=settings.dt or None,
+        progress=choosing,
+    )
     every = publish_every(settings.publish_rate, simulation.dt_ns)
     path = _record_path(settings)
     if path is not None:

@@ -91,7 +91,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Simulate; exit code 0, or 1 for a run that diverged (its bag is closed and readable)."""
     scene = _load(find_scene(arguments.scene), quiet=arguments.json)
-    simulation = Simulation(scene, integrator=arguments.integrator, dt=arguments.dt)
+    with _Note('reading the scene', shown=not arguments.json) as note:
+        simulation = Simulation(
+            scene, integrator=arguments.integrator, dt=arguments.dt, progress=note.show
+        )
     ticks = whole_ticks(arguments.duration, simulation)
     timed = (
         read_csv(arguments.commands, scene, dt_ns=simulation.dt_ns) if arguments.commands else []
@@ -106,8 +109,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
     compiled = time.monotonic()
     turning = any(command.frame_id == command.body for _, command in timed)
-    with _Note(f'compiling {simulation.integrator.name}', shown=not arguments.json) as note:
-        simulation.prepare(commands_in_body_axes=turning, progress=note.show)
+    with _Note('compiling', shown=not arguments.json) as note:
+        simulation.prepare(commands_in_body_axes=turning, progress=note.compiling)
     compiled = time.monotonic() - compiled
     whole = Run(simulation, settings, warn=warning_printer('simulate'))
     recorder = RunRecorder(whole, arguments.output)
@@ -203,7 +206,10 @@ class _Note:
         self.show(text)
 
     def show(self, text: str) -> None:
-        self._bar.set_description_str(f'compiling {text} (once per machine) …')
+        self._bar.set_description_str(f'{text} …')
+
+    def compiling(self, text: str) -> None:
+        self.show(f'compiling {text} (once per machine)')
 
     def __enter__(self) -> _Note:
         return self

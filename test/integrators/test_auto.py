@@ -85,3 +85,20 @@ def test_each_integrator_bears_the_name_of_its_file():
     for name, integrator in INTEGRATORS.items():
         assert integrator.name == name
         assert integrator.source
+
+
+def test_choice_says_what_it_tries_and_what_the_pilot_cannot_know():
+    said = []
+    sim = Simulation(spring(1e-4), progress=said.append)
+    assert said[0] == 'auto: reference run with rk4'
+    assert 'auto: trying dmv6' in said
+    assert sim.choice.reason.endswith('nothing of commands, nor of what comes after it')
+
+
+def test_linear_points_are_judged_by_the_exact_motion_however_stiff():
+    said = []
+    sim = Simulation(
+        scenes.oscillator(dt=0.02, stiffness=1e8), integrator='auto', progress=said.append
+    )
+    assert sim.integrator.name == 'linear_propagator'
+    assert not any('reference' in text for text in said)

@@ -3,6 +3,7 @@
 """The compiled kernels and the plain Python source give the same bits."""
 
 import hashlib
+import math
 import os
 import subprocess
 import sys
@@ -10,8 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from rigid_body_sim import Simulation
 from rigid_body_sim.physics import kernels
 from rigid_body_sim.physics.integrators import INTEGRATORS
+
+from . import scenes
 
 ROOT = str(Path(__file__).parents[2])
 
@@ -100,3 +104,38 @@ def test_the_cache_folder_names_the_kernel_sources():
     if kernels.CACHE is not None:
         assert kernels.CACHE.name == f'kernels-{kernels._source_digest()}'
         assert len(hashlib.sha256(b'').hexdigest()[:16]) == len(kernels._source_digest())
+
+
+@pytest.mark.parametrize(
+    ('meet', 'is_of_numbers'),
+    [
+        (lambda: 1.0 / 0.0, True),
+        (lambda: math.sqrt(-1.0), True),
+        (lambda: math.sin(math.inf), True),
+        (lambda: int(math.nan), True),
+        (lambda: int(math.inf), True),
+        (lambda: math.exp(1e3), True),
+        (lambda: memoryview(bytearray(8)).cast('d')[0:0:0], False),
+        (lambda: memoryview(bytearray(9)).cast('d'), False),
+        (lambda: float('seven'), False),
+        (lambda: (lambda a, b: a)(*(1, 2)[:1]), False),
+    ],
+)
+def test_only_what_compiled_code_passes_through_as_no_number_counts_as_divergence(
+    monkeypatch, meet, is_of_numbers
+):
+    monkeypatch.setattr(kernels, 'COMPILED', False)
+    with pytest.raises((ArithmeticError, ValueError, TypeError)) as caught:
+        meet()
+    assert kernels.left_the_numbers(caught.value) == is_of_numbers
+
+
+def test_an_error_of_a_kernel_that_is_a_bug_is_not_called_divergence():
+    sim = Simulation(scenes.oscillator(dt=0.01))
+
+    def with_a_bug(*_arguments):
+        raise ValueError('memoryview assignment: lvalue and rvalue have different structures')
+
+    sim._stepper._coupled = with_a_bug
+    with pytest.raises(ValueError, match='memoryview'):
+        sim.step()
