@@ -166,7 +166,7 @@ def face_contact(
                 u, v = half_u if k & 1 else -half_u, half_v if k & 2 else -half_v
                 alpha, beta = (u - cu) * qv - (v - cv) * qu, (v - cv) * pu - (u - cu) * pv
                 if abs(alpha) < abs(det) and abs(beta) < abs(det):
-                    gap = cw + (alpha * pw + beta * qw) / det
+                    gap = cw + (alpha / det * pw + beta / det * qw)
                     if gap <= margin:
                         _put(found, PATCH + count * CORNER, u, v, gap, UNDER + k)
                         count += 1
