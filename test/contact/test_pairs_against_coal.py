@@ -7,8 +7,12 @@ Gap and normal of the analytic pairs are those of the library coal, on 1e5 pairs
 import numpy as np
 import pytest
 
+from rigid_body_sim.physics.contact import two_boxes
+from rigid_body_sim.physics.contact.box_edges import EDGES, nearest_points
 from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, SPHERE
+from rigid_body_sim.physics.contact.manifold import FOUND, GAP, POINTS
 from rigid_body_sim.physics.contact.pairs import box_box, capsule_box
+from rigid_body_sim.physics.kernels import argument
 
 from .pair_cases import ANALYTIC, Oracle, collide, name, random_pairs
 
@@ -43,7 +47,7 @@ def coal_is_wrong(a, b, gap):
 def test_gap_and_normal_are_those_of_coal(pair):
     rng = np.random.default_rng(2026)
     oracle = Oracle()
-    agreeing = hits = 0
+    agreeing = hits = alone = 0
     for a, b in random_pairs(pair, PAIRS[pair], rng):
         truth, normal = oracle(a, b)
         found = collide(a, b, MARGIN)
@@ -55,11 +59,15 @@ def test_gap_and_normal_are_those_of_coal(pair):
         hits += 1
         if truth > 0.0 and pair == (BOX, BOX):
             assert found.gap > truth - ITERATED, (a, b, truth)
+            if found.features[0] >= EDGES:  # no patch of sides: the pair of nearest points
+                assert found.gap < truth + ITERATED, (a, b, truth)
+                alone += 1
         else:
             assert found.gap < truth + ITERATED, (a, b, truth, found.gap)
             assert found.gap > truth - ITERATED - allowance(a, b, found.gap), (a, b, truth)
         agreeing += found.normal @ normal > 1.0 - 1e-6
     assert hits > 0.5 * PAIRS[pair]
+    assert pair != (BOX, BOX) or alone > 500
     # Where two normals are nearly as good, or a side goes before an edge, ours may be the other.
     assert agreeing > (0.9 if pair == (BOX, BOX) else 0.98) * hits
 
@@ -80,3 +88,23 @@ def test_ball_inside_a_cylinder_leaves_by_the_nearest_way():
         a.origin = a.origin + found.normal * (found.gap - 1e-3)
         assert abs(oracle(a, b)[0] - 1e-3) < EXACT
     assert inside > 300
+
+
+def test_nearest_points_of_boxes_that_are_apart_are_those_of_coal():
+    """Corners, sides and crossing edges alike."""
+    rng = np.random.default_rng(8)
+    oracle = Oracle()
+    apart = 0
+    for a, b in random_pairs((BOX, BOX), 6000, rng, depth=0.2):
+        truth, normal = oracle(a, b)
+        if truth < 1e-3:
+            continue
+        apart += 1
+        found = argument(np.zeros(FOUND))
+        numbers = argument(np.concatenate((a.sizes, b.sizes)))
+        poses = np.concatenate((a.origin, a.turn.ravel(), b.origin, b.turn.ravel()))
+        two_boxes.load(numbers, 0, 3, argument(poses), 0, 12, found)
+        assert nearest_points(argument(poses), 0, 10.0, found) == 1
+        assert abs(found[POINTS + GAP] - truth) < ITERATED, (a, b)
+        assert normal @ np.array(found[:3]) > 1.0 - 1e-5, (a, b)
+    assert apart > 2000

@@ -140,3 +140,43 @@ def keep_four(found: Array, first: int, count: int) -> int:
         _move_point(found, POINTS + kept * POINT, right)
         kept += 1
     return kept
+
+
+@kernel
+def keep_four_flat(found: Array, first: int, count: int, to: int) -> int:
+    """
+    Choose like `keep_four` among points u, v, gap, feature over a plane.
+
+        first : where they begin in `found`, four numbers each
+        to    : where the chosen ones are written
+    """
+    extent = 0.0
+    for at in range(first + 4, first + 4 * count, 4):
+        extent = max(extent, abs(found[at] - found[first]), abs(found[at + 1] - found[first + 1]))
+    tie = TIE * extent
+    deepest, depth = first, found[first + 2]
+    for at in range(first + 4, first + 4 * count, 4):
+        if found[at + 2] < depth - tie:
+            deepest, depth = at, found[at + 2]
+    u, v = found[deepest], found[deepest + 1]
+    farthest, reach, du, dv = deepest, SAME * extent * (SAME * extent), 0.0, 0.0
+    for at in range(first, first + 4 * count, 4):
+        x, y = found[at] - u, found[at + 1] - v
+        distance = x * x + y * y
+        if distance > reach * (1.0 + LEAD):
+            farthest, reach, du, dv = at, distance, x, y
+    least = SAME * reach
+    left, right, most, fewest = -1, -1, least, -least
+    for at in range(first, first + 4 * count, 4):
+        area = du * (found[at + 1] - v) - dv * (found[at] - u)
+        if area > most * (1.0 + LEAD):
+            left, most = at, area
+        if area < fewest * (1.0 + LEAD):
+            right, fewest = at, area
+    kept = 0
+    for at in (deepest, farthest, left, right):
+        if at >= 0 and (kept != 1 or farthest != deepest):
+            for i in range(4):
+                found[to + 4 * kept + i] = found[at + i]
+            kept += 1
+    return kept

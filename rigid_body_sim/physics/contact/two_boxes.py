@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Two boxes in the axes of the first, as the kernels of box and box keep them in their scratch.
+Two boxes in the axes of the first, as kernels keep them in their scratch.
 
     TURN    (3, 3) [-]  C_ij = a_i . b_j, axes of A and B: from the axes of B to those of A
     ABSOLUTE (3, 3) [-] |C_ij|
@@ -49,35 +49,6 @@ def load(numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, found: 
 
 
 @inline
-def face_separation_a(found: Array, i: int) -> Any:
-    """Separation along axis i of A [m]."""
-    row = ABSOLUTE + 3 * i
-    return abs(found[MIDDLE + i]) - (
-        found[HALF_A + i]
-        + found[row] * found[HALF_B]
-        + found[row + 1] * found[HALF_B + 1]
-        + found[row + 2] * found[HALF_B + 2]
-    )
-
-
-@inline
-def face_separation_b(found: Array, j: int) -> Any:
-    """Separation along axis j of B [m]."""
-    column = ABSOLUTE + j
-    along = (
-        found[MIDDLE] * found[TURN + j]
-        + found[MIDDLE + 1] * found[TURN + 3 + j]
-        + found[MIDDLE + 2] * found[TURN + 6 + j]
-    )
-    return abs(along) - (
-        found[HALF_B + j]
-        + found[column] * found[HALF_A]
-        + found[column + 3] * found[HALF_A + 1]
-        + found[column + 6] * found[HALF_A + 2]
-    )
-
-
-@inline
 def crossed(found: Array, i: int, j: int) -> Any:
     """
     Separation along a_i x b_j, times its length [m].
@@ -94,3 +65,15 @@ def crossed(found: Array, i: int, j: int) -> Any:
         + found[HALF_B + j1] * found[ABSOLUTE + 3 * i + j2]
         + found[HALF_B + j2] * found[ABSOLUTE + 3 * i + j1]
     )
+
+
+@inline
+def between(poses: Array, p: int, q: int) -> Any:
+    """From the origin of the pose at p to that of the pose at q, world axes."""
+    return poses[q] - poses[p], poses[q + 1] - poses[p + 1], poses[q + 2] - poses[p + 2]
+
+
+@inline
+def component(poses: Array, p: int, x: float, y: float, z: float) -> Any:
+    """Component of a vector along the axis whose column of R begins at p."""
+    return poses[p] * x + poses[p + 3] * y + poses[p + 6] * z
