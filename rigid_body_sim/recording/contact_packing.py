@@ -67,7 +67,7 @@ class ContactPacker:
         first_channel_id: int,
     ) -> None:
         self._movable = np.array(movable, dtype=bool)
-        places = np.flatnonzero(self._movable).tolist()
+        places = [place for place in range(len(bodies)) if movable[place]]
         self.topics = tuple(
             body_topic(namespace, bodies[place], LEAF, cdr.PointCloud2.TYPE) for place in places
         )

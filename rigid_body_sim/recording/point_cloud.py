@@ -8,7 +8,8 @@ After frame_id, each number aligned to its own size:
     height, width, number of fields | each: name, offset, datatype, count | is_bigendian |
     point_step, row_step | number of bytes, the points | is_dense
 
-Points are bytes of the message, so they are not aligned. Clouds with other kinds of fields are
+Points are bytes of the message, so they are not aligned. DDS fills a message up to a multiple of
+four bytes: up to three more are passed over at the end. Clouds with other kinds of fields are
 refused: nobody here reads them.
 """
 
@@ -76,7 +77,8 @@ class CloudReader:
         )
         points = self._take(size)
         self._byte()
-        self._need(self._at == len(self._payload), f'{len(self._payload) - self._at} bytes more')
+        more = len(self._payload) - self._at
+        self._need(more < 4 and (more == 0 or len(self._payload) % 4 == 0), f'{more} bytes more')
         rows = Struct(f'{order}{count}d').iter_unpack(points) if size else ()
         return PointCloud2(sec, nanosec, frame_id, names, tuple(rows))
 

@@ -277,7 +277,10 @@ def _report(
 def _print_contact(rise: float | None, gap: float | None) -> None:
     """Say what holds where bodies meet: friction and impacts may take energy, never give it."""
     if rise is not None:
-        print(f'  energy rise: {rise:.1e} of the largest value (contact may only take energy)')
+        print(
+            f'  energy rise: {rise:.1e} of the largest value (contact may take energy, and give '
+            'back what overlap stored)'
+        )
     if gap is None:
         print('  deepest gap: nothing touched')
     else:

@@ -288,6 +288,7 @@ def test_a_urdf_with_any_slip_is_a_scene_or_one_clear_line(at: int, cut: int, sl
         assert len(str(error).splitlines()) == 1, str(error)
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=60))
 def test_bytes_that_are_no_urdf_are_refused(text: bytes) -> None:
     with pytest.raises(UserError, match=r'^scene: bodies\[0\]\.urdf: toy\.urdf: '):
