@@ -108,6 +108,14 @@ def test_a_force_without_counterpart_is_refused():
         Task.of_scene(scene, 1.0)
 
 
+def test_contact_is_refused_rather_than_left_out():
+    ball = {'name': 'ball', 'shape': {'type': 'sphere', 'radius': 0.1}, 'mass': 1.0}
+    floor = {'name': 'floor', 'shape': {'type': 'plane', 'normal': [0, 0, 1]}, 'fixed': True}
+    scene = {'version': 1, 'name': 'floor', 'dt': 0.01, 'bodies': [ball, floor]}
+    with pytest.raises(InvalidModel, match='contact'):
+        Task.of_scene(load_scene(scene), 1.0)
+
+
 def test_springs_and_drag_are_read_as_they_stand():
     task = Task.of(PROBLEMS['stiff_oscillator'])
     assert (task.stiffness, task.damping, task.axes()) == (1e5, 2e4, [0])

@@ -113,6 +113,8 @@ class Task:
     @classmethod
     def of_scene(cls, scene: Scene, duration: float) -> Task:
         """Read a scene."""
+        if scene.contact['mode'] != 'none' or any(body.fixed for body in scene.bodies):
+            raise InvalidModel('contact is not written for other engines yet')
         found: dict[str, Any] = {'bodies': scene.bodies, 'gravity': scene.gravity}
         pivot = getattr(scene.bodies[0], 'pivot', None)
         if pivot is not None:
