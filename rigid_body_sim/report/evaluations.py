@@ -10,6 +10,7 @@ How often a method asks for forces or for the right-hand side in one step, read 
     exact propagator      : none
     linearly implicit     : one
     implicit, adaptive    : as many as Newton's method or the tolerance wants: None
+    contact               : the solver's own business: None
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ from rigid_body_sim.physics.variable_mass import flow_of
 
 def evaluations_per_step(integrator: Integrator, scene: Scene) -> int | None:
     """Count the evaluations in one step of one integrator on one scene; None where it varies."""
+    if scene.contact.get('mode', 'none') != 'none':
+        return None
     scheme: Any = integrator.scheme
     coupled = bool(scene.forces) or any(
         body.pivot is not None or flow_of(body) is not None for body in scene.bodies

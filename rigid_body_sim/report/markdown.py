@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from rigid_body_sim.report import peers, results
-from rigid_body_sim.report.losses import losses, missed_goals
+from rigid_body_sim.report.losses import LIMITS, losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import series_of
 from rigid_body_sim.report.tables import as_markdown, ratios, summary
@@ -75,10 +75,11 @@ def markdown(report: Row, *, pictures: str = '') -> str:
         ]
     for problem in report['problems']:
         parts += _problem(problem, pictures)
-    engines = {point['engine'] for each in report['problems'] for point in each['points']}
-    run = [f'**{engine}**: {how}' for engine, how in peers.how_run(engines).items()]
+    points = [point for problem in report['problems'] for point in problem['points']]
+    run = [f'**{engine}** {version}: {how}' for engine, version, how in peers.how_run(points)]
     if run:
         parts += _list('How the other engines were run', run)
+        parts += _list('What this does not say', LIMITS)
     if report['absent']:
         lines = [f'{each["engine"]}: {each["reason"]}.' for each in report['absent']]
         parts += _list('Engines that were not there', lines)

@@ -18,7 +18,7 @@ from string import Template
 from typing import Any
 
 from rigid_body_sim.report import peers
-from rigid_body_sim.report.losses import losses, missed_goals
+from rigid_body_sim.report.losses import LIMITS, losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import Series, axes_of, front_of, series_of
 from rigid_body_sim.report.tables import as_html, points, ratios, summary, time_text
@@ -190,15 +190,17 @@ def _lines(point: Row, problem: Row) -> list[str]:
 
 
 def _engines(report: Row) -> str:
-    engines = {point['engine'] for each in report['problems'] for point in each['points']}
-    run = peers.how_run(engines)
+    run = peers.how_run(point for problem in report['problems'] for point in problem['points'])
     if not run:
         return ''
     items = ''.join(
-        f'<li><b>{_escaped(name)}</b>: {_escaped(how)}</li>' for name, how in run.items()
+        f'<li><b>{_escaped(engine)}</b> {_escaped(version)}: {_escaped(how)}</li>'
+        for engine, version, how in run
     )
+    limits = ''.join(f'<li>{_escaped(limit)}</li>' for limit in LIMITS)
     return (
-        f'<section id="engines"><h2>How the other engines were run</h2><ul>{items}</ul></section>'
+        f'<section id="engines"><h2>How the other engines were run</h2><ul>{items}</ul>'
+        f'<h2>What this does not say</h2><ul>{limits}</ul></section>'
     )
 
 

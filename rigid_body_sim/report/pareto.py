@@ -19,8 +19,8 @@ from typing import Any
 
 from rigid_body_sim.report.entry import ENGINE
 from rigid_body_sim.report.point import OK, Point
+from rigid_body_sim.report.problem import ERRORS
 
-ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
 SMALLEST = 1e-17  # an error of zero, as a logarithm needs it
 
 

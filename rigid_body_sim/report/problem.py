@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,6 +24,8 @@ from rigid_body_sim.scene import load_scene
 Array = NDArray[np.float64]
 
 WORK_PRECISION, THROUGHPUT = 'work_precision', 'throughput'
+ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)  # at which methods and engines are compared
+CONTACT_ERRORS = (1e-1, 1e-2, 1e-3, 1e-4)
 QUICK_BODIES = 1_000
 SEED = 1  # of whatever a problem draws at random
 
@@ -70,6 +73,7 @@ class Problem:
     kind         : WORK_PRECISION, or THROUGHPUT: many bodies, one step
     bodies       : how many bodies; more than one value for THROUGHPUT alone
     spread       : (scene of one body, count) -> scene of so many
+    errors       : at which methods and engines are compared
     enough       : a sweep ends at an error below this
     most_steps   : a sweep ends before a run of more steps than this
     """
@@ -93,6 +97,7 @@ class Problem:
     kind: str = WORK_PRECISION
     bodies: tuple[int, ...] = (1,)
     spread: Callable[[Scene, int], Scene] | None = None
+    errors: tuple[float, ...] = ERRORS
     enough: float = 0.0
     instants: int = 1
     error_on_way: Callable[[int, Final], float] | None = None
@@ -125,6 +130,7 @@ def scene_document(
     *,
     forces: Sequence[Mapping[str, Any]] = (),
     gravity: Sequence[float] = (0.0, 0.0, 0.0),
+    contact: Mapping[str, Any] = MappingProxyType({'mode': 'none'}),
 ) -> dict[str, Any]:
     """Write a scene as a mapping; dt is set by whoever runs it."""
     return {
@@ -134,6 +140,7 @@ def scene_document(
         'gravity': list(gravity),
         'bodies': list(bodies),
         'forces': list(forces),
+        'contact': dict(contact),
     }
 
 

@@ -54,9 +54,11 @@ def problem_results(problem: Problem, points: Sequence[Point]) -> dict[str, Any]
         'reference': problem.reference,
         'useless': problem.useless,
         'points': [asdict(point) for point in points],
-        'at_equal_error': [] if many else at_equal_error(points),
+        'at_equal_error': [] if many else at_equal_error(points, problem.errors),
         'at_equal_bodies': at_equal_bodies(points) if many else [],
-        'verdict': throughput_verdict(points) if many else verdict(points, problem.error_unit),
+        'verdict': throughput_verdict(points)
+        if many
+        else verdict(points, problem.error_unit, problem.errors),
     }
 
 

@@ -108,6 +108,50 @@ def test_a_force_without_counterpart_is_refused():
         Task.of_scene(scene, 1.0)
 
 
+def scene_on_ground(shape, **ground):
+    body = {'name': 'body', 'shape': shape, 'mass': 1.0, 'initial': {'position': [0, 0, 0.1]}}
+    plane = {'name': 'ground', 'shape': {'type': 'plane', **ground}}
+    gravity = [0, 0, -9.81]
+    return load_scene(
+        {'version': 1, 'name': 'floor', 'dt': 0.01, 'gravity': gravity, 'bodies': [plane, body]}
+    )
+
+
+def test_contact_with_what_is_no_level_ground_is_refused():
+    ball = {'type': 'sphere', 'radius': 0.1}
+    with pytest.raises(InvalidModel, match='plane z = 0'):
+        Task.of_scene(scene_on_ground(ball, normal=[1, 0, 1]), 1.0)
+    with pytest.raises(InvalidModel, match='plane z = 0'):
+        capsule = {'type': 'capsule', 'radius': 0.1, 'length': 1}
+        Task.of_scene(scene_on_ground(capsule, normal=[0, 0, 1]), 1.0)
+
+
+def test_an_engine_without_ways_for_contact_is_refused(monkeypatch):
+    problem = PROBLEMS['torque_free_top']
+    scene = scene_on_ground({'type': 'sphere', 'radius': 0.1}, normal=[0, 0, 1])
+    monkeypatch.setattr(type(problem), 'scene', lambda self, bodies=1: scene)
+    (entry,) = Engine('Turn', '1', (Way('only', Turn),)).entries(problem)
+    with pytest.raises(InvalidModel, match='contact'):
+        entry.make()
+
+
+@pytest.mark.parametrize('name', ['mujoco', 'rapier'])
+def test_an_engine_leaves_what_lies_on_the_ground_where_it_is(name):
+    found, absent = peers.find([name])
+    if absent:
+        pytest.skip(f'{absent[0].engine} {absent[0].reason}')
+    box = {'type': 'box', 'size': [0.2, 0.2, 0.2]}
+    task = Task.of_scene(scene_on_ground(box, normal=[0, 0, 1]), 1.0)
+    for way in found[0].ways:
+        if way.contact:
+            runner = way.build(task, 0.005)
+            runner.fresh()
+            runner.advance()
+            position = runner.final().position
+            assert position.shape == (2, 3) and not position[0].any()
+            assert position[1] == pytest.approx([0.0, 0.0, 0.1], abs=2e-3)  # soft contacts sink
+
+
 def test_springs_and_drag_are_read_as_they_stand():
     task = Task.of(PROBLEMS['stiff_oscillator'])
     assert (task.stiffness, task.damping, task.axes()) == (1e5, 2e4, [0])

@@ -14,7 +14,7 @@ them: `pip install rigid_body_sim[peers]`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, NamedTuple
@@ -58,14 +58,19 @@ def find(wanted: Iterable[str] | None = None) -> tuple[list[Peer], list[Absent]]
     return found, absent
 
 
-def how_run(engines: Iterable[str]) -> dict[str, str]:
-    """Say for each engine, by its own name, how it is run: the text of its module, in one line."""
-    found = {}
+def how_run(points: Iterable[Mapping[str, Any]]) -> list[tuple[str, str, str]]:
+    """
+    Say how the engines of some points were run.
+
+    returns : name, version, and the text of the engine's module in one line
+    """
+    versions = {point['engine']: point['version'] for point in points}
+    found = []
     for name in names():
         module = _module(name)
-        if module.ENGINE in engines:
+        if module.ENGINE in versions:
             _, _, text = ' '.join((module.__doc__ or '').split()).partition(': ')
-            found[module.ENGINE] = text[:1].upper() + text[1:]
+            found.append((module.ENGINE, versions[module.ENGINE], text[:1].upper() + text[1:]))
     return found
 
 

@@ -32,6 +32,8 @@ class Way:
     most_bodies     : beyond it building takes minutes, or memory ends
     finer           : whether it also takes steps finer than those of the problem, to show how
                       accurate it can be
+    contact         : whether it is for bodies on the ground; others are for bodies that touch
+                      nothing
     """
 
     method: str
@@ -40,6 +42,7 @@ class Way:
     evaluations: int | None = None
     most_bodies: int = 1000
     finer: bool = False
+    contact: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,13 +61,16 @@ class Engine:
         """
         try:
             task = Task.of(problem, problem.bodies[0])
-            for way in self.ways:
+            ways = [way for way in self.ways if way.contact == (task.ground is not None)]
+            if not ways:
+                raise InvalidModel('contact is not written for this engine')
+            for way in ways:
                 first = way.tolerances[0] if way.tolerances else problem.steps[-1]
                 self._built(way, task, first)
         except InvalidModel as refusal:
             yield self._refused(str(refusal))
             return
-        for way in self.ways:
+        for way in ways:
             yield from self._sweep(problem, way)
 
     def _build(self, problem: Problem, way: Way, bodies: int, setting: float) -> Runner:

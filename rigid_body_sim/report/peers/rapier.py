@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.physics.model import Body
+from rigid_body_sim.physics.shapes import Box, Sphere
 from rigid_body_sim.report.peers.engine import Way
 from rigid_body_sim.report.peers.task import End, Task
 
@@ -31,6 +33,8 @@ def load() -> tuple[str, tuple[Way, ...]]:
     return rapier3d.__version__, (
         Way('1 substep', partial(Run, rapier3d, 1), evaluations=1, most_bodies=1000),
         Way('4 substeps', partial(Run, rapier3d, 4), evaluations=1, most_bodies=1000),
+        Way('4 substeps', partial(Run, rapier3d, 4), contact=True),
+        Way('20 substeps', partial(Run, rapier3d, 20), contact=True),
     )
 
 
@@ -49,6 +53,9 @@ class Run:
         self.world.integration_parameters.dt = self.dt
         self.world.integration_parameters.num_solver_iterations = self.substeps
         self.handles = [self._add(index) for index in range(len(task.bodies))]
+        if task.ground is not None:
+            plane = self.rapier.Collider.halfspace((0.0, 0.0, 1.0))
+            self.world.add_collider(self._rough(plane))
         if task.pivot is not None:
             ground = self.rapier.RigidBodyBuilder(self.rapier.RigidBodyType.FIXED)
             anchor = self.world.add_body(ground.translation(tuple(task.pivot)))
@@ -86,7 +93,15 @@ class Run:
             .allow_fast_rotation(True)
             .can_sleep(False)
         )
-        return self.world.add_body(builder)
+        handle = self.world.add_body(builder)
+        if task.ground is not None:
+            self.world.add_collider(self._rough(_collider(rapier, body)).density(0.0), handle)
+        return handle
+
+    def _rough(self, collider: Any) -> Any:
+        """Give a collider friction and restitution: those of the first body, on both sides."""
+        material = self.task.body.material
+        return collider.friction(material.friction).restitution(material.restitution)
 
     def advance(self) -> None:
         """Step after step; a spring is the caller's."""
@@ -122,7 +137,16 @@ class Run:
         spin = np.array([_vector(body.angvel) for body in bodies])
         if task.pivot is not None:
             return End.of_pivoted(task, q[0], spin[0])
-        return End(position, q, velocity, spin)
+        end = End(position, q, velocity, spin)
+        return end if task.ground is None else end.on_ground()
+
+
+def _collider(rapier: Any, body: Body) -> Any:
+    if isinstance(body.shape, Sphere):
+        return rapier.Collider.ball(body.shape.radius)
+    assert isinstance(body.shape, Box)
+    x, y, z = body.shape.size
+    return rapier.Collider.cuboid(0.5 * x, 0.5 * y, 0.5 * z)
 
 
 def _turn(rapier: Any, q: Any) -> Any:

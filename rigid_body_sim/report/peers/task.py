@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import Body, Scene, Vector
+from rigid_body_sim.physics.shapes import Box, Plane, Sphere
 from rigid_body_sim.report.problem import Problem
 
 Array = NDArray[np.float64]
@@ -49,6 +50,16 @@ class End:
             position, np.tile(NO_TURN, (len(position), 1)), velocity, np.zeros_like(position)
         )
 
+    def on_ground(self) -> End:
+        """Add the ground, which is the first body of the scene."""
+        still = np.zeros((1, 3))
+        return End(
+            np.concatenate([still, self.position]),
+            np.concatenate([np.array([NO_TURN]), self.orientation]),
+            np.concatenate([still, self.velocity]),
+            np.concatenate([still, self.angular_velocity]),
+        )
+
     @classmethod
     def of_pivoted(cls, task: Task, orientation: Any, angular_velocity: Any) -> End:
         """Make the end of a body on a pivot; xyzw, world axes."""
@@ -70,6 +81,7 @@ class Task:
     pivot     : (3,) [m] where the one body is held, world; None: it is free
     arm       : (3,) [m] from the pivot to the centre of mass, body axes
     duration  : [s]
+    ground    : the plane z = 0, first body of the scene; None: nothing touches
     """
 
     bodies: tuple[Body, ...]
@@ -80,6 +92,7 @@ class Task:
     anchor: Vector = ZERO
     pivot: Vector | None = None
     arm: Vector = ZERO
+    ground: Body | None = None
 
     @property
     def body(self) -> Body:
@@ -113,6 +126,8 @@ class Task:
     @classmethod
     def of_scene(cls, scene: Scene, duration: float) -> Task:
         """Read a scene."""
+        if scene.contact['mode'] != 'none' or any(body.fixed for body in scene.bodies):
+            return cls(scene.bodies[1:], scene.gravity, duration, ground=_ground(scene))
         found: dict[str, Any] = {'bodies': scene.bodies, 'gravity': scene.gravity}
         pivot = getattr(scene.bodies[0], 'pivot', None)
         if pivot is not None:
@@ -121,6 +136,16 @@ class Task:
         for force in scene.forces:
             found |= _force(force, scene, found)
         return cls(duration=duration, **found)
+
+
+def _ground(scene: Scene) -> Body:
+    """Return the ground; InvalidModel unless spheres and boxes alone lie on the plane z = 0."""
+    ground, *others = scene.bodies
+    level = isinstance(ground.shape, Plane) and ground.shape == Plane((0.0, 0.0, 1.0), 0.0)
+    plain = all(isinstance(body.shape, (Sphere, Box)) and not body.fixed for body in others)
+    if not (level and plain) or scene.forces:
+        raise InvalidModel('contact is written for spheres and boxes on the plane z = 0 only')
+    return ground
 
 
 def _force(force: Any, scene: Scene, found: dict[str, Any]) -> dict[str, Any]:
