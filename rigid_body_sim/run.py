@@ -236,7 +236,7 @@ class Run:
         tick = simulation.tick
         changing = bool(commands) or simulation.next_expiry <= tick
         if changing and not self._commanded:
-            self.sample_drift()
+            self._sample(commanded=False)
         self._struck = np.zeros_like(self._applied)
         self._any_struck = False
         held = simulation.held_slots if changing else {}
@@ -343,6 +343,7 @@ class Run:
     def sample_drift(self) -> Drift:
         """Measure what should have stayed the same, give the worst so far; look at the limits."""
         self._sample(commanded=self._commanded)
+        self._look_at_limits(self.simulation.state)
         return self._meter.drift()
 
     def deepest_gap(self) -> float | None:
@@ -359,9 +360,7 @@ class Run:
         simulation = self.simulation
         if self.has_contact:
             self._look_at(simulation.contacts())
-        state = simulation.state
-        self._meter.sample(state, time=simulation.time, commanded=commanded)
-        self._look_at_limits(state)
+        self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
 
     def reset(self) -> None:
         """Put every body back to the start of the scene; time goes on, drift is measured anew."""

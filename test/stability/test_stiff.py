@@ -31,6 +31,14 @@ def names(scene, *, short=SHORT):
     ]
 
 
+IMPLICIT = ('implicit_euler', 'sdirk2', 'implicit_midpoint')
+
+
+def mostly_long(*short, implicit=IMPLICIT):
+    """Leave to the short form what compiles within a second."""
+    return [*short, *(pytest.param(name, marks=pytest.mark.long) for name in implicit)]
+
+
 def orbit(found, stiffness):
     """Size of the orbit after each tick [m]: sqrt(x^2 + v^2 / k)."""
     return np.hypot(found[:, 0], found[:, 1] / math.sqrt(stiffness))
@@ -95,7 +103,9 @@ def test_rigid_bodies_on_springs_off_their_centres_stay_bounded(stiffness):
 
 @pytest.mark.parametrize('damping_ratio', [1.0, 50.0])
 @pytest.mark.parametrize('steps', [1.0, 1e2, 1e4, 1e6])
-@pytest.mark.parametrize('name', ['implicit_euler', 'sdirk2', 'linear_propagator'])
+@pytest.mark.parametrize(
+    'name', mostly_long('linear_propagator', implicit=('implicit_euler', 'sdirk2'))
+)
 def test_critical_and_overdamped_springs_come_to_rest_at_any_step(name, steps, damping_ratio):
     """dt = steps / omega, the energy never rises."""
     stiffness = (steps / DT) ** 2
@@ -107,14 +117,6 @@ def test_critical_and_overdamped_springs_come_to_rest_at_any_step(name, steps, d
     assert (size[1:] <= size[:-1] * (1.0 + 1e-12) + 1e-300).all()  # round-off of the solve
     # the slow mode of the overdamped one has the rate omega / 100: 400 ticks are 4 of its times
     assert size[-1] < (1e-6 if damping_ratio == 1.0 else 0.02)
-
-
-IMPLICIT = ('implicit_euler', 'sdirk2', 'implicit_midpoint')
-
-
-def mostly_long(*short):
-    """Leave to the short form what compiles within a second."""
-    return [*short, *(pytest.param(name, marks=pytest.mark.long) for name in IMPLICIT)]
 
 
 @pytest.mark.parametrize('name', mostly_long('linear_propagator', 'dmv6'))
