@@ -187,7 +187,7 @@ class Union:
     """
     Shapes joined rigidly, each of its own density; overlaps count twice.
 
-    It gives mass properties and does not collide: contact knows no union yet.
+    It gives mass properties and cannot collide: contact knows no union yet and refuses one.
     """
 
     parts: tuple[Part, ...]

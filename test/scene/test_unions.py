@@ -9,6 +9,7 @@ import pytest
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import InvalidModel
 
 HAMMER = """
 dt: 0.001
@@ -81,3 +82,10 @@ def test_an_impossible_union_is_refused(scene, reason):
         load_scene(scene)
     assert reason in str(caught.value)
     assert '\n' not in str(caught.value)
+
+
+def test_a_union_where_bodies_collide_is_refused():
+    """It would fall through the floor."""
+    scene = union({**BALL, 'mass': 1}) | {'contact': {'mode': 'timestep'}}
+    with pytest.raises(InvalidModel, match="'b' is a union of shapes, which cannot collide yet"):
+        Simulation(load_scene(scene))

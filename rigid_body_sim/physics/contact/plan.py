@@ -59,6 +59,7 @@ from rigid_body_sim.physics.kernels import argument
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schemes.splitting import Splitting
+from rigid_body_sim.physics.shapes import Union
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -97,6 +98,7 @@ class ContactPlan:
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
         _refuse_flow(scene, colliders)
+        _refuse_unions(scene)
         self._order = _order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, MATERIAL)
@@ -307,6 +309,16 @@ def _order(scene: Scene, colliders: Colliders) -> Indices:
     sizes = colliders.bounds.reshape(-1, BOUNDS)[:, 7]
     keys = [*velocities.T, sizes, colliders.types, starts[:, 1], starts[:, 0], starts[:, 2]]
     return np.lexsort((*keys, height, moves, planes))
+
+
+def _refuse_unions(scene: Scene) -> None:
+    for body in scene.bodies:
+        if isinstance(body.shape, Union):
+            raise InvalidModel(
+                f'{body.name!r} is a union of shapes, which cannot collide yet and would pass '
+                'through everything; give one shape with its inertia, or set contact to '
+                '{mode: none}'
+            )
 
 
 def _refuse_flow(scene: Scene, colliders: Colliders) -> None:
