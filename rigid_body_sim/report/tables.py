@@ -119,6 +119,8 @@ def time_text(value: float | None) -> str:
 
 def number(value: float | None, style: str = '.1e') -> Cell:
     """Make a field of a number."""
+    if value is not None and style.endswith('g') and value >= 1000.0:
+        style = '.0f'  # 1350 rather than 1.35e+03
     return Cell(NOTHING if value is None else format(value, style), value)
 
 
@@ -258,9 +260,7 @@ def points(problem: Row) -> Table:
                 number(point['error']),
                 seconds(point['cost']),
                 words(spread),
-                number(
-                    point['ns_per_step'], '.0f' if (point['ns_per_step'] or 0.0) >= 1000 else '.4g'
-                ),
+                number(point['ns_per_step'], '.4g'),
                 *((number(point['ns_per_body_step'], '.3g'),) if many else ()),
                 number(point['evaluations_per_step'], 'g'),
                 number(point['energy_drift']),
