@@ -3,9 +3,9 @@
 """
 The tables of a report, written once for the page and for Markdown.
 
-    summary : how many times cheaper than the best peer, problem by problem
-    ratios  : one problem: who is cheapest at an error, or at a number of bodies
-    points  : everything that was measured
+    summaries : how many times cheaper than the best peer, problem by problem
+    ratios    : one problem: who is cheapest at an error, or at a number of bodies
+    points    : everything that was measured
 """
 
 from __future__ import annotations
@@ -132,25 +132,25 @@ def ratio(value: float | None) -> Cell:
     return Cell(text, value, kind='bad' if value < 1.0 else 'good')
 
 
-def summary(report: Row) -> Table | None:
+def summaries(report: Row) -> list[Table]:
     """
-    Ratios of all problems at the errors of the first; None where no peer was measured.
+    Ratios of all problems at their errors, a table for problems with the same; none without peers.
     """
-    compared = [problem for problem in report['problems'] if problem.get('at_equal_error')]
-    if not any(row['peer'] for problem in compared for row in problem['at_equal_error']):
-        return None
-    errors = [row['error'] for row in compared[0]['at_equal_error']]
+    groups: dict[tuple[float, ...], list[Row]] = {}
+    for problem in report['problems']:
+        rows = problem.get('at_equal_error') or []
+        if any(row['peer'] for row in rows):
+            groups.setdefault(tuple(row['error'] for row in rows), []).append(problem)
+    return [_summary(errors, problems) for errors, problems in groups.items()]
+
+
+def _summary(errors: Sequence[float], problems: Sequence[Row]) -> Table:
     table = Table(('problem', *(f'at {error:.0e}' for error in errors), 'best peer'))
-    for problem in compared:
+    for problem in problems:
         rows = problem['at_equal_error']
         peers = dict.fromkeys(_named(row['peer']) for row in rows if row['peer'])
-        table.add(
-            [
-                words(problem['title']),
-                *(_summary_cell(row) for row in rows),
-                words(', '.join(peers)),
-            ]
-        )
+        cells = [_summary_cell(row) for row in rows]
+        table.add([words(problem['title']), *cells, words(', '.join(peers))])
     return table
 
 
