@@ -95,7 +95,8 @@ def _made(made: Row) -> str:
         f'Made {made["date"]} on {made["machine"]}, {made["cpu"]}, {made["cores"]} cores, load '
         f'{made.get("load", "unknown")} at the start; {versions}; seed {made["seed"]}'
         f'{"; quick" if made["quick"] else ""}.\n\n'
-        'To make it again: `make report`, with other engines `make report-peers`.'
+        'To make it again: `make report`; beside other engines `make report-peers`; and with that '
+        'the document in `docs` `make document`.'
     )
 
 
