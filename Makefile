@@ -40,7 +40,7 @@ test-stability: venv  ## the hard cases in full: 1e7 ticks, 1e4 s, every method;
 lint: venv  ## ruff and pyright
 	@cd $(ROOT) && .venv/bin/ruff check && .venv/bin/ruff format --check && .venv/bin/pyright
 
-report: venv  ## speed against error of every method: report_output/report.html, two minutes
+report: venv  ## speed against error of every method: report_output/report.html, some minutes
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report -o report_output $(REPORT_ARGS)
 
 report-peers: venv  ## the same beside MuJoCo, Drake, DART, Pinocchio and Rapier: installs them, 1 GB

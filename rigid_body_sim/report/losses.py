@@ -13,6 +13,7 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from rigid_body_sim.report.pareto import ERRORS
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.tables import ratio, time_text
 
@@ -53,7 +54,10 @@ def missed_goals(report: Row) -> list[str]:
     """Say where ours is cheaper, but by less than is aimed at."""
     said = []
     for problem in report['problems']:
-        for row in problem.get('at_equal_error') or []:
+        rows = problem.get('at_equal_error') or []
+        if tuple(row['error'] for row in rows) != ERRORS:
+            continue  # not a smooth problem: nothing is aimed at
+        for row in rows:
             goal = dict(GOALS).get(row['error'])
             if goal and row['ratio'] is not None and 1.0 <= row['ratio'] < goal:
                 said += _grouped(problem, [row], _short_of_goal)

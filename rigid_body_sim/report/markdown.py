@@ -20,7 +20,7 @@ from rigid_body_sim.report import peers, results
 from rigid_body_sim.report.losses import LIMITS, losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import series_of
-from rigid_body_sim.report.tables import as_markdown, ratios, summary
+from rigid_body_sim.report.tables import as_markdown, ratios, summaries
 
 FILE = 'report.md'
 COLORS = 64
@@ -62,8 +62,8 @@ def markdown(report: Row, *, pictures: str = '') -> str:
     pictures : what stands before the names that `report.pictures` gives
     """
     parts = ['# Speed against error', _made(report['made'])]
-    table = summary(report)
-    if table is not None:
+    tables = summaries(report)
+    if tables:
         parts += _list('Where ours loses', losses(report))
         parts += _list('Where it falls short of the goal', missed_goals(report))
         parts += [
@@ -71,7 +71,7 @@ def markdown(report: Row, *, pictures: str = '') -> str:
             'Cost of the cheapest peer point over that of our cheapest, both at least as accurate '
             'as the error at the head; behind a slash, by a method that is the closed form of the '
             'problem.',
-            as_markdown(table),
+            *map(as_markdown, tables),
         ]
     for problem in report['problems']:
         parts += _problem(problem, pictures)
@@ -95,7 +95,8 @@ def _made(made: Row) -> str:
         f'Made {made["date"]} on {made["machine"]}, {made["cpu"]}, {made["cores"]} cores, load '
         f'{made.get("load", "unknown")} at the start; {versions}; seed {made["seed"]}'
         f'{"; quick" if made["quick"] else ""}.\n\n'
-        'To make it again: `make report`, with other engines `make report-peers`.'
+        'To make it again: `make report`; beside other engines `make report-peers`; and with that '
+        'the document in `docs` `make document`.'
     )
 
 

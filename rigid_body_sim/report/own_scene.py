@@ -52,6 +52,7 @@ MULTIPLES = (100, 50, 20, 10, 5, 2, 1)  # [tick] steps longer than the scene's
 SUBSTEPS = (2, 5, 10, 20, 50, 100, 200, 500)
 INSTANTS = 10  # at which runs are compared; the duration is so many times any step
 CLOSE = 1e-12  # [m, rad] near enough: finer steps would only round
+IDLE = 0.8  # [-] a move not shorter than this of the one before: round-off, or no convergence
 SURE = 1e-9  # [m, rad] two references as close as this are enough
 ENOUGH = 1e-3  # [of the tolerance] finer steps of a method are not asked for
 UNIT = 'm or rad'
@@ -124,7 +125,7 @@ def _refined(scene: Scene, name: str, duration: float) -> Reference | None:
             return None
         if coarse is not None and fine is not None:
             moved = apart(coarse, fine)
-            if best is not None and moved > 0.5 * best.error:
+            if best is not None and moved > IDLE * best.error:
                 break
             text = f'{name} with {substeps} substeps of {scene.dt_ns * 1e-9:g} s'
             best = Reference(fine, moved, text)

@@ -21,7 +21,7 @@ from rigid_body_sim.report import peers
 from rigid_body_sim.report.losses import LIMITS, losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import Series, axes_of, front_of, series_of
-from rigid_body_sim.report.tables import as_html, points, ratios, summary, time_text
+from rigid_body_sim.report.tables import as_html, points, ratios, summaries, time_text
 
 FILE = 'report.html'
 TITLE = 'Speed against error'
@@ -93,15 +93,15 @@ def _made(made: Row) -> str:
 
 
 def _summary(report: Row) -> str:
-    table = summary(report)
-    if table is None:
+    tables = summaries(report)
+    if not tables:
         return ''
     return (
         '<section id="summary"><h2>How many times cheaper than the best peer</h2>'
         '<p class="soft">Cost of the cheapest peer point over that of our cheapest, both at least '
         'as accurate as the error at the head; behind a slash, by a method that is the closed '
         'form of the problem.</p>'
-        + as_html(table)
+        + ''.join(map(as_html, tables))
         + _list('Where ours loses', losses(report), 'Nowhere on these problems and errors.')
         + _list('Where it falls short of the goal', missed_goals(report), 'Nowhere.')
         + '</section>'

@@ -3,9 +3,9 @@
 """
 The tables of a report, written once for the page and for Markdown.
 
-    summary : how many times cheaper than the best peer, problem by problem
-    ratios  : one problem: who is cheapest at an error, or at a number of bodies
-    points  : everything that was measured
+    summaries : how many times cheaper than the best peer, problem by problem
+    ratios    : one problem: who is cheapest at an error, or at a number of bodies
+    points    : everything that was measured
 """
 
 from __future__ import annotations
@@ -119,6 +119,8 @@ def time_text(value: float | None) -> str:
 
 def number(value: float | None, style: str = '.1e') -> Cell:
     """Make a field of a number."""
+    if value is not None and style.endswith('g') and value >= 1000.0:
+        style = '.0f'  # 1350 rather than 1.35e+03
     return Cell(NOTHING if value is None else format(value, style), value)
 
 
@@ -130,25 +132,25 @@ def ratio(value: float | None) -> Cell:
     return Cell(text, value, kind='bad' if value < 1.0 else 'good')
 
 
-def summary(report: Row) -> Table | None:
+def summaries(report: Row) -> list[Table]:
     """
-    Ratios of all problems at the errors of the first; None where no peer was measured.
+    Ratios of all problems at their errors, a table for problems with the same; none without peers.
     """
-    compared = [problem for problem in report['problems'] if problem.get('at_equal_error')]
-    if not any(row['peer'] for problem in compared for row in problem['at_equal_error']):
-        return None
-    errors = [row['error'] for row in compared[0]['at_equal_error']]
+    groups: dict[tuple[float, ...], list[Row]] = {}
+    for problem in report['problems']:
+        rows = problem.get('at_equal_error') or []
+        if any(row['peer'] for row in rows):
+            groups.setdefault(tuple(row['error'] for row in rows), []).append(problem)
+    return [_summary(errors, problems) for errors, problems in groups.items()]
+
+
+def _summary(errors: Sequence[float], problems: Sequence[Row]) -> Table:
     table = Table(('problem', *(f'at {error:.0e}' for error in errors), 'best peer'))
-    for problem in compared:
+    for problem in problems:
         rows = problem['at_equal_error']
         peers = dict.fromkeys(_named(row['peer']) for row in rows if row['peer'])
-        table.add(
-            [
-                words(problem['title']),
-                *(_summary_cell(row) for row in rows),
-                words(', '.join(peers)),
-            ]
-        )
+        cells = [_summary_cell(row) for row in rows]
+        table.add([words(problem['title']), *cells, words(', '.join(peers))])
     return table
 
 
@@ -258,9 +260,7 @@ def points(problem: Row) -> Table:
                 number(point['error']),
                 seconds(point['cost']),
                 words(spread),
-                number(
-                    point['ns_per_step'], '.0f' if (point['ns_per_step'] or 0.0) >= 1000 else '.4g'
-                ),
+                number(point['ns_per_step'], '.4g'),
                 *((number(point['ns_per_body_step'], '.3g'),) if many else ()),
                 number(point['evaluations_per_step'], 'g'),
                 number(point['energy_drift']),

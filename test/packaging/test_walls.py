@@ -19,20 +19,14 @@ MODULES = sorted((ROOT / NAME).rglob('*.py'))
 HEADER = ['# Copyright 2026 rigid_body_sim maintainers', '# SPDX-License-Identifier: Apache-2.0']
 LONGEST = 400  # [lines] a longer module is a room that wants splitting
 NUMERIC = {'numpy', 'scipy'}
-PEERS = {
-    'dartpy',
-    'mujoco',
-    'pinocchio',
-    'pydrake',
-    'rapier3d',
-}  # each in its file of report/peers
+PEERS = {'dartpy', 'mujoco', 'pinocchio', 'pybullet', 'pydrake', 'rapier3d'}  # in report/peers
 WALLS = {  # room -> what it may import besides the standard library and itself
     'physics': NUMERIC | {'numba'},
     'exact': NUMERIC,
     'recording': {'numpy', 'mcap', 'yaml', 'lz4', 'zstandard', f'{NAME}.errors'},
     'scene': {'numpy', 'yaml', 'trimesh', 'lxml', 'yourdfpy', f'{NAME}.physics', f'{NAME}.errors'},
     'report': NUMERIC
-    | {'matplotlib', 'yaml', f'{NAME}.__version__', f'{NAME}.errors'}
+    | {'PIL', 'matplotlib', 'yaml', f'{NAME}.__version__', f'{NAME}.errors'}
     | {f'{NAME}.physics', f'{NAME}.exact', f'{NAME}.scene'}
     | PEERS,
     'errors': set(),
