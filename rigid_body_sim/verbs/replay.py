@@ -19,7 +19,8 @@ from pathlib import Path
 from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.replay import Comparison, Errors, Progress, RecordedRun, compare, measure
+from rigid_body_sim.recorded_run import RecordedRun
+from rigid_body_sim.replay import Comparison, Errors, Progress, compare, measure
 from rigid_body_sim.verbs.warning_lines import warning_printer
 
 SUMMARY = 're-run a bag from its own scene and commands and compare bit by bit'

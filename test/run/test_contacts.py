@@ -12,9 +12,10 @@ import pytest
 from rigid_body_sim.commands import Command
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recorded_contacts import contact_topics, read_points
+from rigid_body_sim.recorded_run import RecordedRun
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE, GAP, NORMAL, OTHER, POINT
-from rigid_body_sim.replay import RecordedRun, compare
+from rigid_body_sim.replay import compare
 from rigid_body_sim.run import Run, RunSettings
 from rigid_body_sim.run_recorder import RunRecorder
 from rigid_body_sim.scene import load_scene
