@@ -27,7 +27,6 @@ from rigid_body_sim.physics.rotation import angle_between
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag, RecordedMessage
-from rigid_body_sim.recording.bag_writer import DERIVED_BY
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.ulps import ulp_distance
 from rigid_body_sim.run import Run, RunSettings
@@ -103,15 +102,7 @@ class RecordedRun:
 
     def __init__(self, path: Path) -> None:
         self.bag = Bag(path)
-        manifest = self.bag.manifest
-        if not self.bag.holds_run:
-            what = 'only messages'
-            if DERIVED_BY in manifest:
-                what = f'but what {manifest[DERIVED_BY]} derived from {manifest.get("source")}'
-            raise UserError(
-                f'{path}: holds no run of rigid_body_sim, {what}; replay needs a bag '
-                'that this package recorded'
-            )
+        manifest = self.bag.need_run()
         wanted = (SCHEMA_VERSION, TICK_SEMANTICS)
         found = (manifest.get('schema_version'), manifest.get('tick_semantics'))
         if found != wanted:
