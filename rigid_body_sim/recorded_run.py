@@ -15,7 +15,6 @@ from rigid_body_sim.commands import Command, decode, topics_of
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.bag_reader import Bag, RecordedMessage
-from rigid_body_sim.recording.bag_writer import DERIVED_BY
 from rigid_body_sim.run import Run, RunSettings
 from rigid_body_sim.run_recorder import (
     SCENE_FILE,
@@ -34,15 +33,7 @@ class RecordedRun:
 
     def __init__(self, path: Path) -> None:
         self.bag = Bag(path)
-        manifest = self.bag.manifest
-        if not self.bag.holds_run:
-            what = 'only messages'
-            if DERIVED_BY in manifest:
-                what = f'but what {manifest[DERIVED_BY]} derived from {manifest.get("source")}'
-            raise UserError(
-                f'{path}: holds no run of rigid_body_sim, {what}; replay needs a bag '
-                'that this package recorded'
-            )
+        manifest = self.bag.need_run()
         wanted = (SCHEMA_VERSION, TICK_SEMANTICS)
         found = (manifest.get('schema_version'), manifest.get('tick_semantics'))
         if found != wanted:

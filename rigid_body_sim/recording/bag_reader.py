@@ -88,6 +88,19 @@ class Bag:
         """Whether it is the recording of a run, and not what was derived from one."""
         return bool(self.manifest) and DERIVED_BY not in self.manifest
 
+    def need_run(self) -> dict[str, str]:
+        """Return the manifest of a run; UserError for a bag that does not hold one."""
+        if self.holds_run:
+            return self.manifest
+        what = 'only messages'
+        if DERIVED_BY in self.manifest:
+            what = f'but what {self.manifest[DERIVED_BY]} derived from '
+            what += str(self.manifest.get('source'))
+        raise UserError(
+            f'{self.path}: holds no run of rigid_body_sim, {what}; replay needs a bag that this '
+            'package recorded'
+        )
+
     @property
     def ending(self) -> dict[str, str] | None:
         """How the run ended, as strings; None when it was cut off."""

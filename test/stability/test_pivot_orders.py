@@ -3,12 +3,11 @@
 """
 Measured order equals claimed order on a heavy symmetric top, whose torque depends on its attitude.
 
-One method of each scheme by default; RIGID_BODY_SIM_FULL=1 takes all.
+One method of each scheme by default; `make test-stability` takes all.
 """
 
 import itertools
 import math
-import os
 
 import numpy as np
 import pytest
@@ -29,7 +28,6 @@ SLOPE = 0.1  # what the order may differ by: the next term of the error at these
 STEPS = {1: (2e-4, 1e-4), 2: (0.002, 0.001), 4: (0.004, 0.002), 8: (0.04, 0.025)}
 STEPS_OF = {'blanes_moan4': (0.02, 0.0125), 'lie_rk4': (0.002, 0.001)}
 SHORT = ('blanes_moan4', 'dmv6', 'implicit_midpoint', 'linearly_implicit', 'rk4')
-FULL = os.environ.get('RIGID_BODY_SIM_FULL') == '1'
 
 
 def top(dt):
@@ -65,12 +63,16 @@ def error(name, dt, *, seconds=1.0, **options):
 
 
 def names():
+    """Integrators of fixed step; those that share their scheme with another are long."""
     fixed = [
         name
         for name, method in INTEGRATORS.items()
         if not method.controls_its_error and method.refuses(top(0.01)) is None
     ]
-    return sorted(fixed) if FULL else SHORT
+    return [
+        pytest.param(name, marks=() if name in SHORT else pytest.mark.long)
+        for name in sorted(fixed)
+    ]
 
 
 @pytest.mark.parametrize('name', names())
@@ -82,7 +84,7 @@ def test_heavy_top_converges_with_the_claimed_order(name):
         assert math.log(a / b) / math.log(g / h) == pytest.approx(order, abs=SLOPE)
 
 
-@pytest.mark.skipif(not FULL, reason='RIGID_BODY_SIM_FULL=1 runs it: the same on a matrix')
+@pytest.mark.long
 @pytest.mark.parametrize('reorthonormalise', [True, False])
 @pytest.mark.parametrize('name', ['explicit_euler', 'midpoint', 'rk4', 'rk8'])
 def test_heavy_top_converges_with_the_claimed_order_on_a_matrix(name, reorthonormalise):
@@ -92,7 +94,7 @@ def test_heavy_top_converges_with_the_claimed_order_on_a_matrix(name, reorthonor
     assert math.log(a / b) / math.log(steps[0] / steps[1]) == pytest.approx(order, abs=SLOPE)
 
 
-@pytest.mark.skipif(not FULL, reason='RIGID_BODY_SIM_FULL=1 runs it: methods of chosen tolerance')
+@pytest.mark.long
 @pytest.mark.parametrize(
     ('name', 'allowed'),
     [
