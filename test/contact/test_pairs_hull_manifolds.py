@@ -208,3 +208,17 @@ def test_a_large_mesh_meets_as_its_hull_of_few_corners_does():
     many, few = hull(grid), hull(CUBE)
     assert len(packed(many.solid)) == len(packed(few.solid))
     assert len(hulls.hull(grid).vertices) == 8
+
+
+def test_features_stay_with_their_corners_while_a_body_slides():
+    before = None
+    for step in range(20):
+        x = 0.7 + 1e-3 * step
+        found = collide(hull(CUBE), hull(CUBE), at(0, 0, 0), at(x, 0.2, 0.999), 0.01)
+        here = dict(zip(found.features.tolist(), found.places))
+        assert len(here) == 4
+        if before is not None:
+            assert here.keys() == before.keys()
+            for feature, place in here.items():
+                assert np.linalg.norm(place - before[feature]) < 1.01e-3
+        before = here
