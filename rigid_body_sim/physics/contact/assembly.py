@@ -67,10 +67,10 @@ from rigid_body_sim.physics.contact.rows import (
     SCALE,
     SCRATCH,
     SPIN,
+    T2,
     A,
     B,
     N,
-    O,
     T,
 )
 from rigid_body_sim.physics.contact.touching_bodies import BODY, L_HELD, P_HELD
@@ -187,9 +187,9 @@ def _fill_manifold(
     rows[place + T] = tx
     rows[place + T + 8] = ty
     rows[place + T + 16] = tz
-    rows[place + O] = ny * tz - nz * ty
-    rows[place + O + 8] = nz * tx - nx * tz
-    rows[place + O + 16] = nx * ty - ny * tx
+    rows[place + T2] = ny * tz - nz * ty
+    rows[place + T2 + 8] = nz * tx - nx * tz
+    rows[place + T2 + 16] = nx * ty - ny * tx
     ma, mb = a * MATERIAL, b * MATERIAL
     rows[place + MU] = math.sqrt(materials[ma + FRICTION] * materials[mb + FRICTION])
     rows[place + BOUNCE] = max(materials[ma + RESTITUTION], materials[mb + RESTITUTION])
@@ -205,7 +205,7 @@ def _fill_manifold(
 
 
 @inline
-def _anchor(poses: Array, p: int, x: float, y: float, z: float) -> Any:
+def anchor_of(poses: Array, p: int, x: float, y: float, z: float) -> Any:
     """Return a point in the axes of a shape."""
     x, y, z = x - poses[p], y - poses[p + 1], z - poses[p + 2]
     return (
@@ -226,7 +226,7 @@ def _remembered_as(
     for i in range(count):
         if not (taken >> i) & 1 and memory[old + 2 + i * REMEMBERED + FEAT] == feature:
             return i
-    x, y, z = _anchor(poses, pose, records[point], records[point + 1], records[point + 2])
+    x, y, z = anchor_of(poses, pose, records[point], records[point + 1], records[point + 2])
     best, least = -1, near
     for i in range(count):
         at_anchor = old + 2 + i * REMEMBERED + ANCHOR
@@ -316,7 +316,7 @@ def _warm_start(
     rows[p + JN] = normal
     x, y, z = memory[i + SLIP], memory[i + SLIP + 1], memory[i + SLIP + 2]
     t = factor * (rows[place + T] * x + rows[place + T + 8] * y + rows[place + T + 16] * z)
-    o = factor * (rows[place + O] * x + rows[place + O + 8] * y + rows[place + O + 16] * z)
+    o = factor * (rows[place + T2] * x + rows[place + T2 + 8] * y + rows[place + T2 + 16] * z)
     limit = rows[place + MU] * normal
     size = math.sqrt(t * t + o * o)
     if size > limit:
@@ -324,21 +324,21 @@ def _warm_start(
         o *= limit / size
     rows[p + JT] = t
     rows[p + JO] = o
-    x = normal * rows[place + N] + (t * rows[place + T] + o * rows[place + O])
-    y = normal * rows[place + N + 8] + (t * rows[place + T + 8] + o * rows[place + O + 8])
-    z = normal * rows[place + N + 16] + (t * rows[place + T + 16] + o * rows[place + O + 16])
+    x = normal * rows[place + N] + (t * rows[place + T] + o * rows[place + T2])
+    y = normal * rows[place + N + 8] + (t * rows[place + T + 8] + o * rows[place + T2 + 8])
+    z = normal * rows[place + N + 16] + (t * rows[place + T + 16] + o * rows[place + T2 + 16])
     u, v, w = 0.0, 0.0, 0.0
     if angular:
         u, v, w = memory[i + TWIST], memory[i + TWIST + 1], memory[i + TWIST + 2]
         r = factor * (rows[place + T] * u + rows[place + T + 8] * v + rows[place + T + 16] * w)
-        q = factor * (rows[place + O] * u + rows[place + O + 8] * v + rows[place + O + 16] * w)
+        q = factor * (rows[place + T2] * u + rows[place + T2 + 8] * v + rows[place + T2 + 16] * w)
         s = factor * (rows[place + N] * u + rows[place + N + 8] * v + rows[place + N + 16] * w)
         rows[p + JR] = r
         rows[p + JQ] = q
         rows[p + JS] = s
-        u = r * rows[place + T] + q * rows[place + O] + s * rows[place + N]
-        v = r * rows[place + T + 8] + q * rows[place + O + 8] + s * rows[place + N + 8]
-        w = r * rows[place + T + 16] + q * rows[place + O + 16] + s * rows[place + N + 16]
+        u = r * rows[place + T] + q * rows[place + T2] + s * rows[place + N]
+        v = r * rows[place + T + 8] + q * rows[place + T2 + 8] + s * rows[place + N + 8]
+        w = r * rows[place + T + 16] + q * rows[place + T2 + 16] + s * rows[place + N + 16]
     for side in range(2):
         core = core_b if side == 1 else core_a
         if core < 0:
@@ -353,54 +353,3 @@ def _warm_start(
         bodies[b + L_HELD] += sign * (ay * z - az * y + u)
         bodies[b + L_HELD + 1] += sign * (az * x - ax * z + v)
         bodies[b + L_HELD + 2] += sign * (ax * y - ay * x + w)
-
-
-@kernel
-def remember(
-    manifolds: int, width: int, h: float, angular: bool, poses: Array, records: Array,
-    rows: Array, memory: Array,
-) -> None:  # fmt: skip
-    """Write what the next tick starts from; poses are those at the start of this one."""
-    memory[0] = h
-    memory[1] = float(manifolds)
-    to = MEMORY
-    for m in range(manifolds):
-        o = m * RECORD
-        count = int(records[o + COUNT])
-        memory[to] = records[o + KEY]
-        memory[to + 1] = float(count)
-        to += 2
-        place = int(records[o + LANE])
-        batch = place - place % LANES
-        pose = int(records[o + BODY_A]) * POSE
-        for point in range(count):
-            at_point = o + RECORD_POINTS + point * FOUND_POINT
-            p = batch + MANIFOLD + point * width + place - batch
-            t, s = rows[p + JT], rows[p + JO]
-            memory[to + FEAT] = records[at_point + FEATURE]
-            memory[to + NORM] = rows[p + JN]
-            for axis in range(3):
-                row = place + 8 * axis
-                memory[to + SLIP + axis] = t * rows[row + T] + s * rows[row + O]
-                memory[to + TWIST + axis] = (
-                    rows[p + JR] * rows[row + T]
-                    + rows[p + JQ] * rows[row + O]
-                    + rows[p + JS] * rows[row + N]
-                    if angular
-                    else 0.0
-                )
-            x, y, z = _anchor(
-                poses, pose, records[at_point], records[at_point + 1], records[at_point + 2]
-            )
-            memory[to + ANCHOR] = x
-            memory[to + ANCHOR + 1] = y
-            memory[to + ANCHOR + 2] = z
-            to += REMEMBERED
-
-
-def end_of_memory(memory: Array) -> int:
-    """Count the numbers of the memory that are in use."""
-    end = MEMORY
-    for _ in range(int(memory[1])):
-        end += 2 + int(memory[end + 1]) * REMEMBERED
-    return end

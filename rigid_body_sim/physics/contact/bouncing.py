@@ -39,12 +39,12 @@ from rigid_body_sim.physics.contact.rows import (
     MU,
     PS,
     SLIP_GAIN,
+    T2,
     VA,
     VB,
     WA,
     WB,
     N,
-    O,
     T,
 )
 from rigid_body_sim.physics.kernels import kernel
@@ -61,7 +61,7 @@ def bounce(lanes: int, s: Array, q: Array, g: Array, threshold: float) -> None:
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
+        ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
         ux, uy, uz = vector(g, k + VA)
         fx, fy, fz = vector(g, k + WA)

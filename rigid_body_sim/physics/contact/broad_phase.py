@@ -32,7 +32,7 @@ BRUTE = 24  # [-] colliders, up to which no grid is worth its while
 FAR = 1e15  # [-] cells from the origin, beyond which all share one
 LEVELS = 60  # grids
 
-# reaches: one row per collider
+# reaches: one row per collider; [m], velocity [m/s]; TURN: what turning and forces add
 MIDDLE, HALF, SPEED, TURN, SMALL, REACH = (
     0,
     3,
@@ -40,7 +40,7 @@ MIDDLE, HALF, SPEED, TURN, SMALL, REACH = (
     9,
     10,
     11,
-)  # [m], velocity [m/s]; TURN: what turning and forces add
+)
 ROW = 12
 # grid: one row per collider
 CELL_X, CELL_Y, CELL_Z, LEVEL, NEXT, ORDER = range(6)

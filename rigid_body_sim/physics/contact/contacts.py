@@ -25,10 +25,10 @@ from rigid_body_sim.physics.contact.rows import (
     RA,
     RB,
     SUM,
+    T2,
     A,
     B,
     N,
-    O,
     T,
 )
 from rigid_body_sim.physics.contact.touching_bodies import C, D, U, W
@@ -67,7 +67,7 @@ def read(
 
     normal = of_manifold(N)
     sums = of_point(SUM) + (of_point(BN) if bounces else 0.0)
-    impulse = sums[:, :1] * normal + sums[:, 1:2] * of_manifold(T) + sums[:, 2:] * of_manifold(O)
+    impulse = sums[:, :1] * normal + sums[:, 1:2] * of_manifold(T) + sums[:, 2:] * of_manifold(T2)
     at = RECORD_POINTS + index * FOUND_POINT
     point = np.stack([found[manifold, at + axis] for axis in range(3)], axis=1)
     moved_a = _moved(bodies, rows[place + A].astype(np.int64), of_point(RA))

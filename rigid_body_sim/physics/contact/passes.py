@@ -59,6 +59,7 @@ from rigid_body_sim.physics.contact.rows import (
     SCALE,
     SLIP_GAIN,
     SUM,
+    T2,
     UA,
     UB,
     VA,
@@ -68,7 +69,6 @@ from rigid_body_sim.physics.contact.rows import (
     A,
     B,
     N,
-    O,
     T,
 )
 from rigid_body_sim.physics.contact.touching_bodies import (
@@ -178,7 +178,7 @@ def push(
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
+        ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
         ux, uy, uz = vector(g, k + VA)
         fx, fy, fz = vector(g, k + WA)
@@ -245,7 +245,7 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, share: flo
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
+        ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
         ux, uy, uz = vector(g, k + VA)
         fx, fy, fz = vector(g, k + WA)

@@ -23,7 +23,6 @@ from rigid_body_sim.physics.contact.assembly import (
     COLOURS,
     MEMORY,
     REMEMBERED,
-    end_of_memory,
 )
 from rigid_body_sim.physics.contact.broad_phase import CELL, ROW
 from rigid_body_sim.physics.contact.collider import (
@@ -41,6 +40,7 @@ from rigid_body_sim.physics.contact.collider import (
 from rigid_body_sim.physics.contact.contacts import read
 from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
 from rigid_body_sim.physics.contact.manifold import FOUND
+from rigid_body_sim.physics.contact.memory import end_of_memory
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.contact.rows import (
     LANES,
@@ -352,6 +352,7 @@ def _refuse_flow(scene: Scene, colliders: Colliders) -> None:
         body = scene.bodies[index]
         if body.mass_flow is not None:
             raise InvalidModel(
-                f'{body.name!r} loses or gains mass and collides: contact needs bodies of constant '
-                'mass; leave mass_flow out, or take its shape away, or contact: {mode: none}'
+                f'{body.name!r} loses or gains mass and collides: contact needs bodies of '
+                'constant mass; leave mass_flow out, or take its shape away, or set contact: '
+                '{mode: none}'
             )

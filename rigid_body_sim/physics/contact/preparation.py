@@ -34,6 +34,7 @@ from rigid_body_sim.physics.contact.rows import (
     ROLL_GAIN,
     SLIP_GAIN,
     SPIN_GAIN,
+    T2,
     UA,
     UB,
     VA,
@@ -43,7 +44,6 @@ from rigid_body_sim.physics.contact.rows import (
     A,
     B,
     N,
-    O,
     T,
 )
 from rigid_body_sim.physics.contact.touching_bodies import ACC
@@ -71,7 +71,7 @@ def gains(lanes: int, s: Array, q: Array, g: Array) -> None:
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
+        ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
         ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
         mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
@@ -108,7 +108,7 @@ def angular_gains(lanes: int, s: Array, g: Array) -> None:
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
+        ox, oy, oz = vector(s, k + T2)
         ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
         mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
         a1, a2, a3, a4, a5, a6 = a1 + b1, a2 + b2, a3 + b3, a4 + b4, a5 + b5, a6 + b6

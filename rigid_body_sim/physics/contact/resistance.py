@@ -34,10 +34,10 @@ from rigid_body_sim.physics.contact.rows import (
     ROLL_GAIN,
     SPIN,
     SPIN_GAIN,
+    T2,
     WA,
     WB,
     N,
-    O,
     T,
 )
 from rigid_body_sim.physics.kernels import inline, kernel
@@ -68,7 +68,7 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
+        ox, oy, oz = vector(s, k + T2)
         fx, fy, fz = vector(g, k + WA)
         wx, wy, wz = vector(g, k + WB)
         x, y, z = wx - fx, wy - fy, wz - fz
@@ -101,7 +101,7 @@ def release(lanes: int, s: Array, q: Array, g: Array) -> None:
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + O)
+        ox, oy, oz = vector(s, k + T2)
         press = q[k + JN]
         old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]
         r, p = disc(old_r, old_p, s[k + ROLL] * press)

@@ -15,7 +15,7 @@ LANES = 8
 
 # of the manifold
 A, B = 0, 8  # [-] where the rows of the two bodies begin
-N, T, O = 16, 40, 64  # (3) [-] unit normal from A to B, two tangents
+N, T, T2 = 16, 40, 64  # (3) [-] unit normal from A to B, two tangents
 MU = 88  # [-] friction
 RATE, SCALE, KEEP = 96, 104, 112  # beta [1/s], sigma [-], iota [-] of the soft normal
 BOUNCE = 120  # [-] restitution

@@ -35,7 +35,7 @@ class ContactSettings:
     push_out_speed : [m/s] the fastest that overlap is undone
     margin         : [m] gap within which a contact is foreseen, at most a tenth of the radius of
                      the smaller body; motion over a tick is added
-    sleeping       : whether groups of bodies that have come to rest stand still until touched
+    sleeping       : false: every body is solved in every tick; nothing else is built yet
     """
 
     mode: str = MODE
@@ -72,6 +72,8 @@ class ContactSettings:
                 )
         if not isinstance(self.sleeping, bool):
             raise InvalidModel(f'contact.sleeping: got {self.sleeping!r}; true or false is needed')
+        if self.sleeping:
+            raise InvalidModel('contact.sleeping: got True; only false is available; leave it out')
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> ContactSettings:

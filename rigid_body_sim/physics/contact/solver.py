@@ -56,8 +56,8 @@ def _prepare(lanes: int, count: int, rows: Array, batches: Indices, bodies: Arra
 
 
 def _push(
-    lanes: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array, batches: Indices,
-    bodies: Array,
+    lanes: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array,
+    batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
     """Visit the normals of all batches, softly."""
     g = rows[0:SCRATCH]
@@ -77,8 +77,8 @@ def _push(
 
 
 def _relax(
-    lanes: int, count: int, inverse_h: float, first: bool, share: float, rows: Array, batches: Indices,
-    bodies: Array,
+    lanes: int, count: int, inverse_h: float, first: bool, share: float, rows: Array,
+    batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Visit normals and friction of all batches.

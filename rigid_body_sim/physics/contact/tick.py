@@ -7,8 +7,8 @@ Whole ticks with contact: detect once, then substeps of kick, push, drift, relax
     each substep h:
         p += h F, L += h torque, and the contact impulses of the last substep
         push:  soft normals of all contacts
-        drift: x += h v where a contact carries the body, else x += h v - h^2/2 a, which is exact in
-               flight; q by the drift of the integrator, L fixed; world inertia, omega from L
+        drift: x += h v where a contact carries the body, else x += h v - h^2/2 a, exact in flight;
+               q by the drift of the integrator, L fixed; world inertia, omega from L
         relax: normals without push-out, and friction
     bounce
 
@@ -38,6 +38,7 @@ from rigid_body_sim.physics.blocks import (
     TZ,
 )
 from rigid_body_sim.physics.contact import assembly, broad_phase, detection, touching_bodies
+from rigid_body_sim.physics.contact import memory as memory_of
 from rigid_body_sim.physics.contact.rows import A, B
 from rigid_body_sim.physics.contact.touching_bodies import BODY
 from rigid_body_sim.physics.kernels import kernel, specialise, unbound
@@ -246,7 +247,7 @@ def _advance(
             bounce(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
-        assembly.remember(manifolds, WIDTH, part, ANGULAR, poses, records, rows, memory)
+        memory_of.remember(manifolds, WIDTH, part, ANGULAR, poses, records, rows, memory)
         counts[DONE] = passed + 1
         status = finite(n_bodies, n_rigid, translation, rotation)
     return status

@@ -13,8 +13,8 @@ The motion since the start of the tick moves a point at arm r from the centre of
     d + D r,   D r = w t + c u x t,   t = 2 u x r
 
     u, w : quaternion of the turn; c = 1, except for round bodies: rolling moves the point of the
-           body but not the point of its surface that is nearest. A ball has D r = theta x r (c = 0,
-           w = 1), a body of revolution turns with its axis alone.
+           body but not the point of its surface that is nearest. A ball has D r = theta x r
+           (c = 0, w = 1), a body of revolution turns with its axis alone.
 """
 
 from __future__ import annotations
@@ -240,9 +240,9 @@ def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
     p, q, r, s = bodies[o + Q0], bodies[o + Q0 + 1], bodies[o + Q0 + 2], bodies[o + Q0 + 3]
     kind = bodies[o + ROUND]
     if kind == 1.0:
-        i, j, l = bodies[o + AXIS], bodies[o + AXIS + 1], bodies[o + AXIS + 2]
-        a1, a2, a3 = rotate(p, q, r, s, i, j, l)
-        b1, b2, b3 = rotate(x, y, z, w, i, j, l)
+        i, j, m = bodies[o + AXIS], bodies[o + AXIS + 1], bodies[o + AXIS + 2]
+        a1, a2, a3 = rotate(p, q, r, s, i, j, m)
+        b1, b2, b3 = rotate(x, y, z, w, i, j, m)
         half = math.sqrt(max(0.5 * (1.0 + (a1 * b1 + a2 * b2 + a3 * b3)), 1e-30))
         bodies[o + U] = 0.5 * (a2 * b3 - a3 * b2) / half
         bodies[o + U + 1] = 0.5 * (a3 * b1 - a1 * b3) / half

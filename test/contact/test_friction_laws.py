@@ -1,0 +1,150 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Friction: stopping distance, headings, threshold of a ramp, rolling, twisting, tipping.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.physics.simulation import Simulation
+
+from .touching import G, H, ball, box, ground, scene
+
+
+@pytest.mark.parametrize(('speed', 'edge', 'mu'), [(2.0, 0.2, 0.3), (6.0, 0.1, 0.5)])
+def test_a_sliding_box_stops_at_the_same_distance_for_every_heading(speed, edge, mu):
+    material = {'friction': mu}
+    wanted = speed**2 / (2 * mu * G)
+    found = []
+    for heading in np.radians([0, 17, 45, 77]):
+        v = (speed * math.cos(heading), speed * math.sin(heading), 0)
+        sim = Simulation(
+            scene(
+                [
+                    ground(material=material),
+                    box('b', edge, (0, 0, edge / 2), velocity=v, material=material),
+                ]
+            )
+        )
+        for _ in range(10):
+            sim.step(50)
+            assert sim.state.position[1, 2] < edge / 2 + 1e-9  # no lift
+        found.append(np.linalg.norm(sim.state.position[1, :2]))
+        assert np.abs(sim.state.velocity).max() < 1e-12
+    assert np.ptp(found) < 1e-3 * wanted
+    # friction acts at the end of each substep: v h / 2
+    assert np.mean(found) - wanted == pytest.approx(-speed * H / 2, rel=0.02)
+
+
+@pytest.mark.parametrize(('share', 'creep'), [(0.9, 5e-5), (0.99, 1e-4)])
+def test_a_block_on_a_ramp_holds_below_the_angle_of_friction(share, creep):
+    angle = share * math.atan(0.5)
+    sim = Simulation(scene(_on_a_ramp(angle)))
+    start = sim.state.position[1].copy()
+    sim.step(1200)
+    assert np.linalg.norm(sim.state.position[1] - start) < creep
+    assert np.abs(sim.state.velocity).max() < 1e-9
+
+
+def test_a_block_on_a_ramp_slides_above_the_angle_of_friction():
+    angle = 1.01 * math.atan(0.5)
+    sim = Simulation(scene(_on_a_ramp(angle)))
+    sim.step(240)
+    early = np.linalg.norm(sim.state.velocity[1])
+    sim.step(240)
+    gained = np.linalg.norm(sim.state.velocity[1]) - early
+    assert gained == pytest.approx(G * (math.sin(angle) - 0.5 * math.cos(angle)), rel=1e-3)
+
+
+def _on_a_ramp(angle):
+    q = (0, math.sin(angle / 2), 0, math.cos(angle / 2))
+    place = (0.1 * math.sin(angle), 0, 0.1 * math.cos(angle))
+    return [ground(slope=angle), box('b', 0.2, place, q=q)]
+
+
+def test_a_sliding_ball_ends_up_rolling_at_five_sevenths():
+    mu = 0.3
+    material = {'friction': mu}
+    sim = Simulation(
+        scene(
+            [
+                ground(material=material),
+                ball('b', 0.1, (0, 0, 0.1), velocity=(1, 0, 0), material=material),
+            ]
+        )
+    )
+    sim.step(480)
+    assert sim.state.velocity[1, 0] == pytest.approx(5 / 7, rel=1e-12)
+    assert sim.state.angular_velocity[1, 1] * 0.1 == pytest.approx(5 / 7, rel=1e-12)
+    time = 2 / (7 * mu * G)
+    distance = 12 / (49 * mu * G) + 5 / 7 * (2 - time)
+    assert sim.state.position[1, 0] == pytest.approx(distance, rel=1e-3)
+
+
+def test_a_ball_rolls_down_a_ramp_with_five_sevenths_of_gravity():
+    angle = math.radians(20)
+    place = (0.1 * math.sin(angle), 0, 0.1 * math.cos(angle))
+    sim = Simulation(scene([ground(slope=angle), ball('b', 0.1, place)]))
+    sim.step(240)
+    early = np.linalg.norm(sim.state.velocity[1])
+    sim.step(240)
+    gained = np.linalg.norm(sim.state.velocity[1]) - early
+    # the arm is R less half the sink of 1e-6 m at most
+    assert gained == pytest.approx(5 / 7 * G * math.sin(angle), rel=1e-6)
+
+
+def test_rolling_resistance_stops_a_ball_at_its_distance():
+    length, radius = 0.002, 0.1
+    rolls = {'friction': 0.5, 'rolling_friction': length}
+    sim = Simulation(
+        scene(
+            [
+                ground(material=rolls),
+                ball('b', radius, (0, 0, radius), velocity=(0.5, 0, 0), turn=(0, 5, 0),
+                     material=rolls),
+            ]
+        )
+    )  # fmt: skip
+    sim.step(1200)
+    # the torque is length * N about the contact: a = -(5/7) g length / R
+    assert sim.state.position[1, 0] == pytest.approx(
+        7 * 0.25 * radius / (10 * G * length), rel=2e-3
+    )
+    assert np.abs(sim.state.velocity).max() < 1e-9
+
+
+def test_torsional_friction_brings_a_spinning_ball_to_rest_in_time():
+    length, radius, spin = 0.004, 0.1, 10.0
+    twists = {'torsional_friction': length}
+    sim = Simulation(
+        scene(
+            [
+                ground(material=twists),
+                ball('b', radius, (0, 0, radius), turn=(0, 0, spin), material=twists),
+            ]
+        )
+    )
+    sim.step(120)
+    lost = length * G / (0.4 * radius**2) * 0.5
+    assert sim.state.angular_velocity[1, 2] == pytest.approx(spin - lost, rel=1e-3)
+    sim.step(480)
+    assert np.abs(sim.state.angular_velocity).max() < 1e-9
+
+
+@pytest.mark.parametrize(('factor', 'topples'), [(0.99, False), (1.01, True)])
+def test_a_tall_block_topples_exactly_beyond_its_base_over_height(factor, topples):
+    base, height = 0.1, 0.4
+    angle = math.atan(factor * base / height)
+    q = (0, math.sin(angle / 2), 0, math.cos(angle / 2))
+    place = (height / 2 * math.sin(angle), 0, height / 2 * math.cos(angle))
+    rough = {'friction': 1.0}
+    sim = Simulation(
+        scene([ground(slope=angle, material=rough),
+               box('b', (base, base, height), place, q=q, material=rough)])
+    )  # fmt: skip
+    sim.step(960)
+    turned = 2 * math.degrees(math.acos(min(1.0, abs(sim.state.orientation[1] @ np.array(q)))))
+    assert (turned > 45) == topples

@@ -1,0 +1,98 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Rest: stacks, mass ratios, energy that only falls.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.physics.simulation import Simulation
+
+from .touching import DT, G, H, box, ground, lean, scene, stack
+
+OMEGA = 2 * math.pi * 0.25 / H  # [rad/s] of the soft contact
+
+
+def test_a_stack_of_ten_stands_at_its_height_without_drift_and_at_rest():
+    sim = Simulation(lean(stack(10)))
+    sim.step(2400)
+    s = sim.state
+    sunk = (
+        (90 + 2.5) * G / OMEGA**2
+    )  # sum over the interfaces of W 2 g / omega^2, W g / (4 omega^2)
+    assert s.position[-1, 2] == pytest.approx(1.9 - sunk, abs=1e-6)
+    assert sunk < 4e-4
+    assert np.abs(s.position[1:, :2]).max() < 2e-4
+    assert np.abs(s.velocity).max() < 1e-6
+    assert np.abs(s.angular_velocity).max() < 1e-6
+
+
+def test_each_interface_of_a_stack_carries_the_weight_above_it():
+    sim = Simulation(lean(stack(10)))
+    sim.step(2400)
+    contacts = sim.contacts()
+    for k in range(1, 11):
+        below = [
+            i for i, pair in enumerate(contacts.bodies.tolist()) if sorted(pair) == [k - 1, k]
+        ]
+        force = abs(contacts.impulse[below].sum(axis=0)[2]) / DT
+        assert force == pytest.approx((11 - k) * G, rel=1e-6)
+        assert np.all(contacts.gap[below] < 0.0)
+        assert contacts.point[below][:, 2] == pytest.approx(0.2 * (k - 1), abs=1e-3)
+
+
+def test_the_sink_of_a_stack_falls_with_the_square_of_the_substep():
+    sunk = []
+    for substeps in (2, 4, 8):
+        sim = Simulation(lean(stack(4), substeps=substeps))
+        sim.step(2400)
+        sunk.append(0.7 - sim.state.position[-1, 2])
+    order = np.log2(np.array(sunk[:-1]) / np.array(sunk[1:]))
+    assert order == pytest.approx(2.0, abs=0.02)
+
+
+@pytest.mark.parametrize(('substeps', 'sink'), [(4, 6e-3), (16, 4e-4)])
+def test_a_thousand_kilograms_stand_on_one(substeps, sink):
+    bodies = [ground(), box('light', 0.2, (0, 0, 0.1)), box('heavy', 0.2, (0, 0, 0.3), mass=1000)]
+    sim = Simulation(lean(bodies, substeps=substeps))
+    sim.step(1200)
+    s = sim.state
+    assert 0.3 - sink < s.position[2, 2] < 0.3
+    assert np.abs(s.position[1:, :2]).max() < 5e-3
+    assert np.abs(s.velocity).max() < 0.02  # slow to settle; does not collapse
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_a_tumbling_box_without_bounce_gains_no_energy_at_any_tick(seed):
+    rng = np.random.default_rng(seed)
+    q = rng.normal(size=4)
+    tumbler = box(
+        'b', (0.2, 0.3, 0.4), (0, 0, 1), q=q / np.linalg.norm(q), velocity=rng.normal(size=3),
+        turn=6 * rng.normal(size=3),
+    )  # fmt: skip
+    sim = Simulation(scene([ground(), tumbler]))
+    energy = [sim.energy()]
+    for _ in range(900):
+        sim.step()
+        energy.append(sim.energy())
+    # what a corner that sank in by g/(4 omega^2) = 1e-6 m, m g times that = 1e-5 J, gives back
+    # when it is unloaded; while it tumbles it carries a few times its weight
+    assert np.diff(energy).max() < 5e-5
+    assert energy[-1] < 0.9 * energy[0]
+
+
+def test_a_body_without_contact_moves_to_the_bit_as_without_a_contact_mode():
+    flying = box('b', (0.1, 0.2, 0.3), (0, 0, 50), velocity=(1, 2, 3), turn=(5, 1, 2))
+    touching = Simulation(lean([ground(), flying]))
+    free = Simulation(
+        lean([ground(), flying]).__class__(
+            'free', round(DT * 1e9), (ground(), flying), gravity=(0.0, 0.0, -G)
+        ),
+        integrator_options={'substeps': 4},
+    )
+    touching.step(240)
+    free.step(240)
+    assert touching.state.values.tobytes() == free.state.values.tobytes()

@@ -1,0 +1,165 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Bits: repeats, whole runs and single ticks, restored and reset runs, labels, refusals.
+"""
+
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.simulation import Simulation
+
+from .touching import H, ball, box, ground, heap, lean, scene
+
+RUN = """
+import sys; sys.path.insert(0, sys.argv[1])
+from touching import heap, scene
+from rigid_body_sim.physics.simulation import Simulation
+sim = Simulation(scene(heap(3)))
+sim.step(100)
+print(sim.state_bytes().hex())
+"""
+
+
+def test_many_ticks_at_once_give_the_bits_of_one_by_one_and_of_every_run():
+    at_once, one_by_one = Simulation(scene(heap(6))), Simulation(scene(heap(6)))
+    at_once.step(400)
+    for _ in range(400):
+        one_by_one.step()
+    assert at_once.state_bytes() == one_by_one.state_bytes()
+
+
+def test_a_restored_run_and_a_reset_one_give_the_same_bits():
+    sim = Simulation(scene(heap(6)))
+    sim.step(200)
+    middle = sim.state_bytes()
+    sim.step(200)
+    end = sim.state_bytes()
+    other = Simulation(scene(heap(6)))
+    other.restore(tick=200, state=middle, slots={})
+    other.step(200)
+    assert other.state_bytes() == end
+    sim.reset()
+    assert not len(sim.contacts())
+    sim.step(400)
+    assert sim.state_bytes() == end
+
+
+def test_labels_of_bodies_change_nothing_beyond_rounding():
+    bodies = heap(6)
+    shuffled = [bodies[i] for i in np.random.default_rng(3).permutation(len(bodies))]
+    one, other = Simulation(scene(bodies)), Simulation(scene(shuffled))
+    one.step(300)
+    other.step(300)
+    for body in bodies:
+        a = one.state.position[one.body_index(body.name)]
+        b = other.state.position[other.body_index(body.name)]
+        assert np.abs(a - b).max() < 1e-12
+
+
+def test_compiled_and_plain_kernels_give_the_same_bits():
+    folder = os.path.dirname(__file__)
+    runs = []
+    for compiled in ('0', '1'):
+        environment = {**os.environ, 'RIGID_BODY_SIM_COMPILE': compiled}
+        run = subprocess.run(
+            [sys.executable, '-c', RUN, folder], env=environment, capture_output=True, text=True
+        )
+        assert run.returncode == 0, run.stderr
+        runs.append(run.stdout)
+    assert runs[0] == runs[1]
+
+
+def test_lists_that_are_too_short_grow_without_a_trace():
+    sim, other = Simulation(scene(heap(6))), Simulation(scene(heap(6)))
+    plan = other._stepper.contact
+    plan.keys = plan.keys[:1]
+    plan.records = plan.records[:32]
+    plan.memory = plan.memory[:2]
+    plan.rows = plan.rows[:500]
+    plan._pack()
+    sim.step(300)
+    other.step(300)
+    assert other.state_bytes() == sim.state_bytes()
+
+
+def test_momentum_of_bodies_that_touch_each_other_alone_stays():
+    rng = np.random.default_rng(5)
+    bodies = [
+        box(f'b{i}', 0.3, rng.uniform(-0.6, 0.6, 3), velocity=rng.normal(size=3),
+            turn=rng.normal(size=3))
+        for i in range(8)
+    ]  # fmt: skip
+    sim = Simulation(scene(bodies, gravity=(0, 0, 0)))
+    momentum = sim.momentum()
+    scale = sum(np.linalg.norm(body.initial.velocity) for body in bodies)
+    sim.step(240)
+    assert np.abs(sim.momentum() - momentum).max() < 1e-12 * scale
+
+
+def test_a_held_force_and_an_impulse_act_on_bodies_that_touch():
+    sim = Simulation(lean([ground(), box('b', 0.2, (0, 0, 0.1))]))
+    sim.step(10)
+    sim.set_wrench('b', force=(4.0, 0, 0))  # less than mu m g = 4.9 N
+    sim.step(240)
+    assert abs(sim.state.velocity[1, 0]) < 1e-9
+    sim.set_wrench('b', force=(6.0, 0, 0))
+    sim.step(240)
+    assert sim.state.velocity[1, 0] == pytest.approx(6.0 - 0.5 * 9.81, abs=6.0 * H)
+    sim.set_wrench('b')
+    sim.apply_impulse('b', linear=(0, 0, 1.0))
+    assert sim.state.velocity[1, 2] == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize('integrator', ['rk4', 'semi_implicit_euler', 'blanes_moan4', 'rk45'])
+def test_integrators_that_do_not_suit_contact_say_so(integrator):
+    with pytest.raises(InvalidModel, match=r'refuses the scene .* take one of: dmv2'):
+        Simulation(lean([ground(), ball('b', 0.1, (0, 0, 1))]), integrator=integrator)
+
+
+def test_auto_takes_a_splitting_method_and_says_why():
+    sim = Simulation(lean([ground(), ball('b', 0.1, (0, 0, 1))]), integrator='auto')
+    assert sim.integrator.name == 'dmv6'
+    assert sim.choice is not None and 'contact' in sim.choice.reason
+
+
+@pytest.mark.parametrize(
+    ('given', 'said'),
+    [
+        ({'substep': 4}, "no key 'substep'"),
+        ({'substeps': 0}, 'a whole number from 1 to 1000'),
+        ({'damping_ratio': -1.0}, 'not negative'),
+        ({'margin': math.nan}, 'a finite number'),
+        ({'sleeping': 1}, 'true or false'),
+    ],
+)
+def test_impossible_settings_are_refused(given, said):
+    with pytest.raises(InvalidModel, match=said):
+        Simulation(lean([ground()], **given))
+
+
+def test_a_scene_without_contact_has_no_contacts_and_loads_none_of_it():
+    code = (
+        'import sys; from rigid_body_sim import Simulation, load_scene\n'
+        "sim = Simulation(load_scene({'bodies': [{'name': 'b', 'mass': 1, "
+        "'shape': {'type': 'sphere', 'radius': 1}}], 'dt': 0.01}))\n"
+        'assert len(sim.contacts()) == 0\n'
+        "assert not [m for m in sys.modules if m.startswith('rigid_body_sim.physics.contact.')]\n"
+    )
+    run = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+
+
+def test_a_body_whose_mass_changes_cannot_collide():
+    from rigid_body_sim.physics.model import MassFlow
+
+    rocket = replace(ball('b', 0.1, (0, 0, 1)), mass_flow=MassFlow(-0.1, final_mass=0.5))
+    with pytest.raises(InvalidModel, match='loses or gains mass and collides'):
+        Simulation(lean([ground(), rocket]))
