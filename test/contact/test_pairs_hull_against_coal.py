@@ -9,6 +9,7 @@ import pytest
 
 from rigid_body_sim.physics.contact import gjk, polyhedra, separating_axes
 from rigid_body_sim.physics.contact.collider import BOX, CYLINDER, HULL
+from rigid_body_sim.physics.contact.extreme_points import DEEPER
 from rigid_body_sim.physics.contact.hull_records import COUNT, PRISM, VERTICES, packed
 from rigid_body_sim.physics.contact.manifold import FOUND, TIE
 from rigid_body_sim.physics.contact.relative_pose import near_of, place
@@ -33,8 +34,8 @@ def test_smallest_gap_of_the_manifold_is_the_distance_of_coal(pair):
         case = (k, a.kind, b.kind, truth, found)
         assert 1 <= len(found) <= 4, case
         half = min(a.half_width, b.half_width)
-        # Of points as deep as another, up to TIE of the patch, the manifold keeps the first.
-        tie = TIE * 2.0 * min(a.reach, b.reach) + EXACT
+        # A point deeper than the others by less than DEEPER of the patch may be missing.
+        tie = DEEPER * (2.0 * min(a.reach, b.reach) + half) if a.solid is not None else TIE
         is_core = a.solid is None
         if truth > -a.radius:
             lead = 0.0 if is_core else polyhedra.EDGE_GAIN * half

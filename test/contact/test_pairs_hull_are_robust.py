@@ -95,6 +95,7 @@ def check(found, case):
         assert abs(np.linalg.norm(found.normal) - 1.0) < 1e-12, (case, found)
         assert np.all(np.isfinite(found.places)) and np.all(np.isfinite(found.features)), case
         assert np.all(found.gaps <= MARGIN) and np.all(np.isfinite(found.gaps)), (case, found)
+        assert len(set(found.features)) == len(found), (case, found)
 
 
 @settings(max_examples=300, deadline=None)

@@ -10,8 +10,8 @@ import pytest
 from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.contact import hulls, polyhedra
 from rigid_body_sim.physics.contact.collider import CYLINDER, HULL, PLANE
+from rigid_body_sim.physics.contact.extreme_points import DEEPER
 from rigid_body_sim.physics.contact.hull_records import packed
-from rigid_body_sim.physics.contact.manifold import TIE
 
 from .hull_cases import (
     PAIRS,
@@ -144,7 +144,7 @@ def test_exchanging_the_two_shapes_turns_the_normal(pair):
         # A face of B must beat one of A by FACE_GAIN, so the two may choose differently.
         half = min(a.half_width, b.half_width)
         lead = (polyhedra.EDGE_GAIN + 2.0 * polyhedra.FACE_GAIN) * half
-        lead += TIE * 2.0 * min(a.reach, b.reach)
+        lead += 3.0 * DEEPER * min(a.reach, b.reach)
         lead += 2.2 * polyhedra.EDGE_SHARE * max(0.0, -one.gap)
         assert abs(one.gap - other.gap) < lead
         hits += 1
@@ -196,7 +196,7 @@ def test_small_motion_changes_the_smallest_gap_by_as_little():
             if before is not None:
                 lead = (polyhedra.EDGE_GAIN + polyhedra.FACE_GAIN) * half
                 lead += 1.1 * polyhedra.EDGE_SHARE * max(0.0, -gap)
-                lead += TIE * 2.0 * min(a.reach, b.reach)
+                lead += 3.0 * DEEPER * min(a.reach, b.reach)
                 assert abs(gap - before) < 0.0005 * (1 + 1e-9) + lead, (a, b, step)
             before = gap
 
@@ -208,3 +208,17 @@ def test_a_large_mesh_meets_as_its_hull_of_few_corners_does():
     many, few = hull(grid), hull(CUBE)
     assert len(packed(many.solid)) == len(packed(few.solid))
     assert len(hulls.hull(grid).vertices) == 8
+
+
+def test_features_stay_with_their_corners_while_a_body_slides():
+    before = None
+    for step in range(20):
+        x = 0.7 + 1e-3 * step
+        found = collide(hull(CUBE), hull(CUBE), at(0, 0, 0), at(x, 0.2, 0.999), 0.01)
+        here = dict(zip(found.features.tolist(), found.places))
+        assert len(here) == 4
+        if before is not None:
+            assert here.keys() == before.keys()
+            for feature, place in here.items():
+                assert np.linalg.norm(place - before[feature]) < 1.01e-3
+        before = here

@@ -272,6 +272,14 @@ def fill_rows(
             at_point = o + RECORD_POINTS + point * FOUND_POINT
             p = batch + MANIFOLD + point * width + lane
             x, y, z = records[at_point], records[at_point + 1], records[at_point + 2]
+            if core_a < 0 or core_b < 0:
+                # on the surface of the body that moves: the point midway serves the balance of
+                # angular momentum, which what cannot move does not keep
+                half = 0.5 * records[at_point + FOUND_GAP]
+                half = -half if core_b < 0 else half
+                x += half * rows[place + N]
+                y += half * rows[place + N + 8]
+                z += half * rows[place + N + 16]
             if core_a >= 0:
                 k = at(core_a, TRANSLATION)
                 rows[p + RA] = x - translation[k + RX]

@@ -241,25 +241,26 @@ def find_pairs(
                 z = _cell(reaches[j * ROW + 2] * inverse)
                 if larger == level:
                     grid[row + CELL_X], grid[row + CELL_Y], grid[row + CELL_Z] = x, y, z
-                for around in range(27):
-                    cx = x + around // 9 - 1
-                    cy = y + around // 3 % 3 - 1
-                    cz = z + around % 3 - 1
-                    i = heads[_hash(cx, cy, cz, larger, mask)]
-                    while i >= 0:
-                        other = i * CELL
-                        if (
-                            grid[other + CELL_X] == cx
-                            and grid[other + CELL_Y] == cy
-                            and grid[other + CELL_Z] == cz
-                            and grid[other + LEVEL] == larger
-                            and (moves or table[i * TABLE + CORE] >= 0)
-                            and _may_meet(reaches, i * ROW, j * ROW, h)
-                        ):
-                            if count < room:
-                                keys[count] = j * n + i if i < j else i * n + j
-                            count += 1
-                        i = grid[other + NEXT]
+                for cx in range(x - 1, x + 2):
+                    hash_x = (cx * 73856093) ^ (larger * 2654435761)
+                    for cy in range(y - 1, y + 2):
+                        hash_y = hash_x ^ (cy * 19349663)
+                        for cz in range(z - 1, z + 2):
+                            i = heads[(hash_y ^ (cz * 83492791)) & mask]
+                            while i >= 0:
+                                other = i * CELL
+                                if (
+                                    grid[other + CELL_X] == cx
+                                    and grid[other + CELL_Y] == cy
+                                    and grid[other + CELL_Z] == cz
+                                    and grid[other + LEVEL] == larger
+                                    and (moves or table[i * TABLE + CORE] >= 0)
+                                    and _may_meet(reaches, i * ROW, j * ROW, h)
+                                ):
+                                    if count < room:
+                                        keys[count] = j * n + i if i < j else i * n + j
+                                    count += 1
+                                i = grid[other + NEXT]
             place = _hash(grid[row + CELL_X], grid[row + CELL_Y], grid[row + CELL_Z], level, mask)
             grid[row + NEXT] = heads[place]
             heads[place] = j

@@ -123,7 +123,7 @@ def collide_core(
         found[to + 3], found[to + 4] = gap, -1.0
         count += 1
     found[0], found[1], found[2] = -x, -y, -z
-    count = keep_four(found, POINTS, count)
+    count = keep_four(found, POINTS + 0 * h, count)
     to_world(cx, cy, cz, poses, ph, found, count)
     return count
 

@@ -17,6 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import QW, QX, QY, QZ, ROTATION, RX, TRANSLATION, at
+from rigid_body_sim.physics.contact.advancement import (
+    FAST,
+    MOST_PIECES,
+    PIECE,
+    advancement,
+    motion_of,
+    size_of,
+)
 from rigid_body_sim.physics.contact.broad_phase import ROW, margin_of
 from rigid_body_sim.physics.contact.collider import (
     BOUNDS,
@@ -41,6 +49,7 @@ TYPE_A, TYPE_B = 0, 0
 collide: Callable[..., Any] = unbound
 others: Callable[..., Any] = unbound
 meet: Callable[..., Any] = unbound
+hits: Callable[..., Any] = unbound
 
 
 @kernel
@@ -104,13 +113,17 @@ def meeting(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[
 
 def _find_manifolds(
     pairs: int, n: int, h: float, room: int, keys: Indices, numbers: Array, table: Indices,
-    bounds: Array, reaches: Array, poses: Array, found: Array, records: Array,
+    bounds: Array, reaches: Array, poses: Array, found: Array, records: Array, bodies: Array,
+    pieces: Indices,
 ) -> int:  # fmt: skip
     """
     Write the manifolds of pairs that are within their margins; return how many, also beyond the
     room.
+
+    pieces : [0] is set to the pieces into which the tick should be cut, see `advancement`
     """
     count = 0
+    pieces[0] = 1
     for pair in range(pairs):
         key = keys[pair]
         a, b = key // n, key % n
@@ -130,6 +143,15 @@ def _find_manifolds(
             margin = reaches[o + 10] + max(-toward, 0.0) * h + reaches[o + 9]
         else:
             margin = margin_of(reaches, a * ROW, b * ROW, h)
+            size = size_of(bounds, a, b)
+            motion = motion_of(reaches, a, b, h)
+            if motion > FAST * size:
+                if not hits(
+                    a, b, n, h, motion, numbers, table, bounds, bodies, reaches, poses, found
+                ):
+                    continue
+                finer = motion / max(PIECE * size, motion / MOST_PIECES)
+                pieces[0] = max(pieces[0], int(math.ceil(finer)))
         points = meet(
             ta, tb, numbers, table[a * TABLE + SIZES], table[b * TABLE + SIZES], poses,
             a * POSE, b * POSE, margin, found,
@@ -153,4 +175,5 @@ def _find_manifolds(
 def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
     """Make the kernel that finds the manifolds of a scene with these pair kernels."""
     name = '_'.join(f'{a}{b}' for a, b, _ in kernels)
-    return specialise(_find_manifolds, name=name, meet=meeting(kernels))
+    meet = meeting(kernels)
+    return specialise(_find_manifolds, name=name, meet=meet, hits=advancement(name, meet))

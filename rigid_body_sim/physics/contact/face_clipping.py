@@ -101,6 +101,15 @@ def is_over(
 
 
 @inline
+def across(of, at: int, face: int, is_b: bool, work):
+    """Return the way from a corner of a face to the opposite one, axes of A."""
+    loop = at + int(of[at + LOOPS]) + int(of[at + LOOP]) * face
+    px, py, pz = _corner(of, at, loop, 0, is_b, work)
+    qx, qy, qz = _corner(of, at, loop, int(of[loop]) // 2, is_b, work)
+    return px - qx, py - qy, pz - qz
+
+
+@inline
 def _put(work, at: int, x: float, y: float, z: float, edge: float) -> None:
     work[at], work[at + 1], work[at + 2], work[at + 3] = x, y, z, edge
 

@@ -186,7 +186,8 @@ def _topology(points: Array, axes: Array, spans: Array, tolerance: float, name: 
             found = ConvexHull(coordinates, qhull_options='Qt')
         except (QhullError, ValueError):
             continue
-        topology = polygons(points, found.simplices, found.neighbors, tolerance)
+        triangles, neighbours = (np.array(x, np.int64) for x in (found.simplices, found.neighbors))
+        topology = polygons(points, triangles, neighbours, tolerance)
         if topology is not None:
             return topology
     raise InvalidModel(

@@ -205,9 +205,11 @@ def push(
         presses = new > 0.0
         new = new if presses else 0.0
         change = new - old
-        # where nothing presses there is no friction either
-        t = old_t if presses else 0.0
-        o = old_o if presses else 0.0
+        # friction of the last substep is none of this one where less presses: it keeps its share
+        less = new < old
+        share = new / (old if less else 1.0) if less else 1.0
+        t = share * old_t
+        o = share * old_o
         dt, do = t - old_t, o - old_o
         x = change * nx + (dt * tx + do * ox)
         y = change * ny + (dt * ty + do * oy)

@@ -274,9 +274,35 @@ class ContactPlan:
                 self._is_read = self._is_read or done > 0
                 if status != 0.0 or self.counts[tick.SHORT] == tick.NOTHING_SHORT:
                     return status
-                self._grow()
+                if self.counts[tick.SHORT] != tick.TOO_LONG:
+                    self._grow()
+                    continue
+                status = self._in_pieces(
+                    compiled, at + done, h, n_moving, n_rigid, translation, rotation, method, own,
+                    elements, ranges,
+                )  # fmt: skip
+                done += 1
+                if status != 0.0 or done == ticks:
+                    return status
 
         return advance
+
+    def _in_pieces(
+        self, compiled: Callable[..., Any], at: float, h: float, *arguments: Any
+    ) -> float:
+        """Advance over one tick in pieces, because something fast hits something in it."""
+        pieces = int(self.counts[tick.PIECES])
+        self.counts[tick.CUT] = 1
+        done, status = 0, 0.0
+        while done < pieces and status == 0.0:
+            status = compiled(
+                pieces - done, at * pieces + done, h / pieces, *arguments, *self._arguments
+            )
+            done += int(self.counts[tick.DONE])
+            if self.counts[tick.SHORT] != tick.NOTHING_SHORT:
+                self._grow()
+        self.counts[tick.CUT] = 0
+        return status
 
 
 def _aligned(size: int) -> Array:

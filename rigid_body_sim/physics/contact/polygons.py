@@ -91,9 +91,10 @@ def polygons(
     tolerance  : [m]     from the plane of a face
     Returns None if the triangles are no closed surface.
     """
-    triangles = _outward(points, triangles.astype(np.int64), neighbours)
-    if triangles is None:
+    outward = _outward(points, triangles, neighbours)
+    if outward is None:
         return None
+    triangles = outward
     joined = _groups(points, triangles, neighbours, tolerance)
     for groups in (joined, np.arange(len(triangles))):  # if joining fails: as they are
         loops = _loops(triangles, groups)

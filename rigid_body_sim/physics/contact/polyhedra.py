@@ -11,14 +11,23 @@ So that the normal does not jump to and fro between two equal choices, a face of
 faces of A by FACE_GAIN of a half width, and edges, corners or nearest points must beat the faces
 by
 EDGE_GAIN of it, plus EDGE_SHARE of the overlap: so much, at most, is a gap smaller, and a
-depth larger, than the exact one.
+depth larger, than the exact one. A corner of a round face that the patch lacks joins it when it is
+deeper by DEEPER of a half width.
 """
 
 from __future__ import annotations
 
 import math
 
-from rigid_body_sim.physics.contact.face_clipping import FACE_NAMES, MOST, facing, is_over, patch
+from rigid_body_sim.physics.contact.extreme_points import DEEPER, keep_extremes
+from rigid_body_sim.physics.contact.face_clipping import (
+    FACE_NAMES,
+    MOST,
+    across,
+    facing,
+    is_over,
+    patch,
+)
 from rigid_body_sim.physics.contact.gjk import FAR, GAP, closest
 from rigid_body_sim.physics.contact.hull_records import (
     CENTER,
@@ -28,7 +37,7 @@ from rigid_body_sim.physics.contact.hull_records import (
     RADIUS,
     VERTICES,
 )
-from rigid_body_sim.physics.contact.manifold import POINT, keep_four
+from rigid_body_sim.physics.contact.manifold import POINT
 from rigid_body_sim.physics.contact.relative_pose import (
     AXIS,
     FRAME,
@@ -93,7 +102,6 @@ def collide_records(
     if not s <= margin:
         return 0
     count = _patch(of_a, a, of_b, b, side, face, s, state, margin, half, found)
-    count = keep_four(found, POINTS, count)
     to_world(of_a[k], of_a[k + 1], of_a[k + 2], poses, pa, found, count)
     return count
 
@@ -163,7 +171,7 @@ def _patch(
     work,
 ) -> int:
     """
-    Write the normal, axes of A, and the points at POINTS; return their number.
+    Write the normal and the points of the manifold, axes of A; return their number.
 
     The point of least gap is among them. Where the patch lacks it, the nearest points are added,
     or for the overlap along a face its deepest corner, unless that hangs over the rim and the
@@ -210,12 +218,14 @@ def _patch(
             of_r, r, face, is_b, x, y, z, px, py, pz, work
         )
         px, py, pz = px - 0.5 * s * x, py - 0.5 * s * y, pz - 0.5 * s * z
-    if missing and gap <= margin and not least <= gap + EXACT * half:
+    enough = gap + (EXACT if side == NONE else DEEPER) * half
+    if missing and gap <= margin and not least <= enough:
         to = POINTS + POINT * count
         work[to], work[to + 1], work[to + 2], work[to + 3] = px, py, pz, gap
         work[to + 4] = -1.0 - (float(face) * FACE_NAMES + float(other)) * (2.0 * MOST * MOST)
         count += 1
-    return count
+    x, y, z = across(of_r, r, face, is_b, work)
+    return keep_extremes(work, POINTS + 0 * face, count, x, y, z)
 
 
 @kernel

@@ -97,23 +97,25 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
 
 @kernel
 def release(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Drop the angular impulses of points that do not press any more."""
+    """Bring the angular impulses of the last substep within what presses now."""
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + O)
-        presses = q[k + JN] > 0.0
+        press = q[k + JN]
         old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]
-        r = 0.0 if presses else -old_r
-        p = 0.0 if presses else -old_p
-        turn = 0.0 if presses else -old_s
+        r, p = disc(old_r, old_p, s[k + ROLL] * press)
+        limit = s[k + SPIN] * press
+        turn = old_s if old_s < limit else limit
+        turn = turn if turn > -limit else -limit
+        dr, dp, ds = r - old_r, p - old_p, turn - old_s
         _twist(
             g,
             k,
-            r * tx + p * ox + turn * nx,
-            r * ty + p * oy + turn * ny,
-            r * tz + p * oz + turn * nz,
+            dr * tx + dp * ox + ds * nx,
+            dr * ty + dp * oy + ds * ny,
+            dr * tz + dp * oz + ds * nz,
         )
-        q[k + JR] = old_r + r
-        q[k + JQ] = old_p + p
-        q[k + JS] = old_s + turn
+        q[k + JR] = r
+        q[k + JQ] = p
+        q[k + JS] = turn

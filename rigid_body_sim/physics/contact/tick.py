@@ -56,9 +56,10 @@ SETTINGS = 8
 # counts: sizes and what is given back
 N_COLLIDERS, PLANES, PAIR_ROOM, MANIFOLD_ROOM, ROW_ROOM, BATCH_ROOM, MEMORY_ROOM = range(7)
 LANES_AT_ONCE = 7
-DONE, PAIRS, MANIFOLDS, BATCHES, SHORT = 8, 9, 10, 11, 12
+DONE, PAIRS, MANIFOLDS, BATCHES, SHORT, PIECES, CUT = 8, 9, 10, 11, 12, 13, 14
 COUNTS = 16
 NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
+TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT] 1: it has been
 
 # bound for each scene by `specialise`
 WIDTH = 144
@@ -170,11 +171,14 @@ def _advance(
             return 0.0
         manifolds = find_manifolds(
             pairs, n, h, counts[MANIFOLD_ROOM], keys, numbers, table, bounds, reaches, poses,
-            found, records,
+            found, records, bodies, counts[PIECES : PIECES + 1],
         )  # fmt: skip
         counts[MANIFOLDS] = manifolds
         if manifolds > counts[MANIFOLD_ROOM]:
             counts[SHORT] = SHORT_OF_MANIFOLDS
+            return 0.0
+        if counts[PIECES] > 1 and counts[CUT] == 0:
+            counts[SHORT] = TOO_LONG
             return 0.0
         if 2 + manifolds * (2 + 4 * assembly.REMEMBERED) > counts[MEMORY_ROOM]:
             counts[SHORT] = SHORT_OF_MEMORY
