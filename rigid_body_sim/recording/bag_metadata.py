@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from rigid_body_sim.recording.topics import dump_yaml
 FILE_NAME = 'metadata.yaml'
 RECORD_NAME = 'rosbag2'  # the metadata record that holds the inner map in the MCAP file
 VERSION = 9
+_SafeLoader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # ten times as fast, if built in
 _ROOT = 'rosbag2_bagfile_information'
 
 
@@ -86,7 +88,7 @@ def read(directory: Path) -> dict[str, Any]:
     """Return the inner map of a bag directory's metadata.yaml."""
     path = directory / FILE_NAME
     try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+        content = yaml.load(path.read_text(encoding='utf-8'), Loader=_SafeLoader)
         information = content[_ROOT]
         information['relative_file_paths'][0]
     except (OSError, ValueError, yaml.YAMLError, LookupError, TypeError) as error:
@@ -103,8 +105,14 @@ def _topic_entry(topic: TopicSummary) -> dict[str, Any]:
             'name': topic.name,
             'type': topic.type,
             'serialization_format': topic.encoding,
-            'offered_qos_profiles': yaml.safe_load(topic.qos) or [],
+            'offered_qos_profiles': _profiles(topic.qos),
             'type_description_hash': topic.hash,
         },
         'message_count': topic.messages,
     }
+
+
+@cache
+def _profiles(text: str) -> list[dict[str, Any]]:
+    """Quality of service as plain values; the same for all topics of a recording of ours."""
+    return yaml.safe_load(text) or []

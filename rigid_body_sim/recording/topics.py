@@ -9,6 +9,7 @@ Names are absolute: namespace + '/' + body + '/' + leaf; the clock is `/clock` i
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 import yaml
@@ -49,7 +50,10 @@ class Topic(NamedTuple):
     type: str
 
 
-class _Dumper(yaml.SafeDumper):
+_SafeDumper = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)  # fifteen times as fast, if built in
+
+
+class _Dumper(_SafeDumper):  # type: ignore[misc, valid-type]  # the base is chosen at run time
     """Block style without anchors: the parsers of rosbag2 and rosbags want plain text."""
 
     def ignore_aliases(self, data: Any) -> bool:
@@ -61,6 +65,7 @@ def dump_yaml(content: Any) -> str:
     return yaml.dump(content, Dumper=_Dumper, sort_keys=False, default_flow_style=False)
 
 
+@cache
 def qos_text() -> str:
     """The quality of service as the text that stands in a channel's metadata."""
     return dump_yaml([dict(profile) for profile in QOS])
