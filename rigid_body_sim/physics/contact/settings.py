@@ -40,7 +40,7 @@ class ContactSettings:
 
     mode: str = MODE
     substeps: int = 4
-    damping_ratio: float = 10.0
+    damping_ratio: float = 2.0
     relaxations: int = 2
     restitution_threshold: float = 0.01
     slop: float = 0.0
