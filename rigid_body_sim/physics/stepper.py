@@ -165,33 +165,39 @@ class Stepper:
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
-            if self.contact is not None:
-                self._free = self.contact.kernel('', None, False)
-            else:
-                self._free = self._scheme.free(self._integrator.name)
+            self._free = (
+                self._scheme.free(self._integrator.name)
+                if self.contact is None
+                else self.contact.kernel('', None, False)
+            )
+        assert self._free is not None
         return self._free
 
     def _coupled_kernel(self) -> Callable[..., Any]:
         if self._coupled is None:
-            elements = self._elements
-            if self.contact is not None:
-                self._coupled = self.contact.kernel(
-                    f'forces_{elements.kernel_name}',
-                    elements.evaluate(),
-                    elements.depends_on_velocity,
-                )
-                return self._coupled
-            more: dict[str, Any] = {}
-            if self._integrator.wants_derivatives:
-                more['derivatives'] = elements.derivatives()
-            self._coupled = self._scheme.coupled(
-                self._integrator.name,
-                scene=elements.kernel_name,
-                evaluate=elements.evaluate(),
-                velocity_dependent=elements.depends_on_velocity,
-                **more,
-            )
+            self._coupled = self._made_for_elements()
+        assert self._coupled is not None
         return self._coupled
+
+    def _made_for_elements(self) -> Callable[..., Any]:
+        """Make the kernel for the elements that act."""
+        elements = self._elements
+        if self.contact is not None:
+            return self.contact.kernel(
+                f'forces_{elements.kernel_name}',
+                elements.evaluate(),
+                elements.depends_on_velocity,
+            )
+        more: dict[str, Any] = {}
+        if self._integrator.wants_derivatives:
+            more['derivatives'] = elements.derivatives()
+        return self._scheme.coupled(
+            self._integrator.name,
+            scene=elements.kernel_name,
+            evaluate=elements.evaluate(),
+            velocity_dependent=elements.depends_on_velocity,
+            **more,
+        )
 
     def accelerations(self, tick: float, h: float) -> tuple[Array, Array]:
         """

@@ -25,7 +25,7 @@ from rigid_body_sim.run_recorder import RunRecorder
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.experiment import URDF_SUFFIX
 from rigid_body_sim.shipped_scenes import find_scene
-from rigid_body_sim.verbs.warning_lines import warning_printer
+from rigid_body_sim.warning_lines import warning_printer
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
 DRIFT_SAMPLES = (
