@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact import hulls
 from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, HULL, NAMES, SPHERE
-from rigid_body_sim.physics.contact.hull_records import packed
-from rigid_body_sim.physics.contact.hulls import Polyhedron
-from rigid_body_sim.physics.contact.manifold import FOUND, POINT, POINTS
+from rigid_body_sim.physics.contact.geometry import hulls
+from rigid_body_sim.physics.contact.geometry.hull_records import packed
+from rigid_body_sim.physics.contact.geometry.hulls import Polyhedron
+from rigid_body_sim.physics.contact.geometry.manifold import FOUND, POINT, POINTS
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.kernels import argument
 

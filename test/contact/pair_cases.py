@@ -15,7 +15,7 @@ from rigid_body_sim.physics.contact.collider import (
     PLANE,
     SPHERE,
 )
-from rigid_body_sim.physics.contact.manifold import FOUND, POINT, POINTS
+from rigid_body_sim.physics.contact.geometry.manifold import FOUND, POINT, POINTS
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.kernels import argument
 

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics.contact import cylinder_on_face
 from rigid_body_sim.physics.contact.collider import BOX, CYLINDER, PLANE
-from rigid_body_sim.physics.contact.cylinder_on_face import UNDECIDED, on_face
-from rigid_body_sim.physics.contact.manifold import FOUND, POINT, POINTS
+from rigid_body_sim.physics.contact.geometry import cylinder_on_face
+from rigid_body_sim.physics.contact.geometry.cylinder_on_face import UNDECIDED, on_face
+from rigid_body_sim.physics.contact.geometry.manifold import FOUND, POINT, POINTS
 from rigid_body_sim.physics.kernels import argument
 
 from .hard_shapes import LENGTHS, OFFSETS, SHARES, TURNS

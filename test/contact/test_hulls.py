@@ -11,8 +11,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact import hulls
-from rigid_body_sim.physics.contact.hull_records import (
+from rigid_body_sim.physics.contact.geometry import hulls
+from rigid_body_sim.physics.contact.geometry.hull_records import (
     CLIP,
     COUNT,
     EDGES,

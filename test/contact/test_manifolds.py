@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics.contact import rim
 from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, PLANE
-from rigid_body_sim.physics.contact.manifold import (
+from rigid_body_sim.physics.contact.geometry import rim
+from rigid_body_sim.physics.contact.geometry.manifold import (
     FOUND,
     LEAD,
     POINT,

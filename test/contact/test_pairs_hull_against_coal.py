@@ -7,12 +7,12 @@ Distance, depth and manifold of polyhedra are those of the library coal, on 1e5 
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics.contact import gjk, polyhedra, separating_axes
 from rigid_body_sim.physics.contact.collider import BOX, CYLINDER, HULL
-from rigid_body_sim.physics.contact.extreme_points import DEEPER
-from rigid_body_sim.physics.contact.hull_records import COUNT, PRISM, VERTICES, packed
-from rigid_body_sim.physics.contact.manifold import FOUND, TIE
-from rigid_body_sim.physics.contact.relative_pose import near_of, place
+from rigid_body_sim.physics.contact.geometry import gjk, polyhedra, separating_axes
+from rigid_body_sim.physics.contact.geometry.extreme_points import DEEPER
+from rigid_body_sim.physics.contact.geometry.hull_records import COUNT, PRISM, VERTICES, packed
+from rigid_body_sim.physics.contact.geometry.manifold import FOUND, TIE
+from rigid_body_sim.physics.contact.geometry.relative_pose import near_of, place
 from rigid_body_sim.physics.kernels import argument
 
 from .hull_cases import PAIRS, Oracle, collide, name, random_cases, separation

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact import hulls, polyhedra
 from rigid_body_sim.physics.contact.collider import CYLINDER, HULL, PLANE
-from rigid_body_sim.physics.contact.extreme_points import DEEPER
-from rigid_body_sim.physics.contact.hull_records import packed
+from rigid_body_sim.physics.contact.geometry import hulls, polyhedra
+from rigid_body_sim.physics.contact.geometry.extreme_points import DEEPER
+from rigid_body_sim.physics.contact.geometry.hull_records import packed
 
 from .hull_cases import (
     PAIRS,

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.broad_phase import ROW, SPEED, TURN
 from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, POSE, SIZES, TABLE, TYPE
-from rigid_body_sim.physics.contact.manifold import GAP, POINT, POINTS
+from rigid_body_sim.physics.contact.geometry.manifold import GAP, POINT, POINTS
 from rigid_body_sim.physics.contact.touching_bodies import BODY, II, X0, L
 from rigid_body_sim.physics.kernels import inline, kernel, specialise, unbound
 

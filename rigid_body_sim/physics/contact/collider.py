@@ -206,7 +206,7 @@ def _sizes(body: Body, prisms: bool) -> Array:
 
 def _record(shape: Any) -> Array:
     # Qhull takes a quarter of a second to import: only for the scenes that have a hull.
-    from rigid_body_sim.physics.contact.hull_records import record
+    from rigid_body_sim.physics.contact.geometry.hull_records import record
 
     return record(shape)
 

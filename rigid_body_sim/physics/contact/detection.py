@@ -34,7 +34,7 @@ from rigid_body_sim.physics.contact.collider import (
     TABLE,
     TYPE,
 )
-from rigid_body_sim.physics.contact.manifold import MOST, POINT, POINTS
+from rigid_body_sim.physics.contact.geometry.manifold import MOST, POINT, POINTS
 from rigid_body_sim.physics.kernels import inline, kernel, specialise, unbound
 
 Array = NDArray[np.float64]

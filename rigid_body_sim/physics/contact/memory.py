@@ -28,8 +28,8 @@ from rigid_body_sim.physics.contact.detection import (
     RECORD,
     RECORD_POINTS,
 )
-from rigid_body_sim.physics.contact.manifold import FEATURE
-from rigid_body_sim.physics.contact.manifold import POINT as FOUND_POINT
+from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
+from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
 from rigid_body_sim.physics.contact.rows import (
     JN,
     JO,

@@ -39,7 +39,7 @@ from rigid_body_sim.physics.contact.collider import (
 )
 from rigid_body_sim.physics.contact.contacts import read
 from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
-from rigid_body_sim.physics.contact.manifold import FOUND
+from rigid_body_sim.physics.contact.geometry.manifold import FOUND
 from rigid_body_sim.physics.contact.memory import end_of_memory
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.contact.rows import (

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.box_edges import edge_contact, nearest_points
-from rigid_body_sim.physics.contact.box_faces import deepest_corner, face_contact
-from rigid_body_sim.physics.contact.two_boxes import between, component, load
+from rigid_body_sim.physics.contact.geometry.box_edges import edge_contact, nearest_points
+from rigid_body_sim.physics.contact.geometry.box_faces import deepest_corner, face_contact
+from rigid_body_sim.physics.contact.geometry.two_boxes import between, component, load
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]

@@ -9,10 +9,10 @@ Where the rim crosses an edge, or a corner of the box meets the cylinder, the cy
 
 from __future__ import annotations
 
-from rigid_body_sim.physics.contact.box_record import write_box
-from rigid_body_sim.physics.contact.cylinder_on_face import UNDECIDED, on_face
-from rigid_body_sim.physics.contact.hull_records import PRISM
-from rigid_body_sim.physics.contact.polyhedra import collide_records
+from rigid_body_sim.physics.contact.geometry.box_record import write_box
+from rigid_body_sim.physics.contact.geometry.cylinder_on_face import UNDECIDED, on_face
+from rigid_body_sim.physics.contact.geometry.hull_records import PRISM
+from rigid_body_sim.physics.contact.geometry.polyhedra import collide_records
 from rigid_body_sim.physics.kernels import kernel
 
 

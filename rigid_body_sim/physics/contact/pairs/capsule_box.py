@@ -21,8 +21,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.clamp import clamp
-from rigid_body_sim.physics.contact.manifold import POINT, POINTS, SCRATCH, put_normal, put_point
+from rigid_body_sim.physics.contact.geometry.clamp import clamp
+from rigid_body_sim.physics.contact.geometry.manifold import (
+    POINT,
+    POINTS,
+    SCRATCH,
+    put_normal,
+    put_point,
+)
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]

@@ -6,8 +6,8 @@ A capsule and a cylinder, as a prism (`hulls`): it bumps at its edges when it ro
 
 from __future__ import annotations
 
-from rigid_body_sim.physics.contact.cores import collide_core
-from rigid_body_sim.physics.contact.hull_records import PRISM
+from rigid_body_sim.physics.contact.geometry.cores import collide_core
+from rigid_body_sim.physics.contact.geometry.hull_records import PRISM
 from rigid_body_sim.physics.kernels import kernel
 
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from rigid_body_sim.physics.contact.cores import collide_core
+from rigid_body_sim.physics.contact.geometry.cores import collide_core
 from rigid_body_sim.physics.kernels import kernel
 
 

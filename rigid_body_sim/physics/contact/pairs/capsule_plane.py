@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.manifold import POINT, POINTS, put_normal, put_point
+from rigid_body_sim.physics.contact.geometry.manifold import POINT, POINTS, put_normal, put_point
 from rigid_body_sim.physics.kernels import kernel
 
 Array = NDArray[np.float64]

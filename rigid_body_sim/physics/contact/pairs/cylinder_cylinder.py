@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from rigid_body_sim.physics.contact.hull_records import PRISM
-from rigid_body_sim.physics.contact.polyhedra import collide_records
+from rigid_body_sim.physics.contact.geometry.hull_records import PRISM
+from rigid_body_sim.physics.contact.geometry.polyhedra import collide_records
 from rigid_body_sim.physics.kernels import kernel
 
 

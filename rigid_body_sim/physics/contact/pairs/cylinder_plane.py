@@ -15,8 +15,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.manifold import POINT, POINTS, put_normal, put_point
-from rigid_body_sim.physics.contact.rim import lowest_direction, rim_feature
+from rigid_body_sim.physics.contact.geometry.manifold import POINT, POINTS, put_normal, put_point
+from rigid_body_sim.physics.contact.geometry.rim import lowest_direction, rim_feature
 from rigid_body_sim.physics.kernels import kernel
 
 Array = NDArray[np.float64]

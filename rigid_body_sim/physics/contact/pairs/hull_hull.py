@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from rigid_body_sim.physics.contact.polyhedra import collide_records
+from rigid_body_sim.physics.contact.geometry.polyhedra import collide_records
 from rigid_body_sim.physics.kernels import kernel
 
 

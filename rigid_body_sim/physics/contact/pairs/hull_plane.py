@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 
-from rigid_body_sim.physics.contact.hull_records import CENTER, COUNT, RADIUS, VERTICES
-from rigid_body_sim.physics.contact.manifold import (
+from rigid_body_sim.physics.contact.geometry.hull_records import CENTER, COUNT, RADIUS, VERTICES
+from rigid_body_sim.physics.contact.geometry.manifold import (
     LEAD,
     MOST,
     POINT,

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.manifold import POINTS, TINY, put_normal, put_point
+from rigid_body_sim.physics.contact.geometry.manifold import POINTS, TINY, put_normal, put_point
 from rigid_body_sim.physics.kernels import kernel
 
 Array = NDArray[np.float64]

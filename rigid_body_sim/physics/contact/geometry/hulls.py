@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigid_body_sim.physics.contact.polygons import Topology, polygons
+from rigid_body_sim.physics.contact.geometry.polygons import Topology, polygons
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.shapes import Mesh
 from rigid_body_sim.physics.volume_integrals import volume_integrals

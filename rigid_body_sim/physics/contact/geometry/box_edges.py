@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.clamp import clamp
-from rigid_body_sim.physics.contact.manifold import POINTS, TINY, put_normal, put_point
-from rigid_body_sim.physics.contact.two_boxes import (
+from rigid_body_sim.physics.contact.geometry.clamp import clamp
+from rigid_body_sim.physics.contact.geometry.manifold import POINTS, TINY, put_normal, put_point
+from rigid_body_sim.physics.contact.geometry.two_boxes import (
     FREE,
     HALF_A,
     HALF_B,

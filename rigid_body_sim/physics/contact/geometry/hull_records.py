@@ -28,8 +28,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact import hulls
-from rigid_body_sim.physics.contact.hulls import Polyhedron
+from rigid_body_sim.physics.contact.geometry import hulls
+from rigid_body_sim.physics.contact.geometry.hulls import Polyhedron
 from rigid_body_sim.physics.shapes import Box, ConvexHull, Cylinder, Mesh
 
 Array = NDArray[np.float64]

@@ -23,7 +23,7 @@ Everything between two polyhedra is computed in the axes of A about its centre. 
 
 from __future__ import annotations
 
-from rigid_body_sim.physics.contact.hull_records import NEAR
+from rigid_body_sim.physics.contact.geometry.hull_records import NEAR
 from rigid_body_sim.physics.kernels import inline, kernel
 
 FRAME, SIMPLEX, NEAREST, AXIS, TURNED, POINTS, SHAPE = 24, 36, 60, 69, 78, 102, 358

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.manifold import SCRATCH
+from rigid_body_sim.physics.contact.geometry.manifold import SCRATCH
 from rigid_body_sim.physics.kernels import inline
 
 Array = NDArray[np.float64]

@@ -17,9 +17,9 @@ from __future__ import annotations
 
 import math
 
-from rigid_body_sim.physics.contact.face_clipping import STEEP, facing, side_of
-from rigid_body_sim.physics.contact.gjk import FAR, GAP, closest
-from rigid_body_sim.physics.contact.hull_records import (
+from rigid_body_sim.physics.contact.geometry.face_clipping import STEEP, facing, side_of
+from rigid_body_sim.physics.contact.geometry.gjk import FAR, GAP, closest
+from rigid_body_sim.physics.contact.geometry.hull_records import (
     CENTER,
     COUNT,
     EDGE_LIST,
@@ -32,8 +32,8 @@ from rigid_body_sim.physics.contact.hull_records import (
     RADIUS,
     VERTICES,
 )
-from rigid_body_sim.physics.contact.manifold import POINT, TINY, keep_four
-from rigid_body_sim.physics.contact.polyhedra import (
+from rigid_body_sim.physics.contact.geometry.manifold import POINT, TINY, keep_four
+from rigid_body_sim.physics.contact.geometry.polyhedra import (
     EDGE_GAIN,
     EDGE_SHARE,
     EXACT,
@@ -41,7 +41,7 @@ from rigid_body_sim.physics.contact.polyhedra import (
     nearest_to_axis,
     to_world,
 )
-from rigid_body_sim.physics.contact.relative_pose import (
+from rigid_body_sim.physics.contact.geometry.relative_pose import (
     AXIS,
     FRAME,
     POINTS,
@@ -49,7 +49,7 @@ from rigid_body_sim.physics.contact.relative_pose import (
     near_of,
     place,
 )
-from rigid_body_sim.physics.contact.separating_axes import PARALLEL
+from rigid_body_sim.physics.contact.geometry.separating_axes import PARALLEL
 from rigid_body_sim.physics.kernels import kernel
 
 CORE = POINTS + 64  # where the ends of the core are kept, axes of B, then of A

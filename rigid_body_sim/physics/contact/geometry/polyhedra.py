@@ -19,8 +19,8 @@ from __future__ import annotations
 
 import math
 
-from rigid_body_sim.physics.contact.extreme_points import DEEPER, keep_extremes
-from rigid_body_sim.physics.contact.face_clipping import (
+from rigid_body_sim.physics.contact.geometry.extreme_points import DEEPER, keep_extremes
+from rigid_body_sim.physics.contact.geometry.face_clipping import (
     FACE_NAMES,
     MOST,
     across,
@@ -28,8 +28,8 @@ from rigid_body_sim.physics.contact.face_clipping import (
     is_over,
     patch,
 )
-from rigid_body_sim.physics.contact.gjk import FAR, GAP, closest
-from rigid_body_sim.physics.contact.hull_records import (
+from rigid_body_sim.physics.contact.geometry.gjk import FAR, GAP, closest
+from rigid_body_sim.physics.contact.geometry.hull_records import (
     CENTER,
     COUNT,
     HALF,
@@ -37,8 +37,8 @@ from rigid_body_sim.physics.contact.hull_records import (
     RADIUS,
     VERTICES,
 )
-from rigid_body_sim.physics.contact.manifold import POINT
-from rigid_body_sim.physics.contact.relative_pose import (
+from rigid_body_sim.physics.contact.geometry.manifold import POINT
+from rigid_body_sim.physics.contact.geometry.relative_pose import (
     AXIS,
     FRAME,
     NEAREST,
@@ -50,7 +50,7 @@ from rigid_body_sim.physics.contact.relative_pose import (
     point_of_b,
     to_b,
 )
-from rigid_body_sim.physics.contact.separating_axes import (
+from rigid_body_sim.physics.contact.geometry.separating_axes import (
     NONE,
     OF_A,
     OF_B,

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.manifold import (
+from rigid_body_sim.physics.contact.geometry.manifold import (
     FOUND,
     POINT,
     POINTS,
@@ -29,7 +29,7 @@ from rigid_body_sim.physics.contact.manifold import (
     put_normal,
     put_point,
 )
-from rigid_body_sim.physics.contact.rim import lowest_direction, rim_feature
+from rigid_body_sim.physics.contact.geometry.rim import lowest_direction, rim_feature
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]

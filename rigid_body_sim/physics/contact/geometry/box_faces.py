@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.manifold import (
+from rigid_body_sim.physics.contact.geometry.manifold import (
     POINT,
     POINTS,
     SCRATCH,
@@ -24,7 +24,7 @@ from rigid_body_sim.physics.contact.manifold import (
     put_normal,
     put_point,
 )
-from rigid_body_sim.physics.contact.two_boxes import between, component
+from rigid_body_sim.physics.contact.geometry.two_boxes import between, component
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]

@@ -8,9 +8,15 @@ from __future__ import annotations
 
 import math
 
-from rigid_body_sim.physics.contact import hulls
-from rigid_body_sim.physics.contact.hull_records import HALF, PLANES, RADIUS, VERTICES, packed
-from rigid_body_sim.physics.contact.relative_pose import SHAPE
+from rigid_body_sim.physics.contact.geometry import hulls
+from rigid_body_sim.physics.contact.geometry.hull_records import (
+    HALF,
+    PLANES,
+    RADIUS,
+    VERTICES,
+    packed,
+)
+from rigid_body_sim.physics.contact.geometry.relative_pose import SHAPE
 from rigid_body_sim.physics.kernels import kernel
 
 UNIT = packed(hulls.box((1.0, 1.0, 1.0)))

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 
-from rigid_body_sim.physics.contact.hull_records import (
+from rigid_body_sim.physics.contact.geometry.hull_records import (
     CLIP,
     FACES,
     HALF,
@@ -29,8 +29,8 @@ from rigid_body_sim.physics.contact.hull_records import (
     PLANES,
     VERTICES,
 )
-from rigid_body_sim.physics.contact.manifold import POINT
-from rigid_body_sim.physics.contact.relative_pose import FRAME, POINTS, from_b, point_of_b
+from rigid_body_sim.physics.contact.geometry.manifold import POINT
+from rigid_body_sim.physics.contact.geometry.relative_pose import FRAME, POINTS, from_b, point_of_b
 from rigid_body_sim.physics.kernels import inline, kernel
 
 CORNER = 4  # numbers of a corner: x, y, z, the edge that begins there

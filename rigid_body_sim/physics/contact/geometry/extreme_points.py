@@ -12,7 +12,7 @@ impulses it remembers.
 
 from __future__ import annotations
 
-from rigid_body_sim.physics.contact.manifold import GAP, LEAD, MOST, POINT, POINTS
+from rigid_body_sim.physics.contact.geometry.manifold import GAP, LEAD, MOST, POINT, POINTS
 from rigid_body_sim.physics.kernels import inline, kernel
 
 DEEPER = 1e-4  # [-] of the extent: so much deeper a point must be to take the place of another

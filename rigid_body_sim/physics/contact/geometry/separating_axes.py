@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 
-from rigid_body_sim.physics.contact.hull_records import (
+from rigid_body_sim.physics.contact.geometry.hull_records import (
     COUNT,
     EDGE_LIST,
     EDGES,
@@ -37,8 +37,8 @@ from rigid_body_sim.physics.contact.hull_records import (
     PLANES,
     VERTICES,
 )
-from rigid_body_sim.physics.contact.manifold import TINY
-from rigid_body_sim.physics.contact.relative_pose import (
+from rigid_body_sim.physics.contact.geometry.manifold import TINY
+from rigid_body_sim.physics.contact.geometry.relative_pose import (
     AXIS,
     KNOWN,
     POINTS,

@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import math
 
-from rigid_body_sim.physics.contact.manifold import TINY
-from rigid_body_sim.physics.contact.relative_pose import (
+from rigid_body_sim.physics.contact.geometry.manifold import TINY
+from rigid_body_sim.physics.contact.geometry.relative_pose import (
     FRAME,
     NEAREST,
     ROW,
