@@ -31,6 +31,8 @@ from rigid_body_sim.physics.contact.detection import (
 from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
 from rigid_body_sim.physics.contact.rows import (
+    APPROACH,
+    BN,
     JN,
     JO,
     JQ,
@@ -39,6 +41,7 @@ from rigid_body_sim.physics.contact.rows import (
     JT,
     LANES,
     MANIFOLD,
+    POINT,
     T2,
     N,
     T,
@@ -50,10 +53,14 @@ Array = NDArray[np.float64]
 
 @kernel
 def remember(
-    manifolds: int, width: int, h: float, angular: bool, poses: Array, records: Array,
-    rows: Array, memory: Array,
+    manifolds: int, width: int, h: float, angular: bool, threshold: float, poses: Array,
+    records: Array, rows: Array, memory: Array,
 ) -> None:  # fmt: skip
-    """Write what the next tick starts from; poses are those at the start of this one."""
+    """
+    Write what the next tick starts from; poses are those at the start of this one.
+
+        threshold : [m/s]  slower impacts do not bounce
+    """
     memory[0] = h
     memory[1] = float(manifolds)
     to = MEMORY
@@ -69,16 +76,22 @@ def remember(
         for point in range(count):
             at_point = o + RECORD_POINTS + point * FOUND_POINT
             p = batch + MANIFOLD + point * width + place - batch
-            t, s = rows[p + JT], rows[p + JO]
+            # a point that bounced leaves: its friction would pull the body back for a substep
+            left = width > POINT and rows[p + BN] > 0.0 and rows[p + APPROACH] < -threshold
+            keep = 0.0 if left else 1.0
+            t, s = keep * rows[p + JT], keep * rows[p + JO]
             memory[to + FEAT] = records[at_point + FEATURE]
-            memory[to + NORM] = rows[p + JN]
+            memory[to + NORM] = keep * rows[p + JN]
             for axis in range(3):
                 row = place + 8 * axis
                 memory[to + SLIP + axis] = t * rows[row + T] + s * rows[row + T2]
                 memory[to + TWIST + axis] = (
-                    rows[p + JR] * rows[row + T]
-                    + rows[p + JQ] * rows[row + T2]
-                    + rows[p + JS] * rows[row + N]
+                    keep
+                    * (
+                        rows[p + JR] * rows[row + T]
+                        + rows[p + JQ] * rows[row + T2]
+                        + rows[p + JS] * rows[row + N]
+                    )
                     if angular
                     else 0.0
                 )

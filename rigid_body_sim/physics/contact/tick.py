@@ -247,7 +247,9 @@ def _advance(
             bounce(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
-        memory_of.remember(manifolds, WIDTH, part, ANGULAR, poses, records, rows, memory)
+        memory_of.remember(
+            manifolds, WIDTH, part, ANGULAR, settings[THRESHOLD], poses, records, rows, memory
+        )
         counts[DONE] = passed + 1
         status = finite(n_bodies, n_rigid, translation, rotation)
     return status
