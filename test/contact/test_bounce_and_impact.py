@@ -154,23 +154,27 @@ def test_a_wall_that_is_hit_moves_on_with_all_the_momentum():
     assert sim.state.velocity[:2, 0] == pytest.approx(100.0, rel=1e-9)
 
 
-def test_a_box_that_has_bounced_flies_on_as_if_nothing_had_touched_it():
+@pytest.mark.parametrize('seed', range(2))
+def test_a_box_that_has_bounced_flies_on_as_if_nothing_had_touched_it(seed):
     """The impulses of the impact, friction too, must not push again in the next tick."""
+    rng = np.random.default_rng(seed)
     lively = {'restitution': 0.3, 'friction': 0.5}
-    box_1 = box(
-        'box', (0.3, 0.2, 0.1), (0, 0, 0.8),
-        velocity=(1.0, 0.5, 0.0), turn=(-3.2, 2.2, 7.8), q=(0.1, -0.1, 0.5, 0.85), material=lively,
+    q = rng.normal(size=4)
+    thrown = box(
+        'box', (0.3, 0.2, 0.1), (0, 0, 0.8), q=q / np.linalg.norm(q), velocity=(1.0, 0.5, 0.0),
+        turn=6 * rng.normal(size=3), material=lively,
     )  # fmt: skip
-    sim = Simulation(scene([ground(material=lively), box_1]))
+    sim = Simulation(scene([ground(material={'friction': 0.5}), thrown]))
     flights = 0
-    for _ in range(240):
+    for _ in range(160):
         before = sim.state
         sim.step()
         after = sim.state
-        free = before.velocity[1] + [0.0, 0.0, -G * sim.dt]
-        if np.array_equal(after.angular_momentum[1], before.angular_momentum[1]):
-            # a parabola of four substeps: some roundings of 1 m
-            flown = before.position[1] + 0.5 * sim.dt * (before.velocity[1] + free)
-            assert np.allclose(after.position[1], flown, rtol=0, atol=1e-14)
+        fallen = before.velocity[1] + [0.0, 0.0, -G * sim.dt]
+        turned = after.angular_momentum[1] - before.angular_momentum[1]
+        if np.abs(after.velocity[1] - fallen).max() < 1e-9 and np.abs(turned).max() < 1e-9:
+            # no impulse over the tick: the parabola, to the rounding of four substeps from 1 m up
+            flown = before.position[1] + 0.5 * sim.dt * (before.velocity[1] + fallen)
+            assert np.allclose(after.position[1], flown, rtol=0, atol=1e-12)
             flights += 1
-    assert 50 < flights < 239  # it flew, and it met the ground
+    assert 50 < flights < 160  # it flew, and it met the ground
