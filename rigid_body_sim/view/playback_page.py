@@ -15,6 +15,7 @@ import io
 import json
 import zipfile
 from collections.abc import Mapping
+from html import escape
 from importlib.resources import files
 from string import Template
 from typing import Any
@@ -70,15 +71,11 @@ def playback_page(
         'close_up': CLOSE_UP * largest if size > FAR * largest > 0.0 else None,
     }
     return Template(files(__package__).joinpath('playback.html').read_text('utf-8')).substitute(
-        title=_escaped(title),
+        title=escape(title),
         picture=base64.b64encode(picture).decode(),
         three=_drawing_library(),
         run=json.dumps(run, separators=(',', ':')).replace('<', '\\u003c'),
     )
-
-
-def _escaped(text: str) -> str:
-    return text.replace('&', '&amp;').replace('<', '&lt;').replace('>', '&gt;')
 
 
 def _drawing_library() -> str:
