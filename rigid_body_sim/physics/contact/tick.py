@@ -37,7 +37,13 @@ from rigid_body_sim.physics.blocks import (
     TY,
     TZ,
 )
-from rigid_body_sim.physics.contact import assembly, broad_phase, detection, touching_bodies
+from rigid_body_sim.physics.contact import (
+    assembly,
+    broad_phase,
+    detection,
+    returned_energy,
+    touching_bodies,
+)
 from rigid_body_sim.physics.contact import memory as memory_of
 from rigid_body_sim.physics.contact.rows import A, B
 from rigid_body_sim.physics.contact.touching_bodies import BODY
@@ -158,6 +164,7 @@ def _advance(
             touching_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
             if BOUNCES:
                 touching_bodies.accelerate(i, n_rigid, rotation, bodies)
+                returned_energy.begin(i, bodies)
         for entry in range(BODY):
             bodies[n_bodies * BODY + entry] = 0.0
         detection.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
@@ -229,6 +236,10 @@ def _advance(
                 touching_bodies.after_turn(
                     touching[i], n_rigid, part, translation, rotation, bodies
                 )
+                if BOUNCES:
+                    returned_energy.add_half_the_work(
+                        touching[i], n_rigid, part, translation, rotation, bodies
+                    )
             if COUPLED:
                 _save_forces(n_bodies, n_rigid, translation, rotation, workspace)
                 time = (tick + passed) * h + (sub + 1) * part
@@ -238,13 +249,23 @@ def _advance(
                 fresh = not VELOCITY_DEPENDENT
             for i in range(touched):
                 touching_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
+                if BOUNCES:
+                    returned_energy.add_half_the_work(
+                        touching[i], n_rigid, part, translation, rotation, bodies
+                    )
             for turn in range(relaxations):
                 share = 1.0 if turn == relaxations - 1 else 0.0
                 relax(lanes_at_once, count, 1.0 / part, turn == 0, share, rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         if BOUNCES and count > 0:
+            for i in range(touched):
+                returned_energy.before_bounce(touching[i], bodies)
             bounce(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
+            returned_energy.limit(
+                manifolds, touched, n_bodies, WIDTH, settings[THRESHOLD], touching, records, rows,
+                colours, bodies,
+            )  # fmt: skip
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         memory_of.remember(

@@ -64,6 +64,7 @@ ROUND = 50  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ba
 AXIS = 51  # (3) [-] principal axes
 ACC, ALPHA = 54, 57  # [m/s^2], [rad/s^2] of free motion at the start of the tick, where wanted
 COLLIDER = 60  # [-] its place among the colliders
+ENERGY = 61  # [J] kinetic at the start of the tick and the work of forces since, where wanted
 BODY = 64
 
 

@@ -1,0 +1,239 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a bounce may give back: at most the share e^2 of the energy that the impact took.
+
+Newton's law, v_n <- -e v_n at each point, gives a ball or a central impact the right energy. At an
+eccentric one with friction it can create energy (Kane and Levinson 1985), and where several points
+strike at once too. So bodies that press on each other in a tick, a group, account for it:
+
+    taken    = sum over the group of T_0 + W - T_1
+    returned = T_2 - T_1 <= e^2 taken
+        T_0, T_1, T_2 : [J] kinetic energy at the start of the tick, before and after the bounce
+        W             : [J] work of all other forces over the tick
+        e             : [-] largest restitution of its points that bounce
+
+This is the energetic restitution of Stronge (1990) for the group as a whole. Where it is broken,
+all impulses of the bounce of the group shrink by one factor s: momenta p_1 + s (p_2 - p_1),
+
+    T(s) - T_1 = s b + s^2 c,   b = v_1 . (p_2 - p_1),   c = half of (p_2 - p_1) . (v_2 - v_1),
+
+so that what one body gives another gets, and no friction leaves its cone.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.blocks import EX, FX, ROTATION, RX, TRANSLATION, TX, at
+from rigid_body_sim.physics.contact.detection import COUNT, LANE, RECORD
+from rigid_body_sim.physics.contact.rows import (
+    APPROACH,
+    BN,
+    BO,
+    BOUNCE,
+    BT,
+    JN,
+    LANES,
+    MANIFOLD,
+    MOST,
+    A,
+    B,
+)
+from rigid_body_sim.physics.contact.touching_bodies import (
+    BODY,
+    ENERGY,
+    ES,
+    II,
+    IM,
+    L_HELD,
+    P_HELD,
+    XS,
+    L,
+    P,
+)
+from rigid_body_sim.physics.kernels import inline, kernel
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+# of the first body of a group, where the substep no longer needs its place
+TAKEN, LINEAR, SQUARE, SHARE, FACTOR = XS, XS + 1, XS + 2, ES, ES + 1
+
+
+@inline
+def _twice(bodies: Array, o: int, x: float, y: float, z: float, u: float, v: float, w: float):
+    """Return p . v for the momenta (x, y, z), (u, v, w) of a body, and v for them: 2 T."""
+    xx, xy, xz = bodies[o + II], bodies[o + II + 1], bodies[o + II + 2]
+    yy, yz, zz = bodies[o + II + 3], bodies[o + II + 4], bodies[o + II + 5]
+    turning = xx * u * u + yy * v * v + zz * w * w + 2.0 * (xy * u * v + xz * u * w + yz * v * w)
+    return bodies[o + IM] * (x * x + y * y + z * z) + turning
+
+
+@inline
+def _kinetic(bodies: Array, o: int) -> Any:
+    return 0.5 * _twice(
+        bodies, o, bodies[o + P], bodies[o + P + 1], bodies[o + P + 2], bodies[o + L],
+        bodies[o + L + 1], bodies[o + L + 2],
+    )  # fmt: skip
+
+
+@kernel
+def begin(i: int, bodies: Array) -> None:
+    """Start the account of a body with its kinetic energy."""
+    o = i * BODY
+    bodies[o + ENERGY] = _kinetic(bodies, o)
+
+
+@kernel
+def add_half_the_work(
+    i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
+) -> None:
+    """
+    Add half the work of the forces of this instant over a substep. Called for the forces before
+    and after the motion it makes the trapezoidal rule, exact for constant forces.
+    """
+    o = i * BODY
+    k = at(i, TRANSLATION)
+    work = 0.0
+    for axis in range(3):
+        row = k + 64 * axis
+        moved = translation[row + RX] - bodies[o + XS + axis]
+        moved += translation[row + EX] - bodies[o + ES + axis]
+        work += translation[row + FX] * moved
+    if i < n_rigid:
+        k = at(i, ROTATION)
+        x, y, z = bodies[o + L], bodies[o + L + 1], bodies[o + L + 2]
+        u, v, w = h * rotation[k + TX], h * rotation[k + TX + 64], h * rotation[k + TX + 128]
+        xx, xy, xz = bodies[o + II], bodies[o + II + 1], bodies[o + II + 2]
+        yy, yz, zz = bodies[o + II + 3], bodies[o + II + 4], bodies[o + II + 5]
+        work += u * (xx * x + xy * y + xz * z)
+        work += v * (xy * x + yy * y + yz * z)
+        work += w * (xz * x + yz * y + zz * z)
+    bodies[o + ENERGY] += 0.5 * work
+
+
+@kernel
+def before_bounce(i: int, bodies: Array) -> None:
+    """Keep the momenta from which the bounce starts."""
+    o = i * BODY
+    for axis in range(3):
+        bodies[o + P_HELD + axis] = bodies[o + P + axis]
+        bodies[o + L_HELD + axis] = bodies[o + L + axis]
+
+
+@inline
+def _pressed(rows: Array, q: int) -> bool:
+    return rows[q + MOST] > 0.0 or rows[q + JN] > 0.0
+
+
+@inline
+def _first(groups: Indices, i: int) -> int:
+    while groups[i] != i:
+        groups[i] = groups[groups[i]]
+        i = groups[i]
+    return i
+
+
+@kernel
+def _join(
+    manifolds: int, nothing: int, width: int, records: Array, rows: Array, groups: Indices
+) -> None:
+    """Join the bodies that press on each other."""
+    for m in range(manifolds):
+        place = int(records[m * RECORD + LANE])
+        a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
+        if a == nothing or b == nothing:
+            continue
+        begin = place - place % LANES + MANIFOLD + place % LANES
+        for point in range(int(records[m * RECORD + COUNT])):
+            if _pressed(rows, begin + point * width):
+                a, b = _first(groups, a), _first(groups, b)
+                groups[max(a, b)] = min(a, b)
+
+
+@inline
+def _factor(taken: float, linear: float, square: float) -> Any:
+    """Return the largest s in [0, 1] with s b + s^2 c <= taken, else what gives the least."""
+    if linear + square <= taken:
+        return 1.0
+    root = linear * linear + 4.0 * square * taken
+    if not root > 0.0:
+        return min(max(-0.5 * linear / square, 0.0), 1.0) if square > 0.0 else 0.0
+    root = math.sqrt(root)
+    # the larger root, without a difference of like numbers
+    s = 2.0 * taken / (linear + root) if linear > 0.0 else 0.5 * (root - linear) / square
+    return min(max(s, 0.0), 1.0)
+
+
+@kernel
+def limit(
+    manifolds: int, touched: int, nothing: int, width: int, threshold: float, touching: Indices,
+    records: Array, rows: Array, groups: Indices, bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Shrink the bounce of each group that would return more than its share.
+
+    nothing : index of what cannot move; it joins nobody
+    groups  : scratch, one number a body
+    """
+    for t in range(touched):
+        groups[touching[t]] = touching[t]
+    _join(manifolds, nothing, width, records, rows, groups)
+    for t in range(touched):
+        o = touching[t] * BODY
+        bodies[o + TAKEN] = 0.0
+        bodies[o + LINEAR] = 0.0
+        bodies[o + SQUARE] = 0.0
+        bodies[o + SHARE] = 0.0
+    for m in range(manifolds):
+        place = int(records[m * RECORD + LANE])
+        a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
+        o = _first(groups, b if a == nothing else a) * BODY
+        begin = place - place % LANES + MANIFOLD + place % LANES
+        for point in range(int(records[m * RECORD + COUNT])):
+            q = begin + point * width
+            if _pressed(rows, q) and rows[q + APPROACH] < -threshold:
+                bodies[o + SHARE] = max(bodies[o + SHARE], rows[place + BOUNCE])
+    for t in range(touched):
+        o = touching[t] * BODY
+        g = _first(groups, touching[t]) * BODY
+        x, y, z = bodies[o + P_HELD], bodies[o + P_HELD + 1], bodies[o + P_HELD + 2]
+        u, v, w = bodies[o + L_HELD], bodies[o + L_HELD + 1], bodies[o + L_HELD + 2]
+        before = 0.5 * _twice(bodies, o, x, y, z, u, v, w)
+        x, y, z = bodies[o + P] - x, bodies[o + P + 1] - y, bodies[o + P + 2] - z
+        u, v, w = bodies[o + L] - u, bodies[o + L + 1] - v, bodies[o + L + 2] - w
+        square = 0.5 * _twice(bodies, o, x, y, z, u, v, w)
+        bodies[g + TAKEN] += bodies[o + ENERGY] - before
+        bodies[g + SQUARE] += square
+        bodies[g + LINEAR] += _kinetic(bodies, o) - before - square
+    for t in range(touched):
+        if groups[touching[t]] == touching[t]:
+            o = touching[t] * BODY
+            share = bodies[o + SHARE]
+            bodies[o + FACTOR] = _factor(
+                share * share * bodies[o + TAKEN], bodies[o + LINEAR], bodies[o + SQUARE]
+            )
+    for t in range(touched):
+        o = touching[t] * BODY
+        s = bodies[_first(groups, touching[t]) * BODY + FACTOR]
+        if s < 1.0:
+            for axis in range(3):
+                p, j = bodies[o + P_HELD + axis], bodies[o + L_HELD + axis]
+                bodies[o + P + axis] = p + s * (bodies[o + P + axis] - p)
+                bodies[o + L + axis] = j + s * (bodies[o + L + axis] - j)
+    for m in range(manifolds):
+        place = int(records[m * RECORD + LANE])
+        a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
+        s = bodies[_first(groups, b if a == nothing else a) * BODY + FACTOR]
+        begin = place - place % LANES + MANIFOLD + place % LANES
+        if s < 1.0:
+            for point in range(int(records[m * RECORD + COUNT])):
+                q = begin + point * width
+                rows[q + BN] *= s
+                rows[q + BT] *= s
+                rows[q + BO] *= s
