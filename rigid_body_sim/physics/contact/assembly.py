@@ -30,8 +30,10 @@ from rigid_body_sim.physics.contact.collider import (
     POSE,
     RESTITUTION,
     ROLLING,
+    SPHERE,
     TABLE,
     TORSIONAL,
+    TYPE,
 )
 from rigid_body_sim.physics.contact.detection import (
     BODY_A,
@@ -47,9 +49,10 @@ from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import GAP as FOUND_GAP
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
 from rigid_body_sim.physics.contact.rows import (
+    BALLS,
     BOUNCE,
     GAP,
-    GAP0,
+    HELD,
     JN,
     JO,
     JQ,
@@ -68,19 +71,21 @@ from rigid_body_sim.physics.contact.rows import (
     SCRATCH,
     SPIN,
     T2,
+    WEIGHT,
     A,
     B,
     N,
     T,
 )
-from rigid_body_sim.physics.contact.touching_bodies import BODY, L_HELD, P_HELD
+from rigid_body_sim.physics.contact.touching_bodies import BODY, L_HELD, P_HELD, ROUND
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 COLOURS = 60  # beyond these a manifold gets a batch of its own
-OFFSET, POINTS, USED = 0, 1, 2  # of a batch: where it begins in the rows, points, lanes in use
+# of a batch: where it begins in the rows, points, lanes in use, whether balls meet balls in it
+OFFSET, POINTS, USED, BALL_PAIRS = 0, 1, 2, 3
 BATCH = 4
 
 MEMORY = 2  # numbers before the first manifold of the memory: substep, manifolds
@@ -111,6 +116,7 @@ def _new_batch(
     batches[batch * BATCH + OFFSET] = offset
     batches[batch * BATCH + POINTS] = 0
     batches[batch * BATCH + USED] = 0
+    batches[batch * BATCH + BALL_PAIRS] = 0
     return end
 
 
@@ -157,6 +163,8 @@ def make_batches(
         batches[batch * BATCH + POINTS] = max(batches[batch * BATCH + POINTS], points)
         place = batches[batch * BATCH + OFFSET] + lane
         records[o + LANE] = float(place)
+        balls = table[int(records[o + BODY_B]) * TABLE + TYPE] == SPHERE
+        batches[batch * BATCH + BALL_PAIRS] |= 1 if balls else 0
         rows[place + A] = float(a * BODY)
         rows[place + B] = float(b * BODY)
     return count
@@ -172,10 +180,26 @@ def _tangent(nx: float, ny: float, nz: float) -> Any:
     return 0.0, nz / length, -ny / length
 
 
+@inline
+def _fill_kind(place: int, a: int, b: int, table: Indices, rows: Array, bodies: Array) -> None:
+    """
+    Write whose surface the contact points follow: that of the body that moves, of the rounder one,
+    else of both.
+    """
+    core_a, core_b = table[a * TABLE + CORE], table[b * TABLE + CORE]
+    round_a = bodies[core_a * BODY + ROUND] if core_a >= 0 else -1.0
+    round_b = bodies[core_b * BODY + ROUND] if core_b >= 0 else -1.0
+    weight = 0.0 if round_a > round_b else 1.0
+    rows[place + WEIGHT] = 0.5 if round_a == round_b else weight
+    ball_a = round_a == 3.0 or (core_a < 0 and table[a * TABLE + TYPE] == SPHERE)
+    ball_b = round_b == 3.0 or (core_b < 0 and table[b * TABLE + TYPE] == SPHERE)
+    rows[place + BALLS] = 1.0 if ball_a and ball_b else 0.0
+
+
 @kernel
 def _fill_manifold(
     o: int, place: int, h: float, zeta: float, table: Indices, materials: Array, records: Array,
-    rows: Array,
+    rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """Write normal, tangents, material and softness of a manifold into its lane."""
     a, b = int(records[o + BODY_A]), int(records[o + BODY_B])
@@ -196,6 +220,7 @@ def _fill_manifold(
     rows[place + ROLL] = max(materials[ma + ROLLING], materials[mb + ROLLING])
     rows[place + SPIN] = max(materials[ma + TORSIONAL], materials[mb + TORSIONAL])
     still = table[a * TABLE + CORE] < 0 or table[b * TABLE + CORE] < 0
+    _fill_kind(place, a, b, table, rows, bodies)
     omega = (math.pi if still else 0.5 * math.pi) / h
     a1 = 2.0 * zeta + h * omega
     a2 = h * omega * a1
@@ -255,7 +280,7 @@ def fill_rows(
     for m in range(manifolds):
         o = m * RECORD
         place = int(records[o + LANE])
-        _fill_manifold(o, place, h, zeta, table, materials, records, rows)
+        _fill_manifold(o, place, h, zeta, table, materials, records, rows, bodies)
         key = records[o + KEY]
         while left > 0 and memory[old] < key:
             old += 2 + int(memory[old + 1]) * REMEMBERED
@@ -280,17 +305,14 @@ def fill_rows(
                 x += half * rows[place + N]
                 y += half * rows[place + N + 8]
                 z += half * rows[place + N + 16]
-            if core_a >= 0:
-                k = at(core_a, TRANSLATION)
-                rows[p + RA] = x - translation[k + RX]
-                rows[p + RA + 8] = y - translation[k + RX + 64]
-                rows[p + RA + 16] = z - translation[k + RX + 128]
-            if core_b >= 0:
-                k = at(core_b, TRANSLATION)
-                rows[p + RB] = x - translation[k + RX]
-                rows[p + RB + 8] = y - translation[k + RX + 64]
-                rows[p + RB + 16] = z - translation[k + RX + 128]
-            rows[p + GAP0] = records[at_point + FOUND_GAP]
+            for side in range(2):
+                core = core_b if side == 1 else core_a
+                i = (b if side == 1 else a) * POSE
+                k = at(core, TRANSLATION) if core >= 0 else 0
+                to = p + RB if side == 1 else p + RA
+                rows[to] = x - (translation[k + RX] if core >= 0 else poses[i])
+                rows[to + 8] = y - (translation[k + RX + 64] if core >= 0 else poses[i + 1])
+                rows[to + 16] = z - (translation[k + RX + 128] if core >= 0 else poses[i + 2])
             rows[p + GAP] = records[at_point + FOUND_GAP]
             if not known:
                 continue
@@ -314,6 +336,7 @@ def _warm_start(
     if not normal > 0.0:
         return
     rows[p + JN] = normal
+    rows[p + HELD] = normal
     x, y, z = memory[i + SLIP], memory[i + SLIP + 1], memory[i + SLIP + 2]
     t = factor * (rows[place + T] * x + rows[place + T + 8] * y + rows[place + T + 16] * z)
     o = factor * (rows[place + T2] * x + rows[place + T2 + 8] * y + rows[place + T2 + 16] * z)

@@ -14,9 +14,7 @@ from rigid_body_sim.physics.contact.detection import (
     COUNT,
     LANE,
     RECORD,
-    RECORD_POINTS,
 )
-from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
 from rigid_body_sim.physics.contact.rows import (
     BN,
     GAP,
@@ -31,7 +29,7 @@ from rigid_body_sim.physics.contact.rows import (
     N,
     T,
 )
-from rigid_body_sim.physics.contact.touching_bodies import C, D, U, W
+from rigid_body_sim.physics.contact.touching_bodies import IM, XS, D
 from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
 
 Array = NDArray[np.float64]
@@ -68,24 +66,35 @@ def read(
     normal = of_manifold(N)
     sums = of_point(SUM) + (of_point(BN) if bounces else 0.0)
     impulse = sums[:, :1] * normal + sums[:, 1:2] * of_manifold(T) + sums[:, 2:] * of_manifold(T2)
-    at = RECORD_POINTS + index * FOUND_POINT
-    point = np.stack([found[manifold, at + axis] for axis in range(3)], axis=1)
-    moved_a = _moved(bodies, rows[place + A].astype(np.int64), of_point(RA))
-    moved_b = _moved(bodies, rows[place + B].astype(np.int64), of_point(RB))
     gap = rows[row + GAP]
+    point = _point(
+        bodies, rows[place + A].astype(np.int64), rows[place + B].astype(np.int64), of_point(RA),
+        of_point(RB), 0.5 * gap[:, None] * normal,
+    )  # fmt: skip
     touches = (sums[:, 0] > 0.0) | (gap <= 0.0)
     colliders = found[manifold][:, [BODY_A, BODY_B]].astype(np.int64)
     return Contacts(
         table[colliders * TABLE + SCENE][touches],
-        (point + 0.5 * (moved_a + moved_b))[touches],
+        point[touches],
         normal[touches],
         gap[touches],
         impulse[touches],
     )
 
 
-def _moved(bodies: Array, at: Indices, arm: Array) -> Array:
-    """Motion of points at arms from bodies over the tick: d + w t + c u x t, t = 2 u x r."""
-    d, u = (np.stack([bodies[at + first + axis] for axis in range(3)], axis=1) for first in (D, U))
-    t = 2.0 * np.cross(u, arm)
-    return d + bodies[at + W][:, None] * t + bodies[at + C][:, None] * np.cross(u, t)
+def _point(
+    bodies: Array, a: Indices, b: Indices, arm_a: Array, arm_b: Array, half: Array
+) -> Array:
+    """
+    Points midway between the surfaces.
+
+    Two bodies that move have arms to it; beside one that cannot move the arm of the other ends on
+    its surface, half a gap away.
+    """
+    x_a, x_b = (
+        np.stack([bodies[at + XS + axis] + bodies[at + D + axis] for axis in range(3)], axis=1)
+        for at in (a, b)
+    )
+    a_moves, b_moves = (bodies[at + IM][:, None] > 0.0 for at in (a, b))
+    alone = np.where(a_moves, x_a + arm_a + half, x_b + arm_b - half)
+    return np.where(a_moves & b_moves, x_a + arm_a, alone)

@@ -30,9 +30,10 @@ from rigid_body_sim.physics.contact.detection import (
 )
 from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
+from rigid_body_sim.physics.contact.passes import lasting
 from rigid_body_sim.physics.contact.rows import (
     APPROACH,
-    BN,
+    BOUNCE,
     JN,
     JO,
     JQ,
@@ -41,7 +42,6 @@ from rigid_body_sim.physics.contact.rows import (
     JT,
     LANES,
     MANIFOLD,
-    POINT,
     T2,
     N,
     T,
@@ -77,8 +77,8 @@ def remember(
             at_point = o + RECORD_POINTS + point * FOUND_POINT
             p = batch + MANIFOLD + point * width + place - batch
             # a point that bounced leaves: its friction would pull the body back for a substep
-            left = width > POINT and rows[p + BN] > 0.0 and rows[p + APPROACH] < -threshold
-            keep = 0.0 if left else 1.0
+            left = rows[place + BOUNCE] > 0.0 and rows[p + APPROACH] < -threshold
+            keep = 0.0 if left else lasting(rows, p)
             t, s = keep * rows[p + JT], keep * rows[p + JO]
             memory[to + FEAT] = records[at_point + FEATURE]
             memory[to + NORM] = keep * rows[p + JN]

@@ -20,6 +20,9 @@ its velocity.
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,6 +36,7 @@ from rigid_body_sim.physics.contact.lanes import (
     vector,
 )
 from rigid_body_sim.physics.contact.rows import (
+    BALLS,
     CA,
     CB,
     CHANGE,
@@ -40,9 +44,9 @@ from rigid_body_sim.physics.contact.rows import (
     DB,
     GAIN,
     GAP,
-    GAP0,
     HA,
     HB,
+    HELD,
     JN,
     JO,
     JT,
@@ -53,7 +57,9 @@ from rigid_body_sim.physics.contact.rows import (
     MU,
     PS,
     PUSHED,
+    RA,
     RATE,
+    RB,
     SA,
     SB,
     SCALE,
@@ -66,6 +72,7 @@ from rigid_body_sim.physics.contact.rows import (
     VB,
     WA,
     WB,
+    WEIGHT,
     A,
     B,
     N,
@@ -75,6 +82,8 @@ from rigid_body_sim.physics.contact.touching_bodies import (
     CARRIED,
     II,
     IM,
+    L_HELD,
+    P_HELD,
     D,
     L,
     P,
@@ -82,6 +91,8 @@ from rigid_body_sim.physics.contact.touching_bodies import (
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
+
+LOAD = 0.02  # [m/s] what gravity gives in two substeps of a millisecond
 
 
 @kernel
@@ -156,18 +167,145 @@ def _shift(ux, uy, uz, w, c, x, y, z):
 
 
 @kernel
-def gaps(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Find the gap of a point of each lane from the motion of the bodies."""
+def follow(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """
+    Find gap and arms of a point of each lane after the motion over a substep.
+
+    The point moves as the surface of A, of B, or in the middle (`WEIGHT`), and both arms end in
+    it: impulses at it keep the angular momentum of the two to the last digits.
+    """
     for k in range(lanes):
         ax, ay, az, bx, by, bz = arms(q, k)
+        c = g[k + CA]
         ux, uy, uz = vector(g, k + UA)
-        ax, ay, az = _shift(ux, uy, uz, g[k + SA], g[k + CA], ax, ay, az)
-        ux, uy, uz = vector(g, k + UB)
-        bx, by, bz = _shift(ux, uy, uz, g[k + SB], g[k + CB], bx, by, bz)
-        dx = (g[k + DB] - g[k + DA]) + (bx - ax)
-        dy = (g[k + DB + 8] - g[k + DA + 8]) + (by - ay)
-        dz = (g[k + DB + 16] - g[k + DA + 16]) + (bz - az)
-        q[k + GAP] = q[k + GAP0] + (s[k + N] * dx + s[k + N + 8] * dy + s[k + N + 16] * dz)
+        ux, uy, uz = _shift(ux, uy, uz, g[k + SA], c, ax, ay, az)
+        d = g[k + CB]
+        vx, vy, vz = vector(g, k + UB)
+        vx, vy, vz = _shift(vx, vy, vz, g[k + SB], d, bx, by, bz)
+        x, y, z = (
+            g[k + DB] - g[k + DA],
+            g[k + DB + 8] - g[k + DA + 8],
+            g[k + DB + 16] - g[k + DA + 16],
+        )
+        nx, ny, nz = vector(s, k + N)
+        q[k + GAP] += nx * (x + (vx - ux)) + ny * (y + (vy - uy)) + nz * (z + (vz - uz))
+        # the nearest point of a ball does not turn with it
+        ux, uy, uz = c * ux, c * uy, c * uz
+        vx, vy, vz = d * vx, d * vy, d * vz
+        x, y, z = x + (vx - ux), y + (vy - uy), z + (vz - uz)
+        w = s[k + WEIGHT]
+        q[k + RA] = ax + (ux + w * x)
+        q[k + RA + 8] = ay + (uy + w * y)
+        q[k + RA + 16] = az + (uz + w * z)
+        w = 1.0 - w
+        q[k + RB] = bx + (vx - w * x)
+        q[k + RB + 8] = by + (vy - w * y)
+        q[k + RB + 16] = bz + (vz - w * z)
+
+
+@kernel
+def follow_balls(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """
+    Turn normal, tangents and arms of a point between two balls into their line of centres, and
+    find the gap without linearising; called after `follow`.
+
+    t' = t - (n' . t)/(1 + n . n') (n + n'), the smallest turn that takes n to n'
+    """
+    for k in range(lanes):
+        ax, ay, az, bx, by, bz = arms(q, k)
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + T2)
+        gap = q[k + GAP]
+        w = s[k + WEIGHT]
+        x, y, z = (
+            g[k + DB] - g[k + DA],
+            g[k + DB + 8] - g[k + DA + 8],
+            g[k + DB + 16] - g[k + DA + 16],
+        )
+        before = nx * (ax - bx - x) + ny * (ay - by - y) + nz * (az - bz - z)
+        arm = nx * (ax - w * x) + ny * (ay - w * y) + nz * (az - w * z)
+        moved = nx * x + ny * y + nz * z
+        x, y, z = ax - bx, ay - by, az - bz
+        now = math.sqrt(x * x + y * y + z * z)
+        balls = (s[k + BALLS] > 0.0) & (now > 0.0)
+        size = now if balls else 1.0
+        ux, uy, uz = (x / size, y / size, z / size) if balls else (nx, ny, nz)
+        arm = arm + w * (now - before)
+        q[k + GAP] = gap + (now - before - moved) if balls else gap
+        q[k + RA] = arm * ux if balls else ax
+        q[k + RA + 8] = arm * uy if balls else ay
+        q[k + RA + 16] = arm * uz if balls else az
+        q[k + RB] = arm * ux - x if balls else bx
+        q[k + RB + 8] = arm * uy - y if balls else by
+        q[k + RB + 16] = arm * uz - z if balls else bz
+        s[k + N], s[k + N + 8], s[k + N + 16] = ux, uy, uz
+        cosine = nx * ux + ny * uy + nz * uz
+        nx, ny, nz = nx + ux, ny + uy, nz + uz
+        turn = (tx * ux + ty * uy + tz * uz) / (1.0 + cosine)
+        turn = turn if balls else 0.0
+        s[k + T], s[k + T + 8], s[k + T + 16] = tx - turn * nx, ty - turn * ny, tz - turn * nz
+        turn = (ox * ux + oy * uy + oz * uz) / (1.0 + cosine)
+        turn = turn if balls else 0.0
+        s[k + T2], s[k + T2 + 8], s[k + T2 + 16] = ox - turn * nx, oy - turn * ny, oz - turn * nz
+
+
+@inline
+def lasting(q: Array, p: int) -> Any:
+    """
+    Share of the impulse of a point that is a load, which the next substep starts from.
+
+    The impulse of an impact does not last. A load is what changes the velocity of the point by
+    less than LOAD, or at most twice what the substep began with.
+    """
+    limit = max(2.0 * q[p + HELD], LOAD * q[p + GAIN])
+    new = q[p + JN]
+    return limit / new if new > limit else 1.0
+
+
+@kernel
+def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """Add up what the next substep starts from: the loads of this one, at the arms of now."""
+    for k in range(lanes):
+        ax, ay, az, bx, by, bz = arms(q, k)
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + T2)
+        keep = lasting(q, k)
+        new, t, o = keep * q[k + JN], keep * q[k + JT], keep * q[k + JO]
+        x = new * nx + (t * tx + o * ox)
+        y = new * ny + (t * ty + o * oy)
+        z = new * nz + (t * tz + o * oz)
+        ax, ay, az = cross(ax, ay, az, x, y, z)
+        bx, by, bz = cross(bx, by, bz, x, y, z)
+        px, py, pz = vector(g, k + PS)
+        hx, hy, hz = vector(g, k + HA)
+        lx, ly, lz = vector(g, k + HB)
+        q[k + HELD], q[k + JN], q[k + JT], q[k + JO] = new, new, t, o
+        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
+        g[k + HA], g[k + HA + 8], g[k + HA + 16] = hx + ax, hy + ay, hz + az
+        g[k + HB], g[k + HB + 8], g[k + HB + 16] = lx + bx, ly + by, lz + bz
+
+
+@kernel
+def start_sums(lanes: int, g: Array) -> None:
+    """Set the sums of a batch to nothing."""
+    for k in range(lanes):
+        for row in range(9):
+            g[k + PS + 8 * row] = 0.0
+
+
+@kernel
+def scatter_held(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+    """Give the bodies of a batch the impulses from which the next substep starts."""
+    for k in range(lanes):
+        a, b = int(s[k + A]), int(s[k + B])
+        for axis in range(3):
+            row = k + 8 * axis
+            bodies[a + P_HELD + axis] -= g[row + PS]
+            bodies[b + P_HELD + axis] += g[row + PS]
+            bodies[a + L_HELD + axis] -= g[row + HA]
+            bodies[b + L_HELD + axis] += g[row + HB]
 
 
 @kernel

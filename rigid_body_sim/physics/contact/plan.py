@@ -135,7 +135,9 @@ class ContactPlan:
             row[COLLIDER] = i
             mount = self.mounts[i * POSE : (i + 1) * POSE]
             centered = not mount[:2].any()
-            row[ROUND] = 2.0 if kind == SPHERE else float(kind in (CAPSULE, CYLINDER) and centered)
+            row[ROUND] = float(kind in (CAPSULE, CYLINDER) and centered)
+            if kind == SPHERE:
+                row[ROUND] = 3.0 if centered and not mount[2] else 2.0
             row[AXIS : AXIS + 3] = mount[3:].reshape(3, 3)[:, 2]
 
     def _make_room(self, n: int) -> None:

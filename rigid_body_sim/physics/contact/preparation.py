@@ -28,7 +28,7 @@ from rigid_body_sim.physics.contact.rows import (
     DA,
     DB,
     GAIN,
-    GAP0,
+    GAP,
     MA,
     MB,
     ROLL_GAIN,
@@ -156,7 +156,7 @@ def approach(lanes: int, s: Array, q: Array, g: Array) -> None:
         vn = nx * x + ny * y + nz * z
         ax, ay, az = _acceleration(g, DA, UA, WA, k, ax, ay, az)
         bx, by, bz = _acceleration(g, DB, UB, WB, k, bx, by, bz)
-        gap = q[k + GAP0]
+        gap = q[k + GAP]
         square = vn * vn - 2.0 * gap * (nx * (bx - ax) + ny * (by - ay) + nz * (bz - az))
         ahead = (vn < 0.0) & (gap > 0.0)
         q[k + APPROACH] = -math.sqrt(square if square > 0.0 else 0.0) if ahead else vn

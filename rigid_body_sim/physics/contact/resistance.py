@@ -96,6 +96,25 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
 
 
 @kernel
+def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """Add up the angular impulses from which the next substep starts."""
+    for k in range(lanes):
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + T2)
+        r, p, turn = q[k + JR], q[k + JQ], q[k + JS]
+        x, y, z = (
+            r * tx + p * ox + turn * nx,
+            r * ty + p * oy + turn * ny,
+            r * tz + p * oz + turn * nz,
+        )
+        hx, hy, hz = vector(g, k + HA)
+        lx, ly, lz = vector(g, k + HB)
+        g[k + HA], g[k + HA + 8], g[k + HA + 16] = hx + x, hy + y, hz + z
+        g[k + HB], g[k + HB + 8], g[k + HB + 16] = lx + x, ly + y, lz + z
+
+
+@kernel
 def release(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Bring the angular impulses of the last substep within what presses now."""
     for k in range(lanes):

@@ -48,6 +48,7 @@ from rigid_body_sim.physics.contact.touching_bodies import (
     BODY,
     ENERGY,
     ES,
+    GROUP,
     II,
     IM,
     L_HELD,
@@ -61,8 +62,8 @@ from rigid_body_sim.physics.kernels import inline, kernel
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# of the first body of a group, where the substep no longer needs its place
-TAKEN, LINEAR, SQUARE, SHARE, FACTOR = XS, XS + 1, XS + 2, ES, ES + 1
+# of the first body of a group
+TAKEN, LINEAR, SQUARE, SHARE, FACTOR = range(GROUP, GROUP + 5)
 
 
 @inline

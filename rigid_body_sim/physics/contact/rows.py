@@ -21,11 +21,14 @@ RATE, SCALE, KEEP = 96, 104, 112  # beta [1/s], sigma [-], iota [-] of the soft 
 BOUNCE = 120  # [-] restitution
 ROLL, SPIN = 128, 136  # [m] rolling and torsional friction
 ROLL_GAIN, SPIN_GAIN = 144, 152  # [kg m^2] angular impulse per angular velocity
-MANIFOLD = 160  # numbers of the manifold
+WEIGHT = 160  # [-] share of A in where the contact point goes, see `passes.gaps`
+BALLS = 168  # [-] 1: both are balls about their centres of mass
+MANIFOLD = 176  # numbers of the manifold
 
 # of a point
 RA, RB = 0, 24  # (3) [m] arms from the centres of mass
-GAP0, GAP = 48, 56  # [m] gap at the start of the tick, now
+HELD = 48  # [N s] normal impulse with which this substep began
+GAP = 56  # [m]
 GAIN, SLIP_GAIN = 64, 72  # [kg] impulse per velocity: normal, tangential
 JN, JT, JO = 80, 88, 96  # [N s] impulses of this substep
 MOST = 104  # [N s] largest normal impulse of any substep

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance
-from rigid_body_sim.physics.contact.assembly import BATCH, OFFSET, POINTS
+from rigid_body_sim.physics.contact.assembly import BALL_PAIRS, BATCH, OFFSET, POINTS
 from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, SCRATCH
 from rigid_body_sim.physics.kernels import specialise
 
@@ -97,13 +97,32 @@ def _relax(
             passes.gather_motion(lanes, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                passes.gaps(lanes, s, q, g)
+                passes.follow(lanes, s, q, g)
+            if batches[batch * BATCH + BALL_PAIRS] > 0:
+                passes.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
             passes.relax(lanes, s, q, g, inverse_h, share)
             if ANGULAR:
                 resistance.resist(lanes, s, q, g)
         passes.scatter(lanes, s, g, bodies)
+
+
+def _hold(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
+    """Sum up the impulses from which the next substep starts."""
+    g = rows[0:SCRATCH]
+    for batch in range(count):
+        points = batches[batch * BATCH + POINTS]
+        begin = batches[batch * BATCH + OFFSET]
+        s = rows[begin : begin + MANIFOLD]
+        begin += MANIFOLD
+        passes.start_sums(lanes, g)
+        for point in range(points):
+            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+            passes.hold(lanes, s, q, g)
+            if ANGULAR:
+                resistance.hold(lanes, s, q, g)
+        passes.scatter_held(lanes, s, g, bodies)
 
 
 def _bounce(
@@ -136,7 +155,7 @@ def solver(*, width: int, angular: bool, bounces: bool) -> dict[str, Any]:
     """Make the passes of a scene, by name."""
     name = f'{width}'
     bound = {'WIDTH': width, 'ANGULAR': angular, 'BOUNCES': bounces}
-    made = {'prepare': _prepare, 'push': _push, 'relax': _relax}
+    made = {'prepare': _prepare, 'push': _push, 'relax': _relax, 'hold': _hold}
     if bounces:
         made['bounce'] = _bounce
     return {key: specialise(source, name=name, **bound) for key, source in made.items()}

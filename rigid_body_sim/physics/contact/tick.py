@@ -80,6 +80,7 @@ find_manifolds: Callable[..., Any] = unbound
 prepare: Callable[..., Any] = unbound
 push: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
+hold: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
 
 
@@ -258,6 +259,10 @@ def _advance(
                 relax(lanes_at_once, count, 1.0 / part, turn == 0, share, rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
+            if sub + 1 < substeps:
+                for i in range(touched):
+                    touching_bodies.let_go(touching[i], bodies)
+                hold(lanes_at_once, count, rows, batches, bodies)
         if BOUNCES and count > 0:
             for i in range(touched):
                 returned_energy.before_bounce(touching[i], bodies)

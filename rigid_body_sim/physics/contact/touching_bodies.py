@@ -8,7 +8,7 @@ move. World axes; p and L are the truth, velocities follow from them:
 
     v = p / m        omega = I^-1 L        I^-1 = R diag(J) R^T
 
-The motion since the start of the tick moves a point at arm r from the centre of mass by
+The motion over a substep moves a point at arm r from the centre of mass by
 
     d + D r,   D r = w t + c u x t,   t = 2 u x r
 
@@ -54,13 +54,15 @@ Array = NDArray[np.float64]
 
 P, L = 0, 3  # [kg m/s], [kg m^2/s] momenta
 IM, II = 6, 7  # [1/kg]; [1/(kg m^2)] inverse inertia xx, xy, xz, yy, yz, zz
-D, U, W, C = 13, 16, 19, 20  # motion since the start of the tick: d [m], u, w, c [-]
+D, U, W, C = 13, 16, 19, 20  # motion since the start of the substep: d [m], u, w, c [-]
 CARRIED = 21  # [-] 1: some contact pushes it in this substep
-P_FREE, L_FREE = 22, 25  # momenta of this substep without any contact
-P_HELD, L_HELD = 28, 31  # what contacts gave in the last substep: where this one starts from
-X0, E0, Q0 = 34, 37, 40  # position, its residual and attitude at the start of the tick
+GROUP = 22  # (5) its group's account of energy, see `returned_energy`
+P_HELD, L_HELD = 28, 31  # what contacts give from the start of a substep: those of the last
+X0 = 34  # position at the start of the tick
+QS = 40  # attitude at the start of the substep
 XS, ES = 44, 47  # position and its residual at the start of the substep
-ROUND = 50  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ball
+ROUND = 50  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ball, 3: about
+# its centre of mass
 AXIS = 51  # (3) [-] principal axes
 ACC, ALPHA = 54, 57  # [m/s^2], [rad/s^2] of free motion at the start of the tick, where wanted
 COLLIDER = 60  # [-] its place among the colliders
@@ -105,7 +107,6 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
     bodies[o + IM] = translation[k + INVERSE_MASS]
     for axis in range(3):
         bodies[o + X0 + axis] = translation[k + RX + 64 * axis]
-        bodies[o + E0 + axis] = translation[k + EX + 64 * axis]
         bodies[o + P + axis] = translation[k + PX + 64 * axis]
         bodies[o + ACC + axis] = bodies[o + IM] * translation[k + FX + 64 * axis]
         bodies[o + L + axis] = 0.0
@@ -122,8 +123,6 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
         k = at(i, ROTATION)
         for axis in range(3):
             bodies[o + L + axis] = rotation[k + LX + 64 * axis]
-        for entry in range(4):
-            bodies[o + Q0 + entry] = rotation[k + QX + 64 * entry]
         _put_inverse_inertia(bodies, o, rotation, k)
 
 
@@ -160,26 +159,37 @@ def kick(
         bodies[o + XS + axis] = translation[k + RX + row]
         bodies[o + ES + axis] = translation[k + EX + row]
         free = translation[k + PX + row] + h * translation[k + FX + row]
-        bodies[o + P_FREE + axis] = free
         bodies[o + P + axis] = free + bodies[o + P_HELD + axis]
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
             row = 64 * axis
             free = rotation[k + LX + row] + h * rotation[k + TX + row]
-            bodies[o + L_FREE + axis] = free
             bodies[o + L + axis] = free + bodies[o + L_HELD + axis]
+        for entry in range(4):
+            bodies[o + QS + entry] = rotation[k + QX + 64 * entry]
+
+
+@inline
+def _loaded(bodies: Array, o: int) -> bool:
+    """Tell whether some contact that carried a body in the last substep still does."""
+    x, y, z = bodies[o + P_HELD], bodies[o + P_HELD + 1], bodies[o + P_HELD + 2]
+    return x * x + y * y + z * z > 0.0
 
 
 @kernel
 def before_turn(i: int, n_rigid: int, half: float, rotation: Array, bodies: Array) -> None:
     """Give a carried body the momentum with which it turns, less the half kick still to come."""
     o = i * BODY
+    loaded = _loaded(bodies, o)
     if bodies[o + CARRIED] > 0.0 and i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
             row = 64 * axis
-            rotation[k + LX + row] = bodies[o + L + axis] - half * rotation[k + TX + row]
+            kick = half * rotation[k + TX + row]
+            rotation[k + LX + row] = bodies[o + L + axis] - kick
+            if loaded:
+                rotation[k + LX + row] -= kick + 0.5 * bodies[o + L_HELD + axis]
 
 
 @kernel
@@ -192,14 +202,17 @@ def after_turn(
     o = i * BODY
     k = at(i, TRANSLATION)
     carried = bodies[o + CARRIED] > 0.0
+    share = 0.5 if _loaded(bodies, o) else 0.0
     for axis in range(3):
         row = 64 * axis
         if carried:
-            translation[k + PX + row] = bodies[o + P + axis]
+            p = bodies[o + P + axis]
+            translation[k + PX + row] = p
+            p -= share * (h * translation[k + FX + row] + bodies[o + P_HELD + axis])
             x, e = add_compensated(
                 bodies[o + XS + axis],
                 bodies[o + ES + axis],
-                h * bodies[o + IM] * bodies[o + P + axis],
+                h * bodies[o + IM] * p,
             )
             translation[k + RX + row] = x
             translation[k + EX + row] = e
@@ -211,26 +224,18 @@ def after_turn(
 
 @kernel
 def take_over(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
-    """Read momenta, inverse inertia and the motion since the start of the tick."""
+    """Read momenta, inverse inertia and the motion over the substep."""
     o = i * BODY
     k = at(i, TRANSLATION)
-    carried = bodies[o + CARRIED] > 0.0
     for axis in range(3):
         row = 64 * axis
-        p = translation[k + PX + row]
-        moved = p - bodies[o + P + axis] if carried else p - bodies[o + P_FREE + axis]
-        bodies[o + P_FREE + axis] += moved
-        bodies[o + P + axis] = p
-        x = translation[k + RX + row] - bodies[o + X0 + axis]
-        bodies[o + D + axis] = x + (translation[k + EX + row] - bodies[o + E0 + axis])
+        bodies[o + P + axis] = translation[k + PX + row]
+        x = translation[k + RX + row] - bodies[o + XS + axis]
+        bodies[o + D + axis] = x + (translation[k + EX + row] - bodies[o + ES + axis])
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            row = 64 * axis
-            angular = rotation[k + LX + row]
-            base = bodies[o + L + axis] if carried else bodies[o + L_FREE + axis]
-            bodies[o + L_FREE + axis] += angular - base
-            bodies[o + L + axis] = angular
+            bodies[o + L + axis] = rotation[k + LX + 64 * axis]
         _put_inverse_inertia(bodies, o, rotation, k)
         _put_turn(bodies, o, rotation, k)
 
@@ -238,7 +243,7 @@ def take_over(i: int, n_rigid: int, translation: Array, rotation: Array, bodies:
 @inline
 def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
     x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-    p, q, r, s = bodies[o + Q0], bodies[o + Q0 + 1], bodies[o + Q0 + 2], bodies[o + Q0 + 3]
+    p, q, r, s = bodies[o + QS], bodies[o + QS + 1], bodies[o + QS + 2], bodies[o + QS + 3]
     kind = bodies[o + ROUND]
     if kind == 1.0:
         i, j, m = bodies[o + AXIS], bodies[o + AXIS + 1], bodies[o + AXIS + 2]
@@ -251,12 +256,12 @@ def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
         bodies[o + W] = half
         bodies[o + C] = 1.0
         return
-    # q q0*
+    # q qs*
     u1 = s * x - w * p - (y * r - z * q)
     u2 = s * y - w * q - (z * p - x * r)
     u3 = s * z - w * r - (x * q - y * p)
     turn = w * s + x * p + y * q + z * r
-    if kind == 2.0:
+    if kind >= 2.0:
         sign = 1.0 if turn >= 0.0 else -1.0
         bodies[o + U] = sign * u1
         bodies[o + U + 1] = sign * u2
@@ -271,16 +276,19 @@ def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
 
 @kernel
 def hand_back(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
-    """Write the momenta back, and keep what contacts gave for the next substep."""
+    """Write the momenta back."""
     o = i * BODY
     k = at(i, TRANSLATION)
     for axis in range(3):
-        p = bodies[o + P + axis]
-        translation[k + PX + 64 * axis] = p
-        bodies[o + P_HELD + axis] = p - bodies[o + P_FREE + axis]
+        translation[k + PX + 64 * axis] = bodies[o + P + axis]
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            angular = bodies[o + L + axis]
-            rotation[k + LX + 64 * axis] = angular
-            bodies[o + L_HELD + axis] = angular - bodies[o + L_FREE + axis]
+            rotation[k + LX + 64 * axis] = bodies[o + L + axis]
+
+
+@kernel
+def let_go(i: int, bodies: Array) -> None:
+    """Forget what contacts gave, before it is summed up anew."""
+    for axis in range(6):
+        bodies[i * BODY + P_HELD + axis] = 0.0
