@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance
 from rigid_body_sim.physics.contact.assembly import BALL_PAIRS, BATCH, OFFSET, POINTS
 from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, SCRATCH
+from rigid_body_sim.physics.contact.touching_bodies import P_HELD, P
 from rigid_body_sim.physics.kernels import specialise
 
 Array = NDArray[np.float64]
@@ -76,16 +77,33 @@ def _push(
         passes.mark_carried(lanes, s, g, bodies)
 
 
-def _relax(
-    lanes: int, count: int, inverse_h: float, first: bool, share: float, rows: Array,
-    batches: Indices, bodies: Array,
-) -> None:  # fmt: skip
-    """
-    Visit normals and friction of all batches.
+def _carry(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
+    """Find gaps and arms after the bodies have moved; let their loads act again."""
+    g = rows[0:SCRATCH]
+    for batch in range(count):
+        points = batches[batch * BATCH + POINTS]
+        begin = batches[batch * BATCH + OFFSET]
+        s = rows[begin : begin + MANIFOLD]
+        begin += MANIFOLD
+        passes.gather_momenta(lanes, s, g, bodies, P)
+        passes.gather_motion(lanes, s, g, bodies)
+        for point in range(points):
+            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+            passes.follow(lanes, s, q, g)
+        if batches[batch * BATCH + BALL_PAIRS] > 0:
+            passes.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
+        for point in range(points):
+            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+            passes.carry(lanes, s, q, g)
+            if ANGULAR:
+                resistance.carry(lanes, s, q, g)
+        passes.scatter_momenta(lanes, s, g, bodies, P)
 
-    first : the bodies have moved since the gaps were found
-    share : 1 in the last pass of a substep, else 0
-    """
+
+def _relax(
+    lanes: int, count: int, inverse_h: float, rows: Array, batches: Indices, bodies: Array
+) -> None:
+    """Visit normals and friction of all batches."""
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
@@ -93,36 +111,27 @@ def _relax(
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
         passes.gather(lanes, s, g, bodies)
-        if first:
-            passes.gather_motion(lanes, s, g, bodies)
-            for point in range(points):
-                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                passes.follow(lanes, s, q, g)
-            if batches[batch * BATCH + BALL_PAIRS] > 0:
-                passes.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            passes.relax(lanes, s, q, g, inverse_h, share)
+            passes.relax(lanes, s, q, g, inverse_h)
             if ANGULAR:
                 resistance.resist(lanes, s, q, g)
         passes.scatter(lanes, s, g, bodies)
 
 
-def _hold(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
-    """Sum up the impulses from which the next substep starts."""
+def _drop(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
+    """Leave impulses of impacts out of what the next substep starts from."""
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        passes.start_sums(lanes, g)
+        passes.gather_momenta(lanes, s, g, bodies, P_HELD)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            passes.hold(lanes, s, q, g)
-            if ANGULAR:
-                resistance.hold(lanes, s, q, g)
-        passes.scatter_held(lanes, s, g, bodies)
+            passes.drop(lanes, s, q, g)
+        passes.scatter_momenta(lanes, s, g, bodies, P_HELD)
 
 
 def _bounce(
@@ -155,7 +164,7 @@ def solver(*, width: int, angular: bool, bounces: bool) -> dict[str, Any]:
     """Make the passes of a scene, by name."""
     name = f'{width}'
     bound = {'WIDTH': width, 'ANGULAR': angular, 'BOUNCES': bounces}
-    made = {'prepare': _prepare, 'push': _push, 'relax': _relax, 'hold': _hold}
+    made = {'prepare': _prepare, 'push': _push, 'carry': _carry, 'relax': _relax, 'drop': _drop}
     if bounces:
         made['bounce'] = _bounce
     return {key: specialise(source, name=name, **bound) for key, source in made.items()}

@@ -80,7 +80,8 @@ find_manifolds: Callable[..., Any] = unbound
 prepare: Callable[..., Any] = unbound
 push: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
-hold: Callable[..., Any] = unbound
+carry: Callable[..., Any] = unbound
+drop: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
 
 
@@ -212,7 +213,7 @@ def _advance(
                 start_evaluation(n_bodies, n_rigid, translation, rotation)
                 evaluate(0, time, translation, rotation, elements, ranges)
             for i in range(touched):
-                touching_bodies.kick(touching[i], n_rigid, part, translation, rotation, bodies)
+                touching_bodies.kick(touching[i], n_rigid, half, translation, rotation, bodies)
             push(
                 lanes_at_once,
                 count,
@@ -254,15 +255,13 @@ def _advance(
                     returned_energy.add_half_the_work(
                         touching[i], n_rigid, part, translation, rotation, bodies
                     )
-            for turn in range(relaxations):
-                share = 1.0 if turn == relaxations - 1 else 0.0
-                relax(lanes_at_once, count, 1.0 / part, turn == 0, share, rows, batches, bodies)
+            carry(lanes_at_once, count, rows, batches, bodies)
+            for _turn in range(relaxations):
+                relax(lanes_at_once, count, 1.0 / part, rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
             if sub + 1 < substeps:
-                for i in range(touched):
-                    touching_bodies.let_go(touching[i], bodies)
-                hold(lanes_at_once, count, rows, batches, bodies)
+                drop(lanes_at_once, count, rows, batches, bodies)
         if BOUNCES and count > 0:
             for i in range(touched):
                 returned_energy.before_bounce(touching[i], bodies)

@@ -56,7 +56,8 @@ P, L = 0, 3  # [kg m/s], [kg m^2/s] momenta
 IM, II = 6, 7  # [1/kg]; [1/(kg m^2)] inverse inertia xx, xy, xz, yy, yz, zz
 D, U, W, C = 13, 16, 19, 20  # motion since the start of the substep: d [m], u, w, c [-]
 CARRIED = 21  # [-] 1: some contact pushes it in this substep
-GROUP = 22  # (5) its group's account of energy, see `returned_energy`
+P_FREE, L_FREE = 22, 25  # momenta before the contacts of the second half of a substep act
+GROUP = 22  # (5) its group's account of energy after the last substep, see `returned_energy`
 P_HELD, L_HELD = 28, 31  # what contacts give from the start of a substep: those of the last
 X0 = 34  # position at the start of the tick
 QS = 40  # attitude at the start of the substep
@@ -123,6 +124,7 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
         k = at(i, ROTATION)
         for axis in range(3):
             bodies[o + L + axis] = rotation[k + LX + 64 * axis]
+            bodies[o + L_FREE + axis] = bodies[o + L + axis]
         _put_inverse_inertia(bodies, o, rotation, k)
 
 
@@ -150,7 +152,7 @@ def accelerate(i: int, n_rigid: int, rotation: Array, bodies: Array) -> None:
 def kick(
     i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
-    """Let the forces of the instant act over a substep, and last substep's contacts again."""
+    """Let the forces of the instant act for half a substep, and the last half's contacts again."""
     o = i * BODY
     k = at(i, TRANSLATION)
     bodies[o + CARRIED] = 0.0
@@ -170,26 +172,15 @@ def kick(
             bodies[o + QS + entry] = rotation[k + QX + 64 * entry]
 
 
-@inline
-def _loaded(bodies: Array, o: int) -> bool:
-    """Tell whether some contact that carried a body in the last substep still does."""
-    x, y, z = bodies[o + P_HELD], bodies[o + P_HELD + 1], bodies[o + P_HELD + 2]
-    return x * x + y * y + z * z > 0.0
-
-
 @kernel
 def before_turn(i: int, n_rigid: int, half: float, rotation: Array, bodies: Array) -> None:
     """Give a carried body the momentum with which it turns, less the half kick still to come."""
     o = i * BODY
-    loaded = _loaded(bodies, o)
     if bodies[o + CARRIED] > 0.0 and i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
             row = 64 * axis
-            kick = half * rotation[k + TX + row]
-            rotation[k + LX + row] = bodies[o + L + axis] - kick
-            if loaded:
-                rotation[k + LX + row] -= kick + 0.5 * bodies[o + L_HELD + axis]
+            rotation[k + LX + row] = bodies[o + L + axis] - half * rotation[k + TX + row]
 
 
 @kernel
@@ -197,29 +188,26 @@ def after_turn(
     i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """
-    Move a carried body by its own velocity, x += h v; take from the blocks what the others did.
+    Move a carried body by its own velocity, x += h v, and let the forces act for the second half.
     """
     o = i * BODY
+    if not bodies[o + CARRIED] > 0.0:
+        return
     k = at(i, TRANSLATION)
-    carried = bodies[o + CARRIED] > 0.0
-    share = 0.5 if _loaded(bodies, o) else 0.0
     for axis in range(3):
         row = 64 * axis
-        if carried:
-            p = bodies[o + P + axis]
-            translation[k + PX + row] = p
-            p -= share * (h * translation[k + FX + row] + bodies[o + P_HELD + axis])
-            x, e = add_compensated(
-                bodies[o + XS + axis],
-                bodies[o + ES + axis],
-                h * bodies[o + IM] * p,
-            )
-            translation[k + RX + row] = x
-            translation[k + EX + row] = e
-    if carried and i < n_rigid:
+        p = bodies[o + P + axis]
+        translation[k + PX + row] = p + 0.5 * h * translation[k + FX + row]
+        x, e = add_compensated(
+            bodies[o + XS + axis], bodies[o + ES + axis], h * bodies[o + IM] * p
+        )
+        translation[k + RX + row] = x
+        translation[k + EX + row] = e
+    if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            rotation[k + LX + 64 * axis] = bodies[o + L + axis]
+            row = 64 * axis
+            rotation[k + LX + row] = bodies[o + L + axis] + 0.5 * h * rotation[k + TX + row]
 
 
 @kernel
@@ -230,12 +218,14 @@ def take_over(i: int, n_rigid: int, translation: Array, rotation: Array, bodies:
     for axis in range(3):
         row = 64 * axis
         bodies[o + P + axis] = translation[k + PX + row]
+        bodies[o + P_FREE + axis] = bodies[o + P + axis]
         x = translation[k + RX + row] - bodies[o + XS + axis]
         bodies[o + D + axis] = x + (translation[k + EX + row] - bodies[o + ES + axis])
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
             bodies[o + L + axis] = rotation[k + LX + 64 * axis]
+            bodies[o + L_FREE + axis] = bodies[o + L + axis]
         _put_inverse_inertia(bodies, o, rotation, k)
         _put_turn(bodies, o, rotation, k)
 
@@ -276,19 +266,16 @@ def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
 
 @kernel
 def hand_back(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
-    """Write the momenta back."""
+    """Write the momenta back, and keep what contacts gave for the next substep."""
     o = i * BODY
     k = at(i, TRANSLATION)
     for axis in range(3):
-        translation[k + PX + 64 * axis] = bodies[o + P + axis]
+        p = bodies[o + P + axis]
+        translation[k + PX + 64 * axis] = p
+        bodies[o + P_HELD + axis] = p - bodies[o + P_FREE + axis]
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            rotation[k + LX + 64 * axis] = bodies[o + L + axis]
-
-
-@kernel
-def let_go(i: int, bodies: Array) -> None:
-    """Forget what contacts gave, before it is summed up anew."""
-    for axis in range(6):
-        bodies[i * BODY + P_HELD + axis] = 0.0
+            angular = bodies[o + L + axis]
+            rotation[k + LX + 64 * axis] = angular
+            bodies[o + L_HELD + axis] = angular - bodies[o + L_FREE + axis]
