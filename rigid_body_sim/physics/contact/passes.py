@@ -227,21 +227,49 @@ def follow_balls(lanes: int, s: Array, q: Array, g: Array) -> None:
 @inline
 def lasting(q: Array, p: int) -> Any:
     """
-    Share of the impulse of a point that is a load, which the next substep starts from.
+    Share of the impulse of a point over a substep from which each half of the next one starts.
 
-    The impulse of an impact does not last. A load is what changes the velocity of the point by
-    less than LOAD, or at most twice what the substep began with.
+    A half, where it is a load. The impulse of an impact does not last: a half changes the velocity
+    of the point by less than LOAD, or is at most twice what this substep started from.
     """
     limit = max(2.0 * q[p + HELD], LOAD * q[p + GAIN])
-    new = q[p + JN]
-    return limit / new if new > limit else 1.0
+    half = 0.5 * q[p + JN]
+    return 0.5 * limit / half if half > limit else 0.5
 
 
 @kernel
 def carry(lanes: int, s: Array, q: Array, g: Array) -> None:
     """
-    Let the load of the first half of a substep act again in its second half, at the arms of now.
+    Let the load from which the first half of a substep started act in its second half too, at the
+    arms of now.
     """
+    for k in range(lanes):
+        ax, ay, az, bx, by, bz = arms(q, k)
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + T2)
+        half, half_t, half_o = q[k + JN], q[k + JT], q[k + JO]
+        px, py, pz = vector(g, k + PS)
+        hx, hy, hz = vector(g, k + LA)
+        lx, ly, lz = vector(g, k + LB)
+        limit = max(2.0 * q[k + HELD], LOAD * q[k + GAIN])
+        share = limit / half if half > limit else 1.0
+        new = share * half
+        t, o = share * half_t, share * half_o
+        x = new * nx + (t * tx + o * ox)
+        y = new * ny + (t * ty + o * oy)
+        z = new * nz + (t * tz + o * oz)
+        ax, ay, az = cross(ax, ay, az, x, y, z)
+        bx, by, bz = cross(bx, by, bz, x, y, z)
+        q[k + JN], q[k + JT], q[k + JO] = half + new, half_t + t, half_o + o
+        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
+        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+
+
+@kernel
+def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """Start each half of the next substep from half the load of this one, at the arms of now."""
     for k in range(lanes):
         ax, ay, az, bx, by, bz = arms(q, k)
         nx, ny, nz = vector(s, k + N)
@@ -266,36 +294,6 @@ def carry(lanes: int, s: Array, q: Array, g: Array) -> None:
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
         g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
         g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
-
-
-@kernel
-def drop(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Take from what the next substep starts from what impacts have given."""
-    for k in range(lanes):
-        ax, ay, az, bx, by, bz = arms(q, k)
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
-        new, t, o = q[k + JN], q[k + JT], q[k + JO]
-        sx, sy, sz = vector(q, k + SUM)
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
-        most = q[k + MOST]
-        q[k + MOST] = new if new > most else most
-        keep = lasting(q, k)
-        q[k + HELD], q[k + JN], q[k + JT], q[k + JO] = keep * new, keep * new, keep * t, keep * o
-        keep = 1.0 - keep
-        new, t, o = keep * new, keep * t, keep * o
-        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = sx + new, sy + t, sz + o
-        x = new * nx + (t * tx + o * ox)
-        y = new * ny + (t * ty + o * oy)
-        z = new * nz + (t * tz + o * oz)
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px - x, py - y, pz - z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx + ax, hy + ay, hz + az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx - bx, ly - by, lz - bz
 
 
 @kernel
@@ -337,8 +335,6 @@ def push(
         vn = nx * x + ny * y + nz * z
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
-        most = q[k + MOST]
-        sx, sy, sz = vector(q, k + SUM)
         px, py, pz = vector(g, k + PS)
         hx, hy, hz = vector(g, k + LA)
         lx, ly, lz = vector(g, k + LB)
@@ -367,8 +363,6 @@ def push(
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
         q[k + JN], q[k + JT], q[k + JO] = new, t, o
-        q[k + MOST] = old if old > most else most
-        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = sx + old, sy + old_t, sz + old_o
         g[k + PUSHED] = 1.0 if presses else pushed
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
         g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az

@@ -119,8 +119,8 @@ def _relax(
         passes.scatter(lanes, s, g, bodies)
 
 
-def _drop(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
-    """Leave impulses of impacts out of what the next substep starts from."""
+def _hold(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
+    """Add up the loads from which the next substep starts."""
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
@@ -130,7 +130,9 @@ def _drop(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) 
         passes.gather_momenta(lanes, s, g, bodies, P_HELD)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            passes.drop(lanes, s, q, g)
+            passes.hold(lanes, s, q, g)
+            if ANGULAR:
+                resistance.hold(lanes, s, q, g)
         passes.scatter_momenta(lanes, s, g, bodies, P_HELD)
 
 
@@ -164,7 +166,7 @@ def solver(*, width: int, angular: bool, bounces: bool) -> dict[str, Any]:
     """Make the passes of a scene, by name."""
     name = f'{width}'
     bound = {'WIDTH': width, 'ANGULAR': angular, 'BOUNCES': bounces}
-    made = {'prepare': _prepare, 'push': _push, 'carry': _carry, 'relax': _relax, 'drop': _drop}
+    made = {'prepare': _prepare, 'push': _push, 'carry': _carry, 'relax': _relax, 'hold': _hold}
     if bounces:
         made['bounce'] = _bounce
     return {key: specialise(source, name=name, **bound) for key, source in made.items()}

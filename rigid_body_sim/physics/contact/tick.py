@@ -81,7 +81,7 @@ prepare: Callable[..., Any] = unbound
 push: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
 carry: Callable[..., Any] = unbound
-drop: Callable[..., Any] = unbound
+hold: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
 
 
@@ -261,7 +261,9 @@ def _advance(
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
             if sub + 1 < substeps:
-                drop(lanes_at_once, count, rows, batches, bodies)
+                for i in range(touched):
+                    touching_bodies.let_go(touching[i], bodies)
+                hold(lanes_at_once, count, rows, batches, bodies)
         if BOUNCES and count > 0:
             for i in range(touched):
                 returned_energy.before_bounce(touching[i], bodies)

@@ -56,8 +56,7 @@ P, L = 0, 3  # [kg m/s], [kg m^2/s] momenta
 IM, II = 6, 7  # [1/kg]; [1/(kg m^2)] inverse inertia xx, xy, xz, yy, yz, zz
 D, U, W, C = 13, 16, 19, 20  # motion since the start of the substep: d [m], u, w, c [-]
 CARRIED = 21  # [-] 1: some contact pushes it in this substep
-P_FREE, L_FREE = 22, 25  # momenta before the contacts of the second half of a substep act
-GROUP = 22  # (5) its group's account of energy after the last substep, see `returned_energy`
+GROUP = 22  # (5) its group's account of energy, see `returned_energy`
 P_HELD, L_HELD = 28, 31  # what contacts give from the start of a substep: those of the last
 X0 = 34  # position at the start of the tick
 QS = 40  # attitude at the start of the substep
@@ -124,7 +123,6 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
         k = at(i, ROTATION)
         for axis in range(3):
             bodies[o + L + axis] = rotation[k + LX + 64 * axis]
-            bodies[o + L_FREE + axis] = bodies[o + L + axis]
         _put_inverse_inertia(bodies, o, rotation, k)
 
 
@@ -218,14 +216,12 @@ def take_over(i: int, n_rigid: int, translation: Array, rotation: Array, bodies:
     for axis in range(3):
         row = 64 * axis
         bodies[o + P + axis] = translation[k + PX + row]
-        bodies[o + P_FREE + axis] = bodies[o + P + axis]
         x = translation[k + RX + row] - bodies[o + XS + axis]
         bodies[o + D + axis] = x + (translation[k + EX + row] - bodies[o + ES + axis])
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
             bodies[o + L + axis] = rotation[k + LX + 64 * axis]
-            bodies[o + L_FREE + axis] = bodies[o + L + axis]
         _put_inverse_inertia(bodies, o, rotation, k)
         _put_turn(bodies, o, rotation, k)
 
@@ -266,16 +262,19 @@ def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
 
 @kernel
 def hand_back(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
-    """Write the momenta back, and keep what contacts gave for the next substep."""
+    """Write the momenta back."""
     o = i * BODY
     k = at(i, TRANSLATION)
     for axis in range(3):
-        p = bodies[o + P + axis]
-        translation[k + PX + 64 * axis] = p
-        bodies[o + P_HELD + axis] = p - bodies[o + P_FREE + axis]
+        translation[k + PX + 64 * axis] = bodies[o + P + axis]
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            angular = bodies[o + L + axis]
-            rotation[k + LX + 64 * axis] = angular
-            bodies[o + L_HELD + axis] = angular - bodies[o + L_FREE + axis]
+            rotation[k + LX + 64 * axis] = bodies[o + L + axis]
+
+
+@kernel
+def let_go(i: int, bodies: Array) -> None:
+    """Forget the loads of a body, before they are added up anew."""
+    for axis in range(6):
+        bodies[i * BODY + P_HELD + axis] = 0.0
