@@ -39,6 +39,8 @@ from rigid_body_sim.physics.contact.rows import (
     GAIN,
     GAP,
     HELD,
+    HELD_O,
+    HELD_T,
     IA,
     IB,
     IM,
@@ -50,6 +52,7 @@ from rigid_body_sim.physics.contact.rows import (
     LB,
     MOST,
     MU,
+    OPENED,
     PS,
     PUSHED,
     RA,
@@ -70,7 +73,7 @@ from rigid_body_sim.physics.contact.rows import (
     T,
     V,
 )
-from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, D, L, P
+from rigid_body_sim.physics.contact.touching_bodies import II, D, L, P
 from rigid_body_sim.physics.contact.touching_bodies import IM as BODY_IM
 from rigid_body_sim.physics.kernels import inline, kernel
 
@@ -96,6 +99,7 @@ def gather(lanes: int, s: Array, g: Array, bodies: Array) -> None:
             g[k + IA + 8 * entry] = bodies[a + II + entry]
             g[k + IB + 8 * entry] = bodies[b + II + entry]
         g[k + PUSHED] = 0.0
+        g[k + OPENED] = 0.0
         g[k + CHANGE] = 0.0
 
 
@@ -123,12 +127,12 @@ def scatter(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @kernel
-def mark_carried(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def mark(lanes: int, s: Array, g: Array, bodies: Array, mark: int) -> None:
     """Mark the bodies that some point of a batch pushes."""
     for k in range(lanes):
         if g[k + PUSHED] > 0.0:
-            bodies[int(s[k + A]) + CARRIED] = 1.0
-            bodies[int(s[k + B]) + CARRIED] = 1.0
+            bodies[int(s[k + A]) + mark] = 1.0
+            bodies[int(s[k + B]) + mark] = 1.0
 
 
 @inline
@@ -227,73 +231,73 @@ def follow_balls(lanes: int, s: Array, q: Array, g: Array) -> None:
 @inline
 def lasting(q: Array, p: int) -> Any:
     """
-    Share of the impulse of a point over a substep from which each half of the next one starts.
+    Share of the impulse of a point that is a load, from which the next substep starts.
 
-    A half, where it is a load. The impulse of an impact does not last: a half changes the velocity
-    of the point by less than LOAD, or is at most twice what this substep started from.
+    The impulse of an impact does not last: a load changes the velocity of the point by less than
+    LOAD, or is at most twice what this substep started from.
     """
     limit = max(2.0 * q[p + HELD], LOAD * q[p + GAIN])
-    half = 0.5 * q[p + JN]
-    return 0.5 * limit / half if half > limit else 0.5
+    new = q[p + JN]
+    return limit / new if new > limit else 1.0
+
+
+@inline
+def _add(s, q, g, k, new, t, o):
+    """Add impulses at a point of a lane to the sums of its bodies."""
+    ax, ay, az, bx, by, bz = arms(q, k)
+    nx, ny, nz = vector(s, k + N)
+    tx, ty, tz = vector(s, k + T)
+    ox, oy, oz = vector(s, k + T2)
+    px, py, pz = vector(g, k + PS)
+    hx, hy, hz = vector(g, k + LA)
+    lx, ly, lz = vector(g, k + LB)
+    x = new * nx + (t * tx + o * ox)
+    y = new * ny + (t * ty + o * oy)
+    z = new * nz + (t * tz + o * oz)
+    ax, ay, az = cross(ax, ay, az, x, y, z)
+    bx, by, bz = cross(bx, by, bz, x, y, z)
+    g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
+    g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+    g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
 
 
 @kernel
-def carry(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """
-    Let the load from which the first half of a substep started act in its second half too, at the
-    arms of now.
-    """
+def add_load(lanes: int, s: Array, q: Array, g: Array, share: float) -> None:
+    """Add a share of the load of one point of each lane, at the arms of now."""
     for k in range(lanes):
-        ax, ay, az, bx, by, bz = arms(q, k)
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
-        half, half_t, half_o = q[k + JN], q[k + JT], q[k + JO]
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
-        limit = max(2.0 * q[k + HELD], LOAD * q[k + GAIN])
-        share = limit / half if half > limit else 1.0
-        new = share * half
-        t, o = share * half_t, share * half_o
-        x = new * nx + (t * tx + o * ox)
-        y = new * ny + (t * ty + o * oy)
-        z = new * nz + (t * tz + o * oz)
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
-        q[k + JN], q[k + JT], q[k + JO] = half + new, half_t + t, half_o + o
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+        new, t, o = share * q[k + HELD], share * q[k + HELD_T], share * q[k + HELD_O]
+        _add(s, q, g, k, new, t, o)
+
+
+@kernel
+def unload(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """Take the load of a point that no longer presses from those of the substep."""
+    for k in range(lanes):
+        pressed = q[k + JN] > 0.0
+        new, t, o = q[k + HELD], q[k + HELD_T], q[k + HELD_O]
+        q[k + HELD] = new if pressed else 0.0
+        q[k + HELD_T] = t if pressed else 0.0
+        q[k + HELD_O] = o if pressed else 0.0
+        share = 0.0 if pressed else -1.0
+        _add(s, q, g, k, share * new, share * t, share * o)
 
 
 @kernel
 def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Start each half of the next substep from half the load of this one, at the arms of now."""
+    """Start the next substep from the load of this one, at the arms of now."""
     for k in range(lanes):
-        ax, ay, az, bx, by, bz = arms(q, k)
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
         new, t, o = q[k + JN], q[k + JT], q[k + JO]
         most = q[k + MOST]
-        sx, sy, sz = vector(q, k + SUM)
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
+        x, y, z = vector(q, k + SUM)
+        pushed = g[k + PUSHED]
         q[k + MOST] = new if new > most else most
-        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = sx + new, sy + t, sz + o
+        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = x + new, y + t, z + o
+        g[k + PUSHED] = 1.0 if new > 0.0 else pushed
         keep = lasting(q, k)
         new, t, o = keep * new, keep * t, keep * o
-        x = new * nx + (t * tx + o * ox)
-        y = new * ny + (t * ty + o * oy)
-        z = new * nz + (t * tz + o * oz)
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
-        q[k + HELD], q[k + JN], q[k + JT], q[k + JO] = new, new, t, o
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+        q[k + HELD], q[k + HELD_T], q[k + HELD_O] = new, t, o
+        q[k + JN], q[k + JT], q[k + JO] = new, t, o
+        _add(s, q, g, k, new, t, o)
 
 
 @kernel
@@ -306,6 +310,7 @@ def gather_momenta(lanes: int, s: Array, g: Array, bodies: Array, first: int) ->
             g[row + LA] = bodies[a + 3 + axis]
             g[row + LB] = bodies[b + 3 + axis]
             g[row + PS] = 0.0
+        g[k + PUSHED] = 0.0
 
 
 @kernel
@@ -339,6 +344,7 @@ def push(
         hx, hy, hz = vector(g, k + LA)
         lx, ly, lz = vector(g, k + LB)
         pushed = g[k + PUSHED]
+        opened = g[k + OPENED]
         is_open = gap > 0.0
         depth = gap + slop
         depth = depth if depth < 0.0 else 0.0
@@ -363,7 +369,9 @@ def push(
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
         q[k + JN], q[k + JT], q[k + JO] = new, t, o
+        opens = (not presses) & (q[k + HELD] > 0.0)
         g[k + PUSHED] = 1.0 if presses else pushed
+        g[k + OPENED] = 1.0 if opens else opened
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
         g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
         g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz

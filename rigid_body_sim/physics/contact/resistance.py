@@ -81,32 +81,13 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
 
 
 @kernel
-def carry(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Let the angular impulses of the first half of a substep act again in its second half."""
+def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """Start the next substep from the angular impulses of this one."""
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         r, p, turn = q[k + JR], q[k + JQ], q[k + JS]
-        q[k + JR], q[k + JQ], q[k + JS] = 2.0 * r, 2.0 * p, 2.0 * turn
-        _twist(
-            g,
-            k,
-            r * tx + p * ox + turn * nx,
-            r * ty + p * oy + turn * ny,
-            r * tz + p * oz + turn * nz,
-        )
-
-
-@kernel
-def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Start each half of the next substep from half the angular impulses of this one."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
-        r, p, turn = 0.5 * q[k + JR], 0.5 * q[k + JQ], 0.5 * q[k + JS]
-        q[k + JR], q[k + JQ], q[k + JS] = r, p, turn
         _twist(
             g,
             k,

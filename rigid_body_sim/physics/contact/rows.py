@@ -27,7 +27,7 @@ MANIFOLD = 176  # numbers of the manifold
 
 # of a point
 RA, RB = 0, 24  # (3) [m] arms from the centres of mass
-HELD = 48  # [N s] normal impulse with which this substep began
+HELD = 48  # [N s] normal impulse from which this substep started, a load
 GAP = 56  # [m]
 GAIN, SLIP_GAIN = 64, 72  # [kg] impulse per velocity: normal, tangential
 JN, JT, JO = 80, 88, 96  # [N s] impulses of this substep
@@ -35,10 +35,11 @@ MOST = 104  # [N s] largest normal impulse of any substep before this one
 APPROACH = 112  # [m/s] normal velocity with which the surfaces would meet
 SUM = 120  # (3) [N s] impulses over the tick, without those of the last substep
 COUPLE_T, COUPLE_O = 144, 152  # [1/kg] tangential velocities per normal impulse
-POINT = 160  # numbers of a point where nothing rolls, twists or bounces
-JR, JQ, JS = 160, 168, 176  # [N m s] angular impulses of this substep: rolling (2), twisting
-BN, BT, BO = 184, 192, 200  # [N s] impulses of the bounce
-POINT_LONG = 208  # numbers of a point else
+HELD_T, HELD_O = 160, 168  # [N s] tangential impulses from which it started
+POINT = 176  # numbers of a point where nothing rolls, twists or bounces
+JR, JQ, JS = 176, 184, 192  # [N m s] angular impulses of this substep: rolling (2), twisting
+BN, BT, BO = 200, 208, 216  # [N s] impulses of the bounce
+POINT_LONG = 224  # numbers of a point else
 
 # scratch: what a pass knows of the two bodies of a lane, and what it has done to them so far
 V, IM = (
@@ -52,4 +53,5 @@ DA, UA, SA, CA = 200, 224, 248, 256  # motion of A since the start of the tick; 
 DB, UB, SB, CB = 264, 288, 312, 320  # the same of B
 PUSHED = 328  # [-] whether some point pushes
 CHANGE = 336  # [m/s] largest change of a normal velocity
-SCRATCH = 344
+OPENED = 344  # [-] whether some point that carried a load no longer presses
+SCRATCH = 352

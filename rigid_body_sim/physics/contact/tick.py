@@ -80,7 +80,7 @@ find_manifolds: Callable[..., Any] = unbound
 prepare: Callable[..., Any] = unbound
 push: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
-carry: Callable[..., Any] = unbound
+follow: Callable[..., Any] = unbound
 hold: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
 
@@ -213,7 +213,7 @@ def _advance(
                 start_evaluation(n_bodies, n_rigid, translation, rotation)
                 evaluate(0, time, translation, rotation, elements, ranges)
             for i in range(touched):
-                touching_bodies.kick(touching[i], n_rigid, half, translation, rotation, bodies)
+                touching_bodies.kick(touching[i], n_rigid, part, translation, rotation, bodies)
             push(
                 lanes_at_once,
                 count,
@@ -255,7 +255,7 @@ def _advance(
                     returned_energy.add_half_the_work(
                         touching[i], n_rigid, part, translation, rotation, bodies
                     )
-            carry(lanes_at_once, count, rows, batches, bodies)
+            follow(lanes_at_once, count, rows, batches, bodies)
             for _turn in range(relaxations):
                 relax(lanes_at_once, count, 1.0 / part, rows, batches, bodies)
             for i in range(touched):
