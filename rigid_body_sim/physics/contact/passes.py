@@ -345,6 +345,7 @@ def push(
         lx, ly, lz = vector(g, k + LB)
         pushed = g[k + PUSHED]
         opened = g[k + OPENED]
+        gain, largest = q[k + GAIN], g[k + CHANGE]
         is_open = gap > 0.0
         depth = gap + slop
         depth = depth if depth < 0.0 else 0.0
@@ -353,7 +354,7 @@ def push(
         bias = gap * inverse_h if is_open else soft
         scale = 1.0 if is_open else s[k + SCALE]
         keep = 0.0 if is_open else s[k + KEEP]
-        new = old - q[k + GAIN] * scale * (vn + bias) - keep * old
+        new = old - gain * scale * (vn + bias) - keep * old
         presses = new > 0.0
         new = new if presses else 0.0
         change = new - old
@@ -370,6 +371,8 @@ def push(
         bx, by, bz = cross(bx, by, bz, x, y, z)
         q[k + JN], q[k + JT], q[k + JO] = new, t, o
         opens = (not presses) & (q[k + HELD] > 0.0)
+        size = abs(change) / (gain if gain > 0.0 else 1.0)
+        g[k + CHANGE] = size if size > largest else largest
         g[k + PUSHED] = 1.0 if presses else pushed
         g[k + OPENED] = 1.0 if opens else opened
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
@@ -392,16 +395,16 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
         x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
-        gain = q[k + SLIP_GAIN]
+        gain, slip_gain, largest = q[k + GAIN], q[k + SLIP_GAIN], g[k + CHANGE]
         px, py, pz = vector(g, k + PS)
         hx, hy, hz = vector(g, k + LA)
         lx, ly, lz = vector(g, k + LB)
         bias = gap * inverse_h if gap > 0.0 else 0.0
-        new = old - q[k + GAIN] * ((nx * x + ny * y + nz * z) + bias)
+        new = old - gain * ((nx * x + ny * y + nz * z) + bias)
         new = new if new > 0.0 else 0.0
         change = new - old
-        t = old_t - gain * ((tx * x + ty * y + tz * z) + q[k + COUPLE_T] * change)
-        o = old_o - gain * ((ox * x + oy * y + oz * z) + q[k + COUPLE_O] * change)
+        t = old_t - slip_gain * ((tx * x + ty * y + tz * z) + q[k + COUPLE_T] * change)
+        o = old_o - slip_gain * ((ox * x + oy * y + oz * z) + q[k + COUPLE_O] * change)
         t, o = disc(t, o, s[k + MU] * new)
         dt, do = t - old_t, o - old_o
         x = change * nx + (dt * tx + do * ox)
@@ -409,6 +412,8 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
         z = change * nz + (dt * tz + do * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
+        size = abs(change) / (gain if gain > 0.0 else 1.0)
+        g[k + CHANGE] = size if size > largest else largest
         q[k + JN], q[k + JT], q[k + JO] = new, t, o
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
         g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
