@@ -53,8 +53,6 @@ from rigid_body_sim.physics.contact.rows import (
     BOUNCE,
     GAP,
     HELD,
-    HELD_O,
-    HELD_T,
     JN,
     JO,
     JQ,
@@ -79,7 +77,7 @@ from rigid_body_sim.physics.contact.rows import (
     N,
     T,
 )
-from rigid_body_sim.physics.contact.touching_bodies import BODY, L_HELD, LOADED, P_HELD, ROUND
+from rigid_body_sim.physics.contact.touching_bodies import BODY, L_HELD, P_HELD, ROUND
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
@@ -349,8 +347,6 @@ def _warm_start(
         o *= limit / size
     rows[p + JT] = t
     rows[p + JO] = o
-    rows[p + HELD_T] = t
-    rows[p + HELD_O] = o
     x = normal * rows[place + N] + (t * rows[place + T] + o * rows[place + T2])
     y = normal * rows[place + N + 8] + (t * rows[place + T + 8] + o * rows[place + T2 + 8])
     z = normal * rows[place + N + 16] + (t * rows[place + T + 16] + o * rows[place + T2 + 16])
@@ -373,7 +369,6 @@ def _warm_start(
         sign = 1.0 if side == 1 else -1.0
         arm = p + RB if side == 1 else p + RA
         b = core * BODY
-        bodies[b + LOADED] = 1.0
         bodies[b + P_HELD] += sign * x
         bodies[b + P_HELD + 1] += sign * y
         bodies[b + P_HELD + 2] += sign * z

@@ -39,8 +39,6 @@ from rigid_body_sim.physics.contact.rows import (
     GAIN,
     GAP,
     HELD,
-    HELD_O,
-    HELD_T,
     IA,
     IB,
     IM,
@@ -52,7 +50,6 @@ from rigid_body_sim.physics.contact.rows import (
     LB,
     MOST,
     MU,
-    OPENED,
     PS,
     PUSHED,
     RA,
@@ -73,7 +70,7 @@ from rigid_body_sim.physics.contact.rows import (
     T,
     V,
 )
-from rigid_body_sim.physics.contact.touching_bodies import II, D, L, P
+from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, L_HELD, P_HELD, D, L, P
 from rigid_body_sim.physics.contact.touching_bodies import IM as BODY_IM
 from rigid_body_sim.physics.kernels import inline, kernel
 
@@ -99,7 +96,6 @@ def gather(lanes: int, s: Array, g: Array, bodies: Array) -> None:
             g[k + IA + 8 * entry] = bodies[a + II + entry]
             g[k + IB + 8 * entry] = bodies[b + II + entry]
         g[k + PUSHED] = 0.0
-        g[k + OPENED] = 0.0
         g[k + CHANGE] = 0.0
 
 
@@ -127,12 +123,12 @@ def scatter(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @kernel
-def mark(lanes: int, s: Array, g: Array, bodies: Array, mark: int) -> None:
+def mark_carried(lanes: int, s: Array, g: Array, bodies: Array) -> None:
     """Mark the bodies that some point of a batch pushes."""
     for k in range(lanes):
         if g[k + PUSHED] > 0.0:
-            bodies[int(s[k + A]) + mark] = 1.0
-            bodies[int(s[k + B]) + mark] = 1.0
+            bodies[int(s[k + A]) + CARRIED] = 1.0
+            bodies[int(s[k + B]) + CARRIED] = 1.0
 
 
 @inline
@@ -241,47 +237,6 @@ def lasting(q: Array, p: int) -> Any:
     return limit / new if new > limit else 1.0
 
 
-@inline
-def _add(s, q, g, k, new, t, o):
-    """Add impulses at a point of a lane to the sums of its bodies."""
-    ax, ay, az, bx, by, bz = arms(q, k)
-    nx, ny, nz = vector(s, k + N)
-    tx, ty, tz = vector(s, k + T)
-    ox, oy, oz = vector(s, k + T2)
-    px, py, pz = vector(g, k + PS)
-    hx, hy, hz = vector(g, k + LA)
-    lx, ly, lz = vector(g, k + LB)
-    x = new * nx + (t * tx + o * ox)
-    y = new * ny + (t * ty + o * oy)
-    z = new * nz + (t * tz + o * oz)
-    ax, ay, az = cross(ax, ay, az, x, y, z)
-    bx, by, bz = cross(bx, by, bz, x, y, z)
-    g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-    g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-    g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
-
-
-@kernel
-def add_load(lanes: int, s: Array, q: Array, g: Array, share: float) -> None:
-    """Add a share of the load of one point of each lane, at the arms of now."""
-    for k in range(lanes):
-        new, t, o = share * q[k + HELD], share * q[k + HELD_T], share * q[k + HELD_O]
-        _add(s, q, g, k, new, t, o)
-
-
-@kernel
-def unload(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Take the load of a point that no longer presses from those of the substep."""
-    for k in range(lanes):
-        pressed = q[k + JN] > 0.0
-        new, t, o = q[k + HELD], q[k + HELD_T], q[k + HELD_O]
-        q[k + HELD] = new if pressed else 0.0
-        q[k + HELD_T] = t if pressed else 0.0
-        q[k + HELD_O] = o if pressed else 0.0
-        share = 0.0 if pressed else -1.0
-        _add(s, q, g, k, share * new, share * t, share * o)
-
-
 @kernel
 def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Start the next substep from the load of this one, at the arms of now."""
@@ -289,41 +244,51 @@ def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
         new, t, o = q[k + JN], q[k + JT], q[k + JO]
         most = q[k + MOST]
         x, y, z = vector(q, k + SUM)
-        pushed = g[k + PUSHED]
         q[k + MOST] = new if new > most else most
         q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = x + new, y + t, z + o
-        g[k + PUSHED] = 1.0 if new > 0.0 else pushed
         keep = lasting(q, k)
         new, t, o = keep * new, keep * t, keep * o
-        q[k + HELD], q[k + HELD_T], q[k + HELD_O] = new, t, o
-        q[k + JN], q[k + JT], q[k + JO] = new, t, o
-        _add(s, q, g, k, new, t, o)
+        ax, ay, az, bx, by, bz = arms(q, k)
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + T2)
+        px, py, pz = vector(g, k + PS)
+        hx, hy, hz = vector(g, k + LA)
+        lx, ly, lz = vector(g, k + LB)
+        x = new * nx + (t * tx + o * ox)
+        y = new * ny + (t * ty + o * oy)
+        z = new * nz + (t * tz + o * oz)
+        ax, ay, az = cross(ax, ay, az, x, y, z)
+        bx, by, bz = cross(bx, by, bz, x, y, z)
+        q[k + HELD], q[k + JN], q[k + JT], q[k + JO] = new, new, t, o
+        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
+        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
 
 
 @kernel
-def gather_momenta(lanes: int, s: Array, g: Array, bodies: Array, first: int) -> None:
-    """Fetch momenta of the bodies of a batch: `first` P and L, or what contacts gave."""
+def gather_loads(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+    """Fetch the angular loads of the bodies of a batch."""
     for k in range(lanes):
-        a, b = int(s[k + A]) + first, int(s[k + B]) + first
+        a, b = int(s[k + A]) + L_HELD, int(s[k + B]) + L_HELD
         for axis in range(3):
             row = k + 8 * axis
-            g[row + LA] = bodies[a + 3 + axis]
-            g[row + LB] = bodies[b + 3 + axis]
+            g[row + LA] = bodies[a + axis]
+            g[row + LB] = bodies[b + axis]
             g[row + PS] = 0.0
-        g[k + PUSHED] = 0.0
 
 
 @kernel
-def scatter_momenta(lanes: int, s: Array, g: Array, bodies: Array, first: int) -> None:
-    """Give the bodies of a batch back what `gather_momenta` fetched."""
+def scatter_loads(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+    """Give the bodies of a batch their loads."""
     for k in range(lanes):
-        a, b = int(s[k + A]) + first, int(s[k + B]) + first
+        a, b = int(s[k + A]), int(s[k + B])
         for axis in range(3):
             row = k + 8 * axis
-            bodies[a + axis] -= g[row + PS]
-            bodies[b + axis] += g[row + PS]
-            bodies[a + 3 + axis] = g[row + LA]
-            bodies[b + 3 + axis] = g[row + LB]
+            bodies[a + P_HELD + axis] -= g[row + PS]
+            bodies[b + P_HELD + axis] += g[row + PS]
+            bodies[a + L_HELD + axis] = g[row + LA]
+            bodies[b + L_HELD + axis] = g[row + LB]
 
 
 @kernel
@@ -344,7 +309,6 @@ def push(
         hx, hy, hz = vector(g, k + LA)
         lx, ly, lz = vector(g, k + LB)
         pushed = g[k + PUSHED]
-        opened = g[k + OPENED]
         gain, largest = q[k + GAIN], g[k + CHANGE]
         is_open = gap > 0.0
         depth = gap + slop
@@ -370,11 +334,9 @@ def push(
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
         q[k + JN], q[k + JT], q[k + JO] = new, t, o
-        opens = (not presses) & (q[k + HELD] > 0.0)
         size = abs(change) / (gain if gain > 0.0 else 1.0)
         g[k + CHANGE] = size if size > largest else largest
         g[k + PUSHED] = 1.0 if presses else pushed
-        g[k + OPENED] = 1.0 if opens else opened
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
         g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
         g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz

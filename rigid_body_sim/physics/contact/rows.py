@@ -21,7 +21,7 @@ RATE, SCALE, KEEP = 96, 104, 112  # beta [1/s], sigma [-], iota [-] of the soft 
 BOUNCE = 120  # [-] restitution
 ROLL, SPIN = 128, 136  # [m] rolling and torsional friction
 ROLL_GAIN, SPIN_GAIN = 144, 152  # [kg m^2] angular impulse per angular velocity
-WEIGHT = 160  # [-] share of A in where the contact point goes, see `passes.gaps`
+WEIGHT = 160  # [-] share of A in where the contact point goes, see `passes.follow`
 BALLS = 168  # [-] 1: both are balls about their centres of mass
 MANIFOLD = 176  # numbers of the manifold
 
@@ -35,11 +35,10 @@ MOST = 104  # [N s] largest normal impulse of any substep before this one
 APPROACH = 112  # [m/s] normal velocity with which the surfaces would meet
 SUM = 120  # (3) [N s] impulses over the tick, without those of the last substep
 COUPLE_T, COUPLE_O = 144, 152  # [1/kg] tangential velocities per normal impulse
-HELD_T, HELD_O = 160, 168  # [N s] tangential impulses from which it started
-POINT = 176  # numbers of a point where nothing rolls, twists or bounces
-JR, JQ, JS = 176, 184, 192  # [N m s] angular impulses of this substep: rolling (2), twisting
-BN, BT, BO = 200, 208, 216  # [N s] impulses of the bounce
-POINT_LONG = 224  # numbers of a point else
+POINT = 160  # numbers of a point where nothing rolls, twists or bounces
+JR, JQ, JS = 160, 168, 176  # [N m s] angular impulses of this substep: rolling (2), twisting
+BN, BT, BO = 184, 192, 200  # [N s] impulses of the bounce
+POINT_LONG = 208  # numbers of a point else
 
 # scratch: what a pass knows of the two bodies of a lane, and what it has done to them so far
 V, IM = (
@@ -53,5 +52,4 @@ DA, UA, SA, CA = 200, 224, 248, 256  # motion of A since the start of the tick; 
 DB, UB, SB, CB = 264, 288, 312, 320  # the same of B
 PUSHED = 328  # [-] whether some point pushes
 CHANGE = 336  # [m/s] largest change of a normal velocity
-OPENED = 344  # [-] whether some point that carried a load no longer presses
-SCRATCH = 352
+SCRATCH = 344

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance
 from rigid_body_sim.physics.contact.assembly import BALL_PAIRS, BATCH, OFFSET, POINTS
-from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, OPENED, SCRATCH
-from rigid_body_sim.physics.contact.touching_bodies import CARRIED, LOADED, P_HELD, P
+from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, SCRATCH
 from rigid_body_sim.physics.kernels import inline, specialise
 
 Array = NDArray[np.float64]
@@ -92,47 +91,18 @@ def _push(
             if not _changed(lanes, g) > (IMPACT if visit == 0 else CALM):
                 break
         passes.scatter(lanes, s, g, bodies)
-        passes.mark(lanes, s, g, bodies, CARRIED)
-        opened = 0.0
-        for k in range(lanes):
-            opened = max(opened, g[OPENED + k])
-        if opened > 0.0:
-            passes.gather_momenta(lanes, s, g, bodies, P_HELD)
-            for point in range(points):
-                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                passes.unload(lanes, s, q, g)
-            passes.scatter_momenta(lanes, s, g, bodies, P_HELD)
-
-
-def _follow(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
-    """
-    Find gaps and arms after the bodies have moved, and let the second half of their loads act
-    there.
-    """
-    g = rows[0:SCRATCH]
-    for batch in range(count):
-        points = batches[batch * BATCH + POINTS]
-        begin = batches[batch * BATCH + OFFSET]
-        s = rows[begin : begin + MANIFOLD]
-        begin += MANIFOLD
-        passes.gather_momenta(lanes, s, g, bodies, P)
-        passes.gather_motion(lanes, s, g, bodies)
-        for point in range(points):
-            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            passes.add_load(lanes, s, q, g, -0.5)
-            passes.follow(lanes, s, q, g)
-        if batches[batch * BATCH + BALL_PAIRS] > 0:
-            passes.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
-        for point in range(points):
-            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            passes.add_load(lanes, s, q, g, 0.5)
-        passes.scatter_momenta(lanes, s, g, bodies, P)
+        passes.mark_carried(lanes, s, g, bodies)
 
 
 def _relax(
-    lanes: int, count: int, inverse_h: float, rows: Array, batches: Indices, bodies: Array
-) -> None:
-    """Visit normals and friction of all batches."""
+    lanes: int, count: int, inverse_h: float, first: bool, rows: Array, batches: Indices,
+    bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Visit normals and friction of all batches.
+
+    first : the bodies have moved since gaps and arms were found
+    """
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
@@ -140,6 +110,13 @@ def _relax(
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
         passes.gather(lanes, s, g, bodies)
+        if first:
+            passes.gather_motion(lanes, s, g, bodies)
+            for point in range(points):
+                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+                passes.follow(lanes, s, q, g)
+            if batches[batch * BATCH + BALL_PAIRS] > 0:
+                passes.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
         for visit in range(VISITS):
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
@@ -159,14 +136,13 @@ def _hold(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) 
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        passes.gather_momenta(lanes, s, g, bodies, P_HELD)
+        passes.gather_loads(lanes, s, g, bodies)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
             passes.hold(lanes, s, q, g)
             if ANGULAR:
                 resistance.hold(lanes, s, q, g)
-        passes.scatter_momenta(lanes, s, g, bodies, P_HELD)
-        passes.mark(lanes, s, g, bodies, LOADED)
+        passes.scatter_loads(lanes, s, g, bodies)
 
 
 def _bounce(
@@ -199,7 +175,7 @@ def solver(*, width: int, angular: bool, bounces: bool) -> dict[str, Any]:
     """Make the passes of a scene, by name."""
     name = f'{width}'
     bound = {'WIDTH': width, 'ANGULAR': angular, 'BOUNCES': bounces}
-    made = {'prepare': _prepare, 'push': _push, 'follow': _follow, 'relax': _relax, 'hold': _hold}
+    made = {'prepare': _prepare, 'push': _push, 'relax': _relax, 'hold': _hold}
     if bounces:
         made['bounce'] = _bounce
     return {key: specialise(source, name=name, **bound) for key, source in made.items()}

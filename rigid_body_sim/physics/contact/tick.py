@@ -80,7 +80,6 @@ find_manifolds: Callable[..., Any] = unbound
 prepare: Callable[..., Any] = unbound
 push: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
-follow: Callable[..., Any] = unbound
 hold: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
 
@@ -255,9 +254,8 @@ def _advance(
                     returned_energy.add_half_the_work(
                         touching[i], n_rigid, part, translation, rotation, bodies
                     )
-            follow(lanes_at_once, count, rows, batches, bodies)
-            for _turn in range(relaxations):
-                relax(lanes_at_once, count, 1.0 / part, rows, batches, bodies)
+            for turn in range(relaxations):
+                relax(lanes_at_once, count, 1.0 / part, turn == 0, rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
             if sub + 1 < substeps:

@@ -57,7 +57,6 @@ IM, II = 6, 7  # [1/kg]; [1/(kg m^2)] inverse inertia xx, xy, xz, yy, yz, zz
 D, U, W, C = 13, 16, 19, 20  # motion since the start of the substep: d [m], u, w, c [-]
 CARRIED = 21  # [-] 1: some contact pushes it in this substep
 GROUP = 22  # (5) its group's account of energy, see `returned_energy`
-LOADED = 27  # [-] 1: some contact carried it in the last substep too
 P_HELD, L_HELD = 28, 31  # what contacts give from the start of a substep: those of the last
 X0 = 34  # position at the start of the tick
 QS = 40  # attitude at the start of the substep
@@ -118,7 +117,6 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
     bodies[o + W] = 1.0
     bodies[o + C] = 0.0
     bodies[o + CARRIED] = 0.0
-    bodies[o + LOADED] = 0.0
     for entry in range(6):
         bodies[o + II + entry] = 0.0
     if i < n_rigid:
@@ -174,19 +172,13 @@ def kick(
 
 @kernel
 def before_turn(i: int, n_rigid: int, half: float, rotation: Array, bodies: Array) -> None:
-    """
-    Give a carried body the momentum with which it turns, that of the middle of the substep, less
-    the half kick still to come.
-    """
+    """Give a carried body the momentum with which it turns, less the half kick still to come."""
     o = i * BODY
     if bodies[o + CARRIED] > 0.0 and i < n_rigid:
         k = at(i, ROTATION)
-        share = 0.5 * bodies[o + LOADED]
         for axis in range(3):
-            row = k + 64 * axis
-            kick = half * rotation[row + TX]
-            later = share * (2.0 * kick + bodies[o + L_HELD + axis])
-            rotation[row + LX] = bodies[o + L + axis] - later - kick
+            row = 64 * axis
+            rotation[k + LX + row] = bodies[o + L + axis] - half * rotation[k + TX + row]
 
 
 @kernel
@@ -194,26 +186,23 @@ def after_turn(
     i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """
-    Move a carried body by its velocity in the middle of the substep.
-
-    Loads act half before and half after it; without any, what stops a body acts before.
+    Move a carried body by its own velocity, x += h v; take from the blocks what the others did.
     """
     o = i * BODY
-    if not bodies[o + CARRIED] > 0.0:
-        return
     k = at(i, TRANSLATION)
-    share = 0.5 * bodies[o + LOADED]
+    carried = bodies[o + CARRIED] > 0.0
     for axis in range(3):
-        row = k + 64 * axis
-        p = bodies[o + P + axis]
-        translation[row + PX] = p
-        p -= share * (h * translation[row + FX] + bodies[o + P_HELD + axis])
-        x, e = add_compensated(
-            bodies[o + XS + axis], bodies[o + ES + axis], h * bodies[o + IM] * p
-        )
-        translation[row + RX] = x
-        translation[row + EX] = e
-    if i < n_rigid:
+        row = 64 * axis
+        if carried:
+            translation[k + PX + row] = bodies[o + P + axis]
+            x, e = add_compensated(
+                bodies[o + XS + axis],
+                bodies[o + ES + axis],
+                h * bodies[o + IM] * bodies[o + P + axis],
+            )
+            translation[k + RX + row] = x
+            translation[k + EX + row] = e
+    if carried and i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
             rotation[k + LX + 64 * axis] = bodies[o + L + axis]
@@ -287,6 +276,5 @@ def hand_back(i: int, n_rigid: int, translation: Array, rotation: Array, bodies:
 @kernel
 def let_go(i: int, bodies: Array) -> None:
     """Forget the loads of a body, before they are added up anew."""
-    bodies[i * BODY + LOADED] = 0.0
     for axis in range(6):
         bodies[i * BODY + P_HELD + axis] = 0.0
