@@ -37,7 +37,13 @@ from rigid_body_sim.physics.blocks import (
     TY,
     TZ,
 )
-from rigid_body_sim.physics.contact import assembly, broad_phase, detection, touching_bodies
+from rigid_body_sim.physics.contact import (
+    assembly,
+    broad_phase,
+    detection,
+    pair_list,
+    touching_bodies,
+)
 from rigid_body_sim.physics.contact import memory as memory_of
 from rigid_body_sim.physics.contact.rows import A, B
 from rigid_body_sim.physics.contact.touching_bodies import BODY
@@ -51,7 +57,7 @@ from rigid_body_sim.physics.schemes.steps import (
 )
 
 # settings: numbers of the scene
-SUBSTEPS, ZETA, RELAXATIONS, THRESHOLD, SLOP, CAP, MARGIN, CELL = range(8)
+SUBSTEPS, ZETA, RELAXATIONS, THRESHOLD, SLOP, CAP, MARGIN, RADIUS = range(8)
 SETTINGS = 8
 
 # counts: sizes and what is given back
@@ -132,7 +138,8 @@ def _mark_touching(manifolds, n_moving, records, rows, touching, marks):
 def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges,
     settings, counts, numbers, table, bounds, mounts, materials, poses, reaches, found, bodies,
-    rows, records, memory, grid, heads, keys, batches, colours, open_batches, touching,
+    rows, records, memory, rooms, grid, heads, kept, keys, batches, colours, open_batches,
+    touching,
 ):  # fmt: skip
     """
     Advance over ticks. Return 0, or NaN if a number left the finite ones; counts[DONE] tells how
@@ -163,9 +170,9 @@ def _advance(
             bodies[n_bodies * BODY + entry] = 0.0
         detection.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
         broad_phase.find_reaches(n, h, settings[MARGIN], table, bounds, poses, bodies, reaches)
-        pairs = broad_phase.find_pairs(
-            n, counts[PLANES], h, settings[CELL], counts[PAIR_ROOM], numbers, table, bounds, poses,
-            reaches, grid, heads, keys,
+        pairs = pair_list.find_pairs(
+            n, counts[PLANES], h, settings[RADIUS], counts[PAIR_ROOM], numbers, table, bounds,
+            reaches, rooms, grid, heads, kept, keys,
         )  # fmt: skip
         counts[PAIRS] = pairs
         if pairs > counts[PAIR_ROOM]:
