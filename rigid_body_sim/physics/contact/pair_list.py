@@ -130,13 +130,23 @@ def _add_planes(
 
 @kernel
 def _compare_all(
-    planes: int, n: int, room: int, count: int, table: Indices, rooms: Array, kept: Indices
-) -> int:
-    """Add the pairs of rooms that overlap to a list of so many, as `overlaps` does."""
+    planes: int, n: int, room: int, numbers: Array, table: Indices, reaches: Array, rooms: Array,
+    kept: Indices,
+) -> int:  # fmt: skip
+    """Compare each with each: the list in its order; return its length."""
+    count = 0
     for j in range(planes, n):
+        small = reaches[j * ROW + SMALL]
         moves = table[j * TABLE + CORE] >= 0
-        for i in range(planes, j):
-            if (moves or table[i * TABLE + CORE] >= 0) and overlap(rooms, i * BOX, j * BOX):
+        for i in range(j):
+            if not moves and (i < planes or table[i * TABLE + CORE] < 0):
+                continue
+            if i < planes:
+                at = table[i * TABLE + SIZES]
+                meets = _reaches_plane(at, j * BOX, small, numbers, rooms)
+            else:
+                meets = overlap(rooms, i * BOX, j * BOX)
+            if meets:
                 if count < room:
                     kept[LIST + count], kept[LIST + room + count] = j, i
                 count += 1
@@ -194,18 +204,16 @@ def _make_list(
     rooms[at] = skin
     _make_rooms(planes, n, h, skin, table, bounds, reaches, boxes, rooms)
     if n <= BRUTE:
-        count = _compare_all(planes, n, room, 0, table, rooms, kept)
+        count = _compare_all(planes, n, room, numbers, table, reaches, rooms, kept)
     else:
         count = overlaps(
             planes, n, room, table, rooms, edges, entered, grid, heads, LIST, LIST + room, kept
         )
-    count = _add_planes(planes, n, room, count, numbers, table, reaches, rooms, kept)
-    kept[AGE] = 0
-    kept[KEPT] = 0
-    if count <= room:
-        count = _sort(count, n, room, heads, kept)
-        kept[AGE] = 1
-        kept[KEPT] = count
+        count = _add_planes(planes, n, room, count, numbers, table, reaches, rooms, kept)
+        if count <= room:
+            count = _sort(count, n, room, heads, kept)
+    kept[KEPT] = count
+    kept[AGE] = 1 if count <= room else 0
     return count
 
 
