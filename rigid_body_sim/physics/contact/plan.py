@@ -179,6 +179,7 @@ class ContactPlan:
     def _pack(self) -> None:
         """Measure the lists and make the arguments of the kernel."""
         counts = self.counts
+        counts[tick.ASSEMBLED] = 0
         counts[tick.PAIR_ROOM] = len(self.keys)
         counts[tick.MANIFOLD_ROOM] = len(self.records) // RECORD
         counts[tick.ROW_ROOM] = len(self.rows)
@@ -220,6 +221,7 @@ class ContactPlan:
             self._pack()
         self.memory[:MEMORY] = 0.0
         self.memory[: len(numbers)] = numbers
+        self.counts[tick.ASSEMBLED] = 0
         self._is_read = False
 
     def contacts(self) -> Contacts:

@@ -64,6 +64,7 @@ SETTINGS = 8
 N_COLLIDERS, PLANES, PAIR_ROOM, MANIFOLD_ROOM, ROW_ROOM, BATCH_ROOM, MEMORY_ROOM = range(7)
 LANES_AT_ONCE = 7
 DONE, PAIRS, MANIFOLDS, BATCHES, SHORT, PIECES, CUT = 8, 9, 10, 11, 12, 13, 14
+ASSEMBLED = 15  # 1: batches and rows are those of the manifolds in memory
 COUNTS = 16
 NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
 TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT] 1: it has been
@@ -191,17 +192,24 @@ def _advance(
         if 2 + manifolds * (2 + 4 * assembly.REMEMBERED) > counts[MEMORY_ROOM]:
             counts[SHORT] = SHORT_OF_MEMORY
             return 0.0
-        count = assembly.make_batches(
-            manifolds, n_bodies, WIDTH, counts[ROW_ROOM], counts[BATCH_ROOM], table, records,
-            colours, open_batches, rows, batches,
-        )  # fmt: skip
-        if count < 0:
-            counts[SHORT] = SHORT_OF_ROWS
-            return 0.0
-        counts[BATCHES] = count
+        if counts[ASSEMBLED] == 0 or not assembly.is_same(manifolds, records, memory):
+            counts[BATCHES] = assembly.make_batches(
+                manifolds, n_bodies, WIDTH, counts[ROW_ROOM], counts[BATCH_ROOM], table, records,
+                colours, open_batches, rows, batches,
+            )  # fmt: skip
+            counts[ASSEMBLED] = 0
+            if counts[BATCHES] < 0:
+                counts[SHORT] = SHORT_OF_ROWS
+                return 0.0
+        count = counts[BATCHES]
+        if counts[ASSEMBLED] == 0 or memory[0] != part:
+            assembly.fill_materials(
+                manifolds, part, settings[ZETA], table, materials, records, rows
+            )
+            counts[ASSEMBLED] = 1
         assembly.fill_rows(
-            manifolds, n_bodies, WIDTH, part, settings[ZETA], ANGULAR, translation, table,
-            materials, bounds, poses, records, memory, rows, bodies,
+            manifolds, WIDTH, part, ANGULAR, translation, table, bounds, poses, records, memory,
+            rows,
         )  # fmt: skip
         prepare(lanes_at_once, count, rows, batches, bodies)
         touched = _mark_touching(manifolds, n_bodies, records, rows, touching, colours)
