@@ -30,7 +30,6 @@ from rigid_body_sim.physics.contact.detection import (
 )
 from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
-from rigid_body_sim.physics.contact.passes import lasting
 from rigid_body_sim.physics.contact.rows import (
     APPROACH,
     BOUNCE,
@@ -46,6 +45,7 @@ from rigid_body_sim.physics.contact.rows import (
     N,
     T,
 )
+from rigid_body_sim.physics.contact.warm_start import lasting
 from rigid_body_sim.physics.kernels import kernel
 
 Array = NDArray[np.float64]

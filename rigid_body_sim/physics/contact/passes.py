@@ -21,7 +21,6 @@ its velocity.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,17 +37,16 @@ from rigid_body_sim.physics.contact.rows import (
     DB,
     GAIN,
     GAP,
-    HELD,
     IA,
     IB,
-    IM,
     JN,
     JO,
     JT,
     KEEP,
     LA,
     LB,
-    MOST,
+    MASS_A,
+    MASS_B,
     MU,
     PS,
     PUSHED,
@@ -59,7 +57,6 @@ from rigid_body_sim.physics.contact.rows import (
     SB,
     SCALE,
     SLIP_GAIN,
-    SUM,
     T2,
     UA,
     UB,
@@ -70,39 +67,47 @@ from rigid_body_sim.physics.contact.rows import (
     T,
     V,
 )
-from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, L_HELD, P_HELD, D, L, P
-from rigid_body_sim.physics.contact.touching_bodies import IM as BODY_IM
+from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, IM, D, L, P
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
 
-LOAD = 0.02  # [m/s] what gravity gives in two substeps of a millisecond
+
+@kernel
+def gather_inertia(used: int, s: Array, bodies: Array) -> None:
+    """Fetch the inverse masses and inertias of the bodies of a batch."""
+    for k in range(used):
+        a, b = int(s[k + A]), int(s[k + B])
+        s[k + MASS_A] = bodies[a + IM]
+        s[k + MASS_B] = bodies[b + IM]
+        for entry in range(6):
+            s[k + IA + 8 * entry] = bodies[a + II + entry]
+            s[k + IB + 8 * entry] = bodies[b + II + entry]
 
 
 @kernel
-def gather(lanes: int, s: Array, g: Array, bodies: Array) -> None:
-    """Fetch momenta and inertias of the bodies of a batch."""
+def gather(lanes: int, used: int, s: Array, g: Array, bodies: Array) -> None:
+    """Fetch the momenta of the bodies of a batch; what empty lanes hold does not matter."""
     for k in range(lanes):
+        g[k + PS] = 0.0
+        g[k + PS + 8] = 0.0
+        g[k + PS + 16] = 0.0
+        g[k + PUSHED] = 0.0
+        g[k + CHANGE] = 0.0
+    for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
-        m, n = bodies[a + BODY_IM], bodies[b + BODY_IM]
-        g[k + IM] = m + n
+        m, n = s[k + MASS_A], s[k + MASS_B]
         for axis in range(3):
             row = k + 8 * axis
             g[row + V] = n * bodies[b + P + axis] - m * bodies[a + P + axis]
             g[row + LA] = bodies[a + L + axis]
             g[row + LB] = bodies[b + L + axis]
-            g[row + PS] = 0.0
-        for entry in range(6):
-            g[k + IA + 8 * entry] = bodies[a + II + entry]
-            g[k + IB + 8 * entry] = bodies[b + II + entry]
-        g[k + PUSHED] = 0.0
-        g[k + CHANGE] = 0.0
 
 
 @kernel
-def gather_motion(lanes: int, s: Array, g: Array, bodies: Array) -> None:
-    """Fetch how the bodies of a batch have moved since the start of the tick."""
-    for k in range(lanes):
+def gather_motion(used: int, s: Array, g: Array, bodies: Array) -> None:
+    """Fetch how the bodies of a batch have moved over the substep."""
+    for k in range(used):
         a, b = int(s[k + A]) + D, int(s[k + B]) + D
         for row in range(8):
             g[k + DA + 8 * row] = bodies[a + row]
@@ -110,9 +115,9 @@ def gather_motion(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @kernel
-def scatter(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def scatter(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Give the bodies of a batch what a pass has changed."""
-    for k in range(lanes):
+    for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
         for axis in range(3):
             row = k + 8 * axis
@@ -123,9 +128,9 @@ def scatter(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @kernel
-def mark_carried(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def mark_carried(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Mark the bodies that some point of a batch pushes."""
-    for k in range(lanes):
+    for k in range(used):
         if g[k + PUSHED] > 0.0:
             bodies[int(s[k + A]) + CARRIED] = 1.0
             bodies[int(s[k + B]) + CARRIED] = 1.0
@@ -224,73 +229,6 @@ def follow_balls(lanes: int, s: Array, q: Array, g: Array) -> None:
         s[k + T2], s[k + T2 + 8], s[k + T2 + 16] = ox - turn * nx, oy - turn * ny, oz - turn * nz
 
 
-@inline
-def lasting(q: Array, p: int) -> Any:
-    """
-    Share of the impulse of a point that is a load, from which the next substep starts.
-
-    The impulse of an impact does not last: a load changes the velocity of the point by less than
-    LOAD, or is at most twice what this substep started from.
-    """
-    limit = max(2.0 * q[p + HELD], LOAD * q[p + GAIN])
-    new = q[p + JN]
-    return limit / new if new > limit else 1.0
-
-
-@kernel
-def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Start the next substep from the load of this one, at the arms of now."""
-    for k in range(lanes):
-        new, t, o = q[k + JN], q[k + JT], q[k + JO]
-        most = q[k + MOST]
-        x, y, z = vector(q, k + SUM)
-        q[k + MOST] = new if new > most else most
-        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = x + new, y + t, z + o
-        keep = lasting(q, k)
-        new, t, o = keep * new, keep * t, keep * o
-        ax, ay, az, bx, by, bz = arms(q, k)
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
-        x = new * nx + (t * tx + o * ox)
-        y = new * ny + (t * ty + o * oy)
-        z = new * nz + (t * tz + o * oz)
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
-        q[k + HELD], q[k + JN], q[k + JT], q[k + JO] = new, new, t, o
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
-
-
-@kernel
-def gather_loads(lanes: int, s: Array, g: Array, bodies: Array) -> None:
-    """Fetch the angular loads of the bodies of a batch."""
-    for k in range(lanes):
-        a, b = int(s[k + A]) + L_HELD, int(s[k + B]) + L_HELD
-        for axis in range(3):
-            row = k + 8 * axis
-            g[row + LA] = bodies[a + axis]
-            g[row + LB] = bodies[b + axis]
-            g[row + PS] = 0.0
-
-
-@kernel
-def scatter_loads(lanes: int, s: Array, g: Array, bodies: Array) -> None:
-    """Give the bodies of a batch their loads."""
-    for k in range(lanes):
-        a, b = int(s[k + A]), int(s[k + B])
-        for axis in range(3):
-            row = k + 8 * axis
-            bodies[a + P_HELD + axis] -= g[row + PS]
-            bodies[b + P_HELD + axis] += g[row + PS]
-            bodies[a + L_HELD + axis] = g[row + LA]
-            bodies[b + L_HELD + axis] = g[row + LB]
-
-
 @kernel
 def push(
     lanes: int, s: Array, q: Array, g: Array, inverse_h: float, slop: float, cap: float
@@ -301,15 +239,15 @@ def push(
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         vn = nx * x + ny * y + nz * z
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
+        gain, largest = q[k + GAIN], g[k + CHANGE]
         px, py, pz = vector(g, k + PS)
         hx, hy, hz = vector(g, k + LA)
         lx, ly, lz = vector(g, k + LB)
         pushed = g[k + PUSHED]
-        gain, largest = q[k + GAIN], g[k + CHANGE]
         is_open = gap > 0.0
         depth = gap + slop
         depth = depth if depth < 0.0 else 0.0
@@ -343,6 +281,33 @@ def push(
 
 
 @kernel
+def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
+    """Visit the normal of one point of each lane, without push-out."""
+    for k in range(lanes):
+        nx, ny, nz = vector(s, k + N)
+        ax, ay, az, bx, by, bz = arms(q, k)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
+        gap = q[k + GAP]
+        old, gain, largest = q[k + JN], q[k + GAIN], g[k + CHANGE]
+        px, py, pz = vector(g, k + PS)
+        hx, hy, hz = vector(g, k + LA)
+        lx, ly, lz = vector(g, k + LB)
+        bias = gap * inverse_h if gap > 0.0 else 0.0
+        new = old - gain * ((nx * x + ny * y + nz * z) + bias)
+        new = new if new > 0.0 else 0.0
+        change = new - old
+        x, y, z = change * nx, change * ny, change * nz
+        ax, ay, az = cross(ax, ay, az, x, y, z)
+        bx, by, bz = cross(bx, by, bz, x, y, z)
+        size = abs(change) / (gain if gain > 0.0 else 1.0)
+        g[k + CHANGE] = size if size > largest else largest
+        q[k + JN] = new
+        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
+        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+
+
+@kernel
 def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
     """
     Visit normal and friction of one point of each lane, without push-out.
@@ -354,7 +319,7 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
         gain, slip_gain, largest = q[k + GAIN], q[k + SLIP_GAIN], g[k + CHANGE]

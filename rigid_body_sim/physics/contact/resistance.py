@@ -54,8 +54,8 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
-        fx, fy, fz = turning(g, k + IA, k + LA)
-        wx, wy, wz = turning(g, k + IB, k + LB)
+        fx, fy, fz = turning(s, k + IA, g, k + LA)
+        wx, wy, wz = turning(s, k + IB, g, k + LB)
         x, y, z = wx - fx, wy - fy, wz - fz
         press = q[k + JN]
         old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]
@@ -78,23 +78,6 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
         q[k + JR] = r
         q[k + JQ] = p
         q[k + JS] = turn
-
-
-@kernel
-def hold(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Start the next substep from the angular impulses of this one."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
-        r, p, turn = q[k + JR], q[k + JQ], q[k + JS]
-        _twist(
-            g,
-            k,
-            r * tx + p * ox + turn * nx,
-            r * ty + p * oy + turn * ny,
-            r * tz + p * oz + turn * nz,
-        )
 
 
 @kernel

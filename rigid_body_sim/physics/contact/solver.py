@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance
-from rigid_body_sim.physics.contact.assembly import BALL_PAIRS, BATCH, OFFSET, POINTS
+from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance, warm_start
+from rigid_body_sim.physics.contact.assembly import BALL_PAIRS, BATCH, OFFSET, POINTS, USED
 from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, SCRATCH
 from rigid_body_sim.physics.kernels import inline, specialise
 
@@ -50,21 +50,31 @@ def _changed(lanes: int, g: Array) -> float:
 
 
 def _prepare(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
-    """Find gains and speeds of approach."""
+    """Find tangents, gains and speeds of approach, and what the last tick left to start from."""
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
+        used = batches[batch * BATCH + USED]
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        passes.gather(lanes, s, g, bodies)
+        preparation.frames(lanes, s)
+        warm_start.clear(lanes, g)
+        for point in range(points):
+            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+            warm_start.turn(lanes, s, q, g)
+            if ANGULAR:
+                warm_start.turn_twist(lanes, s, q, g)
+        warm_start.hold(used, s, g, bodies)
+        passes.gather_inertia(used, s, bodies)
+        passes.gather(lanes, used, s, g, bodies)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
             preparation.gains(lanes, s, q, g)
         if ANGULAR:
             preparation.angular_gains(lanes, s, g)
         if BOUNCES:
-            preparation.gather_accelerations(lanes, s, g, bodies)
+            preparation.gather_accelerations(used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 preparation.approach(lanes, s, q, g)
@@ -78,11 +88,12 @@ def _push(
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
+        used = batches[batch * BATCH + USED]
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        passes.gather(lanes, s, g, bodies)
-        for visit in range(VISITS):
+        passes.gather(lanes, used, s, g, bodies)
+        for visit in range(VISITS if points > 1 else 1):
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 passes.push(lanes, s, q, g, inverse_h, slop, cap)
@@ -90,42 +101,49 @@ def _push(
                     resistance.release(lanes, s, q, g)
             if not _changed(lanes, g) > (IMPACT if visit == 0 else CALM):
                 break
-        passes.scatter(lanes, s, g, bodies)
-        passes.mark_carried(lanes, s, g, bodies)
+        passes.scatter(used, s, g, bodies)
+        passes.mark_carried(used, s, g, bodies)
 
 
 def _relax(
-    lanes: int, count: int, inverse_h: float, first: bool, rows: Array, batches: Indices,
-    bodies: Array,
+    lanes: int, count: int, inverse_h: float, first: bool, slips: bool, rows: Array,
+    batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Visit normals and friction of all batches.
+    Visit normals of all batches, and friction.
 
-    first : the bodies have moved since gaps and arms were found
+    first : the bodies have moved since the gaps were found
+    slips : friction is visited too
     """
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
+        used = batches[batch * BATCH + USED]
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        passes.gather(lanes, s, g, bodies)
         if first:
-            passes.gather_motion(lanes, s, g, bodies)
+            passes.gather_inertia(used, s, bodies)
+        passes.gather(lanes, used, s, g, bodies)
+        if first:
+            passes.gather_motion(used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 passes.follow(lanes, s, q, g)
             if batches[batch * BATCH + BALL_PAIRS] > 0:
                 passes.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
-        for visit in range(VISITS):
+        for visit in range(VISITS if points > 1 or slips else 1):
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                passes.relax(lanes, s, q, g, inverse_h)
-                if ANGULAR:
-                    resistance.resist(lanes, s, q, g)
+                if slips:
+                    passes.relax(lanes, s, q, g, inverse_h)
+                    if ANGULAR:
+                        resistance.resist(lanes, s, q, g)
+                else:
+                    passes.relax_normals(lanes, s, q, g, inverse_h)
             if not _changed(lanes, g) > (IMPACT if visit == 0 else CALM):
                 break
-        passes.scatter(lanes, s, g, bodies)
+        passes.scatter(used, s, g, bodies)
 
 
 def _hold(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
@@ -136,13 +154,13 @@ def _hold(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) 
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        passes.gather_loads(lanes, s, g, bodies)
+        warm_start.clear(lanes, g)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            passes.hold(lanes, s, q, g)
+            warm_start.carry_on(lanes, s, q, g)
             if ANGULAR:
-                resistance.hold(lanes, s, q, g)
-        passes.scatter_loads(lanes, s, g, bodies)
+                warm_start.carry_twist_on(lanes, s, q, g)
+        warm_start.hold(batches[batch * BATCH + USED], s, g, bodies)
 
 
 def _bounce(
@@ -155,15 +173,16 @@ def _bounce(
         change = 0.0
         for batch in range(count):
             points = batches[batch * BATCH + POINTS]
+            used = batches[batch * BATCH + USED]
             begin = batches[batch * BATCH + OFFSET]
             s = rows[begin : begin + MANIFOLD]
             begin += MANIFOLD
-            passes.gather(lanes, s, g, bodies)
+            passes.gather(lanes, used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 bouncing.bounce(lanes, s, q, g, threshold)
-            passes.scatter(lanes, s, g, bodies)
-            for k in range(lanes):
+            passes.scatter(used, s, g, bodies)
+            for k in range(used):
                 change = max(change, g[CHANGE + k])
         largest = max(largest, change)
         if not change > SETTLED * largest:
