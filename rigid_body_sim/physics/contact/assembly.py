@@ -50,7 +50,6 @@ from rigid_body_sim.physics.contact.geometry.manifold import GAP as FOUND_GAP
 from rigid_body_sim.physics.contact.geometry.manifold import MOST as MOST_POINTS
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
 from rigid_body_sim.physics.contact.rows import (
-    BALLS,
     BN,
     BO,
     BOUNCE,
@@ -66,6 +65,7 @@ from rigid_body_sim.physics.contact.rows import (
     RATE,
     RB,
     ROLL,
+    ROUND_PAIR,
     SCALE,
     SCRATCH,
     SPIN,
@@ -82,8 +82,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 COLOURS = 60  # beyond these a manifold gets a batch of its own
-# of a batch: where it begins in the rows, points, lanes in use, whether balls meet balls in it
-OFFSET, POINTS, USED, BALL_PAIRS = 0, 1, 2, 3
+# of a batch: where it begins in the rows, points, lanes in use, 1: balls among themselves
+OFFSET, POINTS, USED, KIND = 0, 1, 2, 3
 BATCH = 4
 
 MEMORY = 2  # numbers before the first manifold of the memory: substep, manifolds
@@ -99,6 +99,33 @@ def _first_free(used: int) -> int:
     while colour < COLOURS and (used >> colour) & 1:
         colour += 1
     return colour
+
+
+@inline
+def _round_pair(a: int, b: int, table: Indices, bodies: Array) -> float:
+    """Tell two balls (2) and a ball beside what cannot move (1) from others (0)."""
+    core_a, core_b = table[a * TABLE + CORE], table[b * TABLE + CORE]
+    ball_a = core_a >= 0 and bodies[core_a * BODY + ROUND] == 3.0
+    ball_b = core_b >= 0 and bodies[core_b * BODY + ROUND] == 3.0
+    fixed_a = core_a < 0 and table[a * TABLE + TYPE] == SPHERE
+    fixed_b = core_b < 0 and table[b * TABLE + TYPE] == SPHERE
+    if (ball_a and (ball_b or fixed_b)) or (ball_b and fixed_a):
+        return 2.0
+    return 1.0 if (ball_a and core_b < 0) or (ball_b and core_a < 0) else 0.0
+
+
+@inline
+def _weight(a: int, b: int, table: Indices, bodies: Array) -> float:
+    """
+    Tell whose surface the points follow: that of the body that moves, of the rounder one, else of
+    both.
+    """
+    core_a, core_b = table[a * TABLE + CORE], table[b * TABLE + CORE]
+    round_a = bodies[core_a * BODY + ROUND] if core_a >= 0 else -1.0
+    round_b = bodies[core_b * BODY + ROUND] if core_b >= 0 else -1.0
+    if round_a == round_b:
+        return 0.5
+    return 0.0 if round_a > round_b else 1.0
 
 
 @kernel
@@ -118,7 +145,8 @@ def is_same(manifolds: int, records: Array, memory: Array) -> bool:
 @kernel
 def make_batches(
     manifolds: int, n_moving: int, width: int, room: int, most: int, table: Indices,
-    records: Array, colours: Indices, open_batches: Indices, rows: Array, batches: Indices,
+    records: Array, bodies: Array, colours: Indices, open_batches: Indices, rows: Array,
+    batches: Indices,
 ) -> int:  # fmt: skip
     """
     Give each manifold a lane; return the number of batches, or -1 without room.
@@ -127,7 +155,7 @@ def make_batches(
     """
     for i in range(n_moving + 1):
         colours[i] = 0
-    for i in range(2 * COLOURS + 2):
+    for i in range(3 * COLOURS + 3):
         open_batches[i] = -1
     count = 0
     end = SCRATCH
@@ -141,7 +169,10 @@ def make_batches(
         colour = _first_free(used)
         points = int(records[o + COUNT])
         size = 1 if points == 1 else 4
-        slot = 2 * colour + (0 if points == 1 else 1)
+        kind = int(
+            _round_pair(int(records[o + BODY_A]), int(records[o + BODY_B]), table, bodies) > 0.0
+        )
+        slot = 3 * colour + (kind if points == 1 else 2)
         batch = open_batches[slot]
         if batch < 0 or colour == COLOURS or batches[batch * BATCH + USED] == LANES:
             batch = count
@@ -150,7 +181,7 @@ def make_batches(
             batches[batch * BATCH + OFFSET] = end
             batches[batch * BATCH + POINTS] = 0
             batches[batch * BATCH + USED] = 0
-            batches[batch * BATCH + BALL_PAIRS] = 0
+            batches[batch * BATCH + KIND] = kind
             end += MANIFOLD + size * width
             open_batches[slot] = batch
             count += 1
@@ -162,8 +193,6 @@ def make_batches(
         batches[batch * BATCH + POINTS] = max(batches[batch * BATCH + POINTS], points)
         place = batches[batch * BATCH + OFFSET] + lane
         records[o + LANE] = float(place)
-        balls = table[int(records[o + BODY_B]) * TABLE + TYPE] == SPHERE
-        batches[batch * BATCH + BALL_PAIRS] |= 1 if balls else 0
         rows[place + A] = float(a * BODY)
         rows[place + B] = float(b * BODY)
     _empty_what_is_left(count, n_moving, width, records, manifolds, rows, batches)
@@ -195,22 +224,6 @@ def _empty_what_is_left(count, n_moving, width, records, manifolds, rows, batche
                 rows[begin + GAP0] = NOWHERE
 
 
-@inline
-def _fill_kind(place: int, a: int, b: int, table: Indices, rows: Array, bodies: Array) -> None:
-    """
-    Write whose surface the contact points follow: that of the body that moves, of the rounder one,
-    else of both.
-    """
-    core_a, core_b = table[a * TABLE + CORE], table[b * TABLE + CORE]
-    round_a = bodies[core_a * BODY + ROUND] if core_a >= 0 else -1.0
-    round_b = bodies[core_b * BODY + ROUND] if core_b >= 0 else -1.0
-    weight = 0.0 if round_a > round_b else 1.0
-    rows[place + WEIGHT] = 0.5 if round_a == round_b else weight
-    ball_a = round_a == 3.0 or (core_a < 0 and table[a * TABLE + TYPE] == SPHERE)
-    ball_b = round_b == 3.0 or (core_b < 0 and table[b * TABLE + TYPE] == SPHERE)
-    rows[place + BALLS] = 1.0 if ball_a and ball_b else 0.0
-
-
 @kernel
 def fill_materials(
     manifolds: int, h: float, zeta: float, table: Indices, materials: Array, records: Array,
@@ -226,7 +239,8 @@ def fill_materials(
         rows[place + BOUNCE] = max(materials[ma + RESTITUTION], materials[mb + RESTITUTION])
         rows[place + ROLL] = max(materials[ma + ROLLING], materials[mb + ROLLING])
         rows[place + SPIN] = max(materials[ma + TORSIONAL], materials[mb + TORSIONAL])
-        _fill_kind(place, a, b, table, rows, bodies)
+        rows[place + WEIGHT] = _weight(a, b, table, bodies)
+        rows[place + ROUND_PAIR] = _round_pair(a, b, table, bodies)
         still = table[a * TABLE + CORE] < 0 or table[b * TABLE + CORE] < 0
         omega = (math.pi if still else 0.5 * math.pi) / h
         a1 = 2.0 * zeta + h * omega

@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.lanes import arms, cross, disc, relative, vector
 from rigid_body_sim.physics.contact.rows import (
-    BALLS,
     CA,
     CB,
     CHANGE,
@@ -53,6 +52,7 @@ from rigid_body_sim.physics.contact.rows import (
     RA,
     RATE,
     RB,
+    ROUND_PAIR,
     SA,
     SB,
     SCALE,
@@ -183,55 +183,67 @@ def follow(lanes: int, s: Array, q: Array, g: Array) -> None:
 
 
 @kernel
+def gather_way(used: int, s: Array, g: Array, bodies: Array) -> None:
+    """Fetch how far the bodies of a batch have moved over the substep."""
+    for k in range(used):
+        a, b = int(s[k + A]) + D, int(s[k + B]) + D
+        for axis in range(3):
+            g[k + DA + 8 * axis] = bodies[b + axis] - bodies[a + axis]
+
+
+@kernel
 def follow_balls(lanes: int, s: Array, q: Array, g: Array) -> None:
     """
-    Turn normal, tangents and arms of a point between two balls into their line of centres, and
-    find the gap without linearising; called after `follow`.
+    Do what `follow` does where a ball meets a ball, or what cannot move.
 
-    t' = t - (n' . t)/(1 + n . n') (n + n'), the smallest turn that takes n to n'
+    Between two balls the normal turns into their line of centres, and the gap is not linearised:
+
+        d = x_B - x_A = r_A - r_B,  n' = d / |d|,  s' = s + |d'| - |d|
+        t' = t - (n' . t)/(1 + n . n') (n + n'), the smallest turn that takes n to n'
     """
     for k in range(lanes):
         ax, ay, az, bx, by, bz = arms(q, k)
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
+        vx, vy, vz = vector(g, k + DA)
         gap = q[k + GAP]
         w = s[k + WEIGHT]
-        x, y, z = (
-            g[k + DB] - g[k + DA],
-            g[k + DB + 8] - g[k + DA + 8],
-            g[k + DB + 16] - g[k + DA + 16],
-        )
-        before = nx * (ax - bx - x) + ny * (ay - by - y) + nz * (az - bz - z)
-        arm = nx * (ax - w * x) + ny * (ay - w * y) + nz * (az - w * z)
-        moved = nx * x + ny * y + nz * z
-        x, y, z = ax - bx, ay - by, az - bz
-        now = math.sqrt(x * x + y * y + z * z)
-        balls = (s[k + BALLS] > 0.0) & (now > 0.0)
-        size = now if balls else 1.0
-        ux, uy, uz = (x / size, y / size, z / size) if balls else (nx, ny, nz)
-        arm = arm + w * (now - before)
-        q[k + GAP] = gap + (now - before - moved) if balls else gap
-        q[k + RA] = arm * ux if balls else ax
-        q[k + RA + 8] = arm * uy if balls else ay
-        q[k + RA + 16] = arm * uz if balls else az
-        q[k + RB] = arm * ux - x if balls else bx
-        q[k + RB + 8] = arm * uy - y if balls else by
-        q[k + RB + 16] = arm * uz - z if balls else bz
+        x, y, z = ax - bx + vx, ay - by + vy, az - bz + vz
+        square = x * x + y * y + z * z
+        balls = (s[k + ROUND_PAIR] > 1.0) & (square > 0.0)
+        now = math.sqrt(square if balls else 1.0)
+        before = nx * (ax - bx) + ny * (ay - by) + nz * (az - bz)
+        closer = now - before if balls else nx * vx + ny * vy + nz * vz
+        ux = x / now if balls else nx
+        uy = y / now if balls else ny
+        uz = z / now if balls else nz
+        arm = (nx * ax + ny * ay + nz * az) + w * closer
+        ax = arm * ux if balls else ax + w * vx
+        ay = arm * uy if balls else ay + w * vy
+        az = arm * uz if balls else az + w * vz
+        q[k + GAP] = gap + closer
+        q[k + RA], q[k + RA + 8], q[k + RA + 16] = ax, ay, az
+        q[k + RB], q[k + RB + 8], q[k + RB + 16] = ax - x, ay - y, az - z
         s[k + N], s[k + N + 8], s[k + N + 16] = ux, uy, uz
-        cosine = nx * ux + ny * uy + nz * uz
+        share = 1.0 / (1.0 + (nx * ux + ny * uy + nz * uz))
         nx, ny, nz = nx + ux, ny + uy, nz + uz
-        turn = (tx * ux + ty * uy + tz * uz) / (1.0 + cosine)
-        turn = turn if balls else 0.0
+        turn = share * (tx * ux + ty * uy + tz * uz)
         s[k + T], s[k + T + 8], s[k + T + 16] = tx - turn * nx, ty - turn * ny, tz - turn * nz
-        turn = (ox * ux + oy * uy + oz * uz) / (1.0 + cosine)
-        turn = turn if balls else 0.0
+        turn = share * (ox * ux + oy * uy + oz * uz)
         s[k + T2], s[k + T2 + 8], s[k + T2 + 16] = ox - turn * nx, oy - turn * ny, oz - turn * nz
 
 
 @kernel
 def push(
-    lanes: int, s: Array, q: Array, g: Array, inverse_h: float, slop: float, cap: float
+    lanes: int,
+    s: Array,
+    q: Array,
+    g: Array,
+    inverse_h: float,
+    slop: float,
+    cap: float,
+    calm: float,
 ) -> None:
     """Visit the normals of one point of each lane, soft where the surfaces overlap."""
     for k in range(lanes):
@@ -272,7 +284,7 @@ def push(
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
         q[k + JN], q[k + JT], q[k + JO] = new, t, o
-        size = abs(change) / (gain if gain > 0.0 else 1.0)
+        size = abs(change) - calm * gain
         g[k + CHANGE] = size if size > largest else largest
         g[k + PUSHED] = 1.0 if presses else pushed
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
@@ -281,7 +293,7 @@ def push(
 
 
 @kernel
-def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
+def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: float) -> None:
     """Visit the normal of one point of each lane, without push-out."""
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
@@ -299,7 +311,7 @@ def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) ->
         x, y, z = change * nx, change * ny, change * nz
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        size = abs(change) / (gain if gain > 0.0 else 1.0)
+        size = abs(change) - calm * gain
         g[k + CHANGE] = size if size > largest else largest
         q[k + JN] = new
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
@@ -308,7 +320,7 @@ def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) ->
 
 
 @kernel
-def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
+def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: float) -> None:
     """
     Visit normal and friction of one point of each lane, without push-out.
 
@@ -339,7 +351,7 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
         z = change * nz + (dt * tz + do * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        size = abs(change) / (gain if gain > 0.0 else 1.0)
+        size = abs(change) - calm * gain
         g[k + CHANGE] = size if size > largest else largest
         q[k + JN], q[k + JT], q[k + JO] = new, t, o
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z

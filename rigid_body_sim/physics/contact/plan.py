@@ -154,7 +154,7 @@ class ContactPlan:
         self.rows = _aligned(SCRATCH + (n // 2 + 40) * (MANIFOLD + 4 * self._width))
         self.batches = np.zeros((4 * n + 64) * BATCH, dtype=np.int64)
         self.colours = np.zeros(moving + 1, dtype=np.int64)
-        self.open_batches = np.zeros(2 * COLOURS + 2, dtype=np.int64)
+        self.open_batches = np.zeros(3 * COLOURS + 3, dtype=np.int64)
         self.touching = np.zeros(moving + 1, dtype=np.int64)
         self.workspace = np.zeros(max(1, blocks(moving)) * 384)
         self.counts = np.zeros(tick.COUNTS, dtype=np.int64)

@@ -24,7 +24,7 @@ ROLL_GAIN, SPIN_GAIN = 144, 152  # [kg m^2] angular impulse per angular velocity
 MASS_A, MASS_B = 160, 168  # [1/kg] inverse masses
 IA, IB = 176, 224  # (6) [1/(kg m^2)] inverse inertias now: xx, xy, xz, yy, yz, zz
 WEIGHT = 272  # [-] share in which a contact point of A goes with B, see `passes.follow`
-BALLS = 280  # [-] 1: both are balls about their centres of mass
+ROUND_PAIR = 280  # [-] 2: a ball and a ball, 1: a ball and what cannot move, 0: others
 MANIFOLD = 288  # numbers of the manifold
 
 # of a point
@@ -49,5 +49,5 @@ LA, LB = 48, 72  # (3) [kg m^2/s] angular momenta as they are now
 DA, UA, SA, CA = 96, 120, 144, 152  # motion of A over the substep; accelerations
 DB, UB, SB, CB = 160, 184, 208, 216  # the same of B
 PUSHED = 224  # [-] whether some point pushes
-CHANGE = 232  # largest change: of a normal velocity [m/s]; in a bounce of an impulse [N s]
+CHANGE = 232  # [N s] largest change of a normal impulse, less what is calm
 SCRATCH = 240

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance, warm_start
-from rigid_body_sim.physics.contact.assembly import BALL_PAIRS, BATCH, OFFSET, POINTS, USED
+from rigid_body_sim.physics.contact.assembly import BATCH, KIND, OFFSET, POINTS, USED
 from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, SCRATCH
 from rigid_body_sim.physics.kernels import inline, specialise
 
@@ -40,13 +40,13 @@ BOUNCES = False  # whether anything bounces
 
 
 @inline
-def _changed(lanes: int, g: Array) -> float:
-    """Return the largest change of a normal velocity since the last call [m/s]."""
-    change = 0.0
-    for k in range(lanes):
-        change = max(change, g[CHANGE + k])
-        g[CHANGE + k] = 0.0
-    return change
+def _changes(used: int, g: Array) -> bool:
+    """Tell whether a visit has changed more than is calm, and begin anew."""
+    changes = False
+    for k in range(used):
+        changes = changes or g[k + CHANGE] > 0.0
+        g[k + CHANGE] = 0.0
+    return changes
 
 
 def _prepare(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
@@ -93,20 +93,22 @@ def _push(
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
         passes.gather(lanes, used, s, g, bodies)
-        for visit in range(VISITS if points > 1 else 1):
+        visits = VISITS if points > 1 else 1
+        for visit in range(visits):
+            calm = IMPACT if visit == 0 else CALM
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                passes.push(lanes, s, q, g, inverse_h, slop, cap)
+                passes.push(lanes, s, q, g, inverse_h, slop, cap, calm)
                 if ANGULAR:
                     resistance.release(lanes, s, q, g)
-            if not _changed(lanes, g) > (IMPACT if visit == 0 else CALM):
+            if visit + 1 < visits and not _changes(used, g):
                 break
         passes.scatter(used, s, g, bodies)
         passes.mark_carried(used, s, g, bodies)
 
 
 def _relax(
-    lanes: int, count: int, inverse_h: float, first: bool, slips: bool, rows: Array,
+    lanes: int, count: int, inverse_h: float, first: bool, slips: bool, last: bool, rows: Array,
     batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
     """
@@ -114,6 +116,7 @@ def _relax(
 
     first : the bodies have moved since the gaps were found
     slips : friction is visited too
+    last  : add up the loads from which the next substep starts
     """
     g = rows[0:SCRATCH]
     for batch in range(count):
@@ -125,42 +128,36 @@ def _relax(
         if first:
             passes.gather_inertia(used, s, bodies)
         passes.gather(lanes, used, s, g, bodies)
-        if first:
+        if first and batches[batch * BATCH + KIND] > 0:
+            passes.gather_way(used, s, g, bodies)
+            passes.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
+        elif first:
             passes.gather_motion(used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 passes.follow(lanes, s, q, g)
-            if batches[batch * BATCH + BALL_PAIRS] > 0:
-                passes.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
-        for visit in range(VISITS if points > 1 or slips else 1):
+        visits = VISITS if points > 1 or (slips and batches[batch * BATCH + KIND] == 0) else 1
+        for visit in range(visits):
+            calm = IMPACT if visit == 0 else CALM
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 if slips:
-                    passes.relax(lanes, s, q, g, inverse_h)
+                    passes.relax(lanes, s, q, g, inverse_h, calm)
                     if ANGULAR:
                         resistance.resist(lanes, s, q, g)
                 else:
-                    passes.relax_normals(lanes, s, q, g, inverse_h)
-            if not _changed(lanes, g) > (IMPACT if visit == 0 else CALM):
+                    passes.relax_normals(lanes, s, q, g, inverse_h, calm)
+            if visit + 1 < visits and not _changes(used, g):
                 break
         passes.scatter(used, s, g, bodies)
-
-
-def _hold(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
-    """Add up the loads from which the next substep starts."""
-    g = rows[0:SCRATCH]
-    for batch in range(count):
-        points = batches[batch * BATCH + POINTS]
-        begin = batches[batch * BATCH + OFFSET]
-        s = rows[begin : begin + MANIFOLD]
-        begin += MANIFOLD
-        warm_start.clear(lanes, g)
-        for point in range(points):
-            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            warm_start.carry_on(lanes, s, q, g)
-            if ANGULAR:
-                warm_start.carry_twist_on(lanes, s, q, g)
-        warm_start.hold(batches[batch * BATCH + USED], s, g, bodies)
+        if last:
+            warm_start.clear(lanes, g)
+            for point in range(points):
+                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+                warm_start.carry_on(lanes, s, q, g)
+                if ANGULAR:
+                    warm_start.carry_twist_on(lanes, s, q, g)
+            warm_start.hold(used, s, g, bodies)
 
 
 def _bounce(
@@ -194,7 +191,7 @@ def solver(*, width: int, angular: bool, bounces: bool) -> dict[str, Any]:
     """Make the passes of a scene, by name."""
     name = f'{width}'
     bound = {'WIDTH': width, 'ANGULAR': angular, 'BOUNCES': bounces}
-    made = {'prepare': _prepare, 'push': _push, 'relax': _relax, 'hold': _hold}
+    made = {'prepare': _prepare, 'push': _push, 'relax': _relax}
     if bounces:
         made['bounce'] = _bounce
     return {key: specialise(source, name=name, **bound) for key, source in made.items()}

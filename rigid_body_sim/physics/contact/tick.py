@@ -82,7 +82,6 @@ find_manifolds: Callable[..., Any] = unbound
 prepare: Callable[..., Any] = unbound
 push: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
-hold: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
 
 
@@ -198,7 +197,7 @@ def _advance(
         if counts[ASSEMBLED] == 0 or not assembly.is_same(manifolds, records, memory):
             counts[BATCHES] = assembly.make_batches(
                 manifolds, n_bodies, WIDTH, counts[ROW_ROOM], counts[BATCH_ROOM], table, records,
-                colours, open_batches, rows, batches,
+                bodies, colours, open_batches, rows, batches,
             )  # fmt: skip
             counts[ASSEMBLED] = 0
             if counts[BATCHES] < 0:
@@ -264,15 +263,24 @@ def _advance(
                     returned_energy.add_half_the_work(
                         touching[i], n_rigid, part, translation, rotation, bodies
                     )
+            for i in range(touched):
+                touching_bodies.let_go(touching[i], bodies)
             for turn in range(relaxations):
                 slips = turn > 0 or relaxations == 1
-                relax(lanes_at_once, count, 1.0 / part, turn == 0, slips, rows, batches, bodies)
+                last = turn + 1 == relaxations and sub + 1 < substeps
+                relax(
+                    lanes_at_once,
+                    count,
+                    1.0 / part,
+                    turn == 0,
+                    slips,
+                    last,
+                    rows,
+                    batches,
+                    bodies,
+                )
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
-            if sub + 1 < substeps:
-                for i in range(touched):
-                    touching_bodies.let_go(touching[i], bodies)
-                hold(lanes_at_once, count, rows, batches, bodies)
         if BOUNCES and count > 0:
             for i in range(touched):
                 returned_energy.before_bounce(touching[i], bodies)
