@@ -58,10 +58,10 @@ def lasting(q: Array, p: int) -> Any:
     Share of the impulse of a point that is a load, from which the next substep starts.
 
     The impulse of an impact does not last: what it gives once too much lifts the body before it
-    is taken back. A load changes the velocity of the point by less than LOAD, or is at most twice
+    is taken back. A load changes the velocity of the point by less than LOAD, or is at most eight
     what this substep started from.
     """
-    limit = max(2.0 * q[p + HELD], LOAD * q[p + GAIN])
+    limit = max(8.0 * q[p + HELD], LOAD * q[p + GAIN])
     new = q[p + JN]
     return limit / new if new > limit else 1.0
 
