@@ -67,6 +67,7 @@ from rigid_body_sim.physics.contact.rows import (
     SCALE,
     SCRATCH,
     SPIN,
+    SUM,
     T2,
     A,
     B,
@@ -324,6 +325,10 @@ def _warm_start(
         o *= limit / size
     rows[p + JT] = t
     rows[p + JO] = o
+    # what the first substep starts from is not of this tick
+    rows[p + SUM] = -normal
+    rows[p + SUM + 8] = -t
+    rows[p + SUM + 16] = -o
     x = normal * rows[place + N] + (t * rows[place + T] + o * rows[place + T2])
     y = normal * rows[place + N + 8] + (t * rows[place + T + 8] + o * rows[place + T2 + 8])
     z = normal * rows[place + N + 16] + (t * rows[place + T + 16] + o * rows[place + T2 + 16])

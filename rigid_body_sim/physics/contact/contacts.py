@@ -20,6 +20,7 @@ from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POIN
 from rigid_body_sim.physics.contact.rows import (
     BN,
     GAP,
+    JN,
     LANES,
     MANIFOLD,
     RA,
@@ -66,7 +67,7 @@ def read(
         return np.stack([rows[row + offset + 8 * axis] for axis in range(3)], axis=1)
 
     normal = of_manifold(N)
-    sums = of_point(SUM) + (of_point(BN) if bounces else 0.0)
+    sums = of_point(SUM) + of_point(JN) + (of_point(BN) if bounces else 0.0)
     impulse = sums[:, :1] * normal + sums[:, 1:2] * of_manifold(T) + sums[:, 2:] * of_manifold(T2)
     at = RECORD_POINTS + index * FOUND_POINT
     point = np.stack([found[manifold, at + axis] for axis in range(3)], axis=1)

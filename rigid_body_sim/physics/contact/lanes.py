@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.rows import RA, RB
+from rigid_body_sim.physics.contact.rows import IA, IB, IM, LA, LB, PS, RA, RB, V
 from rigid_body_sim.physics.kernels import inline
 
 Array = NDArray[np.float64]
@@ -38,8 +38,8 @@ def vector(g: Array, k: int) -> Any:
 
 @inline
 def inertia(g: Array, k: int) -> Any:
-    """Inverse mass and inverse inertia of a lane: 1/m, xx, xy, xz, yy, yz, zz."""
-    return g[k], g[k + 8], g[k + 16], g[k + 24], g[k + 32], g[k + 40], g[k + 48]
+    """Inverse inertia of a lane: xx, xy, xz, yy, yz, zz."""
+    return g[k], g[k + 8], g[k + 16], g[k + 24], g[k + 32], g[k + 40]
 
 
 @inline
@@ -49,12 +49,23 @@ def times(xx, xy, xz, yy, yz, zz, x, y, z):
 
 
 @inline
-def relative(ux, uy, uz, ox, oy, oz, ax, ay, az, vx, vy, vz, wx, wy, wz, bx, by, bz):
-    """Velocity of B relative to A at a point: v + w x b - u - o x a [m/s]."""
+def turning(g: Array, i: int, m: int) -> Any:
+    """Angular velocity I^-1 L of a body of a lane [rad/s]."""
+    return times(
+        g[i], g[i + 8], g[i + 16], g[i + 24], g[i + 32], g[i + 40], g[m], g[m + 8], g[m + 16]
+    )
+
+
+@inline
+def relative(g, k, ax, ay, az, bx, by, bz):
+    """Velocity of B relative to A at a point: v_B - v_A + w_B x r_B - w_A x r_A [m/s]."""
+    ux, uy, uz = turning(g, k + IA, k + LA)
+    wx, wy, wz = turning(g, k + IB, k + LB)
+    m = g[k + IM]
     return (
-        (vx - ux) + ((wy * bz - wz * by) - (oy * az - oz * ay)),
-        (vy - uy) + ((wz * bx - wx * bz) - (oz * ax - ox * az)),
-        (vz - uz) + ((wx * by - wy * bx) - (ox * ay - oy * ax)),
+        (g[k + V] + m * g[k + PS]) + ((wy * bz - wz * by) - (uy * az - uz * ay)),
+        (g[k + V + 8] + m * g[k + PS + 8]) + ((wz * bx - wx * bz) - (uz * ax - ux * az)),
+        (g[k + V + 16] + m * g[k + PS + 16]) + ((wx * by - wy * bx) - (ux * ay - uy * ax)),
     )
 
 

@@ -23,32 +23,27 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.lanes import (
-    arms,
-    cross,
-    disc,
-    inertia,
-    relative,
-    times,
-    vector,
-)
+from rigid_body_sim.physics.contact.lanes import arms, cross, disc, relative, vector
 from rigid_body_sim.physics.contact.rows import (
     CA,
     CB,
     CHANGE,
+    COUPLE_O,
+    COUPLE_T,
     DA,
     DB,
     GAIN,
     GAP,
     GAP0,
-    HA,
-    HB,
+    IA,
+    IB,
+    IM,
     JN,
     JO,
     JT,
     KEEP,
-    MA,
-    MB,
+    LA,
+    LB,
     MOST,
     MU,
     PS,
@@ -62,23 +57,14 @@ from rigid_body_sim.physics.contact.rows import (
     T2,
     UA,
     UB,
-    VA,
-    VB,
-    WA,
-    WB,
     A,
     B,
     N,
     T,
+    V,
 )
-from rigid_body_sim.physics.contact.touching_bodies import (
-    CARRIED,
-    II,
-    IM,
-    D,
-    L,
-    P,
-)
+from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, D, L, P
+from rigid_body_sim.physics.contact.touching_bodies import IM as BODY_IM
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
@@ -86,30 +72,20 @@ Array = NDArray[np.float64]
 
 @kernel
 def gather(lanes: int, s: Array, g: Array, bodies: Array) -> None:
-    """Fetch the velocities of the bodies of a batch."""
+    """Fetch momenta and inertias of the bodies of a batch."""
     for k in range(lanes):
-        for side in range(2):
-            o = int(s[k + B]) if side == 1 else int(s[k + A])
-            to = k + VB if side == 1 else k
-            m = bodies[o + IM]
-            g[to] = bodies[o + P] * m
-            g[to + 8] = bodies[o + P + 1] * m
-            g[to + 16] = bodies[o + P + 2] * m
-            x, y, z = bodies[o + L], bodies[o + L + 1], bodies[o + L + 2]
-            xx, xy, xz = bodies[o + II], bodies[o + II + 1], bodies[o + II + 2]
-            yy, yz, zz = bodies[o + II + 3], bodies[o + II + 4], bodies[o + II + 5]
-            g[to + 24] = xx * x + xy * y + xz * z
-            g[to + 32] = xy * x + yy * y + yz * z
-            g[to + 40] = xz * x + yz * y + zz * z
-            g[to + 48] = m
-            g[to + 56] = xx
-            g[to + 64] = xy
-            g[to + 72] = xz
-            g[to + 80] = yy
-            g[to + 88] = yz
-            g[to + 96] = zz
-        for row in range(9):
-            g[k + PS + 8 * row] = 0.0
+        a, b = int(s[k + A]), int(s[k + B])
+        m, n = bodies[a + BODY_IM], bodies[b + BODY_IM]
+        g[k + IM] = m + n
+        for axis in range(3):
+            row = k + 8 * axis
+            g[row + V] = n * bodies[b + P + axis] - m * bodies[a + P + axis]
+            g[row + LA] = bodies[a + L + axis]
+            g[row + LB] = bodies[b + L + axis]
+            g[row + PS] = 0.0
+        for entry in range(6):
+            g[k + IA + 8 * entry] = bodies[a + II + entry]
+            g[k + IB + 8 * entry] = bodies[b + II + entry]
         g[k + PUSHED] = 0.0
         g[k + CHANGE] = 0.0
 
@@ -126,15 +102,15 @@ def gather_motion(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 @kernel
 def scatter(lanes: int, s: Array, g: Array, bodies: Array) -> None:
-    """Give the bodies of a batch the impulses of a pass."""
+    """Give the bodies of a batch what a pass has changed."""
     for k in range(lanes):
         a, b = int(s[k + A]), int(s[k + B])
         for axis in range(3):
             row = k + 8 * axis
             bodies[a + P + axis] -= g[row + PS]
             bodies[b + P + axis] += g[row + PS]
-            bodies[a + L + axis] -= g[row + HA]
-            bodies[b + L + axis] += g[row + HB]
+            bodies[a + L + axis] = g[row + LA]
+            bodies[b + L + axis] = g[row + LB]
 
 
 @kernel
@@ -180,18 +156,15 @@ def push(
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        ux, uy, uz = vector(g, k + VA)
-        fx, fy, fz = vector(g, k + WA)
-        vx, vy, vz = vector(g, k + VB)
-        wx, wy, wz = vector(g, k + WB)
-        ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
-        mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
-        x, y, z = relative(ux, uy, uz, fx, fy, fz, ax, ay, az, vx, vy, vz, wx, wy, wz, bx, by, bz)
+        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
         vn = nx * x + ny * y + nz * z
         gap = q[k + GAP]
-        old = q[k + JN]
-        old_t, old_o = q[k + JT], q[k + JO]
+        old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
         most = q[k + MOST]
+        sx, sy, sz = vector(q, k + SUM)
+        px, py, pz = vector(g, k + PS)
+        hx, hy, hz = vector(g, k + LA)
+        lx, ly, lz = vector(g, k + LB)
         pushed = g[k + PUSHED]
         is_open = gap > 0.0
         depth = gap + slop
@@ -216,97 +189,48 @@ def push(
         z = change * nz + (dt * tz + do * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        cx, cy, cz = times(a1, a2, a3, a4, a5, a6, ax, ay, az)
-        dx, dy, dz = times(b1, b2, b3, b4, b5, b6, bx, by, bz)
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + HA)
-        lx, ly, lz = vector(g, k + HB)
-        q[k + JN] = new
-        q[k + JT] = t
-        q[k + JO] = o
-        q[k + MOST] = new if new > most else most
+        q[k + JN], q[k + JT], q[k + JO] = new, t, o
+        q[k + MOST] = old if old > most else most
+        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = sx + old, sy + old_t, sz + old_o
         g[k + PUSHED] = 1.0 if presses else pushed
-        g[k + VA], g[k + VA + 8], g[k + VA + 16] = ux - ma * x, uy - ma * y, uz - ma * z
-        g[k + WA], g[k + WA + 8], g[k + WA + 16] = fx - cx, fy - cy, fz - cz
-        g[k + VB], g[k + VB + 8], g[k + VB + 16] = vx + mb * x, vy + mb * y, vz + mb * z
-        g[k + WB], g[k + WB + 8], g[k + WB + 16] = wx + dx, wy + dy, wz + dz
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + HA], g[k + HA + 8], g[k + HA + 16] = hx + ax, hy + ay, hz + az
-        g[k + HB], g[k + HB + 8], g[k + HB + 16] = lx + bx, ly + by, lz + bz
+        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
 
 
 @kernel
-def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, share: float) -> None:
+def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
     """
     Visit normal and friction of one point of each lane, without push-out.
 
-    share : 1 in the last visit of a substep, which counts into the sums over the tick; else 0
+    Friction sees the tangential velocity that the new normal impulse leaves.
     """
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        ux, uy, uz = vector(g, k + VA)
-        fx, fy, fz = vector(g, k + WA)
-        vx, vy, vz = vector(g, k + VB)
-        wx, wy, wz = vector(g, k + WB)
-        ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
-        mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
-        x, y, z = relative(ux, uy, uz, fx, fy, fz, ax, ay, az, vx, vy, vz, wx, wy, wz, bx, by, bz)
-        vn = nx * x + ny * y + nz * z
+        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
         gap = q[k + GAP]
-        old = q[k + JN]
-        old_t, old_o = q[k + JT], q[k + JO]
-        most = q[k + MOST]
+        old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
         gain = q[k + SLIP_GAIN]
+        px, py, pz = vector(g, k + PS)
+        hx, hy, hz = vector(g, k + LA)
+        lx, ly, lz = vector(g, k + LB)
         bias = gap * inverse_h if gap > 0.0 else 0.0
-        new = old - q[k + GAIN] * (vn + bias)
+        new = old - q[k + GAIN] * ((nx * x + ny * y + nz * z) + bias)
         new = new if new > 0.0 else 0.0
         change = new - old
-        x, y, z = change * nx, change * ny, change * nz
-        cx, cy, cz = cross(ax, ay, az, x, y, z)
-        dx, dy, dz = cross(bx, by, bz, x, y, z)
-        ux, uy, uz = ux - ma * x, uy - ma * y, uz - ma * z
-        vx, vy, vz = vx + mb * x, vy + mb * y, vz + mb * z
-        cx, cy, cz = times(a1, a2, a3, a4, a5, a6, cx, cy, cz)
-        fx, fy, fz = fx - cx, fy - cy, fz - cz
-        dx, dy, dz = times(b1, b2, b3, b4, b5, b6, dx, dy, dz)
-        wx, wy, wz = wx + dx, wy + dy, wz + dz
-        ex, ey, ez = relative(
-            ux, uy, uz, fx, fy, fz, ax, ay, az, vx, vy, vz, wx, wy, wz, bx, by, bz
-        )
-        t = old_t - gain * (tx * ex + ty * ey + tz * ez)
-        o = old_o - gain * (ox * ex + oy * ey + oz * ez)
+        t = old_t - gain * ((tx * x + ty * y + tz * z) + q[k + COUPLE_T] * change)
+        o = old_o - gain * ((ox * x + oy * y + oz * z) + q[k + COUPLE_O] * change)
         t, o = disc(t, o, s[k + MU] * new)
         dt, do = t - old_t, o - old_o
-        ex, ey, ez = dt * tx + do * ox, dt * ty + do * oy, dt * tz + do * oz
-        ux, uy, uz = ux - ma * ex, uy - ma * ey, uz - ma * ez
-        vx, vy, vz = vx + mb * ex, vy + mb * ey, vz + mb * ez
-        cx, cy, cz = cross(ax, ay, az, ex, ey, ez)
-        dx, dy, dz = cross(bx, by, bz, ex, ey, ez)
-        cx, cy, cz = times(a1, a2, a3, a4, a5, a6, cx, cy, cz)
-        dx, dy, dz = times(b1, b2, b3, b4, b5, b6, dx, dy, dz)
-        x, y, z = x + ex, y + ey, z + ez
+        x = change * nx + (dt * tx + do * ox)
+        y = change * ny + (dt * ty + do * oy)
+        z = change * nz + (dt * tz + do * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + HA)
-        lx, ly, lz = vector(g, k + HB)
-        ex, ey, ez = vector(q, k + SUM)
-        q[k + JN] = new
-        q[k + JT] = t
-        q[k + JO] = o
-        q[k + MOST] = new if new > most else most
-        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = (
-            ex + share * new,
-            ey + share * t,
-            ez + share * o,
-        )
-        g[k + VA], g[k + VA + 8], g[k + VA + 16] = ux, uy, uz
-        g[k + WA], g[k + WA + 8], g[k + WA + 16] = fx - cx, fy - cy, fz - cz
-        g[k + VB], g[k + VB + 8], g[k + VB + 16] = vx, vy, vz
-        g[k + WB], g[k + WB + 8], g[k + WB + 16] = wx + dx, wy + dy, wz + dz
+        q[k + JN], q[k + JT], q[k + JO] = new, t, o
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + HA], g[k + HA + 8], g[k + HA + 16] = hx + ax, hy + ay, hz + az
-        g[k + HB], g[k + HB + 8], g[k + HB + 16] = lx + bx, ly + by, lz + bz
+        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz

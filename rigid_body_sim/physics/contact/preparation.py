@@ -22,25 +22,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.lanes import arms, cross, inertia, relative, times, vector
+from rigid_body_sim.physics.contact.lanes import (
+    arms,
+    cross,
+    inertia,
+    relative,
+    times,
+    turning,
+    vector,
+)
 from rigid_body_sim.physics.contact.rows import (
     APPROACH,
+    COUPLE_O,
+    COUPLE_T,
     DA,
     DB,
     GAIN,
     GAP0,
-    MA,
-    MB,
+    IA,
+    IB,
+    IM,
+    LA,
+    LB,
     ROLL_GAIN,
     SLIP_GAIN,
     SPIN_GAIN,
     T2,
     UA,
     UB,
-    VA,
-    VB,
-    WA,
-    WB,
     A,
     B,
     N,
@@ -73,15 +82,14 @@ def gains(lanes: int, s: Array, q: Array, g: Array) -> None:
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
-        mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
-        m = ma + mb
-        ux, uy, uz = cross(ax, ay, az, nx, ny, nz)
-        vx, vy, vz = cross(bx, by, bz, nx, ny, nz)
-        normal = m + (
-            _inverse(a1, a2, a3, a4, a5, a6, ux, uy, uz, ux, uy, uz)
-            + _inverse(b1, b2, b3, b4, b5, b6, vx, vy, vz, vx, vy, vz)
-        )
+        a1, a2, a3, a4, a5, a6 = inertia(g, k + IA)
+        b1, b2, b3, b4, b5, b6 = inertia(g, k + IB)
+        m = g[k + IM]
+        x, y, z = cross(ax, ay, az, nx, ny, nz)
+        cx, cy, cz = times(a1, a2, a3, a4, a5, a6, x, y, z)
+        u, v, w = cross(bx, by, bz, nx, ny, nz)
+        dx, dy, dz = times(b1, b2, b3, b4, b5, b6, u, v, w)
+        normal = m + ((x * cx + y * cy + z * cz) + (u * dx + v * dy + w * dz))
         ux, uy, uz = cross(ax, ay, az, tx, ty, tz)
         vx, vy, vz = cross(bx, by, bz, tx, ty, tz)
         px, py, pz = cross(ax, ay, az, ox, oy, oz)
@@ -98,6 +106,8 @@ def gains(lanes: int, s: Array, q: Array, g: Array) -> None:
             b1, b2, b3, b4, b5, b6, vx, vy, vz, rx, ry, rz
         )
         largest = _largest(k11, k12, k22)
+        q[k + COUPLE_T] = (ux * cx + uy * cy + uz * cz) + (vx * dx + vy * dy + vz * dz)
+        q[k + COUPLE_O] = (px * cx + py * cy + pz * cz) + (rx * dx + ry * dy + rz * dz)
         q[k + GAIN] = 1.0 / normal if normal > 0.0 else 0.0
         q[k + SLIP_GAIN] = 1.0 / largest if largest > 0.0 else 0.0
 
@@ -109,8 +119,8 @@ def angular_gains(lanes: int, s: Array, g: Array) -> None:
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
-        ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
-        mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
+        a1, a2, a3, a4, a5, a6 = inertia(g, k + IA)
+        b1, b2, b3, b4, b5, b6 = inertia(g, k + IB)
         a1, a2, a3, a4, a5, a6 = a1 + b1, a2 + b2, a3 + b3, a4 + b4, a5 + b5, a6 + b6
         spin = _inverse(a1, a2, a3, a4, a5, a6, nx, ny, nz, nx, ny, nz)
         k11 = _inverse(a1, a2, a3, a4, a5, a6, tx, ty, tz, tx, ty, tz)
@@ -132,10 +142,9 @@ def gather_accelerations(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @inline
-def _acceleration(g, d, u, w, k, x, y, z):
+def _acceleration(g, d, u, wx, wy, wz, k, x, y, z):
     """Acceleration of a point at arm r: a + alpha x r + omega x (omega x r)."""
     ux, uy, uz = vector(g, k + u)
-    wx, wy, wz = vector(g, k + w)
     vx, vy, vz = cross(wx, wy, wz, x, y, z)
     tx, ty, tz = cross(wx, wy, wz, vx, vy, vz)
     vx, vy, vz = cross(ux, uy, uz, x, y, z)
@@ -148,14 +157,12 @@ def approach(lanes: int, s: Array, q: Array, g: Array) -> None:
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         ax, ay, az, bx, by, bz = arms(q, k)
-        ux, uy, uz = vector(g, k + VA)
-        fx, fy, fz = vector(g, k + WA)
-        vx, vy, vz = vector(g, k + VB)
-        wx, wy, wz = vector(g, k + WB)
-        x, y, z = relative(ux, uy, uz, fx, fy, fz, ax, ay, az, vx, vy, vz, wx, wy, wz, bx, by, bz)
+        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
         vn = nx * x + ny * y + nz * z
-        ax, ay, az = _acceleration(g, DA, UA, WA, k, ax, ay, az)
-        bx, by, bz = _acceleration(g, DB, UB, WB, k, bx, by, bz)
+        wx, wy, wz = turning(g, k + IA, k + LA)
+        ax, ay, az = _acceleration(g, DA, UA, wx, wy, wz, k, ax, ay, az)
+        wx, wy, wz = turning(g, k + IB, k + LB)
+        bx, by, bz = _acceleration(g, DB, UB, wx, wy, wz, k, bx, by, bz)
         gap = q[k + GAP0]
         square = vn * vn - 2.0 * gap * (nx * (bx - ax) + ny * (by - ay) + nz * (bz - az))
         ahead = (vn < 0.0) & (gap > 0.0)

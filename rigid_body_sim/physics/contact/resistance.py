@@ -15,28 +15,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.lanes import (
-    disc,
-    inertia,
-    times,
-    vector,
-)
+from rigid_body_sim.physics.contact.lanes import disc, turning, vector
 from rigid_body_sim.physics.contact.rows import (
-    HA,
-    HB,
+    IA,
+    IB,
     JN,
     JQ,
     JR,
     JS,
-    MA,
-    MB,
+    LA,
+    LB,
     ROLL,
     ROLL_GAIN,
     SPIN,
     SPIN_GAIN,
     T2,
-    WA,
-    WB,
     N,
     T,
 )
@@ -48,18 +41,10 @@ Array = NDArray[np.float64]
 @inline
 def _twist(g, k, x, y, z):
     """Give B the angular impulse (x, y, z), and A its opposite [N m s]."""
-    ma, a1, a2, a3, a4, a5, a6 = inertia(g, k + MA)
-    mb, b1, b2, b3, b4, b5, b6 = inertia(g, k + MB)
-    cx, cy, cz = times(a1, a2, a3, a4, a5, a6, x, y, z)
-    dx, dy, dz = times(b1, b2, b3, b4, b5, b6, x, y, z)
-    fx, fy, fz = vector(g, k + WA)
-    wx, wy, wz = vector(g, k + WB)
-    hx, hy, hz = vector(g, k + HA)
-    lx, ly, lz = vector(g, k + HB)
-    g[k + WA], g[k + WA + 8], g[k + WA + 16] = fx - cx, fy - cy, fz - cz
-    g[k + WB], g[k + WB + 8], g[k + WB + 16] = wx + dx, wy + dy, wz + dz
-    g[k + HA], g[k + HA + 8], g[k + HA + 16] = hx + x, hy + y, hz + z
-    g[k + HB], g[k + HB + 8], g[k + HB + 16] = lx + x, ly + y, lz + z
+    hx, hy, hz = vector(g, k + LA)
+    lx, ly, lz = vector(g, k + LB)
+    g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - x, hy - y, hz - z
+    g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + x, ly + y, lz + z
 
 
 @kernel
@@ -69,8 +54,8 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
-        fx, fy, fz = vector(g, k + WA)
-        wx, wy, wz = vector(g, k + WB)
+        fx, fy, fz = turning(g, k + IA, k + LA)
+        wx, wy, wz = turning(g, k + IB, k + LB)
         x, y, z = wx - fx, wy - fy, wz - fz
         press = q[k + JN]
         old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]

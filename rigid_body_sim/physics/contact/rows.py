@@ -28,20 +28,25 @@ RA, RB = 0, 24  # (3) [m] arms from the centres of mass
 GAP0, GAP = 48, 56  # [m] gap at the start of the tick, now
 GAIN, SLIP_GAIN = 64, 72  # [kg] impulse per velocity: normal, tangential
 JN, JT, JO = 80, 88, 96  # [N s] impulses of this substep
-MOST = 104  # [N s] largest normal impulse of any substep
+MOST = 104  # [N s] largest normal impulse of any substep before this one
 APPROACH = 112  # [m/s] normal velocity with which the surfaces would meet
-SUM = 120  # (3) [N s] impulses over the tick
-POINT = 144  # numbers of a point where nothing rolls, twists or bounces
-JR, JQ, JS = 144, 152, 160  # [N m s] angular impulses of this substep: rolling (2), twisting
-BN, BT, BO = 168, 176, 184  # [N s] impulses of the bounce
-POINT_LONG = 192  # numbers of a point else
+SUM = 120  # (3) [N s] impulses over the tick, without those of the last substep
+COUPLE_T, COUPLE_O = 144, 152  # [1/kg] tangential velocities per normal impulse
+POINT = 160  # numbers of a point where nothing rolls, twists or bounces
+JR, JQ, JS = 160, 168, 176  # [N m s] angular impulses of this substep: rolling (2), twisting
+BN, BT, BO = 184, 192, 200  # [N s] impulses of the bounce
+POINT_LONG = 208  # numbers of a point else
 
-# scratch: velocity, angular velocity, inverse mass and inertia of A, the same of B
-VA, WA, MA, IA = 0, 24, 48, 56
-VB, WB, MB, IB = 104, 128, 152, 160
-PS, HA, HB = 208, 232, 256  # (3) impulse on B, angular impulses on A and B, of this pass
-DA, UA, SA, CA = 280, 304, 328, 336  # motion of A since the start of the tick; accelerations
-DB, UB, SB, CB = 344, 368, 392, 400  # the same of B
-PUSHED = 408  # [-] whether some point pushes
-CHANGE = 416  # [m/s] largest change of a normal velocity
-SCRATCH = 424
+# scratch: what a pass knows of the two bodies of a lane, and what it has done to them so far
+V, IM = (
+    0,
+    24,
+)  # (3) [m/s] velocity of B relative to A at the start of the pass; [1/kg] 1/m_A + 1/m_B
+PS = 32  # (3) [N s] impulse on B so far
+LA, LB = 56, 80  # (3) [kg m^2/s] angular momenta as they are now
+IA, IB = 104, 152  # (6) [1/(kg m^2)] inverse inertias xx, xy, xz, yy, yz, zz
+DA, UA, SA, CA = 200, 224, 248, 256  # motion of A since the start of the tick; accelerations
+DB, UB, SB, CB = 264, 288, 312, 320  # the same of B
+PUSHED = 328  # [-] whether some point pushes
+CHANGE = 336  # [m/s] largest change of a normal velocity
+SCRATCH = 344

@@ -77,14 +77,13 @@ def _push(
 
 
 def _relax(
-    lanes: int, count: int, inverse_h: float, first: bool, share: float, rows: Array,
-    batches: Indices, bodies: Array,
+    lanes: int, count: int, inverse_h: float, first: bool, rows: Array, batches: Indices,
+    bodies: Array,
 ) -> None:  # fmt: skip
     """
     Visit normals and friction of all batches.
 
     first : the bodies have moved since the gaps were found
-    share : 1 in the last pass of a substep, else 0
     """
     g = rows[0:SCRATCH]
     for batch in range(count):
@@ -100,7 +99,7 @@ def _relax(
                 passes.gaps(lanes, s, q, g)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            passes.relax(lanes, s, q, g, inverse_h, share)
+            passes.relax(lanes, s, q, g, inverse_h)
             if ANGULAR:
                 resistance.resist(lanes, s, q, g)
         passes.scatter(lanes, s, g, bodies)

@@ -239,8 +239,7 @@ def _advance(
             for i in range(touched):
                 touching_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
             for turn in range(relaxations):
-                share = 1.0 if turn == relaxations - 1 else 0.0
-                relax(lanes_at_once, count, 1.0 / part, turn == 0, share, rows, batches, bodies)
+                relax(lanes_at_once, count, 1.0 / part, turn == 0, rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         if BOUNCES and count > 0:
