@@ -40,6 +40,7 @@ from rigid_body_sim.physics.contact.collider import (
 from rigid_body_sim.physics.contact.contacts import read
 from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
 from rigid_body_sim.physics.contact.geometry.manifold import FOUND
+from rigid_body_sim.physics.contact.hollow import hollow_meshes
 from rigid_body_sim.physics.contact.memory import end_of_memory
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.contact.rows import (
@@ -85,6 +86,7 @@ class ContactPlan:
     What the contact of a scene needs beside the blocks.
 
     settings : of the scene
+    warnings : what the scene should know before it starts, a line each
     """
 
     def __init__(self, scene: Scene, layout: Layout, integrator: Integrator) -> None:
@@ -99,6 +101,7 @@ class ContactPlan:
         colliders = Colliders.of(scene, layout)
         _refuse_flow(scene, colliders)
         _refuse_unions(scene)
+        self.warnings = hollow_meshes(scene)
         self._order = _order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, MATERIAL)
