@@ -165,7 +165,7 @@ def test_drag_and_friction_together_stop_a_block():
     sim.step(round(0.5 * stop / sim.dt))
     expected = (speed + brake / rate) * math.exp(-rate * sim.time) - brake / rate
     assert sim.state.velocity[1, 0] == pytest.approx(expected, rel=1e-3)
-    sim.step(round(stop / sim.dt) + 24 - sim.tick)
+    sim.step(round(stop / sim.dt) + 60 - sim.tick)
     assert np.abs(sim.state.velocity[1]).max() < 1e-9
     # friction acts at the end of each substep: v h / 2
     way = speed / rate - brake / rate * stop - speed * H / 2

@@ -54,10 +54,10 @@ def test_a_sliding_wheel_ends_up_rolling_at_the_speed_its_inertia_allows(share):
     sim = Simulation(lean([ground(material=mu), start]))
     sim.step(480)
     v, turn = sim.state.velocity[1], sim.state.angular_velocity[1]
-    # two points take turns at the friction of the slide and turn its heading by 1e-5: 1e-10 of v
-    assert v[0] == pytest.approx(1 / (1 + share), rel=1e-9)
+    # two points take turns at the friction of the slide and turn its heading by 3e-5: 1e-9 of v
+    assert v[0] == pytest.approx(1 / (1 + share), rel=1e-8)
     assert turn[1] * R == pytest.approx(v[0], rel=1e-12)
-    assert abs(v[1]) < 2e-5
+    assert abs(v[1]) < 5e-5
 
 
 @SHARES
@@ -80,10 +80,10 @@ def test_a_wheel_rolls_down_a_slope_and_slips_exactly_below_its_friction(share):
         gained.append((late - early) / (240 * sim.dt))
         slips.append(late - sim.state.angular_velocity[1, 1] * R)
     slides, rolls = gained
-    assert rolls == pytest.approx(pull / (1 + share), rel=1e-9)
-    assert abs(slips[1]) < 1e-8
-    # the two points of a sliding wheel take turns at its friction
-    assert slides == pytest.approx(pull - 0.99 * limit * press, rel=1e-8)
+    # the two points take turns at its friction, which turns its heading
+    assert rolls == pytest.approx(pull / (1 + share), rel=1e-8)
+    assert abs(slips[1]) < 1e-7
+    assert slides == pytest.approx(pull - 0.99 * limit * press, rel=1e-7)
     # after 2 s; the cold first substep, without friction, adds to it
     assert slips[0] == pytest.approx(2 * (pull - 0.99 * limit * press * (1 + 1 / share)), rel=1e-2)
 

@@ -22,7 +22,7 @@ from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import DT, G, ball, box, ground, lean, motion, scene
 
-FINE = DT / 4.0  # [s]
+FINE = DT / 8.0  # [s]
 
 
 def _on_a_slope(angle, friction, *, base=0.1, height=0.4):

@@ -38,13 +38,14 @@ from rigid_body_sim.physics.contact.rows import (
     GAP0,
     IA,
     IB,
-    IM,
     JN,
     JO,
     JT,
     KEEP,
     LA,
     LB,
+    MASS_A,
+    MASS_B,
     MOST,
     MU,
     PS,
@@ -64,37 +65,47 @@ from rigid_body_sim.physics.contact.rows import (
     T,
     V,
 )
-from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, D, L, P
-from rigid_body_sim.physics.contact.touching_bodies import IM as BODY_IM
+from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, IM, D, L, P
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
 
 
 @kernel
-def gather(lanes: int, s: Array, g: Array, bodies: Array) -> None:
-    """Fetch momenta and inertias of the bodies of a batch."""
-    for k in range(lanes):
+def gather_inertia(used: int, s: Array, bodies: Array) -> None:
+    """Fetch the inverse masses and inertias of the bodies of a batch."""
+    for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
-        m, n = bodies[a + BODY_IM], bodies[b + BODY_IM]
-        g[k + IM] = m + n
+        s[k + MASS_A] = bodies[a + IM]
+        s[k + MASS_B] = bodies[b + IM]
+        for entry in range(6):
+            s[k + IA + 8 * entry] = bodies[a + II + entry]
+            s[k + IB + 8 * entry] = bodies[b + II + entry]
+
+
+@kernel
+def gather(lanes: int, used: int, s: Array, g: Array, bodies: Array) -> None:
+    """Fetch the momenta of the bodies of a batch; what empty lanes hold does not matter."""
+    for k in range(lanes):
+        g[k + PS] = 0.0
+        g[k + PS + 8] = 0.0
+        g[k + PS + 16] = 0.0
+        g[k + PUSHED] = 0.0
+        g[k + CHANGE] = 0.0
+    for k in range(used):
+        a, b = int(s[k + A]), int(s[k + B])
+        m, n = s[k + MASS_A], s[k + MASS_B]
         for axis in range(3):
             row = k + 8 * axis
             g[row + V] = n * bodies[b + P + axis] - m * bodies[a + P + axis]
             g[row + LA] = bodies[a + L + axis]
             g[row + LB] = bodies[b + L + axis]
-            g[row + PS] = 0.0
-        for entry in range(6):
-            g[k + IA + 8 * entry] = bodies[a + II + entry]
-            g[k + IB + 8 * entry] = bodies[b + II + entry]
-        g[k + PUSHED] = 0.0
-        g[k + CHANGE] = 0.0
 
 
 @kernel
-def gather_motion(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def gather_motion(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Fetch how the bodies of a batch have moved since the start of the tick."""
-    for k in range(lanes):
+    for k in range(used):
         a, b = int(s[k + A]) + D, int(s[k + B]) + D
         for row in range(8):
             g[k + DA + 8 * row] = bodies[a + row]
@@ -102,9 +113,9 @@ def gather_motion(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @kernel
-def scatter(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def scatter(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Give the bodies of a batch what a pass has changed."""
-    for k in range(lanes):
+    for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
         for axis in range(3):
             row = k + 8 * axis
@@ -115,9 +126,9 @@ def scatter(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @kernel
-def mark_carried(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def mark_carried(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Mark the bodies that some point of a batch pushes."""
-    for k in range(lanes):
+    for k in range(used):
         if g[k + PUSHED] > 0.0:
             bodies[int(s[k + A]) + CARRIED] = 1.0
             bodies[int(s[k + B]) + CARRIED] = 1.0
@@ -157,7 +168,7 @@ def push(
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         vn = nx * x + ny * y + nz * z
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
@@ -200,6 +211,35 @@ def push(
 
 
 @kernel
+def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
+    """Visit the normal of one point of each lane, without push-out."""
+    for k in range(lanes):
+        nx, ny, nz = vector(s, k + N)
+        ax, ay, az, bx, by, bz = arms(q, k)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
+        gap = q[k + GAP]
+        old = q[k + JN]
+        px, py, pz = vector(g, k + PS)
+        hx, hy, hz = vector(g, k + LA)
+        lx, ly, lz = vector(g, k + LB)
+        is_open = gap > 0.0
+        bias = gap * inverse_h if is_open else 0.0
+        new = old - q[k + GAIN] * ((nx * x + ny * y + nz * z) + bias)
+        new = new if new > 0.0 else 0.0
+        # what touches in the next substep bounces there: at the end of a tick here is too early
+        waits = is_open & (s[k + BOUNCE] > 0.0) & (old <= 0.0)
+        new = 0.0 if waits else new
+        change = new - old
+        x, y, z = change * nx, change * ny, change * nz
+        ax, ay, az = cross(ax, ay, az, x, y, z)
+        bx, by, bz = cross(bx, by, bz, x, y, z)
+        q[k + JN] = new
+        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
+        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+
+
+@kernel
 def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
     """
     Visit normal and friction of one point of each lane, without push-out.
@@ -211,7 +251,7 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
         gain = q[k + SLIP_GAIN]
@@ -222,7 +262,7 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
         bias = gap * inverse_h if is_open else 0.0
         new = old - q[k + GAIN] * ((nx * x + ny * y + nz * z) + bias)
         new = new if new > 0.0 else 0.0
-        # what touches in the next substep bounces there: at the end of a tick here is too early
+        # as in `relax_normals`
         waits = is_open & (s[k + BOUNCE] > 0.0) & (old <= 0.0)
         new = 0.0 if waits else new
         change = new - old
