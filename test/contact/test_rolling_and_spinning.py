@@ -85,7 +85,7 @@ def test_a_wheel_rolls_down_a_slope_and_slips_exactly_below_its_friction(share):
     assert abs(slips[1]) < 1e-7
     assert slides == pytest.approx(pull - 0.99 * limit * press, rel=1e-7)
     # after 2 s; the cold first substep, without friction, adds to it
-    assert slips[0] == pytest.approx(2 * (pull - 0.99 * limit * press * (1 + 1 / share)), rel=1e-2)
+    assert slips[0] == pytest.approx(2 * (pull - 0.99 * limit * press * (1 + 1 / share)), rel=3e-2)
 
 
 def test_a_box_that_spins_on_its_corners_is_braked_by_mu_times_weight_at_their_radius():
