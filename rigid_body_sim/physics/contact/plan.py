@@ -37,10 +37,11 @@ from rigid_body_sim.physics.contact.collider import (
     TYPE,
     Colliders,
 )
-from rigid_body_sim.physics.contact.contacts import read
+from rigid_body_sim.physics.contact.contacts import read, together
 from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
 from rigid_body_sim.physics.contact.geometry.manifold import FOUND
 from rigid_body_sim.physics.contact.grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.hollow import hollow_meshes
 from rigid_body_sim.physics.contact.memory import end_of_memory
 from rigid_body_sim.physics.contact.pair_list import size_of_list, size_of_rooms
 from rigid_body_sim.physics.contact.pairs import collide_kernel
@@ -66,6 +67,7 @@ from rigid_body_sim.physics.shapes import Union
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+PIECES_AT_ONCE = 64  # [-] whose contacts are kept apart; more take memory, fewer take time
 METHODS = (
     'dmv2, dmv4, dmv6, dmv8, dmv10, five_rotations, five_rotations_kl6, exact_rotor, taylor16'
 )
@@ -87,6 +89,7 @@ class ContactPlan:
     What the contact of a scene needs beside the blocks.
 
     settings : of the scene
+    warnings : what the scene should know before it starts, a line each
     """
 
     def __init__(self, scene: Scene, layout: Layout, integrator: Integrator) -> None:
@@ -101,6 +104,7 @@ class ContactPlan:
         colliders = Colliders.of(scene, layout)
         _refuse_flow(scene, colliders)
         _refuse_unions(scene)
+        self.warnings = hollow_meshes(scene)
         self._order = _order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, MATERIAL)
@@ -111,6 +115,7 @@ class ContactPlan:
         self._make_room(len(self._order))
         self._kernels: dict[str, Callable[..., Any]] = {}
         self._is_read = False  # whether the rows are those of the last tick
+        self._pieces: list[tuple[Contacts, Array]] = []  # of the last tick, if it was cut
 
     def _take(self, colliders: Colliders) -> None:
         """Bring the colliders into their order."""
@@ -230,6 +235,9 @@ class ContactPlan:
         """Read the contacts of the last tick; none before the first."""
         if not self._is_read:
             return NO_CONTACTS
+        return together(self._pieces)[0] if self._pieces else self._read()[0]
+
+    def _read(self) -> tuple[Contacts, Array]:
         return read(
             int(self.counts[tick.MANIFOLDS]),
             width=self._width,
@@ -281,8 +289,9 @@ class ContactPlan:
                     ticks - done, at + done, h, n_moving, n_rigid, translation, rotation, method,
                     own, elements, ranges, *self._arguments,
                 )  # fmt: skip
-                done += int(self.counts[tick.DONE])
-                self._is_read = self._is_read or done > 0
+                if self.counts[tick.DONE]:
+                    done += int(self.counts[tick.DONE])
+                    self._is_read, self._pieces = True, []
                 if status != 0.0 or self.counts[tick.SHORT] == tick.NOTHING_SHORT:
                     return status
                 if self.counts[tick.SHORT] != tick.TOO_LONG:
@@ -293,6 +302,7 @@ class ContactPlan:
                     elements, ranges,
                 )  # fmt: skip
                 done += 1
+                self._is_read = True
                 if status != 0.0 or done == ticks:
                     return status
 
@@ -301,16 +311,22 @@ class ContactPlan:
     def _in_pieces(
         self, compiled: Callable[..., Any], at: float, h: float, *arguments: Any
     ) -> float:
-        """Advance over one tick in pieces, because something fast hits something in it."""
+        """
+        Advance over one tick in pieces, because something fast hits something in it, and read the
+        contacts of each piece before the next one writes over them.
+        """
         pieces = int(self.counts[tick.PIECES])
-        self.counts[tick.CUT] = 1
+        self.counts[tick.CUT] = pieces
+        self._pieces = []
         done, status = 0, 0.0
         while done < pieces and status == 0.0:
-            status = compiled(
-                pieces - done, at * pieces + done, h / pieces, *arguments, *self._arguments
-            )
-            done += int(self.counts[tick.DONE])
-            if self.counts[tick.SHORT] != tick.NOTHING_SHORT:
+            status = compiled(1, at * pieces + done, h / pieces, *arguments, *self._arguments)
+            if self.counts[tick.DONE]:
+                done += 1
+                self._pieces.append(self._read())
+                if len(self._pieces) == PIECES_AT_ONCE:
+                    self._pieces = [together(self._pieces)]
+            elif status == 0.0:
                 self._grow()
         self.counts[tick.CUT] = 0
         return status

@@ -68,7 +68,7 @@ DONE, PAIRS, MANIFOLDS, BATCHES, SHORT, PIECES, CUT = 8, 9, 10, 11, 12, 13, 14
 ASSEMBLED = 15  # 1: batches and rows are those of the manifolds in memory
 COUNTS = 16
 NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
-TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT] 1: it has been
+TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT]: it has been
 
 # bound for each scene by `specialise`
 WIDTH = 144
@@ -206,7 +206,15 @@ def _advance(
         count = counts[BATCHES]
         if counts[ASSEMBLED] == 0 or memory[0] != part:
             assembly.fill_materials(
-                manifolds, part, settings[ZETA], table, materials, records, rows, bodies
+                manifolds,
+                part,
+                max(1, counts[CUT]),
+                settings[ZETA],
+                table,
+                materials,
+                records,
+                rows,
+                bodies,
             )
             counts[ASSEMBLED] = 1
         assembly.fill_rows(
