@@ -90,6 +90,19 @@ def test_lists_that_are_too_short_grow_without_a_trace():
     assert other.state_bytes() == sim.state_bytes()
 
 
+@pytest.mark.parametrize('tilt', [0.3, 0.05])
+def test_bodies_far_apart_do_not_feel_each_other(tilt):
+    # on an edge, two points of contact; it shares a batch with boxes that have four
+    turned = box('b', 0.2, (0, 0, 0.15), q=(math.sin(tilt), 0, 0, math.cos(tilt)))
+    others = [box(f'c{i}', 0.2, (3.0 + i, 0, 0.1)) for i in range(2)]
+    alone = Simulation(scene([ground(), turned]))
+    among = Simulation(scene([ground(), turned, *others]))
+    alone.step(120)
+    among.step(120)
+    assert alone.state.position[1, 2] == pytest.approx(0.1, abs=1e-5)
+    assert alone.state.position[1].tobytes() == among.state.position[1].tobytes()
+
+
 def test_momentum_of_bodies_that_touch_each_other_alone_stays():
     rng = np.random.default_rng(5)
     bodies = [

@@ -87,6 +87,7 @@ BATCH = 4
 MEMORY = 2  # numbers before the first manifold of the memory: substep, manifolds
 FEAT, NORM, SLIP, ANCHOR, TWIST = 0, 1, 2, 5, 8  # of a remembered point
 REMEMBERED = 11
+NOWHERE = 1e9  # [m] gap of a point that a lane does not have
 SAME_PLACE = 0.2  # [-] of the radius: an anchor that moved less is the same point
 
 
@@ -106,6 +107,11 @@ def _new_batch(
     end = offset + MANIFOLD + points * width
     for i in range(offset, end):
         rows[i] = 0.0
+    for point in range(points):  # a lane with fewer points than its neighbours must not feel these
+        for k in range(LANES):
+            at_point = offset + MANIFOLD + point * width + k
+            rows[at_point + GAP0] = NOWHERE
+            rows[at_point + GAP] = NOWHERE
     for k in range(LANES):
         rows[offset + A + k] = float(nothing)
         rows[offset + B + k] = float(nothing)
