@@ -1,12 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""
-The contact of one scene: its colliders in their order, its arrays, its kernel.
-
-Contacts are solved one after the other, so their order shows in the result far above rounding. It
-must not depend on how a scene lists its bodies: colliders are ordered once by their height against
-gravity, then place, at the start; planes first.
-"""
+"""The contact of one scene: its colliders in their order, its arrays, its kernel."""
 
 from __future__ import annotations
 
@@ -41,6 +35,7 @@ from rigid_body_sim.physics.contact.contacts import read
 from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
 from rigid_body_sim.physics.contact.geometry.manifold import FOUND
 from rigid_body_sim.physics.contact.memory import end_of_memory
+from rigid_body_sim.physics.contact.order import order
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.contact.rows import (
     LANES,
@@ -51,6 +46,7 @@ from rigid_body_sim.physics.contact.rows import (
 )
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import solver
+from rigid_body_sim.physics.contact.suited_integrators import unsuited
 from rigid_body_sim.physics.contact.touching_bodies import AXIS, BODY, COLLIDER, ROUND
 from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
 from rigid_body_sim.physics.errors import InvalidModel
@@ -63,21 +59,6 @@ from rigid_body_sim.physics.shapes import Union
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-METHODS = (
-    'dmv2, dmv4, dmv6, dmv8, dmv10, five_rotations, five_rotations_kl6, exact_rotor, taylor16'
-)
-
-
-def unsuited(integrator: Integrator) -> str | None:
-    """Tell why an integrator cannot move bodies that touch, or None."""
-    scheme = integrator.scheme
-    if isinstance(scheme, Splitting) and scheme.kicks == (0.5, 0.5) and scheme.drifts == (1.0,):
-        return None
-    return (
-        'with contact a substep needs one free rotation between its two kicks; '
-        f'take one of: {METHODS}'
-    )
 
 
 class ContactPlan:
@@ -99,24 +80,31 @@ class ContactPlan:
         colliders = Colliders.of(scene, layout)
         _refuse_flow(scene, colliders)
         _refuse_unions(scene)
-        self._order = _order(scene, colliders)
+        self._order = order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, MATERIAL)
         self.angular = bool(np.any(materials[:, 2:] > 0.0))
         self.bounces = bool(np.any(materials[:, 0] > 0.0))
         self._width = POINT_LONG if self.angular or self.bounces else POINT
         self._take(colliders)
+        self._sleepers: Any = None
+        if self.settings.sleeping:
+            from rigid_body_sim.physics.contact.sleepers import Sleepers  # only where wanted
+
+            self._sleepers = Sleepers(
+                scene, layout, self.settings, self.table, self.bounds, self.mounts
+            )
         self._make_room(len(self._order))
         self._kernels: dict[str, Callable[..., Any]] = {}
         self._is_read = False  # whether the rows are those of the last tick
+        self._h = 0.0  # [s] of the last tick
 
     def _take(self, colliders: Colliders) -> None:
         """Bring the colliders into their order."""
-        order = self._order
-        n = len(order)
+        n = len(self._order)
 
         def ordered(array: NDArray[Any], size: int) -> NDArray[Any]:
-            return np.ascontiguousarray(array.reshape(-1, size)[order]).ravel()
+            return np.ascontiguousarray(array.reshape(-1, size)[self._order]).ravel()
 
         self.numbers = colliders.numbers
         self.table = ordered(colliders.table, TABLE)
@@ -189,6 +177,8 @@ class ContactPlan:
                 self.batches, self.colours, self.open_batches, self.touching,
             )
         )  # fmt: skip
+        nothing = 3 * (argument(np.zeros(0)),)
+        self._arguments += nothing if self._sleepers is None else self._sleepers.arguments
 
     def _grow(self) -> None:
         """Double the list that was too short; nothing else in it is needed but the memory."""
@@ -204,29 +194,80 @@ class ContactPlan:
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
         self._pack()
 
+    def _answer(self, h: float) -> None:
+        """Do what the kernel returned for: make room, or put in order who sleeps."""
+        short = self.counts[tick.SHORT]
+        if self._sleepers is None or short not in (tick.WOKEN, tick.FELL_ASLEEP):
+            self._grow()
+            return
+        memory = self.memory[: end_of_memory(self.memory)]
+        if short == tick.WOKEN:
+            self._put_memory(self._sleepers.wake(memory))
+        else:
+            memory, records = self._sleepers.fall_asleep(
+                memory,
+                table=self.table,
+                records=self.records[: self.counts[tick.MANIFOLDS] * RECORD],
+                h=h,
+                read=self._read,
+            )
+            self._put_memory(memory)
+            self.records[: len(records)] = records
+            self.counts[tick.MANIFOLDS] = len(records) // RECORD
+        self.counts[tick.STALE] = 1
+
     def remembered(self) -> Array:
         """Give what the next tick starts from beside the blocks, in one row: see `assembly`."""
-        return self.memory[: end_of_memory(self.memory)].copy()
+        memory = self.memory[: end_of_memory(self.memory)].copy()
+        if self._sleepers is None:
+            return memory
+        return np.concatenate((memory, self._sleepers.remembered()))
 
     def recall(self, numbers: Array) -> None:
         """Restore what `remembered` gave; without numbers there is no memory of any contact."""
+        if self._sleepers is not None:
+            end = end_of_memory(numbers) if len(numbers) else 0
+            self._sleepers.recall(numbers[end:])
+            self.counts[tick.STALE] = 1
+            numbers = numbers[:end]
+        self._put_memory(numbers)
+        self._is_read = False
+
+    def snapshot(self) -> tuple[Any, ...]:
+        """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
+        memory = self.memory[: end_of_memory(self.memory)].copy()
+        return memory, None if self._sleepers is None else self._sleepers.snapshot()
+
+    def return_to(self, snapshot: tuple[Any, ...]) -> None:
+        """Return to a snapshot."""
+        memory, sleepers = snapshot
+        if self._sleepers is not None:
+            self._sleepers.return_to(sleepers)
+            self.counts[tick.STALE] = 1
+        self._put_memory(memory)
+        self._is_read = False
+
+    def _put_memory(self, numbers: Array) -> None:
         if len(numbers) > len(self.memory):
             self.memory = np.zeros(len(numbers))
             self._pack()
         self.memory[:MEMORY] = 0.0
         self.memory[: len(numbers)] = numbers
-        self._is_read = False
 
     def contacts(self) -> Contacts:
         """Read the contacts of the last tick; none before the first."""
         if not self._is_read:
             return NO_CONTACTS
+        found = self._read(self.records[: self.counts[tick.MANIFOLDS] * RECORD])
+        return found if self._sleepers is None else self._sleepers.contacts(found, self._h)
+
+    def _read(self, records: Array) -> Contacts:
         return read(
-            int(self.counts[tick.MANIFOLDS]),
+            len(records) // RECORD,
             width=self._width,
             bounces=self.bounces,
             table=self.table,
-            records=self.records,
+            records=records,
             rows=self.rows,
             bodies=self.bodies,
         )
@@ -245,6 +286,10 @@ class ContactPlan:
             flags = {'angular': self.angular, 'bounces': self.bounces}
             pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
             passes = solver(width=self._width, **flags)
+            if self._sleepers is not None:
+                from rigid_body_sim.physics.contact.sleeping import KERNELS
+
+                passes |= KERNELS
             compiled = tick.tick_kernel(
                 f'{self._integrator.name}_{scene}',
                 WIDTH=self._width,
@@ -252,6 +297,7 @@ class ContactPlan:
                 BOUNCES=self.bounces,
                 COUPLED=evaluate is not None,
                 VELOCITY_DEPENDENT=velocity_dependent,
+                SLEEPING=self._sleepers is not None,
                 drift_rotation=self._integrator.scheme.drift_rotation,
                 evaluate=_nothing if evaluate is None else evaluate,
                 find_manifolds=manifold_finder(pairs),
@@ -274,10 +320,13 @@ class ContactPlan:
                 )  # fmt: skip
                 done += int(self.counts[tick.DONE])
                 self._is_read = self._is_read or done > 0
+                self._h = h
                 if status != 0.0 or self.counts[tick.SHORT] == tick.NOTHING_SHORT:
                     return status
                 if self.counts[tick.SHORT] != tick.TOO_LONG:
-                    self._grow()
+                    self._answer(h)
+                    if done == ticks:
+                        return status
                     continue
                 status = self._in_pieces(
                     compiled, at + done, h, n_moving, n_rigid, translation, rotation, method, own,
@@ -301,8 +350,9 @@ class ContactPlan:
                 pieces - done, at * pieces + done, h / pieces, *arguments, *self._arguments
             )
             done += int(self.counts[tick.DONE])
+            self._h = h / pieces
             if self.counts[tick.SHORT] != tick.NOTHING_SHORT:
-                self._grow()
+                self._answer(h / pieces)
         self.counts[tick.CUT] = 0
         return status
 
@@ -319,22 +369,6 @@ def _aligned(size: int) -> Array:
 
 def _nothing(*_arguments: Any) -> None:
     """Stand for the forces of a scene where there are none that depend on its state."""
-
-
-def _order(scene: Scene, colliders: Colliders) -> Indices:
-    """Order of the colliders that does not depend on how the scene lists them."""
-    indices = colliders.table[3::TABLE]
-    if not len(indices):
-        return np.zeros(0, dtype=np.int64)
-    starts = np.array([scene.bodies[i].initial.position for i in indices])
-    velocities = np.array([scene.bodies[i].initial.velocity for i in indices])
-    down = np.asarray(scene.gravity)
-    height = -(starts @ down)
-    planes = colliders.types != PLANE
-    moves = colliders.cores >= 0
-    sizes = colliders.bounds.reshape(-1, BOUNDS)[:, 7]
-    keys = [*velocities.T, sizes, colliders.types, starts[:, 1], starts[:, 0], starts[:, 2]]
-    return np.lexsort((*keys, height, moves, planes))
 
 
 def _refuse_unions(scene: Scene) -> None:

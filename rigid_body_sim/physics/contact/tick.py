@@ -12,6 +12,9 @@ Whole ticks with contact: detect once, then substeps of kick, push, drift, relax
         relax: normals without push-out, and friction
     bounce
 
+Where islands may sleep, sleepers are left out (`sleeping`): who wakes is known before anything has
+changed, who falls asleep at the end of a tick; both return, for memories to be put in order.
+
 Whom no contact carries moves by kick h/2, drift h, kick h/2, as without contact. Force elements
 are evaluated after each drift; the difference of the forces acts for h/2 (velocity Verlet).
 """
@@ -58,9 +61,11 @@ SETTINGS = 8
 N_COLLIDERS, PLANES, PAIR_ROOM, MANIFOLD_ROOM, ROW_ROOM, BATCH_ROOM, MEMORY_ROOM = range(7)
 LANES_AT_ONCE = 7
 DONE, PAIRS, MANIFOLDS, BATCHES, SHORT, PIECES, CUT = 8, 9, 10, 11, 12, 13, 14
+STALE = 15  # 1: other bodies sleep than in the last call
 COUNTS = 16
 NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
 TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT] 1: it has been
+WOKEN, FELL_ASLEEP = 6, 7  # sleepers that are marked wake before the tick; some fell asleep in it
 
 # bound for each scene by `specialise`
 WIDTH = 144
@@ -68,6 +73,7 @@ ANGULAR = False
 BOUNCES = False
 COUPLED = False
 VELOCITY_DEPENDENT = False
+SLEEPING = False
 drift_rotation: Callable[..., Any] = unbound
 evaluate: Callable[..., Any] = unbound
 find_manifolds: Callable[..., Any] = unbound
@@ -75,6 +81,14 @@ prepare: Callable[..., Any] = unbound
 push: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
+asleep: Callable[..., Any] = unbound
+keep_still: Callable[..., Any] = unbound
+lay_down: Callable[..., Any] = unbound
+note_wrenches: Callable[..., Any] = unbound
+reached: Callable[..., Any] = unbound
+settle: Callable[..., Any] = unbound
+stir: Callable[..., Any] = unbound
+stirs: Callable[..., Any] = unbound
 
 
 @kernel
@@ -132,6 +146,7 @@ def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges,
     settings, counts, numbers, table, bounds, mounts, materials, poses, reaches, found, bodies,
     rows, records, memory, grid, heads, keys, batches, colours, open_batches, touching,
+    slumber, limits, ward,
 ):  # fmt: skip
     """
     Advance over ticks. Return 0, or NaN if a number left the finite ones; counts[DONE] tells how
@@ -147,6 +162,12 @@ def _advance(
     counts[SHORT] = NOTHING_SHORT
     status = finite(n_bodies, n_rigid, translation, rotation)
     fresh = False
+    if SLEEPING and counts[STALE] == 1:
+        counts[STALE] = 0
+        lay_down(
+            n, n_bodies, n_rigid, translation, rotation, table, mounts, poses, reaches, bodies,
+            slumber,
+        )  # fmt: skip
     for passed in range(ticks):
         if not status == 0.0:
             return status
@@ -154,7 +175,18 @@ def _advance(
             start_evaluation(n_bodies, n_rigid, translation, rotation)
             evaluate(0, (tick + passed) * h, translation, rotation, elements, ranges)
             fresh = not VELOCITY_DEPENDENT
+        if SLEEPING:
+            awake = stir(n_bodies, n_rigid, translation, rotation, slumber, ward)
+            if awake < 0:
+                counts[SHORT] = WOKEN
+                return 0.0
+            if awake == 0:
+                counts[MANIFOLDS] = 0
+                counts[DONE] = passed + 1
+                continue
         for i in range(n_bodies):
+            if SLEEPING and asleep(i, slumber):
+                continue
             touching_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
             if BOUNCES:
                 touching_bodies.accelerate(i, n_rigid, rotation, bodies)
@@ -183,6 +215,9 @@ def _advance(
             return 0.0
         if 2 + manifolds * (2 + 4 * assembly.REMEMBERED) > counts[MEMORY_ROOM]:
             counts[SHORT] = SHORT_OF_MEMORY
+            return 0.0
+        if SLEEPING and reached(manifolds, h, table, reaches, records, slumber):
+            counts[SHORT] = WOKEN
             return 0.0
         count = assembly.make_batches(
             manifolds, n_bodies, WIDTH, counts[ROW_ROOM], counts[BATCH_ROOM], table, records,
@@ -216,12 +251,16 @@ def _advance(
                 bodies,
             )
             for block in range((n_bodies + 63) // 64):
+                if SLEEPING and not stirs(block, n_bodies, ward):
+                    continue
                 lanes = min(64, n_bodies - 64 * block)
                 kick_and_drift(block, lanes, half, part, translation)
                 kick(block, lanes, half, translation)
             for i in range(touched):
                 touching_bodies.before_turn(touching[i], n_rigid, half, rotation, bodies)
             for block in range((n_rigid + 63) // 64):
+                if SLEEPING and not stirs(block, n_bodies, ward):
+                    continue
                 lanes = min(64, n_rigid - 64 * block)
                 drift_rotation(block, lanes, half, part, rotation, method)
                 kick_rotation(block, lanes, half, rotation)
@@ -229,6 +268,8 @@ def _advance(
                 touching_bodies.after_turn(
                     touching[i], n_rigid, part, translation, rotation, bodies
                 )
+            if SLEEPING:
+                keep_still(n_bodies, n_rigid, translation, rotation, bodies, ward)
             if COUPLED:
                 _save_forces(n_bodies, n_rigid, translation, rotation, workspace)
                 time = (tick + passed) * h + (sub + 1) * part
@@ -251,6 +292,18 @@ def _advance(
         )
         counts[DONE] = passed + 1
         status = finite(n_bodies, n_rigid, translation, rotation)
+        if SLEEPING:
+            fell = settle(
+                touched, manifolds, h, n_bodies, n_rigid, translation, rotation, table, reaches,
+                records, memory, bodies, touching, slumber, limits, ward,
+            )  # fmt: skip
+            if fell > 0:
+                if VELOCITY_DEPENDENT:
+                    start_evaluation(n_bodies, n_rigid, translation, rotation)
+                    evaluate(0, (tick + passed + 1) * h, translation, rotation, elements, ranges)
+                note_wrenches(n_bodies, n_rigid, translation, rotation, slumber)
+                counts[SHORT] = FELL_ASLEEP
+                return status
     return status
 
 
