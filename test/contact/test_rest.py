@@ -30,6 +30,29 @@ def test_a_stack_of_ten_stands_at_its_height_without_drift_and_at_rest():
     assert np.abs(s.angular_velocity).max() < 1e-6
 
 
+def tipped(angle):
+    """
+    A cube on one edge, turned by an angle beyond its balance about y.
+    """
+    a = math.pi / 4 + angle
+    height = 0.1 * (math.sin(a) + math.cos(a))
+    q = (0.0, math.sin(a / 2), 0.0, math.cos(a / 2))
+    return box('tipped', 0.2, (0, 0, height), q=q)
+
+
+def test_a_body_moves_alike_whatever_rests_far_away():
+    # two contact points beside manifolds of four, which the solver treats in one batch
+    alone = Simulation(lean([ground(), tipped(0.1)]))
+    others = [box(f'flat{i}', 0.2, (5.0 + i, 0, 0.1)) for i in range(3)]
+    among = Simulation(lean([ground(), tipped(0.1), *others]))
+    for _ in range(20):
+        alone.step(10)
+        among.step(10)
+        assert np.array_equal(alone.state.position[1], among.state.position[1])
+        assert np.array_equal(alone.state.orientation[1], among.state.orientation[1])
+    assert alone.state.position[1, 2] == pytest.approx(0.1, abs=1e-3)  # it has fallen on a face
+
+
 def test_each_interface_of_a_stack_carries_the_weight_above_it():
     sim = Simulation(lean(stack(10)))
     sim.step(2400)

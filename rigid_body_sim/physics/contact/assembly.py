@@ -45,21 +45,20 @@ from rigid_body_sim.physics.contact.detection import (
 )
 from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import GAP as FOUND_GAP
+from rigid_body_sim.physics.contact.geometry.manifold import MOST as MOST_POINTS
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
 from rigid_body_sim.physics.contact.rows import (
+    BN,
+    BO,
     BOUNCE,
-    GAP,
+    BT,
     GAP0,
     JN,
-    JO,
-    JQ,
-    JR,
-    JS,
-    JT,
     KEEP,
     LANES,
     MANIFOLD,
     MU,
+    POINT,
     RA,
     RATE,
     RB,
@@ -68,13 +67,11 @@ from rigid_body_sim.physics.contact.rows import (
     SCRATCH,
     SPIN,
     SUM,
-    T2,
     A,
     B,
     N,
-    T,
 )
-from rigid_body_sim.physics.contact.touching_bodies import BODY, L_HELD, P_HELD
+from rigid_body_sim.physics.contact.touching_bodies import BODY
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
@@ -87,7 +84,7 @@ BATCH = 4
 MEMORY = 2  # numbers before the first manifold of the memory: substep, manifolds
 FEAT, NORM, SLIP, ANCHOR, TWIST = 0, 1, 2, 5, 8  # of a remembered point
 REMEMBERED = 11
-NOWHERE = 1e9  # [m] gap of a point that a lane does not have
+NOWHERE = 1e9  # [m] gap of a point that a manifold does not have
 SAME_PLACE = 0.2  # [-] of the radius: an anchor that moved less is the same point
 
 
@@ -100,25 +97,17 @@ def _first_free(used: int) -> int:
 
 
 @kernel
-def _new_batch(
-    batch: int, offset: int, points: int, width: int, nothing: int, rows: Array, batches: Indices
-) -> int:
-    """Empty a batch; return where the next one begins."""
-    end = offset + MANIFOLD + points * width
-    for i in range(offset, end):
-        rows[i] = 0.0
-    for point in range(points):  # a lane with fewer points than its neighbours must not feel these
-        for k in range(LANES):
-            at_point = offset + MANIFOLD + point * width + k
-            rows[at_point + GAP0] = NOWHERE
-            rows[at_point + GAP] = NOWHERE
-    for k in range(LANES):
-        rows[offset + A + k] = float(nothing)
-        rows[offset + B + k] = float(nothing)
-    batches[batch * BATCH + OFFSET] = offset
-    batches[batch * BATCH + POINTS] = 0
-    batches[batch * BATCH + USED] = 0
-    return end
+def is_same(manifolds: int, records: Array, memory: Array) -> bool:
+    """Tell whether the manifolds are those of the memory, with as many points."""
+    if memory[1] != float(manifolds):
+        return False
+    old = MEMORY
+    for m in range(manifolds):
+        o = m * RECORD
+        if memory[old] != records[o + KEY] or memory[old + 1] != records[o + COUNT]:
+            return False
+        old += 2 + int(memory[old + 1]) * REMEMBERED
+    return True
 
 
 @kernel
@@ -153,7 +142,10 @@ def make_batches(
             batch = count
             if batch >= most or end + MANIFOLD + size * width > room:
                 return -1
-            end = _new_batch(batch, end, size, width, n_moving * BODY, rows, batches)
+            batches[batch * BATCH + OFFSET] = end
+            batches[batch * BATCH + POINTS] = 0
+            batches[batch * BATCH + USED] = 0
+            end += MANIFOLD + size * width
             open_batches[slot] = batch
             count += 1
         if colour < COLOURS:
@@ -166,49 +158,58 @@ def make_batches(
         records[o + LANE] = float(place)
         rows[place + A] = float(a * BODY)
         rows[place + B] = float(b * BODY)
+    _empty_what_is_left(count, n_moving, width, records, manifolds, rows, batches)
     return count
 
 
-@inline
-def _tangent(nx: float, ny: float, nz: float) -> Any:
-    """Return a unit vector across the normal."""
-    if abs(nz) < 0.7:
-        length = math.sqrt(nx * nx + ny * ny)
-        return ny / length, -nx / length, 0.0
-    length = math.sqrt(nz * nz + ny * ny)
-    return 0.0, nz / length, -ny / length
+@kernel
+def _empty_what_is_left(count, n_moving, width, records, manifolds, rows, batches):
+    """
+    Write zeros where a batch has no manifold, and points out of reach where a manifold has fewer
+    points than its batch: they push nothing.
+    """
+    for batch in range(count):
+        begin = batches[batch * BATCH + OFFSET]
+        end = begin + MANIFOLD + batches[batch * BATCH + POINTS] * width
+        for lane in range(batches[batch * BATCH + USED], LANES):
+            for row in range(begin + lane, end, LANES):
+                rows[row] = 0.0
+            rows[begin + lane + A] = float(n_moving * BODY)
+            rows[begin + lane + B] = float(n_moving * BODY)
+    for m in range(manifolds):
+        points = int(records[m * RECORD + COUNT])
+        if points > 1:
+            place = int(records[m * RECORD + LANE])
+            for point in range(points, MOST_POINTS):
+                begin = place + MANIFOLD + point * width
+                for row in range(begin, begin + width, LANES):
+                    rows[row] = 0.0
+                rows[begin + GAP0] = NOWHERE
 
 
 @kernel
-def _fill_manifold(
-    o: int, place: int, h: float, zeta: float, table: Indices, materials: Array, records: Array,
+def fill_materials(
+    manifolds: int, h: float, zeta: float, table: Indices, materials: Array, records: Array,
     rows: Array,
 ) -> None:  # fmt: skip
-    """Write normal, tangents, material and softness of a manifold into its lane."""
-    a, b = int(records[o + BODY_A]), int(records[o + BODY_B])
-    nx, ny, nz = records[o + NORMAL], records[o + NORMAL + 1], records[o + NORMAL + 2]
-    tx, ty, tz = _tangent(nx, ny, nz)
-    rows[place + N] = nx
-    rows[place + N + 8] = ny
-    rows[place + N + 16] = nz
-    rows[place + T] = tx
-    rows[place + T + 8] = ty
-    rows[place + T + 16] = tz
-    rows[place + T2] = ny * tz - nz * ty
-    rows[place + T2 + 8] = nz * tx - nx * tz
-    rows[place + T2 + 16] = nx * ty - ny * tx
-    ma, mb = a * MATERIAL, b * MATERIAL
-    rows[place + MU] = math.sqrt(materials[ma + FRICTION] * materials[mb + FRICTION])
-    rows[place + BOUNCE] = max(materials[ma + RESTITUTION], materials[mb + RESTITUTION])
-    rows[place + ROLL] = max(materials[ma + ROLLING], materials[mb + ROLLING])
-    rows[place + SPIN] = max(materials[ma + TORSIONAL], materials[mb + TORSIONAL])
-    still = table[a * TABLE + CORE] < 0 or table[b * TABLE + CORE] < 0
-    omega = (math.pi if still else 0.5 * math.pi) / h
-    a1 = 2.0 * zeta + h * omega
-    a2 = h * omega * a1
-    rows[place + RATE] = omega / a1
-    rows[place + SCALE] = a2 / (1.0 + a2)
-    rows[place + KEEP] = 1.0 / (1.0 + a2)
+    """Write material and softness of all manifolds."""
+    for m in range(manifolds):
+        o = m * RECORD
+        place = int(records[o + LANE])
+        a, b = int(records[o + BODY_A]), int(records[o + BODY_B])
+        ma, mb = a * MATERIAL, b * MATERIAL
+        rows[place + MU] = math.sqrt(materials[ma + FRICTION] * materials[mb + FRICTION])
+        rows[place + BOUNCE] = max(materials[ma + RESTITUTION], materials[mb + RESTITUTION])
+        rows[place + ROLL] = max(materials[ma + ROLLING], materials[mb + ROLLING])
+        rows[place + SPIN] = max(materials[ma + TORSIONAL], materials[mb + TORSIONAL])
+        still = table[a * TABLE + CORE] < 0 or table[b * TABLE + CORE] < 0
+        omega = (math.pi if still else 0.5 * math.pi) / h
+        a1 = 2.0 * zeta + h * omega
+        a2 = h * omega * a1
+        keep = 1.0 / (1.0 + a2)
+        rows[place + RATE] = omega / a1
+        rows[place + SCALE] = a2 * keep
+        rows[place + KEEP] = keep
 
 
 @inline
@@ -222,26 +223,27 @@ def anchor_of(poses: Array, p: int, x: float, y: float, z: float) -> Any:
     )
 
 
+@inline
+def _same_feature(feature: float, old: int, count: int, taken: int, memory: Array) -> int:
+    """Find a feature among the points in memory that are not taken; -1: it is new."""
+    best = -1
+    for i in range(count):
+        same = (memory[old + 2 + i * REMEMBERED + FEAT] == feature) & (not (taken >> i) & 1)
+        best = i if same else best
+    return best
+
+
 @kernel
-def _remembered_as(
-    point: int, record: int, old: int, taken: int, near: float, pose: int, poses: Array,
+def _nearest(
+    point: int, old: int, count: int, taken: int, near: float, pose: int, poses: Array,
     records: Array, memory: Array,
 ) -> int:  # fmt: skip
-    """Find a point among those of a manifold in memory that are not taken; -1: it is new."""
-    count = int(memory[old + 1])
-    feature = records[point + FEATURE]
-    for i in range(count):
-        if not (taken >> i) & 1 and memory[old + 2 + i * REMEMBERED + FEAT] == feature:
-            return i
+    """Find the nearest point of a manifold in memory that is not taken; -1: none is near."""
     x, y, z = anchor_of(poses, pose, records[point], records[point + 1], records[point + 2])
     best, least = -1, near
     for i in range(count):
-        at_anchor = old + 2 + i * REMEMBERED + ANCHOR
-        dx, dy, dz = (
-            x - memory[at_anchor],
-            y - memory[at_anchor + 1],
-            z - memory[at_anchor + 2],
-        )
+        anchor = old + 2 + i * REMEMBERED + ANCHOR
+        dx, dy, dz = x - memory[anchor], y - memory[anchor + 1], z - memory[anchor + 2]
         distance = dx * dx + dy * dy + dz * dz
         if not (taken >> i) & 1 and distance < least:
             best, least = i, distance
@@ -250,11 +252,13 @@ def _remembered_as(
 
 @kernel
 def fill_rows(
-    manifolds: int, n_moving: int, width: int, h: float, zeta: float, angular: bool,
-    translation: Array, table: Indices, materials: Array, bounds: Array, poses: Array,
-    records: Array, memory: Array, rows: Array, bodies: Array,
+    manifolds: int, width: int, h: float, angular: bool, translation: Array, table: Indices,
+    bounds: Array, poses: Array, records: Array, memory: Array, rows: Array,
 ) -> None:  # fmt: skip
-    """Write the rows of all manifolds, with the impulses that memory holds for them."""
+    """
+    Write normals, arms and gaps of all manifolds, and the impulses that memory holds for them, as
+    vectors of the world: `preparation` turns them to the new tangents.
+    """
     before = memory[0]
     factor = h / before if before > 0.0 and before != h else 1.0
     left = int(memory[1])
@@ -262,105 +266,74 @@ def fill_rows(
     for m in range(manifolds):
         o = m * RECORD
         place = int(records[o + LANE])
-        _fill_manifold(o, place, h, zeta, table, materials, records, rows)
+        nx, ny, nz = records[o + NORMAL], records[o + NORMAL + 1], records[o + NORMAL + 2]
+        rows[place + N], rows[place + N + 8], rows[place + N + 16] = nx, ny, nz
         key = records[o + KEY]
         while left > 0 and memory[old] < key:
             old += 2 + int(memory[old + 1]) * REMEMBERED
             left -= 1
-        known = left > 0 and memory[old] == key
+        count = int(memory[old + 1]) if left > 0 and memory[old] == key else 0
         a, b = int(records[o + BODY_A]), int(records[o + BODY_B])
         core_a, core_b = table[a * TABLE + CORE], table[b * TABLE + CORE]
+        ux, uy, uz, vx, vy, vz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        if core_a >= 0:
+            k = at(core_a, TRANSLATION)
+            ux, uy, uz = translation[k + RX], translation[k + RX + 64], translation[k + RX + 128]
+        if core_b >= 0:
+            k = at(core_b, TRANSLATION)
+            vx, vy, vz = translation[k + RX], translation[k + RX + 64], translation[k + RX + 128]
+        # on the surface of the body that moves: the point midway serves the balance of angular
+        # momentum, which what cannot move does not keep
+        shift = -0.5 if core_b < 0 else (0.5 if core_a < 0 else 0.0)
         radius = min(bounds[a * BOUNDS + 7], bounds[b * BOUNDS + 7])
         near = SAME_PLACE * SAME_PLACE * radius * radius
         taken = 0
-        batch = place - place % LANES
-        lane = place - batch
         for point in range(int(records[o + COUNT])):
-            at_point = o + RECORD_POINTS + point * FOUND_POINT
-            p = batch + MANIFOLD + point * width + lane
-            x, y, z = records[at_point], records[at_point + 1], records[at_point + 2]
-            if core_a < 0 or core_b < 0:
-                # on the surface of the body that moves: the point midway serves the balance of
-                # angular momentum, which what cannot move does not keep
-                half = 0.5 * records[at_point + FOUND_GAP]
-                half = -half if core_b < 0 else half
-                x += half * rows[place + N]
-                y += half * rows[place + N + 8]
-                z += half * rows[place + N + 16]
+            found = o + RECORD_POINTS + point * FOUND_POINT
+            p = place + MANIFOLD + point * width
+            gap = records[found + FOUND_GAP]
+            x = records[found] + shift * gap * nx
+            y = records[found + 1] + shift * gap * ny
+            z = records[found + 2] + shift * gap * nz
             if core_a >= 0:
-                k = at(core_a, TRANSLATION)
-                rows[p + RA] = x - translation[k + RX]
-                rows[p + RA + 8] = y - translation[k + RX + 64]
-                rows[p + RA + 16] = z - translation[k + RX + 128]
+                rows[p + RA], rows[p + RA + 8], rows[p + RA + 16] = x - ux, y - uy, z - uz
+            else:
+                rows[p + RA], rows[p + RA + 8], rows[p + RA + 16] = 0.0, 0.0, 0.0
             if core_b >= 0:
-                k = at(core_b, TRANSLATION)
-                rows[p + RB] = x - translation[k + RX]
-                rows[p + RB + 8] = y - translation[k + RX + 64]
-                rows[p + RB + 16] = z - translation[k + RX + 128]
-            rows[p + GAP0] = records[at_point + FOUND_GAP]
-            rows[p + GAP] = records[at_point + FOUND_GAP]
-            if not known:
-                continue
-            i = _remembered_as(at_point, o, old, taken, near, a * POSE, poses, records, memory)
-            if i < 0:
-                continue
-            taken |= 1 << i
-            _warm_start(
-                place, p, old + 2 + i * REMEMBERED, factor, core_a, core_b, angular, memory,
-                rows, bodies,
-            )  # fmt: skip
+                rows[p + RB], rows[p + RB + 8], rows[p + RB + 16] = x - vx, y - vy, z - vz
+            else:
+                rows[p + RB], rows[p + RB + 8], rows[p + RB + 16] = 0.0, 0.0, 0.0
+            rows[p + GAP0] = gap
+            i = _same_feature(records[found + FEATURE], old, count, taken, memory)
+            if i < 0 and count > 0:
+                i = _nearest(found, old, count, taken, near, a * POSE, poses, records, memory)
+            if i >= 0:
+                taken |= 1 << i
+            _recall(p, old + 2 + i * REMEMBERED if i >= 0 else -1, factor, memory, rows)
+            if width > POINT:
+                known = old + 2 + i * REMEMBERED if i >= 0 and angular else -1
+                _recall_twist(p, known, factor, memory, rows)
 
 
-@kernel
-def _warm_start(
-    place: int, p: int, i: int, factor: float, core_a: int, core_b: int, angular: bool,
-    memory: Array, rows: Array, bodies: Array,
-) -> None:  # fmt: skip
-    """Give a point the impulses that memory holds for it, and its bodies what they add up to."""
-    normal = factor * memory[i + NORM]
-    if not normal > 0.0:
-        return
-    rows[p + JN] = normal
-    x, y, z = memory[i + SLIP], memory[i + SLIP + 1], memory[i + SLIP + 2]
-    t = factor * (rows[place + T] * x + rows[place + T + 8] * y + rows[place + T + 16] * z)
-    o = factor * (rows[place + T2] * x + rows[place + T2 + 8] * y + rows[place + T2 + 16] * z)
-    limit = rows[place + MU] * normal
-    size = math.sqrt(t * t + o * o)
-    if size > limit:
-        t *= limit / size
-        o *= limit / size
-    rows[p + JT] = t
-    rows[p + JO] = o
-    # what the first substep starts from is not of this tick
-    rows[p + SUM] = -normal
-    rows[p + SUM + 8] = -t
-    rows[p + SUM + 16] = -o
-    x = normal * rows[place + N] + (t * rows[place + T] + o * rows[place + T2])
-    y = normal * rows[place + N + 8] + (t * rows[place + T + 8] + o * rows[place + T2 + 8])
-    z = normal * rows[place + N + 16] + (t * rows[place + T + 16] + o * rows[place + T2 + 16])
-    u, v, w = 0.0, 0.0, 0.0
-    if angular:
-        u, v, w = memory[i + TWIST], memory[i + TWIST + 1], memory[i + TWIST + 2]
-        r = factor * (rows[place + T] * u + rows[place + T + 8] * v + rows[place + T + 16] * w)
-        q = factor * (rows[place + T2] * u + rows[place + T2 + 8] * v + rows[place + T2 + 16] * w)
-        s = factor * (rows[place + N] * u + rows[place + N + 8] * v + rows[place + N + 16] * w)
-        rows[p + JR] = r
-        rows[p + JQ] = q
-        rows[p + JS] = s
-        u = r * rows[place + T] + q * rows[place + T2] + s * rows[place + N]
-        v = r * rows[place + T + 8] + q * rows[place + T2 + 8] + s * rows[place + N + 8]
-        w = r * rows[place + T + 16] + q * rows[place + T2 + 16] + s * rows[place + N + 16]
-    for side in range(2):
-        core = core_b if side == 1 else core_a
-        if core < 0:
-            continue
-        sign = 1.0 if side == 1 else -1.0
-        arm = p + RB if side == 1 else p + RA
-        b = core * BODY
-        bodies[b + P_HELD] += sign * x
-        bodies[b + P_HELD + 1] += sign * y
-        bodies[b + P_HELD + 2] += sign * z
-        ax, ay, az = rows[arm], rows[arm + 8], rows[arm + 16]
-        bodies[b + L_HELD] += sign * (ay * z - az * y + u)
-        bodies[b + L_HELD + 1] += sign * (az * x - ax * z + v)
-        bodies[b + L_HELD + 2] += sign * (ax * y - ay * x + w)
+@inline
+def _recall(p: int, i: int, factor: float, memory: Array, rows: Array) -> None:
+    """Give a point the impulses that memory holds at i; -1: none."""
+    if i < 0:
+        rows[p + JN] = 0.0
+        rows[p + SUM], rows[p + SUM + 8], rows[p + SUM + 16] = 0.0, 0.0, 0.0
+    else:
+        rows[p + JN] = factor * memory[i + NORM]
+        rows[p + SUM] = factor * memory[i + SLIP]
+        rows[p + SUM + 8] = factor * memory[i + SLIP + 1]
+        rows[p + SUM + 16] = factor * memory[i + SLIP + 2]
+
+
+@inline
+def _recall_twist(p: int, i: int, factor: float, memory: Array, rows: Array) -> None:
+    """Give a point the angular impulses that memory holds at i; -1: none."""
+    if i < 0:
+        rows[p + BN], rows[p + BT], rows[p + BO] = 0.0, 0.0, 0.0
+    else:
+        rows[p + BN] = factor * memory[i + TWIST]
+        rows[p + BT] = factor * memory[i + TWIST + 1]
+        rows[p + BO] = factor * memory[i + TWIST + 2]

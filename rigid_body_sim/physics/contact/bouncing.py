@@ -52,7 +52,7 @@ def bounce(lanes: int, s: Array, q: Array, g: Array, threshold: float) -> None:
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         approach = q[k + APPROACH]
         elastic = s[k + BOUNCE]
         bounces = (elastic > 0.0) & (approach < -threshold)

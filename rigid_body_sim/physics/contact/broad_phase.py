@@ -1,17 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Which colliders may touch within a tick.
+How far colliders reach within a tick, and which may touch in it.
 
-A collider reaches as far as its bounding box, what it may move in a tick, and the margin. Up to
-BRUTE colliders are compared each with each; more are entered, one by one, into a grid of cells
-that is hashed and rebuilt every tick. There is a grid for each size of reach, in powers of two: a
-collider looks at the 27 cells around it in its own grid and in those of larger ones, which were
-entered before, so that each pair is met once and pebbles cost a boulder nothing. Planes are in no
-grid: everything that moves is compared with them.
-
-Two boxes that pass the test are a pair: its key is larger place * n + smaller place, in the order
-of places in the table. Keys come out in rising order.
+A collider reaches as far as its bounding box, what it may move in a tick, and the margin. Two
+boxes, or a box and a plane, that pass the tests here are a pair for the narrow phase; `pair_list`
+finds them.
 """
 
 from __future__ import annotations
@@ -28,11 +22,8 @@ from rigid_body_sim.physics.kernels import inline, kernel
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-BRUTE = 24  # [-] colliders, up to which no grid is worth its while
-FAR = 1e15  # [-] cells from the origin, beyond which all share one
-LEVELS = 60  # grids
-
-# reaches: one row per collider; [m], velocity [m/s]; TURN: what turning and forces add
+# reaches: one row per collider; [m], velocity [m/s]; TURN: what turning and forces add; REACH: how
+# far beyond its box another may be that a pair of it counts as near, if that one does not move
 MIDDLE, HALF, SPEED, TURN, SMALL, REACH = (
     0,
     3,
@@ -42,9 +33,6 @@ MIDDLE, HALF, SPEED, TURN, SMALL, REACH = (
     11,
 )
 ROW = 12
-# grid: one row per collider
-CELL_X, CELL_Y, CELL_Z, LEVEL, NEXT, ORDER = range(6)
-CELL = 6
 
 
 @kernel
@@ -84,7 +72,7 @@ def find_reaches(
             u, v, w = bodies[m + ACC], bodies[m + ACC + 1], bodies[m + ACC + 2]
             fall = math.sqrt(u * u + v * v + w * w) * h * h
             reaches[o + TURN] = min(turn, 2.0 * radius) + fall
-        reaches[o + REACH] = max(ex, ey, ez) + small + speed + reaches[o + TURN]
+        reaches[o + REACH] = 0.5 * small + speed + reaches[o + TURN]
 
 
 @inline
@@ -101,7 +89,8 @@ def margin_of(reaches: Array, a: int, b: int, h: float) -> float:
 
 
 @inline
-def _may_meet(reaches: Array, a: int, b: int, h: float) -> bool:
+def may_meet(reaches: Array, a: int, b: int, h: float) -> bool:
+    """Tell whether two colliders may touch in a tick; a, b: where their rows begin."""
     margin = margin_of(reaches, a, b, h)
     return (
         abs(reaches[b] - reaches[a]) <= reaches[a + HALF] + reaches[b + HALF] + margin
@@ -112,13 +101,9 @@ def _may_meet(reaches: Array, a: int, b: int, h: float) -> bool:
     )
 
 
-@kernel
-def _meets_plane(
-    a: int, b: int, h: float, reaches: Array, numbers: Array, table: Indices,
-    bounds: Array, poses: Array,
-) -> bool:  # fmt: skip
-    """Tell whether collider b may reach plane a."""
-    at = table[a * TABLE + 1]
+@inline
+def meets_plane(at: int, b: int, h: float, reaches: Array, numbers: Array, bounds: Array) -> bool:
+    """Tell whether collider b may touch the plane whose numbers begin at a place."""
     nx, ny, nz = numbers[at], numbers[at + 1], numbers[at + 2]
     o = b * ROW
     x, y, z = reaches[o], reaches[o + 1], reaches[o + 2]
@@ -131,143 +116,3 @@ def _meets_plane(
     toward = -(nx * reaches[o + SPEED] + ny * reaches[o + SPEED + 1] + nz * reaches[o + SPEED + 2])
     margin = reaches[o + SMALL] + max(toward, 0.0) * h + reaches[o + TURN]
     return nx * x + ny * y + nz * z - numbers[at + 3] - extent <= margin
-
-
-@inline
-def _cell(x: float) -> int:
-    return int(math.floor(min(max(x, -FAR), FAR)))
-
-
-@inline
-def _hash(x: int, y: int, z: int, level: int, mask: int) -> int:
-    return ((x * 73856093) ^ (y * 19349663) ^ (z * 83492791) ^ (level * 2654435761)) & mask
-
-
-@kernel
-def _sort(first: int, count: int, keys: Indices) -> None:
-    """Sort keys: by insertion if few, else as a heap."""
-    if count <= 24:
-        for i in range(first + 1, first + count):
-            key = keys[i]
-            j = i
-            while j > first and keys[j - 1] > key:
-                keys[j] = keys[j - 1]
-                j -= 1
-            keys[j] = key
-        return
-    start, end = count // 2, count
-    while end > 1:
-        if start > 0:
-            start -= 1
-        else:
-            end -= 1
-            keys[first + end], keys[first] = keys[first], keys[first + end]
-        root = start
-        while 2 * root + 1 < end:
-            child = 2 * root + 1
-            if child + 1 < end and keys[first + child] < keys[first + child + 1]:
-                child += 1
-            if keys[first + root] >= keys[first + child]:
-                break
-            keys[first + root], keys[first + child] = keys[first + child], keys[first + root]
-            root = child
-
-
-@kernel
-def find_pairs(
-    n: int, planes: int, h: float, cell: float, room: int, numbers: Array,
-    table: Indices, bounds: Array, poses: Array, reaches: Array, grid: Indices, heads: Indices,
-    keys: Indices,
-) -> int:  # fmt: skip
-    """
-    Write the keys of the pairs that may meet; return how many there are, also beyond the room.
-
-    planes : so many colliders at the head of the table are planes
-    cell   : [m] of the finest grid
-    """
-    count = 0
-    if n <= BRUTE:
-        for j in range(planes, n):
-            moves = table[j * TABLE + CORE] >= 0
-            for i in range(j):
-                if not moves and (i < planes or table[i * TABLE + CORE] < 0):
-                    continue
-                if i < planes:
-                    if not _meets_plane(i, j, h, reaches, numbers, table, bounds, poses):
-                        continue
-                elif not _may_meet(reaches, i * ROW, j * ROW, h):
-                    continue
-                if count < room:
-                    keys[count] = j * n + i
-                count += 1
-        return count
-    size = len(heads)
-    mask = size - 1
-    for i in range(size):
-        heads[i] = -1
-    finest, coarsest = LEVELS, 0
-    for j in range(planes, n):
-        level, edge = 0, cell
-        reach = 2.0 * reaches[j * ROW + REACH]
-        while edge < reach and level < LEVELS:
-            level += 1
-            edge *= 2.0
-        grid[j * CELL + LEVEL] = level
-        finest, coarsest = min(finest, level), max(coarsest, level)
-    occupied = 0  # the levels that hold something, as bits
-    in_order = True
-    last = -1
-    for falling in range(coarsest - finest + 1):
-        level = coarsest - falling
-        for j in range(planes, n):
-            row = j * CELL
-            if grid[row + LEVEL] != level:
-                continue
-            occupied |= 1 << level
-            moves = table[j * TABLE + CORE] >= 0
-            first = count
-            if moves:
-                for i in range(planes):
-                    if _meets_plane(i, j, h, reaches, numbers, table, bounds, poses):
-                        if count < room:
-                            keys[count] = j * n + i
-                        count += 1
-            for larger in range(level, coarsest + 1):
-                if not (occupied >> larger) & 1:
-                    continue
-                inverse = 1.0 / (cell * 2.0**larger)
-                x = _cell(reaches[j * ROW] * inverse)
-                y = _cell(reaches[j * ROW + 1] * inverse)
-                z = _cell(reaches[j * ROW + 2] * inverse)
-                if larger == level:
-                    grid[row + CELL_X], grid[row + CELL_Y], grid[row + CELL_Z] = x, y, z
-                for cx in range(x - 1, x + 2):
-                    hash_x = (cx * 73856093) ^ (larger * 2654435761)
-                    for cy in range(y - 1, y + 2):
-                        hash_y = hash_x ^ (cy * 19349663)
-                        for cz in range(z - 1, z + 2):
-                            i = heads[(hash_y ^ (cz * 83492791)) & mask]
-                            while i >= 0:
-                                other = i * CELL
-                                if (
-                                    grid[other + CELL_X] == cx
-                                    and grid[other + CELL_Y] == cy
-                                    and grid[other + CELL_Z] == cz
-                                    and grid[other + LEVEL] == larger
-                                    and (moves or table[i * TABLE + CORE] >= 0)
-                                    and _may_meet(reaches, i * ROW, j * ROW, h)
-                                ):
-                                    if count < room:
-                                        keys[count] = j * n + i if i < j else i * n + j
-                                    count += 1
-                                i = grid[other + NEXT]
-            place = _hash(grid[row + CELL_X], grid[row + CELL_Y], grid[row + CELL_Z], level, mask)
-            grid[row + NEXT] = heads[place]
-            heads[place] = j
-            if count <= room and count > first:
-                _sort(first, count - first, keys)
-                in_order = in_order and keys[first] > last
-                last = keys[count - 1]
-    if not in_order and count <= room:
-        _sort(0, count, keys)
-    return count

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.rows import IA, IB, IM, LA, LB, PS, RA, RB, V
+from rigid_body_sim.physics.contact.rows import IA, IB, LA, LB, MASS_A, MASS_B, PS, RA, RB, V
 from rigid_body_sim.physics.kernels import inline
 
 Array = NDArray[np.float64]
@@ -37,9 +37,9 @@ def vector(g: Array, k: int) -> Any:
 
 
 @inline
-def inertia(g: Array, k: int) -> Any:
+def inertia(s: Array, k: int) -> Any:
     """Inverse inertia of a lane: xx, xy, xz, yy, yz, zz."""
-    return g[k], g[k + 8], g[k + 16], g[k + 24], g[k + 32], g[k + 40]
+    return s[k], s[k + 8], s[k + 16], s[k + 24], s[k + 32], s[k + 40]
 
 
 @inline
@@ -49,19 +49,19 @@ def times(xx, xy, xz, yy, yz, zz, x, y, z):
 
 
 @inline
-def turning(g: Array, i: int, m: int) -> Any:
+def turning(s: Array, i: int, g: Array, m: int) -> Any:
     """Angular velocity I^-1 L of a body of a lane [rad/s]."""
     return times(
-        g[i], g[i + 8], g[i + 16], g[i + 24], g[i + 32], g[i + 40], g[m], g[m + 8], g[m + 16]
+        s[i], s[i + 8], s[i + 16], s[i + 24], s[i + 32], s[i + 40], g[m], g[m + 8], g[m + 16]
     )
 
 
 @inline
-def relative(g, k, ax, ay, az, bx, by, bz):
+def relative(s, g, k, ax, ay, az, bx, by, bz):
     """Velocity of B relative to A at a point: v_B - v_A + w_B x r_B - w_A x r_A [m/s]."""
-    ux, uy, uz = turning(g, k + IA, k + LA)
-    wx, wy, wz = turning(g, k + IB, k + LB)
-    m = g[k + IM]
+    ux, uy, uz = turning(s, k + IA, g, k + LA)
+    wx, wy, wz = turning(s, k + IB, g, k + LB)
+    m = s[k + MASS_A] + s[k + MASS_B]
     return (
         (g[k + V] + m * g[k + PS]) + ((wy * bz - wz * by) - (uy * az - uz * ay)),
         (g[k + V + 8] + m * g[k + PS + 8]) + ((wz * bx - wx * bz) - (uz * ax - ux * az)),

@@ -37,13 +37,14 @@ from rigid_body_sim.physics.contact.rows import (
     GAP0,
     IA,
     IB,
-    IM,
     JN,
     JO,
     JT,
     KEEP,
     LA,
     LB,
+    MASS_A,
+    MASS_B,
     MOST,
     MU,
     PS,
@@ -63,37 +64,47 @@ from rigid_body_sim.physics.contact.rows import (
     T,
     V,
 )
-from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, D, L, P
-from rigid_body_sim.physics.contact.touching_bodies import IM as BODY_IM
+from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, IM, D, L, P
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
 
 
 @kernel
-def gather(lanes: int, s: Array, g: Array, bodies: Array) -> None:
-    """Fetch momenta and inertias of the bodies of a batch."""
-    for k in range(lanes):
+def gather_inertia(used: int, s: Array, bodies: Array) -> None:
+    """Fetch the inverse masses and inertias of the bodies of a batch."""
+    for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
-        m, n = bodies[a + BODY_IM], bodies[b + BODY_IM]
-        g[k + IM] = m + n
+        s[k + MASS_A] = bodies[a + IM]
+        s[k + MASS_B] = bodies[b + IM]
+        for entry in range(6):
+            s[k + IA + 8 * entry] = bodies[a + II + entry]
+            s[k + IB + 8 * entry] = bodies[b + II + entry]
+
+
+@kernel
+def gather(lanes: int, used: int, s: Array, g: Array, bodies: Array) -> None:
+    """Fetch the momenta of the bodies of a batch; what empty lanes hold does not matter."""
+    for k in range(lanes):
+        g[k + PS] = 0.0
+        g[k + PS + 8] = 0.0
+        g[k + PS + 16] = 0.0
+        g[k + PUSHED] = 0.0
+        g[k + CHANGE] = 0.0
+    for k in range(used):
+        a, b = int(s[k + A]), int(s[k + B])
+        m, n = s[k + MASS_A], s[k + MASS_B]
         for axis in range(3):
             row = k + 8 * axis
             g[row + V] = n * bodies[b + P + axis] - m * bodies[a + P + axis]
             g[row + LA] = bodies[a + L + axis]
             g[row + LB] = bodies[b + L + axis]
-            g[row + PS] = 0.0
-        for entry in range(6):
-            g[k + IA + 8 * entry] = bodies[a + II + entry]
-            g[k + IB + 8 * entry] = bodies[b + II + entry]
-        g[k + PUSHED] = 0.0
-        g[k + CHANGE] = 0.0
 
 
 @kernel
-def gather_motion(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def gather_motion(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Fetch how the bodies of a batch have moved since the start of the tick."""
-    for k in range(lanes):
+    for k in range(used):
         a, b = int(s[k + A]) + D, int(s[k + B]) + D
         for row in range(8):
             g[k + DA + 8 * row] = bodies[a + row]
@@ -101,9 +112,9 @@ def gather_motion(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @kernel
-def scatter(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def scatter(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Give the bodies of a batch what a pass has changed."""
-    for k in range(lanes):
+    for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
         for axis in range(3):
             row = k + 8 * axis
@@ -114,9 +125,9 @@ def scatter(lanes: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @kernel
-def mark_carried(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def mark_carried(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Mark the bodies that some point of a batch pushes."""
-    for k in range(lanes):
+    for k in range(used):
         if g[k + PUSHED] > 0.0:
             bodies[int(s[k + A]) + CARRIED] = 1.0
             bodies[int(s[k + B]) + CARRIED] = 1.0
@@ -156,7 +167,7 @@ def push(
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         vn = nx * x + ny * y + nz * z
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
@@ -210,7 +221,7 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
         gain = q[k + SLIP_GAIN]

@@ -18,7 +18,7 @@ from rigid_body_sim.physics.contact.assembly import (
     MEMORY,
     REMEMBERED,
 )
-from rigid_body_sim.physics.contact.broad_phase import CELL, ROW
+from rigid_body_sim.physics.contact.broad_phase import ROW
 from rigid_body_sim.physics.contact.collider import (
     BOUNDS,
     CAPSULE,
@@ -34,8 +34,10 @@ from rigid_body_sim.physics.contact.collider import (
 from rigid_body_sim.physics.contact.contacts import read
 from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
 from rigid_body_sim.physics.contact.geometry.manifold import FOUND
+from rigid_body_sim.physics.contact.grid import CELL, size_of_heads
 from rigid_body_sim.physics.contact.memory import end_of_memory
 from rigid_body_sim.physics.contact.order import order
+from rigid_body_sim.physics.contact.pair_list import size_of_list, size_of_rooms
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.contact.rows import (
     LANES,
@@ -128,13 +130,11 @@ class ContactPlan:
 
     def _make_room(self, n: int) -> None:
         """Make the lists that grow."""
-        size = 64
-        while size < 4 * n:
-            size *= 2
         moving = self._layout.n_moving
-        self.heads = np.zeros(size, dtype=np.int64)
+        self.rooms = np.zeros(size_of_rooms(n))
+        self.heads = np.zeros(size_of_heads(n), dtype=np.int64)
         self.grid = np.zeros(max(1, n) * CELL, dtype=np.int64)
-        self.keys = np.zeros(8 * n + 16, dtype=np.int64)
+        self._make_room_for_pairs(16 * n + 16)
         self.records = np.zeros((4 * n + 8) * RECORD)
         self.memory = np.zeros(2 + (4 * n + 8) * (2 + 4 * REMEMBERED))
         self.rows = _aligned(SCRATCH + (n // 2 + 40) * (MANIFOLD + 4 * self._width))
@@ -149,20 +149,25 @@ class ContactPlan:
         self.counts[tick.PLANES] = int(np.sum(self.table[TYPE::TABLE] == PLANE))
         radii = self.bounds[7::BOUNDS]
         radii = radii[np.isfinite(radii) & (radii > 0.0)]
-        cell = 2.2 * float(np.median(radii)) if radii.size else 1.0
+        radius = float(np.median(radii)) if radii.size else 1.0
         s = self.settings
         self.numbers_of_settings = np.array(
             [
                 s.substeps, s.damping_ratio, s.relaxations, s.restitution_threshold, s.slop,
-                s.push_out_speed, s.margin, cell,
+                s.push_out_speed, s.margin, radius,
             ],
             dtype=np.float64,
         )  # fmt: skip
         self._pack()
 
+    def _make_room_for_pairs(self, room: int) -> None:
+        self.kept = np.zeros(size_of_list(room), dtype=np.int64)
+        self.keys = np.zeros(room, dtype=np.int64)
+
     def _pack(self) -> None:
         """Measure the lists and make the arguments of the kernel."""
         counts = self.counts
+        counts[tick.ASSEMBLED] = 0
         counts[tick.PAIR_ROOM] = len(self.keys)
         counts[tick.MANIFOLD_ROOM] = len(self.records) // RECORD
         counts[tick.ROW_ROOM] = len(self.rows)
@@ -173,7 +178,8 @@ class ContactPlan:
             for array in (
                 self.numbers_of_settings, counts, self.numbers, self.table, self.bounds,
                 self.mounts, self.materials, self.poses, self.reaches, self.found, self.bodies,
-                self.rows, self.records, self.memory, self.grid, self.heads, self.keys,
+                self.rows, self.records, self.memory, self.rooms, self.grid, self.heads, self.kept,
+                self.keys,
                 self.batches, self.colours, self.open_batches, self.touching,
             )
         )  # fmt: skip
@@ -184,7 +190,7 @@ class ContactPlan:
         """Double the list that was too short; nothing else in it is needed but the memory."""
         short = self.counts[tick.SHORT]
         if short == tick.SHORT_OF_PAIRS:
-            self.keys = np.zeros(2 * int(self.counts[tick.PAIRS]), dtype=np.int64)
+            self._make_room_for_pairs(2 * int(self.counts[tick.PAIRS]))
         elif short == tick.SHORT_OF_MANIFOLDS:
             self.records = np.zeros(2 * int(self.counts[tick.MANIFOLDS]) * RECORD)
         elif short == tick.SHORT_OF_MEMORY:
@@ -253,6 +259,7 @@ class ContactPlan:
             self._pack()
         self.memory[:MEMORY] = 0.0
         self.memory[: len(numbers)] = numbers
+        self.counts[tick.ASSEMBLED] = 0
 
     def contacts(self) -> Contacts:
         """Read the contacts of the last tick; none before the first."""

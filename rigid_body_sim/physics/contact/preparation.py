@@ -41,9 +41,10 @@ from rigid_body_sim.physics.contact.rows import (
     GAP0,
     IA,
     IB,
-    IM,
     LA,
     LB,
+    MASS_A,
+    MASS_B,
     ROLL_GAIN,
     SLIP_GAIN,
     SPIN_GAIN,
@@ -75,6 +76,21 @@ def _largest(k11: float, k12: float, k22: float) -> Any:
 
 
 @kernel
+def frames(lanes: int, s: Array) -> None:
+    """Find the tangents of each lane, the first across the axis x or z farther from the normal."""
+    for k in range(lanes):
+        nx, ny, nz = vector(s, k + N)
+        flat = abs(nz) < 0.7
+        other = nx if flat else nz
+        square = ny * ny + other * other
+        length = math.sqrt(square if square > 0.0 else 1.0)
+        y, x = ny / length, other / length
+        tx, ty, tz = y if flat else 0.0, -x if flat else x, 0.0 if flat else -y
+        s[k + T], s[k + T + 8], s[k + T + 16] = tx, ty, tz
+        s[k + T2], s[k + T2 + 8], s[k + T2 + 16] = cross(nx, ny, nz, tx, ty, tz)
+
+
+@kernel
 def gains(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Find the gains of one point of each lane."""
     for k in range(lanes):
@@ -82,9 +98,9 @@ def gains(lanes: int, s: Array, q: Array, g: Array) -> None:
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        a1, a2, a3, a4, a5, a6 = inertia(g, k + IA)
-        b1, b2, b3, b4, b5, b6 = inertia(g, k + IB)
-        m = g[k + IM]
+        a1, a2, a3, a4, a5, a6 = inertia(s, k + IA)
+        b1, b2, b3, b4, b5, b6 = inertia(s, k + IB)
+        m = s[k + MASS_A] + s[k + MASS_B]
         x, y, z = cross(ax, ay, az, nx, ny, nz)
         cx, cy, cz = times(a1, a2, a3, a4, a5, a6, x, y, z)
         u, v, w = cross(bx, by, bz, nx, ny, nz)
@@ -119,8 +135,8 @@ def angular_gains(lanes: int, s: Array, g: Array) -> None:
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
-        a1, a2, a3, a4, a5, a6 = inertia(g, k + IA)
-        b1, b2, b3, b4, b5, b6 = inertia(g, k + IB)
+        a1, a2, a3, a4, a5, a6 = inertia(s, k + IA)
+        b1, b2, b3, b4, b5, b6 = inertia(s, k + IB)
         a1, a2, a3, a4, a5, a6 = a1 + b1, a2 + b2, a3 + b3, a4 + b4, a5 + b5, a6 + b6
         spin = _inverse(a1, a2, a3, a4, a5, a6, nx, ny, nz, nx, ny, nz)
         k11 = _inverse(a1, a2, a3, a4, a5, a6, tx, ty, tz, tx, ty, tz)
@@ -132,9 +148,9 @@ def angular_gains(lanes: int, s: Array, g: Array) -> None:
 
 
 @kernel
-def gather_accelerations(lanes: int, s: Array, g: Array, bodies: Array) -> None:
+def gather_accelerations(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Fetch the accelerations of the bodies of a batch."""
-    for k in range(lanes):
+    for k in range(used):
         a, b = int(s[k + A]) + ACC, int(s[k + B]) + ACC
         for row in range(6):
             g[k + DA + 8 * row] = bodies[a + row]
@@ -157,11 +173,11 @@ def approach(lanes: int, s: Array, q: Array, g: Array) -> None:
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(g, k, ax, ay, az, bx, by, bz)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         vn = nx * x + ny * y + nz * z
-        wx, wy, wz = turning(g, k + IA, k + LA)
+        wx, wy, wz = turning(s, k + IA, g, k + LA)
         ax, ay, az = _acceleration(g, DA, UA, wx, wy, wz, k, ax, ay, az)
-        wx, wy, wz = turning(g, k + IB, k + LB)
+        wx, wy, wz = turning(s, k + IB, g, k + LB)
         bx, by, bz = _acceleration(g, DB, UB, wx, wy, wz, k, bx, by, bz)
         gap = q[k + GAP0]
         square = vn * vn - 2.0 * gap * (nx * (bx - ax) + ny * (by - ay) + nz * (bz - az))

@@ -54,8 +54,8 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
-        fx, fy, fz = turning(g, k + IA, k + LA)
-        wx, wy, wz = turning(g, k + IB, k + LB)
+        fx, fy, fz = turning(s, k + IA, g, k + LA)
+        wx, wy, wz = turning(s, k + IB, g, k + LB)
         x, y, z = wx - fx, wy - fy, wz - fz
         press = q[k + JN]
         old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]

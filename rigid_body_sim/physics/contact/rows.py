@@ -21,7 +21,9 @@ RATE, SCALE, KEEP = 96, 104, 112  # beta [1/s], sigma [-], iota [-] of the soft 
 BOUNCE = 120  # [-] restitution
 ROLL, SPIN = 128, 136  # [m] rolling and torsional friction
 ROLL_GAIN, SPIN_GAIN = 144, 152  # [kg m^2] angular impulse per angular velocity
-MANIFOLD = 160  # numbers of the manifold
+MASS_A, MASS_B = 160, 168  # [1/kg] inverse masses
+IA, IB = 176, 224  # (6) [1/(kg m^2)] inverse inertias now: xx, xy, xz, yy, yz, zz
+MANIFOLD = 272  # numbers of the manifold
 
 # of a point
 RA, RB = 0, 24  # (3) [m] arms from the centres of mass
@@ -38,15 +40,11 @@ BN, BT, BO = 184, 192, 200  # [N s] impulses of the bounce
 POINT_LONG = 208  # numbers of a point else
 
 # scratch: what a pass knows of the two bodies of a lane, and what it has done to them so far
-V, IM = (
-    0,
-    24,
-)  # (3) [m/s] velocity of B relative to A at the start of the pass; [1/kg] 1/m_A + 1/m_B
-PS = 32  # (3) [N s] impulse on B so far
-LA, LB = 56, 80  # (3) [kg m^2/s] angular momenta as they are now
-IA, IB = 104, 152  # (6) [1/(kg m^2)] inverse inertias xx, xy, xz, yy, yz, zz
-DA, UA, SA, CA = 200, 224, 248, 256  # motion of A since the start of the tick; accelerations
-DB, UB, SB, CB = 264, 288, 312, 320  # the same of B
-PUSHED = 328  # [-] whether some point pushes
-CHANGE = 336  # [m/s] largest change of a normal velocity
-SCRATCH = 344
+V = 0  # (3) [m/s] velocity of B relative to A before the pass
+PS = 24  # (3) [N s] impulse on B so far
+LA, LB = 48, 72  # (3) [kg m^2/s] angular momenta as they are now
+DA, UA, SA, CA = 96, 120, 144, 152  # motion of A since the start of the tick; accelerations
+DB, UB, SB, CB = 160, 184, 208, 216  # the same of B
+PUSHED = 224  # [-] whether some point pushes
+CHANGE = 232  # [N s] largest change of a normal impulse
+SCRATCH = 240

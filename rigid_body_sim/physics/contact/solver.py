@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance
-from rigid_body_sim.physics.contact.assembly import BATCH, OFFSET, POINTS
+from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance, warm_start
+from rigid_body_sim.physics.contact.assembly import BATCH, OFFSET, POINTS, USED
 from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, SCRATCH
 from rigid_body_sim.physics.kernels import specialise
 
@@ -35,21 +35,31 @@ BOUNCES = False  # whether anything bounces
 
 
 def _prepare(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
-    """Find gains and speeds of approach."""
+    """Find tangents, gains and speeds of approach, and what the last tick left to start from."""
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
+        used = batches[batch * BATCH + USED]
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        passes.gather(lanes, s, g, bodies)
+        preparation.frames(lanes, s)
+        warm_start.clear(lanes, g)
+        for point in range(points):
+            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+            warm_start.turn(lanes, s, q, g)
+            if ANGULAR:
+                warm_start.turn_twist(lanes, s, q, g)
+        warm_start.hold(used, s, g, bodies)
+        passes.gather_inertia(used, s, bodies)
+        passes.gather(lanes, used, s, g, bodies)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
             preparation.gains(lanes, s, q, g)
         if ANGULAR:
             preparation.angular_gains(lanes, s, g)
         if BOUNCES:
-            preparation.gather_accelerations(lanes, s, g, bodies)
+            preparation.gather_accelerations(used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 preparation.approach(lanes, s, q, g)
@@ -63,17 +73,18 @@ def _push(
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
+        used = batches[batch * BATCH + USED]
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        passes.gather(lanes, s, g, bodies)
+        passes.gather(lanes, used, s, g, bodies)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
             passes.push(lanes, s, q, g, inverse_h, slop, cap)
             if ANGULAR:
                 resistance.release(lanes, s, q, g)
-        passes.scatter(lanes, s, g, bodies)
-        passes.mark_carried(lanes, s, g, bodies)
+        passes.scatter(used, s, g, bodies)
+        passes.mark_carried(used, s, g, bodies)
 
 
 def _relax(
@@ -88,12 +99,15 @@ def _relax(
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
+        used = batches[batch * BATCH + USED]
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        passes.gather(lanes, s, g, bodies)
         if first:
-            passes.gather_motion(lanes, s, g, bodies)
+            passes.gather_inertia(used, s, bodies)
+        passes.gather(lanes, used, s, g, bodies)
+        if first:
+            passes.gather_motion(used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 passes.gaps(lanes, s, q, g)
@@ -102,7 +116,7 @@ def _relax(
             passes.relax(lanes, s, q, g, inverse_h)
             if ANGULAR:
                 resistance.resist(lanes, s, q, g)
-        passes.scatter(lanes, s, g, bodies)
+        passes.scatter(used, s, g, bodies)
 
 
 def _bounce(
@@ -115,15 +129,16 @@ def _bounce(
         change = 0.0
         for batch in range(count):
             points = batches[batch * BATCH + POINTS]
+            used = batches[batch * BATCH + USED]
             begin = batches[batch * BATCH + OFFSET]
             s = rows[begin : begin + MANIFOLD]
             begin += MANIFOLD
-            passes.gather(lanes, s, g, bodies)
+            passes.gather(lanes, used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 bouncing.bounce(lanes, s, q, g, threshold)
-            passes.scatter(lanes, s, g, bodies)
-            for k in range(lanes):
+            passes.scatter(used, s, g, bodies)
+            for k in range(used):
                 change = max(change, g[CHANGE + k])
         largest = max(largest, change)
         if not change > SETTLED * largest:

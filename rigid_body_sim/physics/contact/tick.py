@@ -40,7 +40,13 @@ from rigid_body_sim.physics.blocks import (
     TY,
     TZ,
 )
-from rigid_body_sim.physics.contact import assembly, broad_phase, detection, touching_bodies
+from rigid_body_sim.physics.contact import (
+    assembly,
+    broad_phase,
+    detection,
+    pair_list,
+    touching_bodies,
+)
 from rigid_body_sim.physics.contact import memory as memory_of
 from rigid_body_sim.physics.contact.rows import A, B
 from rigid_body_sim.physics.contact.touching_bodies import BODY
@@ -54,15 +60,16 @@ from rigid_body_sim.physics.schemes.steps import (
 )
 
 # settings: numbers of the scene
-SUBSTEPS, ZETA, RELAXATIONS, THRESHOLD, SLOP, CAP, MARGIN, CELL = range(8)
+SUBSTEPS, ZETA, RELAXATIONS, THRESHOLD, SLOP, CAP, MARGIN, RADIUS = range(8)
 SETTINGS = 8
 
 # counts: sizes and what is given back
 N_COLLIDERS, PLANES, PAIR_ROOM, MANIFOLD_ROOM, ROW_ROOM, BATCH_ROOM, MEMORY_ROOM = range(7)
 LANES_AT_ONCE = 7
 DONE, PAIRS, MANIFOLDS, BATCHES, SHORT, PIECES, CUT = 8, 9, 10, 11, 12, 13, 14
-STALE = 15  # 1: other bodies sleep than in the last call
-COUNTS = 16
+ASSEMBLED = 15  # 1: batches and rows are those of the manifolds in memory
+STALE = 16  # 1: other bodies sleep than in the last call
+COUNTS = 17
 NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
 TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT] 1: it has been
 WOKEN, FELL_ASLEEP = 6, 7  # sleepers that are marked wake before the tick; some fell asleep in it
@@ -145,8 +152,8 @@ def _mark_touching(manifolds, n_moving, records, rows, touching, marks):
 def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges,
     settings, counts, numbers, table, bounds, mounts, materials, poses, reaches, found, bodies,
-    rows, records, memory, grid, heads, keys, batches, colours, open_batches, touching,
-    slumber, limits, ward,
+    rows, records, memory, rooms, grid, heads, kept, keys, batches, colours, open_batches,
+    touching, slumber, limits, ward,
 ):  # fmt: skip
     """
     Advance over ticks. Return 0, or NaN if a number left the finite ones; counts[DONE] tells how
@@ -164,6 +171,7 @@ def _advance(
     fresh = False
     if SLEEPING and counts[STALE] == 1:
         counts[STALE] = 0
+        kept[pair_list.AGE] = 0
         lay_down(
             n, n_bodies, n_rigid, translation, rotation, table, mounts, poses, reaches, bodies,
             slumber,
@@ -194,9 +202,9 @@ def _advance(
             bodies[n_bodies * BODY + entry] = 0.0
         detection.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
         broad_phase.find_reaches(n, h, settings[MARGIN], table, bounds, poses, bodies, reaches)
-        pairs = broad_phase.find_pairs(
-            n, counts[PLANES], h, settings[CELL], counts[PAIR_ROOM], numbers, table, bounds, poses,
-            reaches, grid, heads, keys,
+        pairs = pair_list.find_pairs(
+            n, counts[PLANES], h, settings[RADIUS], counts[PAIR_ROOM], numbers, table, bounds,
+            reaches, rooms, grid, heads, kept, keys,
         )  # fmt: skip
         counts[PAIRS] = pairs
         if pairs > counts[PAIR_ROOM]:
@@ -219,17 +227,24 @@ def _advance(
         if SLEEPING and reached(manifolds, h, table, reaches, records, slumber):
             counts[SHORT] = WOKEN
             return 0.0
-        count = assembly.make_batches(
-            manifolds, n_bodies, WIDTH, counts[ROW_ROOM], counts[BATCH_ROOM], table, records,
-            colours, open_batches, rows, batches,
-        )  # fmt: skip
-        if count < 0:
-            counts[SHORT] = SHORT_OF_ROWS
-            return 0.0
-        counts[BATCHES] = count
+        if counts[ASSEMBLED] == 0 or not assembly.is_same(manifolds, records, memory):
+            counts[BATCHES] = assembly.make_batches(
+                manifolds, n_bodies, WIDTH, counts[ROW_ROOM], counts[BATCH_ROOM], table, records,
+                colours, open_batches, rows, batches,
+            )  # fmt: skip
+            counts[ASSEMBLED] = 0
+            if counts[BATCHES] < 0:
+                counts[SHORT] = SHORT_OF_ROWS
+                return 0.0
+        count = counts[BATCHES]
+        if counts[ASSEMBLED] == 0 or memory[0] != part:
+            assembly.fill_materials(
+                manifolds, part, settings[ZETA], table, materials, records, rows
+            )
+            counts[ASSEMBLED] = 1
         assembly.fill_rows(
-            manifolds, n_bodies, WIDTH, part, settings[ZETA], ANGULAR, translation, table,
-            materials, bounds, poses, records, memory, rows, bodies,
+            manifolds, WIDTH, part, ANGULAR, translation, table, bounds, poses, records, memory,
+            rows,
         )  # fmt: skip
         prepare(lanes_at_once, count, rows, batches, bodies)
         touched = _mark_touching(manifolds, n_bodies, records, rows, touching, colours)

@@ -1,0 +1,118 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The impulses of the last tick, from which the first substep of this one starts, lane by lane.
+
+    J_t = T . J_W,  |J_t| <= mu J_n        J_W : friction as a vector of the world
+    held by B: J, r_B x J; by A: -J, -r_A x J
+
+`assembly` leaves J_W in the rows of the sums, and angular impulses in those of the bounce.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.contact.lanes import arms, cross, disc, vector
+from rigid_body_sim.physics.contact.rows import (
+    BN,
+    BO,
+    BT,
+    GAP,
+    GAP0,
+    JN,
+    JO,
+    JQ,
+    JR,
+    JS,
+    JT,
+    LA,
+    LB,
+    MOST,
+    MU,
+    PS,
+    SUM,
+    T2,
+    A,
+    B,
+    N,
+    T,
+)
+from rigid_body_sim.physics.contact.touching_bodies import L_HELD, P_HELD
+from rigid_body_sim.physics.kernels import kernel
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def turn(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """
+    Turn the impulses of the last tick to the tangents of one point of each lane; sum up what they
+    are to its bodies.
+    """
+    for k in range(lanes):
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + T2)
+        ax, ay, az, bx, by, bz = arms(q, k)
+        x, y, z = vector(q, k + SUM)
+        px, py, pz = vector(g, k + PS)
+        hx, hy, hz = vector(g, k + LA)
+        lx, ly, lz = vector(g, k + LB)
+        normal = q[k + JN]
+        t, o = disc(tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, s[k + MU] * normal)
+        x = normal * nx + (t * tx + o * ox)
+        y = normal * ny + (t * ty + o * oy)
+        z = normal * nz + (t * tz + o * oz)
+        ax, ay, az = cross(ax, ay, az, x, y, z)
+        bx, by, bz = cross(bx, by, bz, x, y, z)
+        q[k + JT], q[k + JO] = t, o
+        # what the first substep starts from is not of this tick
+        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = -normal, -t, -o
+        q[k + MOST] = 0.0
+        q[k + GAP] = q[k + GAP0]
+        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
+        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+
+
+@kernel
+def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """Do the same with the angular impulses of one point of each lane."""
+    for k in range(lanes):
+        x, y, z = vector(q, k + BN)
+        hx, hy, hz = vector(g, k + LA)
+        lx, ly, lz = vector(g, k + LB)
+        nx, ny, nz = vector(s, k + N)
+        tx, ty, tz = vector(s, k + T)
+        ox, oy, oz = vector(s, k + T2)
+        q[k + JR] = tx * x + ty * y + tz * z
+        q[k + JQ] = ox * x + oy * y + oz * z
+        q[k + JS] = nx * x + ny * y + nz * z
+        q[k + BN], q[k + BT], q[k + BO] = 0.0, 0.0, 0.0
+        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - x, hy - y, hz - z
+        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + x, ly + y, lz + z
+
+
+@kernel
+def hold(used: int, s: Array, g: Array, bodies: Array) -> None:
+    """Add to what contacts hold of the bodies of a batch what its points start from."""
+    for k in range(used):
+        a, b = int(s[k + A]), int(s[k + B])
+        for axis in range(3):
+            row = k + 8 * axis
+            bodies[a + P_HELD + axis] -= g[row + PS]
+            bodies[b + P_HELD + axis] += g[row + PS]
+            bodies[a + L_HELD + axis] += g[row + LA]
+            bodies[b + L_HELD + axis] += g[row + LB]
+
+
+@kernel
+def clear(lanes: int, g: Array) -> None:
+    """Begin the sums of a batch."""
+    for k in range(lanes):
+        for axis in range(3):
+            g[k + PS + 8 * axis] = 0.0
+            g[k + LA + 8 * axis] = 0.0
+            g[k + LB + 8 * axis] = 0.0

@@ -1,0 +1,254 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The list of pairs that is kept over ticks gives in each tick what comparing all with all gives.
+
+Sets of pairs are compared, and their order: no tolerance.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.physics.contact import tick
+from rigid_body_sim.physics.contact.broad_phase import (
+    HALF,
+    REACH,
+    ROW,
+    SMALL,
+    SPEED,
+    TURN,
+    may_meet,
+    meets_plane,
+)
+from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, PLANE, SIZES, SPHERE, TABLE
+from rigid_body_sim.physics.contact.grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.pair_list import (
+    AGE,
+    BRUTE,
+    KEPT,
+    find_pairs,
+    size_of_list,
+    size_of_rooms,
+)
+from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.simulation import Simulation
+
+from .touching import ball, box, ground, heap, scene
+
+DT = 1.0 / 240.0  # [s]
+
+
+def all_pairs(n, planes, h, numbers, table, bounds, reaches):
+    """
+    Keys of the pairs that may meet, each compared with each.
+    """
+    keys = []
+    for j in range(planes, n):
+        moves = table[j * TABLE + CORE] >= 0
+        for i in range(j):
+            if not moves and (i < planes or table[i * TABLE + CORE] < 0):
+                continue
+            if i < planes:
+                meets = meets_plane(table[i * TABLE + SIZES], j, h, reaches, numbers, bounds)
+            else:
+                meets = may_meet(reaches, i * ROW, j * ROW, h)
+            if meets:
+                keys.append(j * n + i)
+    return keys
+
+
+@dataclass
+class Crowd:
+    """
+    Balls that fly as they like, and planes; every third of `statics` balls stands still.
+    """
+
+    radii: np.ndarray
+    seed: int
+    planes: int = 2
+    statics: int = 0
+    room: int = 4000
+
+    def __post_init__(self):
+        self.rng = rng = np.random.default_rng(self.seed)
+        balls, planes = len(self.radii), self.planes
+        self.n = n = balls + planes
+        normals = rng.normal(size=(planes, 3))
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        self.numbers = np.column_stack((normals, rng.uniform(-3.0, -1.0, planes))).ravel()
+        table = np.zeros((n, TABLE), dtype=np.int64)
+        table[:, 0] = [PLANE] * planes + [SPHERE] * balls
+        table[:planes, SIZES] = 4 * np.arange(planes)
+        table[:, CORE] = -1
+        table[planes + self.statics :, CORE] = np.arange(balls - self.statics)
+        bounds = np.zeros((n, BOUNDS))
+        bounds[:, 7] = [math.inf] * planes + list(self.radii)
+        self.table, self.bounds = table.ravel(), bounds.ravel()
+        self.position = rng.uniform(-2.0, 2.0, (n, 3))
+        self.velocity = rng.normal(size=(n, 3))
+        self.velocity[: planes + self.statics] = 0.0
+        self.rooms = np.zeros(size_of_rooms(n))
+        self.grid = np.zeros(CELL * n, dtype=np.int64)
+        self.heads = np.zeros(size_of_heads(n), dtype=np.int64)
+        self.make_room(self.room)
+
+    def make_room(self, room):
+        self.room = room
+        self.kept = np.zeros(size_of_list(room), dtype=np.int64)
+        self.keys = np.zeros(room, dtype=np.int64)
+
+    def reaches(self, h):
+        """
+        Rows as `find_reaches` writes them.
+        """
+        rows = np.zeros((self.n, ROW))
+        radius = np.array([0.0] * self.planes + list(self.radii))
+        rows[:, :3] = self.position
+        rows[:, HALF : HALF + 3] = radius[:, None]
+        rows[:, SPEED : SPEED + 3] = self.velocity
+        rows[:, TURN] = 9.81 * h * h * (self.table[CORE::TABLE] >= 0)
+        rows[:, SMALL] = np.where(radius > 0.0, np.minimum(0.02, 0.1 * radius), 0.02)
+        speed = np.linalg.norm(self.velocity, axis=1) * h
+        rows[:, REACH] = 0.5 * rows[:, SMALL] + speed + rows[:, TURN]
+        return rows.ravel()
+
+    def compare(self, h=DT):
+        """
+        Find the pairs, and assert that they are those of all pairs, in their order.
+        """
+        reaches = self.reaches(h)
+        radius = float(np.median(self.radii))
+        arrays = (
+            self.numbers, self.table, self.bounds, reaches, self.rooms, self.grid, self.heads,
+            self.kept, self.keys,
+        )  # fmt: skip
+        of_all = (h, self.numbers, self.table, self.bounds, reaches)
+        count = find_pairs(
+            self.n, self.planes, h, radius, self.room, *(argument(array) for array in arrays)
+        )
+        expected = all_pairs(self.n, self.planes, *of_all)
+        assert count > self.room or self.keys[:count].tolist() == expected
+        return count
+
+    def fly(self, h=DT):
+        self.position += h * self.velocity
+
+
+RADII = {
+    'few': lambda rng: rng.uniform(0.1, 0.3, BRUTE - 4),
+    'equal': lambda rng: np.full(60, 0.2),
+    'pebbles and a boulder': lambda rng: np.append(rng.uniform(0.02, 0.06, 60), 1.5),
+    'a thousandfold': lambda rng: 10.0 ** rng.uniform(-3.0, 0.0, 60),
+    'with points': lambda rng: np.append(np.full(30, 0.15), np.zeros(30)),
+}
+
+
+@pytest.mark.parametrize('kind', RADII)
+@pytest.mark.parametrize('speed', [0.0, 0.05, 2.0, 100.0])
+def test_a_list_that_is_kept_gives_the_pairs_of_all_with_all(kind, speed):
+    rng = np.random.default_rng(len(kind))
+    crowd = Crowd(RADII[kind](rng), seed=len(kind), statics=7)
+    crowd.velocity *= speed
+    made = found = 0
+    for turn in range(60):
+        found += crowd.compare()
+        made += crowd.kept[AGE] == 1
+        crowd.fly()
+        moving = crowd.table[CORE::TABLE] >= 0
+        crowd.velocity[moving] += 0.1 * speed * rng.normal(size=(moving.sum(), 3))
+        if turn % 20 == 10:  # a jump of one
+            crowd.position[-1] = rng.uniform(-1.0, 1.0, 3)
+        if turn == 40:  # a fixed one as well
+            crowd.position[crowd.planes] *= 0.5
+    assert found > 0
+    assert made < 60 or speed > 2.0  # else nothing was kept
+
+
+def test_ticks_in_pieces_and_whole_ones_share_a_list():
+    crowd = Crowd(np.full(50, 0.2), seed=3)
+    for turn in range(80):
+        h = DT / 16.0 if 20 <= turn < 52 else DT
+        crowd.compare(h)
+        crowd.fly(h)
+
+
+@pytest.mark.parametrize('far', [1e4, 1e9, 1e14])
+def test_rounding_far_from_the_origin_hides_no_pair(far):
+    crowd = Crowd(np.full(40, 0.2), seed=5, planes=0)
+    spacing = np.spacing(far)
+    crowd.position = far + np.round(crowd.position / spacing) * spacing
+    crowd.position[:20, 1] = crowd.position[20:, 1]
+    for _ in range(20):
+        crowd.compare()
+        crowd.fly()
+
+
+def test_a_list_too_short_says_how_long_it_must_be():
+    crowd = Crowd(np.full(40, 0.5), seed=1, room=50)
+    crowd.position *= 0.3
+    needed = crowd.compare()
+    assert needed > 50
+    crowd.make_room(2 * needed)
+    assert crowd.compare() <= crowd.kept[KEPT] <= needed
+
+
+class Watched:
+    """
+    A simulation whose pairs are compared in every tick with those of all with all.
+    """
+
+    def __init__(self, bodies):
+        self.simulation = Simulation(scene(bodies))
+        self.plan = self.simulation._stepper.contact
+        self.made = self.cut = 0
+        self._pieces = 1
+        self._in_pieces = self.plan._in_pieces
+        self.plan._in_pieces = self._watch_pieces
+
+    def _watch_pieces(self, *arguments):
+        self._pieces = int(self.plan.counts[tick.PIECES])
+        self.cut += 1
+        return self._in_pieces(*arguments)
+
+    def step(self, ticks):
+        plan, counts = self.plan, self.plan.counts
+        for _ in range(ticks):
+            self._pieces = 1
+            self.simulation.step()
+            h = self.simulation.dt / self._pieces
+            found = plan.keys[: counts[tick.PAIRS]].tolist()
+            n, planes = int(counts[tick.N_COLLIDERS]), int(counts[tick.PLANES])
+            of_plan = (plan.numbers, plan.table, plan.bounds, plan.reaches)
+            assert found == all_pairs(n, planes, h, *of_plan)
+            self.made += plan.kept[AGE] == 1
+        return self.simulation.state_bytes()
+
+
+def test_a_heap_that_falls_and_rests_meets_the_pairs_of_all_with_all_also_after_a_reset():
+    bodies = [
+        *heap(12),
+        *[ball(f'pebble{i}', 0.03, (0.07 * i - 0.5, 0.3, 1.0 + 0.1 * i)) for i in range(16)],
+        ball('boulder', 0.8, (0.0, 0.0, 4.0), mass=50.0, velocity=(0.0, 0.0, -5.0)),
+        box('wall', 0.5, (1.5, 0.0, 0.25), fixed=True),
+    ]
+    watched = Watched(bodies)
+    middle = watched.step(150)
+    assert watched.made < 100
+    assert watched.cut > 0  # the boulder hits a pebble at more than half its radius per tick
+    end = watched.step(30)
+    watched.simulation.restore(tick=150, state=middle, slots={})
+    assert watched.step(30) == end
+    watched.simulation.reset()
+    assert watched.step(150) == middle
+
+
+def test_planes_are_kept_only_for_what_is_near():
+    bodies = [ground(), *[ball(f'b{i}', 0.1, (0.3 * i, 0.0, 0.5 * i + 0.1)) for i in range(8)]]
+    bodies.append(box('box', 0.2, (-1.0, 0.0, 9.0)))
+    sim = Simulation(scene(bodies))
+    sim.step()
+    plan = sim._stepper.contact
+    assert 0 < plan.kept[KEPT] < 8
