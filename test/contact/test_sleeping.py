@@ -13,9 +13,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rigid_body_sim.physics import mass_properties
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.spring import Spring
-from rigid_body_sim.physics.shapes import Box
+from rigid_body_sim.physics.shapes import Box, Part, Union
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import DT, G, ball, box, ground, heap, lean, scene, stack
@@ -255,6 +256,30 @@ def test_bodies_that_a_spring_joins_sleep_and_wake_together():
     sim.apply_impulse('a', linear=(0.5, 0.0, 0.0))
     sim.step(1)
     assert not asleep(sim)
+
+
+def test_a_body_of_several_parts_sleeps_and_wakes_as_one():
+    # a table top on two legs, a box on it
+    slab, leg = Box((0.6, 0.2, 0.1)), Box((0.1, 0.2, 0.2))
+    parts = [Part(slab, mass=1.0, position=(0.0, 0.0, 0.05))]
+    parts += [Part(leg, mass=0.5, position=(side * 0.25, 0.0, -0.1)) for side in (-1, 1)]
+    of = mass_properties.of_shape(Union(tuple(parts)))
+    table = replace(
+        box('table', 0.2, (0.0, 0.0, 0.2 + of.center_of_mass[2]), mass=2.0),
+        shape=Union(tuple(parts)), center_of_mass=tuple(of.center_of_mass.tolist()),
+        inertia=of.inertia,
+    )  # fmt: skip
+    sim = Simulation(scene([ground(), table, box('b', 0.2, (0.1, 0, 0.4))], sleeping=True))
+    sim.step(SETTLED)
+    assert asleep(sim) == {'table', 'b'}
+    before = sim.state_bytes()
+    sim.step(100)
+    assert sim.state_bytes() == before
+    sim.apply_impulse('b', linear=(0.0, 0.0, 1.0))
+    sim.step(1)
+    assert not asleep(sim)
+    sim.step(2 * SETTLED)
+    assert asleep(sim) == {'table', 'b'}
 
 
 def test_without_anybody_asleep_the_bits_are_those_without_sleep():

@@ -1,11 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What collides, as arrays: one collider for each body that has a solid shape, in scene order.
+What collides, as arrays: one collider for each solid of each body (`compound`), in scene order.
 
 A fixed body is a static collider. A point mass collides as a sphere of radius zero, but never with
-another point. A mesh collides as its convex hull. Bodies without a shape and unions of particles
-do not collide.
+another point. A mesh collides as its convex hull. Bodies without a shape and particles that make a
+rigid body do not collide.
 
     numbers : sizes of all shapes, one after the other; equal hulls share one record
         SPHERE    radius
@@ -36,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.physics.contact.compound import solids
 from rigid_body_sim.physics.kernels import inline
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Body, Scene
@@ -87,9 +88,10 @@ class Colliders:
     def of(cls, scene: Scene, layout: Layout) -> Colliders:
         """Find the colliders of a scene; InvalidModel for a hull that spans no solid."""
         found = [
-            (index, body, type_of(body))
+            (index, solid, type_of(solid))
             for index, body in enumerate(scene.bodies)
-            if type_of(body) >= 0
+            for solid in solids(body)
+            if type_of(solid) >= 0
         ]
         prisms = _needs_prisms([kind for _, _, kind in found])
         core = {int(index): k for k, index in enumerate(layout.moving)}
@@ -148,13 +150,15 @@ class Colliders:
 
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """Give the pairs of types (a <= b) that may meet in this scene, in order."""
-        moving = np.bincount(self.types[self.cores >= 0], minlength=len(NAMES))
-        all_of = np.bincount(self.types, minlength=len(NAMES))
+        kinds = len(NAMES)
+        all_of = np.bincount(self.types, minlength=kinds)
+        moves = self.cores >= 0
+        of_body = np.zeros((int(np.max(self.cores, initial=-1)) + 1, kinds), dtype=np.int64)
+        np.add.at(of_body, (self.cores[moves], self.types[moves]), 1)
+        # some body has a of its own, and b is found among the others
+        meets = (of_body > 0).T.astype(np.int64) @ (all_of - of_body > 0) > 0
         return tuple(
-            (a, b)
-            for a in range(len(NAMES))
-            for b in range(a, len(NAMES))
-            if (moving[a] and all_of[b] - (a == b)) or (moving[b] and all_of[a] - (a == b))
+            (a, b) for a in range(kinds) for b in range(a, kinds) if meets[a, b] or meets[b, a]
         )
 
 

@@ -134,9 +134,10 @@ def _compare_all(
 ) -> int:
     """Add the pairs of rooms that overlap to a list of so many, as `overlaps` does."""
     for j in range(planes, n):
-        moves = table[j * TABLE + CORE] >= 0
+        core = table[j * TABLE + CORE]
         for i in range(planes, j):
-            if (moves or table[i * TABLE + CORE] >= 0) and overlap(rooms, i * BOX, j * BOX):
+            other = table[i * TABLE + CORE]
+            if core != other and max(core, other) >= 0 and overlap(rooms, i * BOX, j * BOX):
                 if count < room:
                     kept[LIST + count], kept[LIST + room + count] = j, i
                 count += 1

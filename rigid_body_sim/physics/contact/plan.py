@@ -21,12 +21,10 @@ from rigid_body_sim.physics.contact.assembly import (
 from rigid_body_sim.physics.contact.broad_phase import ROW
 from rigid_body_sim.physics.contact.collider import (
     BOUNDS,
-    CAPSULE,
-    CYLINDER,
+    CORE,
     MATERIAL,
     PLANE,
     POSE,
-    SPHERE,
     TABLE,
     TYPE,
     Colliders,
@@ -39,6 +37,7 @@ from rigid_body_sim.physics.contact.memory import end_of_memory
 from rigid_body_sim.physics.contact.order import order
 from rigid_body_sim.physics.contact.pair_list import size_of_list, size_of_rooms
 from rigid_body_sim.physics.contact.pairs import collide_kernel
+from rigid_body_sim.physics.contact.rolling import members, rolling
 from rigid_body_sim.physics.contact.rows import (
     LANES,
     MANIFOLD,
@@ -49,7 +48,7 @@ from rigid_body_sim.physics.contact.rows import (
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
-from rigid_body_sim.physics.contact.touching_bodies import AXIS, BODY, COLLIDER, ROUND
+from rigid_body_sim.physics.contact.touching_bodies import AXIS, BODY, ROUND
 from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integrators.integrator import Integrator
@@ -57,7 +56,6 @@ from rigid_body_sim.physics.kernels import argument
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schemes.splitting import Splitting
-from rigid_body_sim.physics.shapes import Union
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -81,7 +79,6 @@ class ContactPlan:
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
         _refuse_flow(scene, colliders)
-        _refuse_unions(scene)
         self._order = order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, MATERIAL)
@@ -117,16 +114,11 @@ class ContactPlan:
         self.reaches = np.zeros(max(1, n) * ROW)
         self.found = np.zeros(FOUND)
         self.bodies = _aligned((self._layout.n_moving + 1) * BODY)
-        for i in range(n):
-            kind, _, core, _ = self.table[i * TABLE : (i + 1) * TABLE]
-            if core < 0:
-                continue
+        table, mounts = self.table.reshape(-1, TABLE), self.mounts.reshape(-1, POSE)
+        for core, places in members(table[:, CORE]):
             row = self.bodies[core * BODY : (core + 1) * BODY]
-            row[COLLIDER] = i
-            mount = self.mounts[i * POSE : (i + 1) * POSE]
-            centered = not mount[:2].any()
-            row[ROUND] = 2.0 if kind == SPHERE else float(kind in (CAPSULE, CYLINDER) and centered)
-            row[AXIS : AXIS + 3] = mount[3:].reshape(3, 3)[:, 2]
+            kinds = table[places, TYPE].tolist()
+            row[ROUND], row[AXIS : AXIS + 3] = rolling(kinds, mounts[places])
 
     def _make_room(self, n: int) -> None:
         """Make the lists that grow."""
@@ -376,16 +368,6 @@ def _aligned(size: int) -> Array:
 
 def _nothing(*_arguments: Any) -> None:
     """Stand for the forces of a scene where there are none that depend on its state."""
-
-
-def _refuse_unions(scene: Scene) -> None:
-    for body in scene.bodies:
-        if isinstance(body.shape, Union):
-            raise InvalidModel(
-                f'{body.name!r} is a union of shapes, which cannot collide yet and would pass '
-                'through everything; give one shape with its inertia, or set contact to '
-                '{mode: none}'
-            )
 
 
 def _refuse_flow(scene: Scene, colliders: Colliders) -> None:

@@ -63,7 +63,6 @@ XS, ES = 44, 47  # position and its residual at the start of the substep
 ROUND = 50  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ball
 AXIS = 51  # (3) [-] principal axes
 ACC, ALPHA = 54, 57  # [m/s^2], [rad/s^2] of free motion at the start of the tick, where wanted
-COLLIDER = 60  # [-] its place among the colliders
 BODY = 64
 
 
