@@ -89,6 +89,15 @@ def at(index, size):
 
 
 @inline
+def wide(lanes):
+    """
+    Lanes up to the end of a vector of four: what a vector leaves over is done one by one, at the
+    price of a vector each. Empty lanes hold a unit sphere at rest.
+    """
+    return (lanes + 3) // 4 * 4
+
+
+@inline
 def rotate(x, y, z, w, a, b, c):
     """
     Rotate a vector from body to world axes.

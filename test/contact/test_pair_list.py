@@ -175,6 +175,30 @@ def test_ticks_in_pieces_and_whole_ones_share_a_list():
         crowd.fly(h)
 
 
+def test_a_tower_meets_its_neighbours_wherever_it_stands():
+    # the cells of a tower follow each other in the hash, and somewhere go around its end
+    crowd = Crowd(np.full(60, 0.2), seed=2, planes=0)
+    crowd.velocity[:] = 0.0
+    for turn in range(60):
+        crowd.position[:] = 0.0
+        crowd.position[:, 2] = 0.4 * np.arange(60) + 7.3 * turn
+        assert crowd.compare() == 59
+
+
+def test_what_sinks_to_a_plane_is_found_when_it_gets_near():
+    crowd = Crowd(np.full(60, 0.2), seed=4, planes=1)
+    crowd.numbers[:] = 0.0, 0.0, 1.0, 0.0
+    crowd.position[1:, 0] = np.arange(60)
+    crowd.position[1:, 2] = np.linspace(0.2, 0.6, 60)
+    crowd.velocity[:] = 0.0
+    near = []
+    for _ in range(200):  # by less than any skin in a tick, so that all of it is used up
+        near.append(crowd.compare())
+        crowd.position[1:, 2] -= 0.001
+    assert near[0] < 10
+    assert near[-1] > 30
+
+
 @pytest.mark.parametrize('far', [1e4, 1e9, 1e14])
 def test_rounding_far_from_the_origin_hides_no_pair(far):
     crowd = Crowd(np.full(40, 0.2), seed=5, planes=0)

@@ -66,18 +66,16 @@ def size_of_list(room: int) -> int:
 
 
 @kernel
-def _find_boxes(planes: int, n: int, reaches: Array, rooms: Array, boxes: Array) -> bool:
+def _find_boxes(planes: int, n: int, reaches: Array, rooms: Array) -> bool:
     """Find the boxes of all that colliders may reach; tell whether they are in their rooms."""
-    for i in range(planes * BOX):
-        boxes[i] = -LARGEST if i % BOX < 3 else LARGEST
     inside = True
     for j in range(planes, n):
-        o, p = j * ROW, j * BOX
+        o, p, q = j * ROW, j * BOX, (n + j) * BOX
         for axis in range(3):
             x, e = reaches[o + axis], reaches[o + HALF + axis] + reaches[o + REACH]
             e += ROUND_OFF * (abs(x) + e)
             low, high = x - e, x + e
-            boxes[p + axis], boxes[p + 3 + axis] = low, high
+            rooms[q + axis], rooms[q + 3 + axis] = low, high
             inside &= (low >= rooms[p + axis]) & (high <= rooms[p + 3 + axis])
     return inside
 
@@ -85,18 +83,21 @@ def _find_boxes(planes: int, n: int, reaches: Array, rooms: Array, boxes: Array)
 @kernel
 def _make_rooms(
     planes: int, n: int, h: float, skin: float, table: Indices, bounds: Array, reaches: Array,
-    boxes: Array, rooms: Array,
+    rooms: Array,
 ) -> None:  # fmt: skip
-    """Give each collider its room."""
+    """Give each collider its room, and each plane a box that overlaps all."""
+    for i in range(planes):
+        for axis in range(3):
+            rooms[(n + i) * BOX + axis], rooms[(n + i) * BOX + 3 + axis] = -LARGEST, LARGEST
     for j in range(planes, n):
-        o, p = j * ROW, j * BOX
+        o, p, q = j * ROW, j * BOX, (n + j) * BOX
         around = 0.0
         if table[j * TABLE + CORE] >= 0:
             around = min(skin, bounds[j * BOUNDS + 7] + reaches[o + SMALL])
         for axis in range(3):
             flight = reaches[o + SPEED + axis] * (AHEAD * h)
-            low = boxes[p + axis] - around + min(flight, 0.0)
-            high = boxes[p + 3 + axis] + around + max(flight, 0.0)
+            low = rooms[q + axis] - around + min(flight, 0.0)
+            high = rooms[q + 3 + axis] + around + max(flight, 0.0)
             rooms[p + axis] = min(max(low, -LARGEST), LARGEST)
             rooms[p + 3 + axis] = max(min(high, LARGEST), -LARGEST)
 
@@ -130,14 +131,24 @@ def _add_planes(
 
 @kernel
 def _compare_all(
-    planes: int, n: int, room: int, count: int, table: Indices, rooms: Array, kept: Indices
-) -> int:
-    """Add the pairs of rooms that overlap to a list of so many, as `overlaps` does."""
+    planes: int, n: int, room: int, numbers: Array, table: Indices, reaches: Array, rooms: Array,
+    kept: Indices,
+) -> int:  # fmt: skip
+    """Compare each with each: the list in its order; return its length."""
+    count = 0
     for j in range(planes, n):
+        small = reaches[j * ROW + SMALL]
         core = table[j * TABLE + CORE]
-        for i in range(planes, j):
+        for i in range(j):
             other = table[i * TABLE + CORE]
-            if core != other and max(core, other) >= 0 and overlap(rooms, i * BOX, j * BOX):
+            if core == other or max(core, other) < 0:  # parts of one body; neither moves
+                continue
+            if i < planes:
+                at = table[i * TABLE + SIZES]
+                meets = _reaches_plane(at, j * BOX, small, numbers, rooms)
+            else:
+                meets = overlap(rooms, i * BOX, j * BOX)
+            if meets:
                 if count < room:
                     kept[LIST + count], kept[LIST + room + count] = j, i
                 count += 1
@@ -184,8 +195,7 @@ def _make_list(
     bounds: Array, reaches: Array, rooms: Array, grid: Indices, heads: Indices, kept: Indices,
 ) -> int:  # fmt: skip
     """Make rooms and the list of those that overlap; return its length, also beyond its room."""
-    boxes, entered = rooms[BOX * n : 2 * BOX * n], rooms[2 * BOX * n : 3 * BOX * n]
-    edges, at = rooms[3 * BOX * n :], 3 * BOX * n + LEVELS
+    at = 3 * BOX * n + LEVELS
     skin = rooms[at]
     if skin == 0.0:
         skin = FIRST * radius
@@ -193,20 +203,19 @@ def _make_list(
         skin *= THICKER if kept[AGE] * skin < WORTH * radius else THINNER
         skin = min(max(skin, THINNEST * radius), THICKEST * radius)
     rooms[at] = skin
-    _make_rooms(planes, n, h, skin, table, bounds, reaches, boxes, rooms)
+    _make_rooms(planes, n, h, skin, table, bounds, reaches, rooms)
     if n <= BRUTE:
-        count = _compare_all(planes, n, room, 0, table, rooms, kept)
+        count = _compare_all(planes, n, room, numbers, table, reaches, rooms, kept)
     else:
+        entered, edges = rooms[2 * BOX * n : 3 * BOX * n], rooms[3 * BOX * n :]
         count = overlaps(
             planes, n, room, table, rooms, edges, entered, grid, heads, LIST, LIST + room, kept
         )
-    count = _add_planes(planes, n, room, count, numbers, table, reaches, rooms, kept)
-    kept[AGE] = 0
-    kept[KEPT] = 0
-    if count <= room:
-        count = _sort(count, n, room, heads, kept)
-        kept[AGE] = 1
-        kept[KEPT] = count
+        count = _add_planes(planes, n, room, count, numbers, table, reaches, rooms, kept)
+        if count <= room:
+            count = _sort(count, n, room, heads, kept)
+    kept[KEPT] = count
+    kept[AGE] = 1 if count <= room else 0
     return count
 
 
@@ -223,13 +232,12 @@ def find_pairs(
         planes : so many colliders at the head of the table are planes
         radius : of a usual collider [m]
     """
-    boxes = rooms[BOX * n : 2 * BOX * n]
-    inside = _find_boxes(planes, n, reaches, rooms, boxes)
+    inside = _find_boxes(planes, n, reaches, rooms)
     age, skin = kept[AGE], rooms[3 * BOX * n + LEVELS]
     late = skin > THINNEST * radius and age * skin > LATE * WORTH * radius
-    kept[AGE] = age + 1
-    if age == 0 or late or not inside:
-        kept[AGE] = age
+    if age > 0 and inside and not late:
+        kept[AGE] = age + 1
+    else:
         length = _make_list(
             planes, n, h, radius, room, numbers, table, bounds, reaches, rooms, grid, heads, kept
         )
@@ -238,7 +246,7 @@ def find_pairs(
     near = 0
     for k in range(kept[KEPT]):
         keys[near] = k
-        near += overlap(boxes, kept[LIST + k] * BOX, kept[LIST + room + k] * BOX)
+        near += overlap(rooms, (n + kept[LIST + k]) * BOX, (n + kept[LIST + room + k]) * BOX)
     count = 0
     for k in range(near):
         j, i = kept[LIST + keys[k]], kept[LIST + room + keys[k]]

@@ -210,6 +210,31 @@ def push(
 
 
 @kernel
+def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
+    """Visit the normal of one point of each lane, without push-out."""
+    for k in range(lanes):
+        nx, ny, nz = vector(s, k + N)
+        ax, ay, az, bx, by, bz = arms(q, k)
+        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
+        gap = q[k + GAP]
+        old = q[k + JN]
+        px, py, pz = vector(g, k + PS)
+        hx, hy, hz = vector(g, k + LA)
+        lx, ly, lz = vector(g, k + LB)
+        bias = gap * inverse_h if gap > 0.0 else 0.0
+        new = old - q[k + GAIN] * ((nx * x + ny * y + nz * z) + bias)
+        new = new if new > 0.0 else 0.0
+        change = new - old
+        x, y, z = change * nx, change * ny, change * nz
+        ax, ay, az = cross(ax, ay, az, x, y, z)
+        bx, by, bz = cross(bx, by, bz, x, y, z)
+        q[k + JN] = new
+        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
+        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+
+
+@kernel
 def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
     """
     Visit normal and friction of one point of each lane, without push-out.

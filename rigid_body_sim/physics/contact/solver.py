@@ -88,13 +88,14 @@ def _push(
 
 
 def _relax(
-    lanes: int, count: int, inverse_h: float, first: bool, rows: Array, batches: Indices,
-    bodies: Array,
+    lanes: int, count: int, inverse_h: float, first: bool, slips: bool, rows: Array,
+    batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Visit normals and friction of all batches.
+    Visit normals of all batches, and friction.
 
     first : the bodies have moved since the gaps were found
+    slips : friction is visited too
     """
     g = rows[0:SCRATCH]
     for batch in range(count):
@@ -113,9 +114,12 @@ def _relax(
                 passes.gaps(lanes, s, q, g)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            passes.relax(lanes, s, q, g, inverse_h)
-            if ANGULAR:
-                resistance.resist(lanes, s, q, g)
+            if slips:
+                passes.relax(lanes, s, q, g, inverse_h)
+                if ANGULAR:
+                    resistance.resist(lanes, s, q, g)
+            else:
+                passes.relax_normals(lanes, s, q, g, inverse_h)
         passes.scatter(used, s, g, bodies)
 
 

@@ -9,7 +9,7 @@ Whole ticks with contact: detect once, then substeps of kick, push, drift, relax
         push:  soft normals of all contacts
         drift: x += h v where a contact carries the body, else x += h v - h^2/2 a, exact in flight;
                q by the drift of the integrator, L fixed; world inertia, omega from L
-        relax: normals without push-out, and friction
+        relax: normals without push-out; then once more, with friction
     bounce
 
 Where islands may sleep, sleepers are left out (`sleeping`): who wakes is known before anything has
@@ -295,7 +295,8 @@ def _advance(
             for i in range(touched):
                 touching_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
             for turn in range(relaxations):
-                relax(lanes_at_once, count, 1.0 / part, turn == 0, rows, batches, bodies)
+                slips = turn > 0 or relaxations == 1
+                relax(lanes_at_once, count, 1.0 / part, turn == 0, slips, rows, batches, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         if BOUNCES and count > 0:

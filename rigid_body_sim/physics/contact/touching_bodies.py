@@ -86,7 +86,11 @@ def inverse_inertia(rotation: Array, k: int) -> Any:
 
 @inline
 def _put_inverse_inertia(bodies: Array, o: int, rotation: Array, k: int) -> None:
-    xx, xy, xz, yy, yz, zz = inverse_inertia(rotation, k)
+    a, b, c = rotation[k + J1], rotation[k + J2], rotation[k + J3]
+    if (a == b) & (b == c):  # a ball, a cube: the same in all axes
+        xx, xy, xz, yy, yz, zz = a, 0.0, 0.0, a, 0.0, a
+    else:
+        xx, xy, xz, yy, yz, zz = inverse_inertia(rotation, k)
     bodies[o + II] = xx
     bodies[o + II + 1] = xy
     bodies[o + II + 2] = xz

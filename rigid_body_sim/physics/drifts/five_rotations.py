@@ -43,6 +43,7 @@ from rigid_body_sim.physics.blocks import (
     TY,
     TZ,
     rotate,
+    wide,
 )
 from rigid_body_sim.physics.kernels import inline, kernel, specialise
 
@@ -111,7 +112,7 @@ def drift(block, lanes, kick, h, rotation, method):
         q <- attitude after S(h)
     """
     s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-    for k in range(lanes):
+    for k in range(wide(lanes)):
         x = s[k + QX]
         y = s[k + QY]
         z = s[k + QZ]

@@ -53,6 +53,7 @@ from rigid_body_sim.physics.blocks import (
     TY,
     TZ,
     rotate,
+    wide,
 )
 from rigid_body_sim.physics.drifts.moser_veselov_series import series, series_rows
 from rigid_body_sim.physics.kernels import inline, specialise, unbound
@@ -251,16 +252,17 @@ def _drift(block, lanes, kick, h, rotation, method):
     s = rotation[block * ROTATION : block * ROTATION + ROTATION]
     m = method[block * METHOD : block * METHOD + METHOD]
     missed = 0
+    full = wide(lanes)
     if m[LATE] > 0.0:
-        for k in range(lanes):
+        for k in range(full):
             s[k + LX] = s[k + LX] + kick * s[k + TX]
             s[k + LY] = s[k + LY] + kick * s[k + TY]
             s[k + LZ] = s[k + LZ] + kick * s[k + TZ]
             m[k + MISSED] = 1.0
-        late, missed = patiently(lanes, h, s, m)
+        late, missed = patiently(full, h, s, m)
         m[LATE] = 1.0 if late > 0 else 0.0
     else:
-        for k in range(lanes):
+        for k in range(full):
             x = s[k + QX]
             y = s[k + QY]
             z = s[k + QZ]
@@ -292,7 +294,7 @@ def _drift(block, lanes, kick, h, rotation, method):
             missed += 0 if good else 1
         if missed > 0:
             m[LATE] = 1.0
-            _late, missed = patiently(lanes, h, s, m)
+            _late, missed = patiently(full, h, s, m)
     if missed > 0:
         for k in range(lanes):
             if m[k + MISSED] > 0.0:
