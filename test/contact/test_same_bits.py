@@ -8,7 +8,6 @@ import math
 import os
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -168,11 +167,3 @@ def test_a_scene_without_contact_has_no_contacts_and_loads_none_of_it():
     )
     run = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
-
-
-def test_a_body_whose_mass_changes_cannot_collide():
-    from rigid_body_sim.physics.model import MassFlow
-
-    rocket = replace(ball('b', 0.1, (0, 0, 1)), mass_flow=MassFlow(-0.1, final_mass=0.5))
-    with pytest.raises(InvalidModel, match='loses or gains mass and collides'):
-        Simulation(lean([ground(), rocket]))

@@ -78,7 +78,6 @@ class ContactPlan:
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
-        _refuse_flow(scene, colliders)
         self._order = order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, MATERIAL)
@@ -86,6 +85,7 @@ class ContactPlan:
         self.bounces = bool(np.any(materials[:, 0] > 0.0))
         self._width = POINT_LONG if self.angular or self.bounces else POINT
         self._take(colliders)
+        self._flows = _flows(layout, colliders)
         self._sleepers: Any = None
         if self.settings.sleeping:
             from rigid_body_sim.physics.contact.sleepers import Sleepers  # only where wanted
@@ -177,6 +177,7 @@ class ContactPlan:
         )  # fmt: skip
         nothing = 3 * (argument(np.zeros(0)),)
         self._arguments += nothing if self._sleepers is None else self._sleepers.arguments
+        self._arguments += (argument(self._flows),)
 
     def _grow(self) -> None:
         """Double the list that was too short; nothing else in it is needed but the memory."""
@@ -289,6 +290,10 @@ class ContactPlan:
                 from rigid_body_sim.physics.contact.sleeping import KERNELS
 
                 passes |= KERNELS
+            if self._flows.size:
+                from rigid_body_sim.physics.contact import flowing
+
+                passes |= flowing.KERNELS
             compiled = tick.tick_kernel(
                 f'{self._integrator.name}_{scene}',
                 WIDTH=self._width,
@@ -297,6 +302,7 @@ class ContactPlan:
                 COUPLED=evaluate is not None,
                 VELOCITY_DEPENDENT=velocity_dependent,
                 SLEEPING=self._sleepers is not None,
+                FLOWS=self._flows.size > 0,
                 drift_rotation=self._integrator.scheme.drift_rotation,
                 evaluate=_nothing if evaluate is None else evaluate,
                 find_manifolds=manifold_finder(pairs),
@@ -370,12 +376,11 @@ def _nothing(*_arguments: Any) -> None:
     """Stand for the forces of a scene where there are none that depend on its state."""
 
 
-def _refuse_flow(scene: Scene, colliders: Colliders) -> None:
-    for index in colliders.table[3::TABLE]:
-        body = scene.bodies[index]
-        if body.mass_flow is not None:
-            raise InvalidModel(
-                f'{body.name!r} loses or gains mass and collides: contact needs bodies of '
-                'constant mass; leave mass_flow out, or take its shape away, or set contact: '
-                '{mode: none}'
-            )
+def _flows(layout: Layout, colliders: Colliders) -> Array:
+    """Make the table of colliding bodies whose mass changes, see `flowing`; often nothing."""
+    cores = [core for core in colliders.cores.tolist() if core >= 0]
+    if all(layout.body(core).mass_flow is None for core in cores):
+        return np.zeros(0)
+    from rigid_body_sim.physics.contact.flowing import flows_of  # only where wanted
+
+    return flows_of(layout, cores)

@@ -81,6 +81,7 @@ BOUNCES = False
 COUPLED = False
 VELOCITY_DEPENDENT = False
 SLEEPING = False
+FLOWS = False
 drift_rotation: Callable[..., Any] = unbound
 evaluate: Callable[..., Any] = unbound
 find_manifolds: Callable[..., Any] = unbound
@@ -89,13 +90,17 @@ push: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
 asleep: Callable[..., Any] = unbound
+enter: Callable[..., Any] = unbound
+hold_flowing: Callable[..., Any] = unbound
 keep_still: Callable[..., Any] = unbound
 lay_down: Callable[..., Any] = unbound
+leave: Callable[..., Any] = unbound
 note_wrenches: Callable[..., Any] = unbound
 reached: Callable[..., Any] = unbound
 settle: Callable[..., Any] = unbound
 stir: Callable[..., Any] = unbound
 stirs: Callable[..., Any] = unbound
+weigh: Callable[..., Any] = unbound
 
 
 @kernel
@@ -153,7 +158,7 @@ def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges,
     settings, counts, numbers, table, bounds, mounts, materials, poses, reaches, found, bodies,
     rows, records, memory, rooms, grid, heads, kept, keys, batches, colours, open_batches,
-    touching, slumber, limits, ward,
+    touching, slumber, limits, ward, flows,
 ):  # fmt: skip
     """
     Advance over ticks. Return 0, or NaN if a number left the finite ones; counts[DONE] tells how
@@ -246,7 +251,13 @@ def _advance(
             manifolds, WIDTH, part, ANGULAR, translation, table, bounds, poses, records, memory,
             rows,
         )  # fmt: skip
+        if FLOWS:
+            weigh((tick + passed) * h + 0.5 * h, flows)
+            enter(flows, bodies)
         prepare(lanes_at_once, count, rows, batches, bodies)
+        if FLOWS:
+            leave(flows, bodies)
+            hold_flowing(flows, bodies)
         touched = _mark_touching(manifolds, n_bodies, records, rows, touching, colours)
         for sub in range(substeps):
             if COUPLED and not fresh:
@@ -255,6 +266,8 @@ def _advance(
                 evaluate(0, time, translation, rotation, elements, ranges)
             for i in range(touched):
                 touching_bodies.kick(touching[i], n_rigid, part, translation, rotation, bodies)
+            if FLOWS:
+                enter(flows, bodies)
             push(
                 lanes_at_once,
                 count,
@@ -265,6 +278,8 @@ def _advance(
                 batches,
                 bodies,
             )
+            if FLOWS:
+                leave(flows, bodies)
             for block in range((n_bodies + 63) // 64):
                 if SLEEPING and not stirs(block, n_bodies, ward):
                     continue
@@ -294,13 +309,21 @@ def _advance(
                 fresh = not VELOCITY_DEPENDENT
             for i in range(touched):
                 touching_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
+            if FLOWS:
+                enter(flows, bodies)
             for turn in range(relaxations):
                 slips = turn > 0 or relaxations == 1
                 relax(lanes_at_once, count, 1.0 / part, turn == 0, slips, rows, batches, bodies)
+            if FLOWS:
+                leave(flows, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         if BOUNCES and count > 0:
+            if FLOWS:
+                enter(flows, bodies)
             bounce(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
+            if FLOWS:
+                leave(flows, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         memory_of.remember(
