@@ -6,8 +6,8 @@ Which bodies are round, and about which axis.
 Rolling leaves a body of revolution as it is: its motion in a tick is that of its axis (see
 `touching_bodies`). So it is with several parts where all of them are balls, capsules and cylinders
 about one axis through the centre of mass: dumbbells, pairs of wheels on their axle. Round parts
-that lie otherwise are taken to turn with the body: where one of radius r turns by theta in a tick,
-its gap is wrong by r theta^2 / 2 at the end of it, which takes from its energy.
+that lie otherwise are taken to turn with the body: where one of radius r rolls by theta in a tick,
+its gap is wrong by r theta^2 / 2 at the end of it.
 """
 
 from __future__ import annotations
