@@ -95,8 +95,9 @@ class Run:
     """
     Takes commands, advances, packs. Knows neither clock nor file nor ROS.
 
-    warnings : where the run was seen beyond a limit of its integrator (`physics.stability`), at
-               the start and whenever drift was sampled: a line each, every body once a limit
+    warnings : what is wrong with the scene from the start (`Simulation.scene_warnings`), and where
+               the run was seen beyond a limit of its integrator (`physics.stability`), at the
+               start and whenever drift was sampled: a line each, every body once a limit
     warn     : is given each of them when it is found
     """
 
@@ -137,16 +138,21 @@ class Run:
         self._warn_anew()
 
     def _warn_anew(self) -> None:
-        self.warnings: list[str] = []  # limits of the integrator that were passed, as first seen
+        self.warnings: list[str] = []  # in the order in which they were first seen
         self._warned: dict[str, set[int]] = {}
+        for text in self.simulation.scene_warnings:
+            self._say(text)
         self._look_at_limits(self.simulation.state)
 
     def _look_at_limits(self, state: State) -> None:
         for excess in self.simulation.stability.look(state, self._warned):
             self._warned.setdefault(excess.kind, set()).update(excess.bodies)
-            self.warnings.append(excess.text)
-            if self._warn is not None:
-                self._warn(excess.text)
+            self._say(excess.text)
+
+    def _say(self, text: str) -> None:
+        self.warnings.append(text)
+        if self._warn is not None:
+            self._warn(text)
 
     def _make_contact_packer(self, names: Sequence[str]) -> ContactPacker | None:
         scene, settings = self.simulation.scene, self.settings

@@ -315,8 +315,16 @@ class Simulation:
         return self.invariants.angular_momentum(self.state)
 
     def warnings(self) -> list[str]:
-        """Say where the present state is beyond a limit of the integrator, a line each."""
-        return [excess.text for excess in self.stability.look(self.state)]
+        """
+        Say what is wrong with the scene, and where the present state is beyond a limit of the
+        integrator, a line each.
+        """
+        return [*self.scene_warnings, *(x.text for x in self.stability.look(self.state))]
+
+    @property
+    def scene_warnings(self) -> tuple[str, ...]:
+        """Those of the warnings that hold from the start, whatever the state."""
+        return self._stepper.warnings()
 
     def contacts(self) -> Contacts:
         """Where bodies touched in the last tick, and the impulses that acted there."""

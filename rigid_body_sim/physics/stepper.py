@@ -107,6 +107,10 @@ class Stepper:
         if self.contact is not None:
             self.contact.return_to(snapshot[-1])
 
+    def warnings(self) -> tuple[str, ...]:
+        """Give what the contact of the scene warns of, whatever the state."""
+        return () if self.contact is None else self.contact.warnings
+
     def contacts(self) -> Contacts:
         """Give the contacts of the last tick; none in a scene without contact."""
         return NO_CONTACTS if self.contact is None else self.contact.contacts()

@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     content = image.getvalue()
     if arguments.output.suffix == '.html':
         title = _title(bag, None if scene is None else scene.name)
-        content = playback_page(motion, scene, title=title, picture=content).encode()
+        content = playback_page(motion, scene, title=title, picture=content, bag=bag).encode()
     arguments.output.write_bytes(content)
     print(f'{arguments.output}: {len(motion.tracks)} bodies')
     return 0

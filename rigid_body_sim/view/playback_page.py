@@ -26,6 +26,8 @@ from numpy.typing import NDArray
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics import shapes
 from rigid_body_sim.physics.model import Body, Scene
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.view.contact_arrows import read_arrows
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
 
 Array = NDArray[np.float64]
@@ -34,19 +36,22 @@ LARGEST = 32_000_000  # [byte] of motion in one page; more instants are left out
 BYTES_PER_POSE = 28
 BALL = 0.012  # [-] radius of a point on the page, of the size of the whole
 FAR, CLOSE_UP = 40.0, 9.0  # [-] in reaches of a body: so long a journey begins so near
+ARROW, ARROW_OF_BODY = 0.15, 1.5  # [-] usual arrow at most: of the whole, of the largest reach
 LIBRARY_ENDS = (
     'var camera,controls,scene,renderer,tracklight;'  # where the viewer of trimesh begins
 )
 
 
 def playback_page(
-    motion: RecordedMotion, scene: Scene | None, *, title: str, picture: bytes
-) -> str:
+    motion: RecordedMotion, scene: Scene | None, *, title: str, picture: bytes,
+    bag: Bag | None = None,
+) -> str:  # fmt: skip
     """
     Write the page.
 
     scene   : shapes come from it; None: every body is drawn as a small ball
     picture : PNG of the whole run
+    bag     : contact forces come from it, where it holds them
     """
     times, positions, orientations = _common_instants(motion)
     bodies = {} if scene is None else {body.name: body for body in scene.bodies}
@@ -55,6 +60,9 @@ def playback_page(
     centre, size = _extent(positions, reach, moving)
     largest = float(reach[moving].max(initial=0.0))
     ball = min(BALL * size, 0.3 * largest or np.inf)
+    places = {name: place for place, name in enumerate(bodies)}
+    touching = None if bag is None else read_arrows(bag, times, places)
+    usual = min(ARROW * size, ARROW_OF_BODY * largest or np.inf)
     run = {
         'times': times.tolist(),
         'bodies': [_drawn(track.name, bodies.get(track.name), ball) for track in motion.tracks],
@@ -68,6 +76,7 @@ def playback_page(
         'spins': [_magnitude(track, track.angular_velocity, times) for track in motion.tracks],
         'centre': centre.tolist(),
         'size': size,
+        'contacts': None if touching is None else touching.drawn(usual),
         'close_up': CLOSE_UP * largest if size > FAR * largest > 0.0 else None,
     }
     return Template(files(__package__).joinpath('playback.html').read_text('utf-8')).substitute(

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 A step beyond a limit of the integrator is warned of in words: at the start, when it is passed on
-the way, in the bag; and a run that diverges ends with exit code 1 and a readable bag, whatever the
-verb.
+the way, in the bag; so is a mesh that collides as a larger hull. A run that diverges ends with
+exit code 1 and a readable bag, whatever the verb.
 """
 
 import json
@@ -31,6 +31,59 @@ name: box
 dt: 0.01
 bodies:
   - {name: box, mass: 1, shape: {type: box, size: [0.4, 0.2, 0.1]}}
+"""
+# A wedge with a notch: an L of three unit squares in x and z, one metre deep.
+NOTCHED = """OFF
+12 20 0
+0 0 0
+2 0 0
+2 0 1
+1 0 1
+1 0 2
+0 0 2
+0 1 0
+2 1 0
+2 1 1
+1 1 1
+1 1 2
+0 1 2
+3 0 1 2
+3 0 2 3
+3 0 3 5
+3 3 4 5
+3 6 8 7
+3 6 9 8
+3 6 11 9
+3 9 11 10
+3 0 7 1
+3 0 6 7
+3 1 8 2
+3 1 7 8
+3 2 9 3
+3 2 8 9
+3 3 10 4
+3 3 9 10
+3 4 11 5
+3 4 10 11
+3 5 6 0
+3 5 11 6
+"""
+MEETING = """version: 1
+name: meeting
+dt: 0.004
+gravity: [0, 0, -9.81]
+contact: {mode: timestep}
+bodies:
+  - {name: ground, shape: {type: plane, normal: [0, 0, 1]}}
+  - name: angle
+    density: 100
+    shape: {type: mesh, file: notched.off}
+    initial: {position: [0, 0, 1]}
+    repeat: {count: [3, 1, 1], spacing: [4, 0, 0]}
+  - name: corner
+    density: 100
+    shape: {type: mesh, file: convex.off}
+    initial: {position: [0, 9, 1]}
 """
 TURN = 'time,body,kind,frame,tx,ty,tz\n0.05,box,torque,world,1,0.3,0.1\n'
 
@@ -83,6 +136,35 @@ def test_a_limit_that_is_passed_on_the_way_is_warned_of_once(verb, box, tmp_path
     assert code == 0
     (line,) = err.splitlines()
     assert "warning: 'box' turns by h |omega| =" in line and 'only up to 0.25' in line
+
+
+@pytest.fixture
+def meeting(tmp_path):
+    (tmp_path / 'notched.off').write_text(NOTCHED)
+    convex = (SCENES / 'meshes' / 'tetrahedron.off').read_text()
+    (tmp_path / 'convex.off').write_text(convex)
+    (tmp_path / 'meeting.yaml').write_text(MEETING)
+    return tmp_path / 'meeting.yaml'
+
+
+def test_a_mesh_that_collides_as_a_larger_hull_is_warned_of_once(verb, meeting, tmp_path):
+    code, _, err = verb('simulate', meeting, '-o', tmp_path / 'b', '--duration', 0.02)
+    assert code == 0
+    (line,) = err.splitlines()
+    # The hull of the L is a square of 2 m without a corner of half a square: 3 of 3.5 m^3.
+    for part in (
+        "warning: 'angle_1' collides as the convex hull of its mesh", '14 % of this hull',
+        'several bodies', '(2 bodies more)',
+    ):  # fmt: skip
+        assert part in line
+    assert 'corner' not in line
+    assert json.loads(Bag(tmp_path / 'b').ending['warnings']) == [line.partition('warning: ')[2]]
+    assert Simulation(load_scene(meeting)).warnings() == [line.partition('warning: ')[2]]
+
+
+def test_a_mesh_that_meets_nothing_is_not_warned_of(meeting):
+    meeting.write_text(MEETING.replace('mode: timestep', 'mode: none'))
+    assert Simulation(load_scene(meeting)).warnings() == []
 
 
 def test_json_names_the_warnings(as_json, stiff, tmp_path):

@@ -90,6 +90,10 @@ def test_stack_stands_and_gives_way_by_the_softness_of_its_contacts() -> None:
     assert after.position[10, 2] == pytest.approx(1.8996, abs=1e-4)
     assert drift < 2e-4
     assert np.linalg.norm(after.velocity, axis=1).max() < 1e-4
+    contacts = stack.contacts()
+    on_ground = np.any(contacts.bodies == 0, axis=1)
+    carried = np.abs(contacts.impulse[on_ground, 2].sum()) / stack.dt
+    assert carried == pytest.approx(98.1, rel=1e-6)
 
 
 def test_pyramid_stands() -> None:
@@ -119,9 +123,9 @@ def test_spinning_coin_goes_round_on_its_rim() -> None:
         x, y, _ = rotation.rotate(coin.state.orientation[1], (0.0, 0.0, 1.0))
         angles.append(math.atan2(y, x))
     turns = (np.unwrap(angles)[-1] - angles[0]) / (2 * math.pi)
-    assert turns / (coin.time - 20 * coin.dt) == pytest.approx(6.39, rel=1e-2)
-    # The inclination sinks, to first order in dt; more than promised would be a loss of order.
-    assert 29.6 < math.degrees(tilt(coin, 1)) < 30.01
+    # 6.39 less what it loses, to first order in dt, as the inclination sinks.
+    assert turns / (coin.time - 20 * coin.dt) == pytest.approx(6.35, abs=0.02)
+    assert math.degrees(tilt(coin, 1)) == pytest.approx(29.7, abs=0.1)
     assert np.linalg.norm(coin.state.position[1, :2]) < 1e-3
 
 
@@ -130,8 +134,10 @@ def test_rolling_sphere_keeps_five_sevenths_of_its_speed() -> None:
     sliding = at(ball, 0.188).state
     assert sliding.velocity[1, 0] == pytest.approx(2.0 - 0.3 * G * 0.188, abs=1e-3)
     rolling = at(ball, 2.0).state
-    assert rolling.velocity[1, 0] == pytest.approx(1.42857, abs=5e-6)  # the digits promised
-    assert rolling.angular_velocity[1, 1] == pytest.approx(14.2857, abs=5e-5)
+    # Friction turns the same impulse into spin that it takes from the speed: to round-off.
+    assert rolling.velocity[1, 0] == pytest.approx(2.0 * 5 / 7, rel=1e-12)
+    assert rolling.velocity[1, 1:] == pytest.approx(0.0, abs=1e-12)
+    assert rolling.angular_velocity[1] == pytest.approx((0.0, 100 / 7, 0.0), abs=1e-11)
     # v^2 / 2 a has the mean speed of each substep, the solver its last: h dv / 2.
     expected = 0.332855 + 10 / 7 * (2.0 - 0.194165)
     assert rolling.position[1, 0] == pytest.approx(expected, abs=1e-3)
@@ -141,8 +147,14 @@ def test_dominoes_knock_each_other_over() -> None:
     row = start('domino_row')
     at(row, 0.2)
     assert tilt(row, 20) < 0.01  # the last does not feel it yet
-    at(row, 3.2)
-    assert min(tilt(row, k) for k in range(1, 21)) > math.radians(45)
+    falls = []
+    while row.time < 2.0:
+        row.step()
+        falls += [row.time] * (sum(tilt(row, k) > 0.1 for k in range(1, 21)) - len(falls))
+    assert len(falls) == 20
+    assert 14 / (falls[-2] - falls[4]) == pytest.approx(14.83, abs=0.1)  # for every dt
+    at(row, 2.5)
+    assert min(tilt(row, k) for k in range(1, 21)) > math.radians(70)
 
 
 def test_pile_of_1000_settles_on_the_ground_and_loses_no_box() -> None:
@@ -151,6 +163,7 @@ def test_pile_of_1000_settles_on_the_ground_and_loses_no_box() -> None:
     corners = pile.state.position[1:, 2] - 0.1 * np.abs(axes[:, 2, :]).sum(axis=1)
     assert len(corners) == 1000
     assert corners.min() > -1e-4
-    assert pile.state.position[:, 2].max() == pytest.approx(1.05, abs=0.15)  # a heap, by chance
-    assert np.ptp(pile.state.position[:, :2], axis=0).max() < 8.0
-    assert np.sqrt(np.mean(np.sum(pile.state.velocity**2, axis=1))) < 0.1
+    assert pile.state.position[:, 2].max() == pytest.approx(1.1, abs=0.2)  # a heap, by chance
+    assert np.percentile(np.abs(pile.state.position[:, :2]), 99) < 4.0
+    moving = np.linalg.norm(pile.state.velocity, axis=1) > 0.01
+    assert np.mean(moving) < 0.1

@@ -189,10 +189,16 @@ def _empty_what_is_left(count, n_moving, width, records, manifolds, rows, batche
 
 @kernel
 def fill_materials(
-    manifolds: int, h: float, zeta: float, table: Indices, materials: Array, records: Array,
-    rows: Array,
+    manifolds: int, h: float, pieces: int, zeta: float, table: Indices, materials: Array,
+    records: Array, rows: Array,
 ) -> None:  # fmt: skip
-    """Write material and softness of all manifolds."""
+    """
+    Write material and softness of all manifolds.
+
+    h      : [s] substep
+    pieces : into which the tick is cut; contacts stay as soft as in a whole one, or what rests
+             would be thrown up by the overlap with which it rests
+    """
     for m in range(manifolds):
         o = m * RECORD
         place = int(records[o + LANE])
@@ -203,7 +209,7 @@ def fill_materials(
         rows[place + ROLL] = max(materials[ma + ROLLING], materials[mb + ROLLING])
         rows[place + SPIN] = max(materials[ma + TORSIONAL], materials[mb + TORSIONAL])
         still = table[a * TABLE + CORE] < 0 or table[b * TABLE + CORE] < 0
-        omega = (math.pi if still else 0.5 * math.pi) / h
+        omega = (math.pi if still else 0.5 * math.pi) / (h * pieces)
         a1 = 2.0 * zeta + h * omega
         a2 = h * omega * a1
         keep = 1.0 / (1.0 + a2)

@@ -1,8 +1,15 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Read the contacts of the last tick from the rows of the solver."""
+"""
+Read the contacts of the last tick from the rows of the solver.
+
+A tick that was cut into pieces has rows for each piece in turn: what was read of each is put
+`together`, the same point of the same pair being one contact.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +19,12 @@ from rigid_body_sim.physics.contact.detection import (
     BODY_A,
     BODY_B,
     COUNT,
+    KEY,
     LANE,
     RECORD,
     RECORD_POINTS,
 )
+from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
 from rigid_body_sim.physics.contact.rows import (
     BN,
@@ -42,16 +51,16 @@ Indices = NDArray[np.int64]
 def read(
     manifolds: int, *, width: int, bounces: bool, table: Indices, records: Array, rows: Array,
     bodies: Array,
-) -> Contacts:  # fmt: skip
+) -> tuple[Contacts, Array]:  # fmt: skip
     """
-    Read the contacts of a tick.
+    Read the contacts of a tick or piece, and which they are: (m, 2), key of the pair and feature.
 
     manifolds, table, records, rows, bodies : of the plan
     width   : numbers of a point
     bounces : whether rows hold impulses of bounces
     """
     if not manifolds:
-        return NO_CONTACTS
+        return NO_CONTACTS, np.zeros((0, 2))
     found = records[: manifolds * RECORD].reshape(manifolds, RECORD)
     counts = found[:, COUNT].astype(np.int64)
     manifold = np.repeat(np.arange(manifolds), counts)
@@ -76,13 +85,50 @@ def read(
     gap = rows[row + GAP]
     touches = (sums[:, 0] > 0.0) | (gap <= 0.0)
     colliders = found[manifold][:, [BODY_A, BODY_B]].astype(np.int64)
-    return Contacts(
+    which = np.stack((found[manifold, KEY], found[manifold, at + FEATURE]), axis=1)
+    contacts = Contacts(
         table[colliders * TABLE + SCENE][touches],
         (point + 0.5 * (moved_a + moved_b))[touches],
         normal[touches],
         gap[touches],
         impulse[touches],
     )
+    return contacts, which[touches]
+
+
+def together(pieces: Sequence[tuple[Contacts, Array]]) -> tuple[Contacts, Array]:
+    """
+    Join the contacts of successive pieces of a tick, each as `read` gives them.
+
+    Impulses of the same point add up; place, normal and gap are those of the last piece in which
+    it touched. A point that no longer touches stays where it acted; if it never pushed it is gone.
+    """
+    which = np.concatenate([keys for _, keys in pieces])
+    if not len(which):
+        return NO_CONTACTS, which
+    impulses = np.concatenate([contacts.impulse for contacts, _ in pieces])
+    _, same = np.unique(which, axis=0, return_inverse=True)
+    same = same.ravel()
+    count = int(same.max()) + 1
+    last = np.zeros(count, dtype=np.int64)
+    np.maximum.at(last, same, np.arange(len(same)))
+    impulse = np.zeros((count, 3))
+    np.add.at(impulse, same, impulses)
+    acted = np.any(impulse != 0.0, axis=1) | (last >= len(which) - len(pieces[-1][1]))
+    order = np.flatnonzero(acted)[np.argsort(last[acted])]
+    chosen = last[order]
+
+    def of_all(name: str) -> Array:
+        return np.concatenate([getattr(contacts, name) for contacts, _ in pieces])[chosen]
+
+    contacts = Contacts(
+        np.concatenate([contacts.bodies for contacts, _ in pieces])[chosen],
+        of_all('point'),
+        of_all('normal'),
+        of_all('gap'),
+        impulse[order],
+    )
+    return contacts, which[chosen]
 
 
 def _moved(bodies: Array, at: Indices, arm: Array) -> Array:

@@ -40,9 +40,9 @@ FLOW = 4
 
 
 def flows_of(layout: Layout, cores: Iterable[int]) -> Array:
-    """Make the table of those of some bodies (core indices) whose mass changes."""
+    """Make the table of those of some bodies (core indices, -1: none) whose mass changes."""
     table = []
-    for core in sorted(set(cores)):
+    for core in sorted({core for core in cores if core >= 0}):
         body = layout.body(core)
         flow = flow_of(body)
         if flow is not None:

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.lanes import arms, cross, disc, relative, vector
 from rigid_body_sim.physics.contact.rows import (
+    BOUNCE,
     CA,
     CB,
     CHANGE,
@@ -221,9 +222,13 @@ def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) ->
         px, py, pz = vector(g, k + PS)
         hx, hy, hz = vector(g, k + LA)
         lx, ly, lz = vector(g, k + LB)
-        bias = gap * inverse_h if gap > 0.0 else 0.0
+        is_open = gap > 0.0
+        bias = gap * inverse_h if is_open else 0.0
         new = old - q[k + GAIN] * ((nx * x + ny * y + nz * z) + bias)
         new = new if new > 0.0 else 0.0
+        # what touches in the next substep bounces there: at the end of a tick here is too early
+        waits = is_open & (s[k + BOUNCE] > 0.0) & (old <= 0.0)
+        new = 0.0 if waits else new
         change = new - old
         x, y, z = change * nx, change * ny, change * nz
         ax, ay, az = cross(ax, ay, az, x, y, z)
@@ -253,9 +258,13 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float) -> None:
         px, py, pz = vector(g, k + PS)
         hx, hy, hz = vector(g, k + LA)
         lx, ly, lz = vector(g, k + LB)
-        bias = gap * inverse_h if gap > 0.0 else 0.0
+        is_open = gap > 0.0
+        bias = gap * inverse_h if is_open else 0.0
         new = old - q[k + GAIN] * ((nx * x + ny * y + nz * z) + bias)
         new = new if new > 0.0 else 0.0
+        # as in `relax_normals`
+        waits = is_open & (s[k + BOUNCE] > 0.0) & (old <= 0.0)
+        new = 0.0 if waits else new
         change = new - old
         t = old_t - gain * ((tx * x + ty * y + tz * z) + q[k + COUPLE_T] * change)
         o = old_o - gain * ((ox * x + oy * y + oz * z) + q[k + COUPLE_O] * change)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import blocks
-from rigid_body_sim.physics.contact import tick
+from rigid_body_sim.physics.contact import flowing, tick
 from rigid_body_sim.physics.contact.assembly import (
     BATCH,
     COLOURS,
@@ -29,10 +29,11 @@ from rigid_body_sim.physics.contact.collider import (
     TYPE,
     Colliders,
 )
-from rigid_body_sim.physics.contact.contacts import read
+from rigid_body_sim.physics.contact.contacts import read, together
 from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
 from rigid_body_sim.physics.contact.geometry.manifold import FOUND
 from rigid_body_sim.physics.contact.grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.hollow import hollow_meshes
 from rigid_body_sim.physics.contact.memory import end_of_memory
 from rigid_body_sim.physics.contact.order import order
 from rigid_body_sim.physics.contact.pair_list import size_of_list, size_of_rooms
@@ -60,12 +61,15 @@ from rigid_body_sim.physics.schemes.splitting import Splitting
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+PIECES_AT_ONCE = 64  # [-] whose contacts are kept apart; more take memory, fewer take time
+
 
 class ContactPlan:
     """
     What the contact of a scene needs beside the blocks.
 
     settings : of the scene
+    warnings : what the scene should know before it starts, a line each
     """
 
     def __init__(self, scene: Scene, layout: Layout, integrator: Integrator) -> None:
@@ -78,6 +82,7 @@ class ContactPlan:
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
+        self.warnings = hollow_meshes(scene)
         self._order = order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, MATERIAL)
@@ -85,7 +90,7 @@ class ContactPlan:
         self.bounces = bool(np.any(materials[:, 0] > 0.0))
         self._width = POINT_LONG if self.angular or self.bounces else POINT
         self._take(colliders)
-        self._flows = _flows(layout, colliders)
+        self._flows = flowing.flows_of(layout, colliders.cores.tolist())
         self._sleepers: Any = None
         if self.settings.sleeping:
             from rigid_body_sim.physics.contact.sleepers import Sleepers  # only where wanted
@@ -97,6 +102,7 @@ class ContactPlan:
         self._kernels: dict[str, Callable[..., Any]] = {}
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
+        self._pieces: list[tuple[Contacts, Array]] = []  # of the last tick, if it was cut
 
     def _take(self, colliders: Colliders) -> None:
         """Bring the colliders into their order."""
@@ -206,9 +212,9 @@ class ContactPlan:
             memory, records = self._sleepers.fall_asleep(
                 memory,
                 table=self.table,
-                records=self.records[: self.counts[tick.MANIFOLDS] * RECORD],
+                records=self._records,
                 h=h,
-                read=self._read,
+                read=lambda records: self._read(records)[0],
             )
             self._put_memory(memory)
             self.records[: len(records)] = records
@@ -258,10 +264,15 @@ class ContactPlan:
         """Read the contacts of the last tick; none before the first."""
         if not self._is_read:
             return NO_CONTACTS
-        found = self._read(self.records[: self.counts[tick.MANIFOLDS] * RECORD])
-        return found if self._sleepers is None else self._sleepers.contacts(found, self._h)
+        found = together(self._pieces) if self._pieces else self._read(self._records)
+        return found[0] if self._sleepers is None else self._sleepers.contacts(found[0], self._h)
 
-    def _read(self, records: Array) -> Contacts:
+    @property
+    def _records(self) -> Array:
+        """Records of the manifolds of the last tick or piece."""
+        return self.records[: self.counts[tick.MANIFOLDS] * RECORD]
+
+    def _read(self, records: Array) -> tuple[Contacts, Array]:
         return read(
             len(records) // RECORD,
             width=self._width,
@@ -291,8 +302,6 @@ class ContactPlan:
 
                 passes |= KERNELS
             if self._flows.size:
-                from rigid_body_sim.physics.contact import flowing
-
                 passes |= flowing.KERNELS
             compiled = tick.tick_kernel(
                 f'{self._integrator.name}_{scene}',
@@ -323,8 +332,9 @@ class ContactPlan:
                     ticks - done, at + done, h, n_moving, n_rigid, translation, rotation, method,
                     own, elements, ranges, *self._arguments,
                 )  # fmt: skip
-                done += int(self.counts[tick.DONE])
-                self._is_read = self._is_read or done > 0
+                if self.counts[tick.DONE]:
+                    done += int(self.counts[tick.DONE])
+                    self._is_read, self._pieces = True, []
                 self._h = h
                 if status != 0.0 or self.counts[tick.SHORT] == tick.NOTHING_SHORT:
                     return status
@@ -338,6 +348,7 @@ class ContactPlan:
                     elements, ranges,
                 )  # fmt: skip
                 done += 1
+                self._is_read = True
                 if status != 0.0 or done == ticks:
                     return status
 
@@ -346,17 +357,22 @@ class ContactPlan:
     def _in_pieces(
         self, compiled: Callable[..., Any], at: float, h: float, *arguments: Any
     ) -> float:
-        """Advance over one tick in pieces, because something fast hits something in it."""
+        """
+        Advance over one tick in pieces, because something fast hits something in it, and read the
+        contacts of each piece before the next one writes over them.
+        """
         pieces = int(self.counts[tick.PIECES])
-        self.counts[tick.CUT] = 1
+        self.counts[tick.CUT] = pieces
+        self._pieces = []
         done, status = 0, 0.0
         while done < pieces and status == 0.0:
-            status = compiled(
-                pieces - done, at * pieces + done, h / pieces, *arguments, *self._arguments
-            )
-            done += int(self.counts[tick.DONE])
-            self._h = h / pieces
-            if self.counts[tick.SHORT] != tick.NOTHING_SHORT:
+            status = compiled(1, at * pieces + done, h / pieces, *arguments, *self._arguments)
+            if self.counts[tick.DONE]:
+                done += 1
+                self._pieces.append(self._read(self._records))
+                if len(self._pieces) == PIECES_AT_ONCE:
+                    self._pieces = [together(self._pieces)]
+            elif status == 0.0:
                 self._answer(h / pieces)
         self.counts[tick.CUT] = 0
         return status
@@ -374,13 +390,3 @@ def _aligned(size: int) -> Array:
 
 def _nothing(*_arguments: Any) -> None:
     """Stand for the forces of a scene where there are none that depend on its state."""
-
-
-def _flows(layout: Layout, colliders: Colliders) -> Array:
-    """Make the table of colliding bodies whose mass changes, see `flowing`; often nothing."""
-    cores = [core for core in colliders.cores.tolist() if core >= 0]
-    if all(layout.body(core).mass_flow is None for core in cores):
-        return np.zeros(0)
-    from rigid_body_sim.physics.contact.flowing import flows_of  # only where wanted
-
-    return flows_of(layout, cores)

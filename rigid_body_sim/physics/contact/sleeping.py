@@ -294,13 +294,14 @@ def _is_steady(i, n_rigid, radius, translation, rotation, slumber):
 
 @kernel
 def settle(
-    touched: int, manifolds: int, h: float, n_bodies: int, n_rigid: int, translation: Array,
-    rotation: Array, table: Indices, reaches: Array, records: Array, memory: Array,
-    bodies: Array, touching: Indices, slumber: Array, limits: Array, ward: Indices,
+    whole: bool, touched: int, manifolds: int, h: float, n_bodies: int, n_rigid: int,
+    translation: Array, rotation: Array, table: Indices, reaches: Array, records: Array,
+    memory: Array, bodies: Array, touching: Indices, slumber: Array, limits: Array, ward: Indices,
 ) -> int:  # fmt: skip
     """
     Count the time that bodies rest, and let islands fall asleep; return how many bodies did.
 
+    whole             : not a piece of a tick: in the middle of one nobody falls asleep
     touched, touching : the bodies with contacts in this tick, whose rows in `bodies` are current
     """
     for j in range(touched):
@@ -316,7 +317,7 @@ def settle(
         timer = -slumber[i * SLEEPER + TIMER]
         slumber[i * SLEEPER + TIMER] = timer if timer > 0.0 else 0.0
         tired = tired or (timer >= limits[SLEEP_TIME] and timer > 0.0)
-    if not tired:
+    if not (tired and whole):
         return 0
     parents, held = _parents(n_bodies, ward), _held(n_bodies, ward)
     find_islands(

@@ -71,7 +71,7 @@ ASSEMBLED = 15  # 1: batches and rows are those of the manifolds in memory
 STALE = 16  # 1: other bodies sleep than in the last call
 COUNTS = 17
 NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
-TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT] 1: it has been
+TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT]: it has been
 WOKEN, FELL_ASLEEP = 6, 7  # sleepers that are marked wake before the tick; some fell asleep in it
 
 # bound for each scene by `specialise`
@@ -223,14 +223,14 @@ def _advance(
         if manifolds > counts[MANIFOLD_ROOM]:
             counts[SHORT] = SHORT_OF_MANIFOLDS
             return 0.0
+        if SLEEPING and reached(manifolds, h, table, reaches, records, slumber):
+            counts[SHORT] = WOKEN
+            return 0.0
         if counts[PIECES] > 1 and counts[CUT] == 0:
             counts[SHORT] = TOO_LONG
             return 0.0
         if 2 + manifolds * (2 + 4 * assembly.REMEMBERED) > counts[MEMORY_ROOM]:
             counts[SHORT] = SHORT_OF_MEMORY
-            return 0.0
-        if SLEEPING and reached(manifolds, h, table, reaches, records, slumber):
-            counts[SHORT] = WOKEN
             return 0.0
         if counts[ASSEMBLED] == 0 or not assembly.is_same(manifolds, records, memory):
             counts[BATCHES] = assembly.make_batches(
@@ -244,7 +244,14 @@ def _advance(
         count = counts[BATCHES]
         if counts[ASSEMBLED] == 0 or memory[0] != part:
             assembly.fill_materials(
-                manifolds, part, settings[ZETA], table, materials, records, rows
+                manifolds,
+                part,
+                max(1, counts[CUT]),
+                settings[ZETA],
+                table,
+                materials,
+                records,
+                rows,
             )
             counts[ASSEMBLED] = 1
         assembly.fill_rows(
@@ -333,8 +340,8 @@ def _advance(
         status = finite(n_bodies, n_rigid, translation, rotation)
         if SLEEPING:
             fell = settle(
-                touched, manifolds, h, n_bodies, n_rigid, translation, rotation, table, reaches,
-                records, memory, bodies, touching, slumber, limits, ward,
+                counts[CUT] == 0, touched, manifolds, h, n_bodies, n_rigid, translation, rotation,
+                table, reaches, records, memory, bodies, touching, slumber, limits, ward,
             )  # fmt: skip
             if fell > 0:
                 if VELOCITY_DEPENDENT:

@@ -1,0 +1,96 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The contact forces of a bag as arrows for the playback page: where they act, and how large.
+
+Each contact is drawn once, as the force on the body that the scene lists later, or on the one that
+can move. Where an instant has more of them than fit into a page, the largest are kept.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.recorded_contacts import contact_topics, read_points
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.contact_packing import FORCE, OTHER, POINT
+
+Array = NDArray[np.float64]
+
+LARGEST = 16_000_000  # [byte] of arrows in one page
+BYTES_PER_ARROW = 24
+USUAL = 0.9  # [-] share of the forces that are no longer than the usual arrow
+LONGEST = 4.0  # [-] usual arrows: an impact would hide all else
+
+
+@dataclass(frozen=True, eq=False)
+class ContactArrows:
+    """
+    Arrows at the instants of a page.
+
+    starts : (k + 1,)  where those of each instant begin
+    arrows : (n, 6)    point [m] and force [N], world axes
+    left   : how many smaller ones were left out
+    """
+
+    starts: NDArray[np.int64]
+    arrows: Array
+    left: int
+
+    def drawn(self, length: float) -> dict[str, Any]:
+        """
+        Give what the page needs.
+
+        length : [m] of an arrow that only a tenth of the forces exceed
+        """
+        sizes = np.linalg.norm(self.arrows[:, 3:], axis=1)
+        usual = float(np.quantile(sizes, USUAL)) if sizes.size else 0.0
+        return {
+            'starts': self.starts.tolist(),
+            'arrows': base64.b64encode(self.arrows.astype('<f4').tobytes()).decode(),
+            'metres': length / usual if usual > 0.0 else 0.0,  # per newton
+            'longest': LONGEST * length,
+            'left': self.left,
+        }
+
+
+def read_arrows(bag: Bag, times: Array, places: Mapping[str, int]) -> ContactArrows | None:
+    """
+    Read the contact forces at some instants; None where the bag has no topic for contacts.
+
+    times  : (k,) [s] of the page, ascending
+    places : place of each body in the scene, by name; a body that is not named there has none
+    """
+    topics = contact_topics(bag)
+    if not topics:
+        return None
+    told = {places.get(body, -1) for body in topics.values()}
+    instants = {int(t): i for i, t in enumerate(np.rint(times * 1e9))}
+    found: list[list[Array]] = [[] for _ in times]
+    for message in bag.messages(topics):
+        instant = instants.get(message.log_time)
+        if instant is None:
+            continue
+        points = read_points(message.data)
+        place = places.get(topics[message.topic], -1)
+        others = points[:, OTHER].astype(np.int64)
+        twice = np.isin(others, list(told)) & (others > place)
+        found[instant].append(np.hstack((points[:, POINT], points[:, FORCE]))[~twice])
+    room = max(1, LARGEST // (BYTES_PER_ARROW * max(1, len(times))))
+    kept, left = [np.zeros((0, 6))], 0
+    starts = np.zeros(len(times) + 1, dtype=np.int64)
+    for i, parts in enumerate(found):
+        arrows = np.concatenate([np.zeros((0, 6)), *parts])
+        if len(arrows) > room:
+            order = np.argsort(-np.sum(arrows[:, 3:] ** 2, axis=1), kind='stable')
+            left += len(arrows) - room
+            arrows = arrows[order[:room]]
+        kept.append(arrows)
+        starts[i + 1] = starts[i] + len(arrows)
+    return ContactArrows(starts, np.concatenate(kept), left)

@@ -1,0 +1,281 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What stands and what falls: a tall block on a slope, cards, a house of cards, arches; balls in a
+heap.
+
+Each threshold follows from the statics of the very bodies that are built. Soft contacts give way
+by some g/omega^2, which moves a threshold by that over the width of a support: the finer step of
+most tests makes this less than their bracket.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from rigid_body_sim.physics.mass_properties import of_shape
+from rigid_body_sim.physics.model import Body, Material
+from rigid_body_sim.physics.shapes import ConvexHull, Plane
+from rigid_body_sim.physics.simulation import Simulation
+
+from .touching import DT, G, ball, box, ground, lean, motion, scene
+
+FINE = DT / 8.0  # [s]
+
+
+def _on_a_slope(angle, friction, *, base=0.1, height=0.4):
+    q = (0, math.sin(angle / 2), 0, math.cos(angle / 2))
+    place = (height / 2 * math.sin(angle), 0, height / 2 * math.cos(angle))
+    rough = {'friction': friction}
+    block = box('b', (base, base, height), place, q=q, material=rough)
+    sim = Simulation(scene([ground(slope=angle, material=rough), block], dt=FINE))
+    sim.step(round(3.0 / FINE))
+    q_now = sim.state.orientation[1]
+    turned = 2 * math.degrees(math.acos(min(1.0, abs(q_now @ np.array(q)))))
+    return turned, float(np.linalg.norm(sim.state.position[1] - place))
+
+
+@pytest.mark.parametrize(('factor', 'topples'), [(0.999, False), (1.001, True)])
+def test_a_tall_block_topples_exactly_beyond_its_base_over_height(factor, topples):
+    turned, way = _on_a_slope(math.atan(factor * 0.25), 1.0)
+    assert turned > 80 if topples else turned < 1e-3 and way < 1e-5
+
+
+@pytest.mark.parametrize(('factor', 'topples'), [(0.999, False), (1.001, True)])
+def test_a_sliding_block_topples_exactly_with_more_friction_than_base_over_height(factor, topples):
+    slope = math.atan(1.1 * 0.25)
+    turned, way = _on_a_slope(slope, factor * 0.25)
+    if topples:
+        assert turned > 80
+    else:
+        # nearly all its weight slides on the lower edge, which sinks deeper than the upper one
+        assert turned < 1.0
+        sliding = G * (math.sin(slope) - factor * 0.25 * math.cos(slope))
+        assert way == pytest.approx(0.5 * sliding * 9.0, rel=1e-3)
+
+
+def prism(name, corners, friction, *, depth=0.1):
+    """
+    A solid of 1000 kg/m^3 with these corners (n, 2) in the x-z plane; its place is theirs.
+    """
+    points = [(x, y, z) for x, z in corners for y in (-depth / 2, depth / 2)]
+    mass = of_shape(ConvexHull(np.array(points)), density=1000.0)
+    shape = ConvexHull(np.array(points) - mass.center_of_mass)
+    return Body(
+        name, shape, mass.mass, inertia=mass.inertia, initial=motion(mass.center_of_mass),
+        material=Material(friction=friction),
+    )  # fmt: skip
+
+
+def card(angle, *, length=0.2, thickness=0.01, bevel=0.002):
+    """
+    A card that leans to the right, its foot at height 0, its bevelled top against the plane x = 0.
+    """
+    along = np.array((math.sin(angle), math.cos(angle)))
+    across = np.array((math.cos(angle), -math.sin(angle)))
+    foot = np.array((bevel - length * math.sin(angle), 0.0))
+    top = foot + length * along
+    return np.array(
+        [
+            foot,
+            top - bevel / math.sin(angle) * along,
+            top - bevel / math.cos(angle) * across,
+            top - thickness * across,
+            foot - thickness * across,
+        ]
+    )
+
+
+def _needed(corners):
+    """
+    Friction a leaning card needs, mu >= c/h: its weight acts c from the foot, the thrust h above.
+    """
+    center = of_shape(
+        ConvexHull(np.array([(x, y, z) for x, z in corners for y in (0.0, 1.0)])), mass=1.0
+    ).center_of_mass
+    return (center[0] - corners[0, 0]) / corners[2, 1]
+
+
+def _fallen(bodies, *, seconds=2.0, dt=FINE):
+    """Let it stand; return by how much the highest body has come down, and the run."""
+    sim = Simulation(lean(bodies, dt=dt))
+    highest = int(np.argmax(sim.state.position[:, 2]))
+    before = sim.state.position[highest, 2]
+    sim.step(round(seconds / dt))
+    return before - sim.state.position[highest, 2], sim
+
+
+def test_a_thin_card_needs_half_the_tangent_of_its_angle():
+    corners = card(0.4, thickness=1e-6, bevel=1e-7)
+    assert _needed(corners) == pytest.approx(math.tan(0.4) / 2, rel=1e-4)
+
+
+@pytest.mark.parametrize('degrees', [20, 30])
+@pytest.mark.parametrize(('factor', 'stands'), [(0.999, False), (1.001, True)])
+def test_two_cards_lean_on_each_other_exactly_with_enough_friction(degrees, factor, stands):
+    corners = card(math.radians(degrees))
+    mu = factor * _needed(corners)
+    mirrored = corners * (-1.0, 1.0)
+    fell, sim = _fallen(
+        [ground(material={'friction': mu}), prism('left', corners, mu),
+         prism('right', mirrored, mu)]
+    )  # fmt: skip
+    assert fell < 2e-5 if stands else fell > 0.05
+    if stands:
+        assert np.abs(sim.state.velocity).max() < 1e-9
+
+
+@pytest.mark.parametrize(('factor', 'stands'), [(0.999, False), (1.001, True)])
+def test_a_card_leans_on_a_smooth_wall_exactly_with_enough_friction(factor, stands):
+    length, thickness, angle = 0.2, 0.01, math.radians(30)
+    # weight at L/2 sin - t/2 cos from the foot, thrust at L cos above it
+    mu = factor * (math.tan(angle) - thickness / length) / 2
+    along = np.array((math.sin(angle), 0.0, math.cos(angle)))
+    across = np.array((math.cos(angle), 0.0, -math.sin(angle)))
+    place = length / 2 * along - thickness / 2 * across - (length * math.sin(angle), 0.0, 0.0)
+    leaning = box(
+        'card', (thickness, 0.1, length), place, material={'friction': mu},
+        q=(0, math.sin(angle / 2), 0, math.cos(angle / 2)),
+    )  # fmt: skip
+    wall = Body('wall', Plane((-1.0, 0.0, 0.0)), 0.0, fixed=True, material=Material(friction=0.0))
+    sim = Simulation(scene([ground(material={'friction': mu}), leaning, wall], dt=FINE))
+    sim.step(round(2.0 / FINE))
+    fell = place[2] - sim.state.position[1, 2]
+    assert fell < 1e-6 if stands else fell > 0.05
+
+
+def arch(voussoirs, thickness, *, radius=1.0):
+    """
+    Corners of the blocks of a semicircular arch, from left to right; radius of its middle line.
+    """
+    inner, outer = radius - thickness / 2, radius + thickness / 2
+    angles = np.linspace(math.pi, 0.0, voussoirs + 1)
+    rays = np.stack((np.cos(angles), np.sin(angles)), axis=1)
+    return [
+        np.array([inner * a, inner * b, outer * b, outer * a])
+        for a, b in zip(rays, rays[1:], strict=False)
+    ]
+
+
+def _has_equilibrium(voussoirs, thickness, friction):
+    """
+    Tell whether forces at the corners of the joints, within their cones, can carry the arch.
+    """
+    blocks = arch(voussoirs, thickness)
+    unknowns = 4 * (voussoirs + 1)  # at each joint: inner and outer corner, press and friction
+    balance, loads = np.zeros((3 * voussoirs, unknowns)), np.zeros(3 * voussoirs)
+    angles = np.linspace(math.pi, 0.0, voussoirs + 1)
+    for i, corners in enumerate(blocks):
+        solid = ConvexHull(np.array([(x, y, z) for x, z in corners for y in (0.0, 1.0)]))
+        mass = of_shape(solid, density=1.0)
+        loads[3 * i + 1] = mass.mass
+        for joint, sign in ((i, 1.0), (i + 1, -1.0)):
+            ray = np.array((math.cos(angles[joint]), math.sin(angles[joint])))
+            for k, radius in enumerate((1.0 - thickness / 2, 1.0 + thickness / 2)):
+                arm = radius * ray - mass.center_of_mass[[0, 2]]
+                for axis, force in enumerate((np.array((ray[1], -ray[0])), ray)):
+                    column = 4 * joint + 2 * k + axis
+                    balance[3 * i : 3 * i + 2, column] = sign * force
+                    balance[3 * i + 2, column] = sign * (arm[0] * force[1] - arm[1] * force[0])
+    cones = np.zeros((unknowns, unknowns))
+    for row in range(unknowns):
+        press = row - row % 2
+        cones[row, press], cones[row, press + 1] = -friction, 1.0 if row % 2 else -1.0
+    found = linprog(
+        np.zeros(unknowns), A_ub=cones, b_ub=np.zeros(unknowns), A_eq=balance, b_eq=loads,
+        bounds=[(0.0, None), (None, None)] * (unknowns // 2),
+    )  # fmt: skip
+    return found.status == 0
+
+
+def _least(holds, low, high):
+    """Bisect for the least number for which something holds."""
+    for _ in range(20):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    return high
+
+
+def test_statics_give_the_least_thickness_and_friction_of_a_semicircular_arch():
+    # known for joints everywhere: t/R = 0.1075 of the middle line (Milankovitch 1907), mu = 0.31
+    assert _least(lambda t: _has_equilibrium(101, t, 1.0), 0.05, 0.2) == pytest.approx(
+        0.1075, abs=1e-4
+    )
+    assert _least(lambda mu: _has_equilibrium(41, 0.2, mu), 0.1, 1.0) == pytest.approx(
+        0.31, abs=2e-3
+    )
+
+
+def _built(voussoirs, thickness, friction):
+    blocks = arch(voussoirs, thickness)
+    return [
+        ground(material={'friction': friction}),
+        *(prism(f'v{i}', c, friction, depth=0.3) for i, c in enumerate(blocks)),
+    ]
+
+
+@pytest.mark.parametrize('voussoirs', [7, 9])
+def test_an_arch_stands_exactly_above_its_least_thickness(voussoirs):
+    least = _least(lambda t: _has_equilibrium(voussoirs, t, 1.0), 0.05, 0.2)
+    fell, _ = _fallen(_built(voussoirs, 0.98 * least, 1.0))
+    assert fell > 0.3
+    fell, sim = _fallen(_built(voussoirs, 1.02 * least, 1.0))
+    assert fell < 1e-4
+    assert np.abs(sim.state.velocity).max() < 1e-4
+
+
+def test_an_arch_stands_exactly_above_its_least_friction():
+    least = _least(lambda mu: _has_equilibrium(7, 0.2, mu), 0.1, 1.0)
+    fell, _ = _fallen(_built(7, 0.2, 0.98 * least))
+    assert fell > 0.1
+    fell, sim = _fallen(_built(7, 0.2, 1.02 * least))
+    assert fell < 1e-4
+    assert np.abs(sim.state.velocity).max() < 1e-9
+
+
+def test_a_house_of_cards_stands():
+    mu, angle = 0.6, math.radians(20)
+    left = card(angle)
+    right = left * (-1.0, 1.0)
+    half, top = 0.08, left[3, 1]
+    bodies = [ground(material={'friction': mu})]
+    for i, x in enumerate((-half, half)):
+        bodies += [
+            prism(f'left {i}', left + (x, 0.0), mu),
+            prism(f'right {i}', right + (x, 0), mu),
+        ]
+    floor = np.array([(-0.12, 0.0), (0.12, 0.0), (0.12, 0.01), (-0.12, 0.01)])
+    bodies.append(prism('floor', floor + (0.0, top), mu))
+    bodies += [
+        prism('left', left + (0, top + 0.01), mu),
+        prism('right', right + (0, top + 0.01), mu),
+    ]
+    fell, sim = _fallen(bodies, seconds=5.0)
+    assert fell < 1e-4
+    assert np.abs(sim.state.velocity).max() < 1e-6
+
+
+def test_the_overlap_in_a_heap_of_balls_falls_with_the_square_of_the_step():
+    """
+    6 x 6 x 6 balls of 10 kg, 0.21 m apart, each up to 1 mm off its place, without restitution.
+    """
+
+    def overlap(dt):
+        rng = np.random.default_rng(0)
+        places = 0.21 * np.array(np.unravel_index(np.arange(216), (6, 6, 6))).T + (0, 0, 0.11)
+        places += rng.uniform(-1e-3, 1e-3, (216, 3))
+        balls = [ball(f'b{i}', 0.1, place, mass=10.0) for i, place in enumerate(places)]
+        sim = Simulation(scene([ground(), *balls], dt=dt))
+        found = []
+        for _ in range(20):
+            sim.step(round(0.1 / dt))
+            gap = sim.contacts().gap
+            found.append(-gap[gap < 0.0].mean())
+        return np.mean(found)
+
+    coarse, fine = overlap(DT), overlap(DT / 4)
+    assert coarse < 2e-5
+    # the heaps tumble each in their way, so that only the size of the forces is alike
+    assert 8.0 < coarse / fine < 32.0

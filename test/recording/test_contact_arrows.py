@@ -1,0 +1,113 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""The playback page shows the recorded contact forces as arrows, each once."""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.verbs import simulate, view
+from rigid_body_sim.view import contact_arrows
+
+SCENE = """
+version: 1
+name: tower
+dt: 0.004
+gravity: [0, 0, -9.81]
+contact: {mode: timestep}
+bodies:
+  - {name: ground, shape: {type: plane, normal: [0, 0, 1]}}
+  - name: box
+    shape: {type: box, size: [0.2, 0.2, 0.2]}
+    mass: 1
+    initial: {position: [0, 0, 0.1]}
+    repeat: {count: [1, 1, 2], spacing: [0, 0, 0.2]}
+"""
+PLACES = {'ground': 0, 'box_1': 1, 'box_2': 2}
+
+
+def made(folder, *words):
+    """The page of a tower of two boxes after 0.4 s."""
+    (folder / 'tower.yaml').write_text(SCENE)
+    parser = argparse.ArgumentParser()
+    simulate.add_arguments(parser)
+    line = [folder / 'tower.yaml', '-o', folder / 'bag', '--duration', '0.4', '--json', *words]
+    assert simulate.run(parser.parse_args([str(word) for word in line])) == 0
+    parser = argparse.ArgumentParser()
+    view.add_arguments(parser)
+    assert view.run(parser.parse_args([str(folder / 'bag'), '-o', str(folder / 'run.html')])) == 0
+    return folder / 'run.html'
+
+
+@pytest.fixture(scope='module')
+def page(tmp_path_factory):
+    return made(tmp_path_factory.mktemp('arrows'), '--contacts')
+
+
+def run_of(page):
+    """The data in the page."""
+    return json.loads(re.search(r'type="application/json">(.*?)</script>', page.read_text())[1])
+
+
+def test_the_arrows_at_rest_carry_the_weights_each_contact_once(page):
+    run = run_of(page)
+    starts = run['contacts']['starts']
+    arrows = np.frombuffer(base64.b64decode(run['contacts']['arrows']), '<f4').reshape(-1, 6)
+    assert len(starts) == len(run['times']) + 1
+    assert (starts[0], starts[-1]) == (0, len(arrows))
+    last = arrows[starts[-2] :]
+    assert len(last) == 8
+    below = last[:, 2] < 0.1
+    # upwards, on what can move and is listed later; at rest to what single precision holds
+    assert last[below, 5].sum() == pytest.approx(2 * 9.81, rel=1e-4)
+    assert last[~below, 5].sum() == pytest.approx(9.81, rel=1e-4)
+    assert np.allclose(last[~below, 2], 0.2, atol=1e-4)
+    usual = run['contacts']['longest'] / 4
+    assert usual < run['size']
+    assert run['contacts']['metres'] * 9.81 / 2 == pytest.approx(usual, rel=0.1)
+
+
+def test_where_many_touch_the_largest_are_kept(page, monkeypatch):
+    bag, times = Bag(page.parent / 'bag'), np.array(run_of(page)['times'])
+    whole = contact_arrows.read_arrows(bag, times, PLACES)
+    monkeypatch.setattr(contact_arrows, 'LARGEST', 5 * contact_arrows.BYTES_PER_ARROW * len(times))
+    fewer = contact_arrows.read_arrows(bag, times, PLACES)
+    assert (whole.left, fewer.left) == (0, len(whole.arrows) - len(fewer.arrows))
+    assert np.diff(fewer.starts).max() == 5
+    last, kept = whole.arrows[whole.starts[-2] :, 5], fewer.arrows[fewer.starts[-2] :, 5]
+    assert sorted(kept) == sorted(last)[-5:]
+
+
+def test_without_recorded_contacts_there_is_nothing_of_them(tmp_path):
+    page = made(tmp_path)
+    assert run_of(page)['contacts'] is None
+    assert 'id="touching" hidden' in page.read_text()
+
+
+@pytest.mark.skipif(not shutil.which('chromium'), reason='no chromium to draw the page')
+@pytest.mark.parametrize(('shown', 'count'), [('true', 8), ('false', 0)])
+def test_a_browser_draws_the_arrows_of_the_instant_while_they_are_wanted(page, shown, count):
+    end = "<script>const t = document.getElementById('time'); t.value = t.max; t.oninput();"
+    end += f"const f = document.getElementById('forces'); f.checked = {shown}; f.onchange();"
+    copy = page.parent / f'{shown}.html'
+    copy.write_text(page.read_text().replace('</body>', f'{end}</script></body>'))
+    command = ['chromium', '--headless', '--no-sandbox', '--disable-gpu-sandbox']
+    command += ['--enable-unsafe-swiftshader', '--use-angle=swiftshader']
+    command += [f'--user-data-dir={page.parent / "browser"}', '--enable-logging=stderr']
+    command += ['--virtual-time-budget=3000', '--dump-dom', copy.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    spoken = [line for line in done.stderr.splitlines() if 'CONSOLE' in line]
+    assert not [line for line in spoken if 'rror' in line], spoken
+    body = re.search(r'<body[^>]*>', done.stdout)[0]
+    assert f'data-arrows="{count}"' in body, body
+    label = re.search(r'<label id="touching"[^>]*>', done.stdout)[0]
+    assert 'hidden' not in label
