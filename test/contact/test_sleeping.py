@@ -194,8 +194,17 @@ def test_a_bullet_finds_a_sleeping_box(speed):
     sleeping.step(ticks)
     awake.step(ticks)
     assert asleep(sleeping) == {'b'}
+    for _ in range(20):
+        carried = []
+        for sim in (sleeping, awake):
+            sim.step()
+            contacts = sim.contacts()
+            sign = np.where(contacts.bodies[:, 1] == 1, 1.0, -1.0)
+            of_box = (contacts.bodies == 1).any(axis=1)
+            carried.append((sign[:, None] * contacts.impulse)[of_box].sum(axis=0))
+        # also in the tick of the impact, which is cut into pieces
+        assert carried[0] == pytest.approx(carried[1], abs=1e-4 * speed)
     for sim in (sleeping, awake):
-        sim.step(20)
         momentum = sim.momentum()[0]
         assert sim.state.position[2, 0] < sim.state.position[1, 0]
         assert 0.8 * speed < momentum < speed  # the ground took the rest
