@@ -98,9 +98,10 @@ class Colliders:
         to_principal = layout.to_body_axes(np.broadcast_to(np.eye(3), (layout.n_rigid, 3, 3)))
         numbers: list[float] = []
         known: dict[bytes, int] = {}
+        hulls: dict[int, Array] = {}
         table, bounds, mounts, poses, materials = [], [], [], [], []
         for index, body, kind in found:
-            record = _sizes(body, prisms)
+            record = _sizes(body, prisms, hulls)
             at = known.setdefault(record.tobytes(), len(numbers))
             if at == len(numbers):
                 numbers.extend(record.tolist())
@@ -188,7 +189,12 @@ def _needs_prisms(types: list[int]) -> bool:
     )
 
 
-def _sizes(body: Body, prisms: bool) -> Array:
+def _sizes(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
+    """
+    Give the numbers of a shape.
+
+    hulls : those that were found already, by the identity of the shape: copies of a body share it
+    """
     match body.shape:
         case Sphere(radius=radius):
             return np.array([radius])
@@ -197,9 +203,11 @@ def _sizes(body: Body, prisms: bool) -> Array:
         case Box(size=size):
             return 0.5 * np.array(size)
         case Cylinder(radius=radius, length=length) as shape:
-            return np.concatenate(([radius, 0.5 * length], _record(shape) if prisms else []))
+            return np.concatenate(
+                ([radius, 0.5 * length], _record(shape, hulls) if prisms else [])
+            )
         case ConvexHull() | Mesh() as shape:
-            return _record(shape)
+            return _record(shape, hulls)
         case Plane(normal=normal, offset=offset):
             pose = _pose(body)
             turned = pose[3:].reshape(3, 3) @ np.asarray(normal)
@@ -208,11 +216,13 @@ def _sizes(body: Body, prisms: bool) -> Array:
             return np.zeros(1)
 
 
-def _record(shape: Any) -> Array:
+def _record(shape: Any, hulls: dict[int, Array]) -> Array:
     # Qhull takes a quarter of a second to import: only for the scenes that have a hull.
     from rigid_body_sim.physics.contact.geometry.hull_records import record
 
-    return record(shape)
+    if id(shape) not in hulls:
+        hulls[id(shape)] = record(shape)
+    return hulls[id(shape)]
 
 
 def _bounds(body: Body, kind: int) -> tuple[float, ...]:
