@@ -12,7 +12,8 @@ and the angular momentum about the common centre of mass stays.
 
 Where bodies meet (contact by time stepping), friction and inelastic impacts take energy: it is not
 conserved, but it must not rise. Contacts between movable bodies keep P and L; those with a fixed
-body or a plane do not.
+body or a plane do not. What falls asleep (`contact.sleeping`) rests on something fixed; it loses
+what was left of its momentum and kinetic energy.
 """
 
 from __future__ import annotations

@@ -187,7 +187,7 @@ class Union:
     """
     Shapes joined rigidly, each of its own density; overlaps count twice.
 
-    It gives mass properties and cannot collide: contact knows no union yet and refuses one.
+    Where bodies collide each solid part does; parts of one body do not meet each other.
     """
 
     parts: tuple[Part, ...]

@@ -97,15 +97,15 @@ class Stepper:
             return (self.translation, self.rotation)
         return (self.translation, self.rotation, self._method)
 
-    def _snapshot(self) -> tuple[Array, ...]:
-        contact = () if self.contact is None else (self.contact.remembered(),)
+    def _snapshot(self) -> tuple[Any, ...]:
+        contact = () if self.contact is None else (self.contact.snapshot(),)
         return (*(array.copy() for array in self._state), *contact)
 
-    def _return_to(self, snapshot: tuple[Array, ...]) -> None:
+    def _return_to(self, snapshot: tuple[Any, ...]) -> None:
         for array, values in zip(self._state, snapshot, strict=False):
             array[:] = values
         if self.contact is not None:
-            self.contact.recall(snapshot[-1])
+            self.contact.return_to(snapshot[-1])
 
     def warnings(self) -> tuple[str, ...]:
         """Give what the contact of the scene warns of, whatever the state."""
@@ -322,7 +322,7 @@ class Stepper:
                 raise
             return False
 
-    def _copy_back(self, before: tuple[Array, ...]) -> int:
+    def _copy_back(self, before: tuple[Any, ...]) -> int:
         """Return to an earlier state; tell which body left the finite numbers."""
         points = gather(self.translation, TRANSLATION, 0, 6, self._layout.n_moving)
         turns = gather(self.rotation, ROTATION, 0, 7, self._layout.n_rigid)

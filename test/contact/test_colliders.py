@@ -26,6 +26,7 @@ from rigid_body_sim.physics.contact.collider import (
     Colliders,
     bounding_box,
 )
+from rigid_body_sim.physics.contact.geometry import hulls
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.kernels import argument
 from rigid_body_sim.physics.layout import Layout
@@ -103,6 +104,15 @@ def test_equal_hulls_share_one_record():
     four = colliders(*(body(f'b{i}', Mesh(CORNERS, FACES)) for i in range(4)))
     assert np.array_equal(one.numbers, four.numbers)
     assert set(four.table[SIZES::TABLE].tolist()) == {0}
+
+
+def test_the_hull_of_a_shape_is_found_once_for_all_bodies_that_share_it(monkeypatch):
+    found = []
+    hull = hulls.hull
+    monkeypatch.setattr(hulls, 'hull', lambda *a, **k: found.append(1) or hull(*a, **k))
+    mesh = Mesh(CORNERS, FACES)
+    colliders(*(body(f'b{i}', mesh) for i in range(5)), body('c', ConvexHull(CORNERS)))
+    assert len(found) == 2
 
 
 def test_cylinder_is_given_as_a_prism_only_where_a_pair_needs_it():

@@ -83,8 +83,11 @@ def test_where_many_touch_the_largest_are_kept(page, monkeypatch):
     fewer = contact_arrows.read_arrows(bag, times, PLACES)
     assert (whole.left, fewer.left) == (0, len(whole.arrows) - len(fewer.arrows))
     assert np.diff(fewer.starts).max() == 5
-    last, kept = whole.arrows[whole.starts[-2] :, 5], fewer.arrows[fewer.starts[-2] :, 5]
-    assert sorted(kept) == sorted(last)[-5:]
+    last, kept = (
+        np.sort(np.linalg.norm(found.arrows[found.starts[-2] :, 3:], axis=1))
+        for found in (whole, fewer)
+    )
+    assert kept.tolist() == last[-5:].tolist()
 
 
 def test_without_recorded_contacts_there_is_nothing_of_them(tmp_path):

@@ -139,6 +139,21 @@ def test_a_recording_begun_among_contacts_replays_identically(tmp_path, begin):
     assert replay(path).difference is None
 
 
+@pytest.mark.parametrize('begin', (0, 330, SETTLED + 24), ids=lambda k: f'tick {k}')
+def test_a_tower_that_sleeps_and_is_woken_replays_with_its_contacts(tmp_path, begin):
+    scene = load_scene({**SCENE, 'contact': {'mode': 'timestep', 'sleeping': True}})
+    settings = RunSettings(publish_every=5, publish_contacts=True, command_timeout_ns=0)
+    run = Run(Simulation(scene), settings)
+    commands = {SETTLED + 23: [LIFT], SETTLED + 48: [DROP]}
+    while run.simulation.tick < begin:
+        run.advance(1, commands.get(run.simulation.tick, ()))
+    path = record(run, tmp_path / 'sleep', 500, commands)
+    assert replay(path).difference is None
+    said = dict(clouds(path)['box_1'])
+    if begin < SETTLED:
+        assert np.array_equal(said[SETTLED], said[SETTLED + 20])  # asleep, and still told
+
+
 def test_the_ending_says_what_contact_cost(tower):
     ending = Bag(tower).ending
     assert 'energy_drift' not in ending and 'momentum_drift' not in ending

@@ -9,7 +9,6 @@ import pytest
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.errors import InvalidModel
 
 HAMMER = """
 dt: 0.001
@@ -84,8 +83,11 @@ def test_an_impossible_union_is_refused(scene, reason):
     assert '\n' not in str(caught.value)
 
 
-def test_a_union_where_bodies_collide_is_refused():
-    """It would fall through the floor."""
-    scene = union({**BALL, 'mass': 1}) | {'contact': {'mode': 'timestep'}}
-    with pytest.raises(InvalidModel, match="'b' is a union of shapes, which cannot collide yet"):
-        Simulation(load_scene(scene))
+def test_a_union_rests_on_the_ground():
+    scene = union({**BALL, 'mass': 1}, {**BALL, 'mass': 1, 'position': [3, 0, 0]})
+    scene |= {'contact': {'mode': 'timestep'}, 'gravity': [0, 0, -9.81], 'dt': 0.004}
+    ground = {'name': 'g', 'shape': {'type': 'plane', 'normal': [0, 0, 1], 'offset': -1.5}}
+    scene['bodies'] = [*scene['bodies'], ground]
+    sim = Simulation(load_scene(scene))
+    sim.step(500)
+    assert sim.state.position[0, 2] == pytest.approx(BALL['shape']['radius'] - 1.5, abs=1e-4)

@@ -3,9 +3,10 @@
 """
 Contact of rigid bodies by time stepping; imported only by scenes that ask for it.
 
-`plan` what a scene needs; `tick` what happens in a tick; `collider`, `broad_phase`, `pair_list`
-(with its `grid`), `detection` and `pairs` find contacts (with what `geometry` knows of two
-shapes), `assembly` makes rows of them, `solver` and `passes` solve them.
+`plan` what a scene needs; `tick` what happens in a tick; `collider` (of one solid; `compound`: of
+several), `broad_phase`, `pair_list` (with its `grid`), `detection` and `pairs` find contacts (with
+what `geometry` knows of two shapes), `assembly` makes rows of them, `solver` and `passes` solve
+them. Where islands may sleep: `islands`, `sleeping`, `sleepers`.
 """
 
 from __future__ import annotations

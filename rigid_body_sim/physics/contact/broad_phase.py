@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, POSE, TABLE, bounding_box
-from rigid_body_sim.physics.contact.touching_bodies import ACC, BODY, II, IM, L, P
+from rigid_body_sim.physics.contact.touching_bodies import ACC, BODY, II, IM, X0, L, P
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
@@ -68,10 +68,12 @@ def find_reaches(
             p = i1 * a + i2 * b2 + i3 * c
             q = i2 * a + i4 * b2 + i5 * c
             r = i3 * a + i5 * b2 + i6 * c
-            turn = math.sqrt(p * p + q * q + r * r) * radius * h
+            u, v, w = x - bodies[m + X0], y - bodies[m + X0 + 1], z - bodies[m + X0 + 2]
+            lever = math.sqrt(u * u + v * v + w * w) + radius
+            turn = math.sqrt(p * p + q * q + r * r) * lever * h
             u, v, w = bodies[m + ACC], bodies[m + ACC + 1], bodies[m + ACC + 2]
             fall = math.sqrt(u * u + v * v + w * w) * h * h
-            reaches[o + TURN] = min(turn, 2.0 * radius) + fall
+            reaches[o + TURN] = min(turn, 2.0 * lever) + fall
         reaches[o + REACH] = 0.5 * small + speed + reaches[o + TURN]
 
 

@@ -1,11 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What collides, as arrays: one collider for each body that has a solid shape, in scene order.
+What collides, as arrays: one collider for each solid of each body (`compound`), in scene order.
 
 A fixed body is a static collider. A point mass collides as a sphere of radius zero, but never with
-another point. A mesh collides as its convex hull. Bodies without a shape and unions of particles
-do not collide.
+another point. A mesh collides as its convex hull. Bodies without a shape and particles that make a
+rigid body do not collide.
 
     numbers : sizes of all shapes, one after the other; equal hulls share one record
         SPHERE    radius
@@ -36,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.physics.contact.compound import solids
 from rigid_body_sim.physics.kernels import inline
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Body, Scene
@@ -87,18 +88,20 @@ class Colliders:
     def of(cls, scene: Scene, layout: Layout) -> Colliders:
         """Find the colliders of a scene; InvalidModel for a hull that spans no solid."""
         found = [
-            (index, body, type_of(body))
+            (index, solid, type_of(solid))
             for index, body in enumerate(scene.bodies)
-            if type_of(body) >= 0
+            for solid in solids(body)
+            if type_of(solid) >= 0
         ]
         prisms = _needs_prisms([kind for _, _, kind in found])
         core = {int(index): k for k, index in enumerate(layout.moving)}
         to_principal = layout.to_body_axes(np.broadcast_to(np.eye(3), (layout.n_rigid, 3, 3)))
         numbers: list[float] = []
         known: dict[bytes, int] = {}
+        hulls: dict[int, Array] = {}
         table, bounds, mounts, poses, materials = [], [], [], [], []
         for index, body, kind in found:
-            record = _sizes(body, prisms)
+            record = _sizes(body, prisms, hulls)
             at = known.setdefault(record.tobytes(), len(numbers))
             if at == len(numbers):
                 numbers.extend(record.tolist())
@@ -148,13 +151,15 @@ class Colliders:
 
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """Give the pairs of types (a <= b) that may meet in this scene, in order."""
-        moving = np.bincount(self.types[self.cores >= 0], minlength=len(NAMES))
-        all_of = np.bincount(self.types, minlength=len(NAMES))
+        kinds = len(NAMES)
+        all_of = np.bincount(self.types, minlength=kinds)
+        moves = self.cores >= 0
+        of_body = np.zeros((int(np.max(self.cores, initial=-1)) + 1, kinds), dtype=np.int64)
+        np.add.at(of_body, (self.cores[moves], self.types[moves]), 1)
+        # some body has a of its own, and b is found among the others
+        meets = (of_body > 0).T.astype(np.int64) @ (all_of - of_body > 0) > 0
         return tuple(
-            (a, b)
-            for a in range(len(NAMES))
-            for b in range(a, len(NAMES))
-            if (moving[a] and all_of[b] - (a == b)) or (moving[b] and all_of[a] - (a == b))
+            (a, b) for a in range(kinds) for b in range(a, kinds) if meets[a, b] or meets[b, a]
         )
 
 
@@ -184,7 +189,12 @@ def _needs_prisms(types: list[int]) -> bool:
     )
 
 
-def _sizes(body: Body, prisms: bool) -> Array:
+def _sizes(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
+    """
+    Give the numbers of a shape.
+
+    hulls : those that were found already, by the identity of the shape: copies of a body share it
+    """
     match body.shape:
         case Sphere(radius=radius):
             return np.array([radius])
@@ -193,9 +203,11 @@ def _sizes(body: Body, prisms: bool) -> Array:
         case Box(size=size):
             return 0.5 * np.array(size)
         case Cylinder(radius=radius, length=length) as shape:
-            return np.concatenate(([radius, 0.5 * length], _record(shape) if prisms else []))
+            return np.concatenate(
+                ([radius, 0.5 * length], _record(shape, hulls) if prisms else [])
+            )
         case ConvexHull() | Mesh() as shape:
-            return _record(shape)
+            return _record(shape, hulls)
         case Plane(normal=normal, offset=offset):
             pose = _pose(body)
             turned = pose[3:].reshape(3, 3) @ np.asarray(normal)
@@ -204,11 +216,13 @@ def _sizes(body: Body, prisms: bool) -> Array:
             return np.zeros(1)
 
 
-def _record(shape: Any) -> Array:
+def _record(shape: Any, hulls: dict[int, Array]) -> Array:
     # Qhull takes a quarter of a second to import: only for the scenes that have a hull.
     from rigid_body_sim.physics.contact.geometry.hull_records import record
 
-    return record(shape)
+    if id(shape) not in hulls:
+        hulls[id(shape)] = record(shape)
+    return hulls[id(shape)]
 
 
 def _bounds(body: Body, kind: int) -> tuple[float, ...]:

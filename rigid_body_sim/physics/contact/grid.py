@@ -134,8 +134,8 @@ def overlaps(
     grid: Indices, heads: Indices, larger: int, smaller: int, pairs: Indices,
 ) -> int:  # fmt: skip
     """
-    Write the pairs of boxes that overlap, of which at least one moves, in any order, some of them
-    more than once; return how many were written, or would have been beyond the room.
+    Write the pairs of boxes of two bodies that overlap, of which at least one moves, in any order,
+    some of them more than once; return how many were written, or would have been beyond the room.
 
         first           : boxes before this one are left out
         boxes           : BOX per collider: low corner, high corner [m]
@@ -187,10 +187,11 @@ def overlaps(
         if met > room:
             count = met
             continue
-        moves = table[j * TABLE + CORE] >= 0
+        core = table[j * TABLE + CORE]
         for k in range(count, met):
             i = grid[pairs[smaller + k] * CELL + ORDER]
-            if i != j and (moves or table[i * TABLE + CORE] >= 0):
+            other = table[i * TABLE + CORE]
+            if core != other and max(core, other) >= 0:  # not two parts of one body
                 pairs[larger + count], pairs[smaller + count] = max(i, j), min(i, j)
                 count += 1
     return count

@@ -11,6 +11,7 @@ flat dent; nothing is said of it.
 
 from __future__ import annotations
 
+from rigid_body_sim.physics.contact.compound import solids
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.shapes import Mesh
 
@@ -22,9 +23,10 @@ def hollow_meshes(scene: Scene) -> tuple[str, ...]:
     bodies: dict[int, list[str]] = {}
     meshes: dict[int, Mesh] = {}
     for body in scene.bodies:
-        if isinstance(body.shape, Mesh):
-            meshes[id(body.shape)] = body.shape
-            bodies.setdefault(id(body.shape), []).append(body.name)
+        for shape in (solid.shape for solid in solids(body)):
+            if isinstance(shape, Mesh):
+                meshes[id(shape)] = shape
+                bodies.setdefault(id(shape), []).append(body.name)
     if not meshes:
         return ()
     # Qhull takes a quarter of a second to import: only for the scenes that have a hull.
@@ -39,7 +41,7 @@ def hollow_meshes(scene: Scene) -> tuple[str, ...]:
             found.append(
                 f'{first!r} collides as the convex hull of its mesh {mesh.name!r}, and '
                 f'{100.0 * defect:.2g} % of this hull is outside the mesh: it will touch where it '
-                'has no surface; make it of several bodies with convex shapes, or accept it'
+                'has no surface; make it a union of convex shapes, or accept it'
                 + (more if others else '')
             )
     return tuple(found)

@@ -138,9 +138,10 @@ def _compare_all(
     count = 0
     for j in range(planes, n):
         small = reaches[j * ROW + SMALL]
-        moves = table[j * TABLE + CORE] >= 0
+        core = table[j * TABLE + CORE]
         for i in range(j):
-            if not moves and (i < planes or table[i * TABLE + CORE] < 0):
+            other = table[i * TABLE + CORE]
+            if core == other or max(core, other) < 0:  # parts of one body; neither moves
                 continue
             if i < planes:
                 at = table[i * TABLE + SIZES]

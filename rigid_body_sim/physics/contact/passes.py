@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.lanes import arms, cross, disc, relative, vector
 from rigid_body_sim.physics.contact.rows import (
+    ACTIVE,
     BOUNCE,
     CA,
     CB,
@@ -95,6 +96,7 @@ def gather(lanes: int, used: int, s: Array, g: Array, bodies: Array) -> None:
         g[k + PS + 16] = 0.0
         g[k + PUSHED] = 0.0
         g[k + CHANGE] = 0.0
+        g[k + ACTIVE] = 1.0
     for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
         m, n = s[k + MASS_A], s[k + MASS_B]
@@ -270,8 +272,9 @@ def push(
         scale = 1.0 if is_open else s[k + SCALE]
         keep = 0.0 if is_open else s[k + KEEP]
         new = old - gain * scale * (vn + bias) - keep * old
+        new = new if new > 0.0 else 0.0
+        new = new if g[k + ACTIVE] > 0.0 else old
         presses = new > 0.0
-        new = new if presses else 0.0
         change = new - old
         # friction of the last substep is none of this one where less presses: it keeps its share
         less = new < old
@@ -312,6 +315,8 @@ def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, ca
         # what touches in the next substep bounces there: at the end of a tick here is too early
         waits = is_open & (s[k + BOUNCE] > 0.0) & (old <= 0.0)
         new = 0.0 if waits else new
+        active = g[k + ACTIVE] > 0.0
+        new = new if active else old
         change = new - old
         x, y, z = change * nx, change * ny, change * nz
         ax, ay, az = cross(ax, ay, az, x, y, z)
@@ -350,10 +355,13 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: floa
         # as in `relax_normals`
         waits = is_open & (s[k + BOUNCE] > 0.0) & (old <= 0.0)
         new = 0.0 if waits else new
+        active = g[k + ACTIVE] > 0.0
+        new = new if active else old
         change = new - old
         t = old_t - slip_gain * ((tx * x + ty * y + tz * z) + q[k + COUPLE_T] * change)
         o = old_o - slip_gain * ((ox * x + oy * y + oz * z) + q[k + COUPLE_O] * change)
         t, o = disc(t, o, s[k + MU] * new)
+        t, o = (t, o) if active else (old_t, old_o)
         dt, do = t - old_t, o - old_o
         x = change * nx + (dt * tx + do * ox)
         y = change * ny + (dt * ty + do * oy)

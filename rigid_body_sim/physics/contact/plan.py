@@ -1,12 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""
-The contact of one scene: its colliders in their order, its arrays, its kernel.
-
-Contacts are solved one after the other, so their order shows in the result far above rounding. It
-must not depend on how a scene lists its bodies: colliders are ordered once by their height against
-gravity, then place, at the start; planes first.
-"""
+"""The contact of one scene: its colliders in their order, its arrays, its kernel."""
 
 from __future__ import annotations
 
@@ -17,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import blocks
-from rigid_body_sim.physics.contact import tick
+from rigid_body_sim.physics.contact import flowing, tick
 from rigid_body_sim.physics.contact.assembly import (
     BATCH,
     COLOURS,
@@ -27,12 +21,10 @@ from rigid_body_sim.physics.contact.assembly import (
 from rigid_body_sim.physics.contact.broad_phase import ROW
 from rigid_body_sim.physics.contact.collider import (
     BOUNDS,
-    CAPSULE,
-    CYLINDER,
+    CORE,
     MATERIAL,
     PLANE,
     POSE,
-    SPHERE,
     TABLE,
     TYPE,
     Colliders,
@@ -43,8 +35,10 @@ from rigid_body_sim.physics.contact.geometry.manifold import FOUND
 from rigid_body_sim.physics.contact.grid import CELL, size_of_heads
 from rigid_body_sim.physics.contact.hollow import hollow_meshes
 from rigid_body_sim.physics.contact.memory import end_of_memory
+from rigid_body_sim.physics.contact.order import order
 from rigid_body_sim.physics.contact.pair_list import size_of_list, size_of_rooms
 from rigid_body_sim.physics.contact.pairs import collide_kernel
+from rigid_body_sim.physics.contact.rolling import members, rolling
 from rigid_body_sim.physics.contact.rows import (
     LANES,
     MANIFOLD,
@@ -54,7 +48,8 @@ from rigid_body_sim.physics.contact.rows import (
 )
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import solver
-from rigid_body_sim.physics.contact.touching_bodies import AXIS, BODY, COLLIDER, ROUND
+from rigid_body_sim.physics.contact.suited_integrators import unsuited
+from rigid_body_sim.physics.contact.touching_bodies import AXIS, BODY, ROUND
 from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integrators.integrator import Integrator
@@ -62,26 +57,11 @@ from rigid_body_sim.physics.kernels import argument
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.schemes.splitting import Splitting
-from rigid_body_sim.physics.shapes import Union
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 PIECES_AT_ONCE = 64  # [-] whose contacts are kept apart; more take memory, fewer take time
-METHODS = (
-    'dmv2, dmv4, dmv6, dmv8, dmv10, five_rotations, five_rotations_kl6, exact_rotor, taylor16'
-)
-
-
-def unsuited(integrator: Integrator) -> str | None:
-    """Tell why an integrator cannot move bodies that touch, or None."""
-    scheme = integrator.scheme
-    if isinstance(scheme, Splitting) and scheme.kicks == (0.5, 0.5) and scheme.drifts == (1.0,):
-        return None
-    return (
-        'with contact a substep needs one free rotation between its two kicks; '
-        f'take one of: {METHODS}'
-    )
 
 
 class ContactPlan:
@@ -102,28 +82,34 @@ class ContactPlan:
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
-        _refuse_flow(scene, colliders)
-        _refuse_unions(scene)
         self.warnings = hollow_meshes(scene)
-        self._order = _order(scene, colliders)
+        self._order = order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, MATERIAL)
         self.angular = bool(np.any(materials[:, 2:] > 0.0))
         self.bounces = bool(np.any(materials[:, 0] > 0.0))
         self._width = POINT_LONG if self.angular or self.bounces else POINT
         self._take(colliders)
+        self._flows = flowing.flows_of(layout, colliders.cores.tolist())
+        self._sleepers: Any = None
+        if self.settings.sleeping:
+            from rigid_body_sim.physics.contact.sleepers import Sleepers  # only where wanted
+
+            self._sleepers = Sleepers(
+                scene, layout, self.settings, self.table, self.bounds, self.mounts
+            )
         self._make_room(len(self._order))
         self._kernels: dict[str, Callable[..., Any]] = {}
         self._is_read = False  # whether the rows are those of the last tick
+        self._h = 0.0  # [s] of the last tick
         self._pieces: list[tuple[Contacts, Array]] = []  # of the last tick, if it was cut
 
     def _take(self, colliders: Colliders) -> None:
         """Bring the colliders into their order."""
-        order = self._order
-        n = len(order)
+        n = len(self._order)
 
         def ordered(array: NDArray[Any], size: int) -> NDArray[Any]:
-            return np.ascontiguousarray(array.reshape(-1, size)[order]).ravel()
+            return np.ascontiguousarray(array.reshape(-1, size)[self._order]).ravel()
 
         self.numbers = colliders.numbers
         self.table = ordered(colliders.table, TABLE)
@@ -134,18 +120,11 @@ class ContactPlan:
         self.reaches = np.zeros(max(1, n) * ROW)
         self.found = np.zeros(FOUND)
         self.bodies = _aligned((self._layout.n_moving + 1) * BODY)
-        for i in range(n):
-            kind, _, core, _ = self.table[i * TABLE : (i + 1) * TABLE]
-            if core < 0:
-                continue
+        table, mounts = self.table.reshape(-1, TABLE), self.mounts.reshape(-1, POSE)
+        for core, places in members(table[:, CORE]):
             row = self.bodies[core * BODY : (core + 1) * BODY]
-            row[COLLIDER] = i
-            mount = self.mounts[i * POSE : (i + 1) * POSE]
-            centered = not mount[:2].any()
-            row[ROUND] = float(kind in (CAPSULE, CYLINDER) and centered)
-            if kind == SPHERE:
-                row[ROUND] = 3.0 if centered and not mount[2] else 2.0
-            row[AXIS : AXIS + 3] = mount[3:].reshape(3, 3)[:, 2]
+            kinds = table[places, TYPE].tolist()
+            row[ROUND], row[AXIS : AXIS + 3] = rolling(kinds, mounts[places])
 
     def _make_room(self, n: int) -> None:
         """Make the lists that grow."""
@@ -202,6 +181,9 @@ class ContactPlan:
                 self.batches, self.colours, self.open_batches, self.touching,
             )
         )  # fmt: skip
+        nothing = 3 * (argument(np.zeros(0)),)
+        self._arguments += nothing if self._sleepers is None else self._sleepers.arguments
+        self._arguments += (argument(self._flows),)
 
     def _grow(self) -> None:
         """Double the list that was too short; nothing else in it is needed but the memory."""
@@ -217,33 +199,86 @@ class ContactPlan:
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
         self._pack()
 
+    def _answer(self, h: float) -> None:
+        """Do what the kernel returned for: make room, or put in order who sleeps."""
+        short = self.counts[tick.SHORT]
+        if self._sleepers is None or short not in (tick.WOKEN, tick.FELL_ASLEEP):
+            self._grow()
+            return
+        memory = self.memory[: end_of_memory(self.memory)]
+        if short == tick.WOKEN:
+            self._put_memory(self._sleepers.wake(memory))
+        else:
+            memory, records = self._sleepers.fall_asleep(
+                memory,
+                table=self.table,
+                records=self._records,
+                h=h,
+                read=lambda records: self._read(records)[0],
+            )
+            self._put_memory(memory)
+            self.records[: len(records)] = records
+            self.counts[tick.MANIFOLDS] = len(records) // RECORD
+        self.counts[tick.STALE] = 1
+
     def remembered(self) -> Array:
         """Give what the next tick starts from beside the blocks, in one row: see `assembly`."""
-        return self.memory[: end_of_memory(self.memory)].copy()
+        memory = self.memory[: end_of_memory(self.memory)].copy()
+        if self._sleepers is None:
+            return memory
+        return np.concatenate((memory, self._sleepers.remembered()))
 
     def recall(self, numbers: Array) -> None:
         """Restore what `remembered` gave; without numbers there is no memory of any contact."""
+        if self._sleepers is not None:
+            end = end_of_memory(numbers) if len(numbers) else 0
+            self._sleepers.recall(numbers[end:])
+            self.counts[tick.STALE] = 1
+            numbers = numbers[:end]
+        self._put_memory(numbers)
+        self._is_read = False
+
+    def snapshot(self) -> tuple[Any, ...]:
+        """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
+        memory = self.memory[: end_of_memory(self.memory)].copy()
+        return memory, None if self._sleepers is None else self._sleepers.snapshot()
+
+    def return_to(self, snapshot: tuple[Any, ...]) -> None:
+        """Return to a snapshot."""
+        memory, sleepers = snapshot
+        if self._sleepers is not None:
+            self._sleepers.return_to(sleepers)
+            self.counts[tick.STALE] = 1
+        self._put_memory(memory)
+        self._is_read = False
+
+    def _put_memory(self, numbers: Array) -> None:
         if len(numbers) > len(self.memory):
             self.memory = np.zeros(len(numbers))
             self._pack()
         self.memory[:MEMORY] = 0.0
         self.memory[: len(numbers)] = numbers
         self.counts[tick.ASSEMBLED] = 0
-        self._is_read = False
 
     def contacts(self) -> Contacts:
         """Read the contacts of the last tick; none before the first."""
         if not self._is_read:
             return NO_CONTACTS
-        return together(self._pieces)[0] if self._pieces else self._read()[0]
+        found = together(self._pieces) if self._pieces else self._read(self._records)
+        return found[0] if self._sleepers is None else self._sleepers.contacts(found[0], self._h)
 
-    def _read(self) -> tuple[Contacts, Array]:
+    @property
+    def _records(self) -> Array:
+        """Records of the manifolds of the last tick or piece."""
+        return self.records[: self.counts[tick.MANIFOLDS] * RECORD]
+
+    def _read(self, records: Array) -> tuple[Contacts, Array]:
         return read(
-            int(self.counts[tick.MANIFOLDS]),
+            len(records) // RECORD,
             width=self._width,
             bounces=self.bounces,
             table=self.table,
-            records=self.records,
+            records=records,
             rows=self.rows,
             bodies=self.bodies,
         )
@@ -262,6 +297,12 @@ class ContactPlan:
             flags = {'angular': self.angular, 'bounces': self.bounces}
             pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
             passes = solver(width=self._width, **flags)
+            if self._sleepers is not None:
+                from rigid_body_sim.physics.contact.sleeping import KERNELS
+
+                passes |= KERNELS
+            if self._flows.size:
+                passes |= flowing.KERNELS
             compiled = tick.tick_kernel(
                 f'{self._integrator.name}_{scene}',
                 WIDTH=self._width,
@@ -269,6 +310,8 @@ class ContactPlan:
                 BOUNCES=self.bounces,
                 COUPLED=evaluate is not None,
                 VELOCITY_DEPENDENT=velocity_dependent,
+                SLEEPING=self._sleepers is not None,
+                FLOWS=self._flows.size > 0,
                 drift_rotation=self._integrator.scheme.drift_rotation,
                 evaluate=_nothing if evaluate is None else evaluate,
                 find_manifolds=manifold_finder(pairs),
@@ -292,10 +335,13 @@ class ContactPlan:
                 if self.counts[tick.DONE]:
                     done += int(self.counts[tick.DONE])
                     self._is_read, self._pieces = True, []
+                self._h = h
                 if status != 0.0 or self.counts[tick.SHORT] == tick.NOTHING_SHORT:
                     return status
                 if self.counts[tick.SHORT] != tick.TOO_LONG:
-                    self._grow()
+                    self._answer(h)
+                    if done == ticks:
+                        return status
                     continue
                 status = self._in_pieces(
                     compiled, at + done, h, n_moving, n_rigid, translation, rotation, method, own,
@@ -323,11 +369,11 @@ class ContactPlan:
             status = compiled(1, at * pieces + done, h / pieces, *arguments, *self._arguments)
             if self.counts[tick.DONE]:
                 done += 1
-                self._pieces.append(self._read())
+                self._pieces.append(self._read(self._records))
                 if len(self._pieces) == PIECES_AT_ONCE:
                     self._pieces = [together(self._pieces)]
             elif status == 0.0:
-                self._grow()
+                self._answer(h / pieces)
         self.counts[tick.CUT] = 0
         return status
 
@@ -344,40 +390,3 @@ def _aligned(size: int) -> Array:
 
 def _nothing(*_arguments: Any) -> None:
     """Stand for the forces of a scene where there are none that depend on its state."""
-
-
-def _order(scene: Scene, colliders: Colliders) -> Indices:
-    """Order of the colliders that does not depend on how the scene lists them."""
-    indices = colliders.table[3::TABLE]
-    if not len(indices):
-        return np.zeros(0, dtype=np.int64)
-    starts = np.array([scene.bodies[i].initial.position for i in indices])
-    velocities = np.array([scene.bodies[i].initial.velocity for i in indices])
-    down = np.asarray(scene.gravity)
-    height = -(starts @ down)
-    planes = colliders.types != PLANE
-    moves = colliders.cores >= 0
-    sizes = colliders.bounds.reshape(-1, BOUNDS)[:, 7]
-    keys = [*velocities.T, sizes, colliders.types, starts[:, 1], starts[:, 0], starts[:, 2]]
-    return np.lexsort((*keys, height, moves, planes))
-
-
-def _refuse_unions(scene: Scene) -> None:
-    for body in scene.bodies:
-        if isinstance(body.shape, Union):
-            raise InvalidModel(
-                f'{body.name!r} is a union of shapes, which cannot collide yet and would pass '
-                'through everything; give one shape with its inertia, or set contact to '
-                '{mode: none}'
-            )
-
-
-def _refuse_flow(scene: Scene, colliders: Colliders) -> None:
-    for index in colliders.table[3::TABLE]:
-        body = scene.bodies[index]
-        if body.mass_flow is not None:
-            raise InvalidModel(
-                f'{body.name!r} loses or gains mass and collides: contact needs bodies of '
-                'constant mass; leave mass_flow out, or take its shape away, or set contact: '
-                '{mode: none}'
-            )

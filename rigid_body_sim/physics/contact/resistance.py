@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.lanes import disc, turning, vector
 from rigid_body_sim.physics.contact.rows import (
+    ACTIVE,
     IA,
     IB,
     JN,
@@ -67,6 +68,8 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
         turn = old_s - s[k + SPIN_GAIN] * (nx * x + ny * y + nz * z)
         turn = turn if turn < limit else limit
         turn = turn if turn > -limit else -limit
+        active = g[k + ACTIVE] > 0.0
+        r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
         dr, dp, ds = r - old_r, p - old_p, turn - old_s
         _twist(
             g,
@@ -93,6 +96,8 @@ def release(lanes: int, s: Array, q: Array, g: Array) -> None:
         limit = s[k + SPIN] * press
         turn = old_s if old_s < limit else limit
         turn = turn if turn > -limit else -limit
+        active = g[k + ACTIVE] > 0.0
+        r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
         dr, dp, ds = r - old_r, p - old_p, turn - old_s
         _twist(
             g,

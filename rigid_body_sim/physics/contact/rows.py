@@ -50,4 +50,5 @@ DA, UA, SA, CA = 96, 120, 144, 152  # motion of A over the substep; acceleration
 DB, UB, SB, CB = 160, 184, 208, 216  # the same of B
 PUSHED = 224  # [-] whether some point pushes
 CHANGE = 232  # [N s] largest change of a normal impulse, less what is calm
-SCRATCH = 240
+ACTIVE = 240  # [-] 1: the lane is visited; what is calm is not visited again
+SCRATCH = 248

@@ -35,7 +35,13 @@ class ContactSettings:
     push_out_speed : [m/s] the fastest that overlap is undone
     margin         : [m] gap within which a contact is foreseen, at most a tenth of the radius of
                      the smaller body; motion over a tick is added
-    sleeping       : false: every body is solved in every tick; nothing else is built yet
+    sleeping       : true: islands at rest are left out until something reaches them, see
+                     `sleeping`; false: every body is solved in every tick
+    sleep_speed    : [m/s] slower bodies may fall asleep, with what is left of their momentum; a
+                     larger one stops what creeps, a smaller one than the jitter of a heap lets
+                     nothing sleep
+    sleep_time     : [s] so long they must have been slower; a shorter one stops what is only about
+                     to turn back or to fall over
     """
 
     mode: str = MODE
@@ -47,6 +53,8 @@ class ContactSettings:
     push_out_speed: float = 3.0
     margin: float = 0.01
     sleeping: bool = False
+    sleep_speed: float = 0.01
+    sleep_time: float = 0.5
 
     def __post_init__(self) -> None:
         if self.mode != MODE:
@@ -63,6 +71,8 @@ class ContactSettings:
             'slop',
             'push_out_speed',
             'margin',
+            'sleep_speed',
+            'sleep_time',
         ):
             value = getattr(self, name)
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -72,8 +82,6 @@ class ContactSettings:
                 )
         if not isinstance(self.sleeping, bool):
             raise InvalidModel(f'contact.sleeping: got {self.sleeping!r}; true or false is needed')
-        if self.sleeping:
-            raise InvalidModel('contact.sleeping: got True; only false is available; leave it out')
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> ContactSettings:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance, warm_start
 from rigid_body_sim.physics.contact.assembly import BATCH, KIND, OFFSET, POINTS, USED
-from rigid_body_sim.physics.contact.rows import CHANGE, MANIFOLD, SCRATCH
+from rigid_body_sim.physics.contact.rows import ACTIVE, CHANGE, MANIFOLD, SCRATCH
 from rigid_body_sim.physics.kernels import inline, specialise
 
 Array = NDArray[np.float64]
@@ -44,7 +44,9 @@ def _changes(used: int, g: Array) -> bool:
     """Tell whether a visit has changed more than is calm, and begin anew."""
     changes = False
     for k in range(used):
-        changes = changes or g[k + CHANGE] > 0.0
+        active = g[k + CHANGE] > 0.0
+        changes = changes or active
+        g[k + ACTIVE] = 1.0 if active else 0.0
         g[k + CHANGE] = 0.0
     return changes
 

@@ -12,6 +12,9 @@ Whole ticks with contact: detect once, then substeps of kick, push, drift, relax
         relax: normals without push-out; then once more, with friction
     bounce
 
+Where islands may sleep, sleepers are left out (`sleeping`): who wakes is known before anything has
+changed, who falls asleep at the end of a tick; both return, for memories to be put in order.
+
 Whom no contact carries moves by kick h/2, drift h, kick h/2, as without contact. Force elements
 are evaluated after each drift; the difference of the forces acts for h/2 (velocity Verlet).
 """
@@ -66,9 +69,11 @@ N_COLLIDERS, PLANES, PAIR_ROOM, MANIFOLD_ROOM, ROW_ROOM, BATCH_ROOM, MEMORY_ROOM
 LANES_AT_ONCE = 7
 DONE, PAIRS, MANIFOLDS, BATCHES, SHORT, PIECES, CUT = 8, 9, 10, 11, 12, 13, 14
 ASSEMBLED = 15  # 1: batches and rows are those of the manifolds in memory
-COUNTS = 16
+STALE = 16  # 1: other bodies sleep than in the last call
+COUNTS = 17
 NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
 TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT]: it has been
+WOKEN, FELL_ASLEEP = 6, 7  # sleepers that are marked wake before the tick; some fell asleep in it
 
 # bound for each scene by `specialise`
 WIDTH = 144
@@ -76,6 +81,8 @@ ANGULAR = False
 BOUNCES = False
 COUPLED = False
 VELOCITY_DEPENDENT = False
+SLEEPING = False
+FLOWS = False
 drift_rotation: Callable[..., Any] = unbound
 evaluate: Callable[..., Any] = unbound
 find_manifolds: Callable[..., Any] = unbound
@@ -83,6 +90,18 @@ prepare: Callable[..., Any] = unbound
 push: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
+asleep: Callable[..., Any] = unbound
+enter: Callable[..., Any] = unbound
+hold_flowing: Callable[..., Any] = unbound
+keep_still: Callable[..., Any] = unbound
+lay_down: Callable[..., Any] = unbound
+leave: Callable[..., Any] = unbound
+note_wrenches: Callable[..., Any] = unbound
+reached: Callable[..., Any] = unbound
+settle: Callable[..., Any] = unbound
+stir: Callable[..., Any] = unbound
+stirs: Callable[..., Any] = unbound
+weigh: Callable[..., Any] = unbound
 
 
 @kernel
@@ -140,7 +159,7 @@ def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges,
     settings, counts, numbers, table, bounds, mounts, materials, poses, reaches, found, bodies,
     rows, records, memory, rooms, grid, heads, kept, keys, batches, colours, open_batches,
-    touching,
+    touching, slumber, limits, ward, flows,
 ):  # fmt: skip
     """
     Advance over ticks. Return 0, or NaN if a number left the finite ones; counts[DONE] tells how
@@ -156,6 +175,13 @@ def _advance(
     counts[SHORT] = NOTHING_SHORT
     status = finite(n_bodies, n_rigid, translation, rotation)
     fresh = False
+    if SLEEPING and counts[STALE] == 1:
+        counts[STALE] = 0
+        kept[pair_list.AGE] = 0
+        lay_down(
+            n, n_bodies, n_rigid, translation, rotation, table, mounts, poses, reaches, bodies,
+            slumber,
+        )  # fmt: skip
     for passed in range(ticks):
         if not status == 0.0:
             return status
@@ -163,7 +189,18 @@ def _advance(
             start_evaluation(n_bodies, n_rigid, translation, rotation)
             evaluate(0, (tick + passed) * h, translation, rotation, elements, ranges)
             fresh = not VELOCITY_DEPENDENT
+        if SLEEPING:
+            awake = stir(n_bodies, n_rigid, translation, rotation, slumber, ward)
+            if awake < 0:
+                counts[SHORT] = WOKEN
+                return 0.0
+            if awake == 0:
+                counts[MANIFOLDS] = 0
+                counts[DONE] = passed + 1
+                continue
         for i in range(n_bodies):
+            if SLEEPING and asleep(i, slumber):
+                continue
             touching_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
             if BOUNCES:
                 touching_bodies.accelerate(i, n_rigid, rotation, bodies)
@@ -187,6 +224,9 @@ def _advance(
         counts[MANIFOLDS] = manifolds
         if manifolds > counts[MANIFOLD_ROOM]:
             counts[SHORT] = SHORT_OF_MANIFOLDS
+            return 0.0
+        if SLEEPING and reached(manifolds, h, table, reaches, records, slumber):
+            counts[SHORT] = WOKEN
             return 0.0
         if counts[PIECES] > 1 and counts[CUT] == 0:
             counts[SHORT] = TOO_LONG
@@ -221,7 +261,13 @@ def _advance(
             manifolds, WIDTH, part, ANGULAR, translation, table, bounds, poses, records, memory,
             rows,
         )  # fmt: skip
+        if FLOWS:
+            weigh((tick + passed) * h + 0.5 * h, flows)
+            enter(flows, bodies)
         prepare(lanes_at_once, count, rows, batches, bodies)
+        if FLOWS:
+            leave(flows, bodies)
+            hold_flowing(flows, bodies)
         touched = _mark_touching(manifolds, n_bodies, records, rows, touching, colours)
         for sub in range(substeps):
             if COUPLED and not fresh:
@@ -230,6 +276,8 @@ def _advance(
                 evaluate(0, time, translation, rotation, elements, ranges)
             for i in range(touched):
                 touching_bodies.kick(touching[i], n_rigid, part, translation, rotation, bodies)
+            if FLOWS:
+                enter(flows, bodies)
             push(
                 lanes_at_once,
                 count,
@@ -240,13 +288,19 @@ def _advance(
                 batches,
                 bodies,
             )
+            if FLOWS:
+                leave(flows, bodies)
             for block in range((n_bodies + 63) // 64):
+                if SLEEPING and not stirs(block, n_bodies, ward):
+                    continue
                 lanes = min(64, n_bodies - 64 * block)
                 kick_and_drift(block, lanes, half, part, translation)
                 kick(block, lanes, half, translation)
             for i in range(touched):
                 touching_bodies.before_turn(touching[i], n_rigid, half, rotation, bodies)
             for block in range((n_rigid + 63) // 64):
+                if SLEEPING and not stirs(block, n_bodies, ward):
+                    continue
                 lanes = min(64, n_rigid - 64 * block)
                 drift_rotation(block, lanes, half, part, rotation, method)
                 kick_rotation(block, lanes, half, rotation)
@@ -258,6 +312,8 @@ def _advance(
                     returned_energy.add_half_the_work(
                         touching[i], n_rigid, part, translation, rotation, bodies
                     )
+            if SLEEPING:
+                keep_still(n_bodies, n_rigid, translation, rotation, bodies, ward)
             if COUPLED:
                 _save_forces(n_bodies, n_rigid, translation, rotation, workspace)
                 time = (tick + passed) * h + (sub + 1) * part
@@ -273,6 +329,8 @@ def _advance(
                     )
             for i in range(touched):
                 touching_bodies.let_go(touching[i], bodies)
+            if FLOWS:
+                enter(flows, bodies)
             for turn in range(relaxations):
                 slips = turn > 0 or relaxations == 1
                 last = turn + 1 == relaxations and sub + 1 < substeps
@@ -287,12 +345,19 @@ def _advance(
                     batches,
                     bodies,
                 )
+            if FLOWS:
+                leave(flows, bodies)
+                hold_flowing(flows, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         if BOUNCES and count > 0:
             for i in range(touched):
                 returned_energy.before_bounce(touching[i], bodies)
+            if FLOWS:
+                enter(flows, bodies)
             bounce(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
+            if FLOWS:
+                leave(flows, bodies)
             returned_energy.limit(
                 manifolds, touched, n_bodies, WIDTH, settings[THRESHOLD], touching, records, rows,
                 colours, bodies,
@@ -304,6 +369,18 @@ def _advance(
         )
         counts[DONE] = passed + 1
         status = finite(n_bodies, n_rigid, translation, rotation)
+        if SLEEPING:
+            fell = settle(
+                counts[CUT] == 0, touched, manifolds, h, n_bodies, n_rigid, translation, rotation,
+                table, reaches, records, memory, bodies, touching, slumber, limits, ward,
+            )  # fmt: skip
+            if fell > 0:
+                if VELOCITY_DEPENDENT:
+                    start_evaluation(n_bodies, n_rigid, translation, rotation)
+                    evaluate(0, (tick + passed + 1) * h, translation, rotation, elements, ranges)
+                note_wrenches(n_bodies, n_rigid, translation, rotation, slumber)
+                counts[SHORT] = FELL_ASLEEP
+                return status
     return status
 
 

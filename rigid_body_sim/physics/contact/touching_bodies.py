@@ -57,16 +57,15 @@ IM, II = 6, 7  # [1/kg]; [1/(kg m^2)] inverse inertia xx, xy, xz, yy, yz, zz
 D, U, W, C = 13, 16, 19, 20  # motion since the start of the substep: d [m], u, w, c [-]
 CARRIED = 21  # [-] 1: some contact pushes it in this substep
 GROUP = 22  # (5) its group's account of energy, see `returned_energy`
+ENERGY = 27  # [J] kinetic at the start of the tick and the work of forces since, where wanted
 P_HELD, L_HELD = 28, 31  # what contacts give from the start of a substep: those of the last
-X0 = 34  # position at the start of the tick
-QS = 40  # attitude at the start of the substep
+X0, E0, Q0 = 34, 37, 40  # position, its residual and attitude at the start of the tick
 XS, ES = 44, 47  # position and its residual at the start of the substep
 ROUND = 50  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ball, 3: about
 # its centre of mass
 AXIS = 51  # (3) [-] principal axes
 ACC, ALPHA = 54, 57  # [m/s^2], [rad/s^2] of free motion at the start of the tick, where wanted
-COLLIDER = 60  # [-] its place among the colliders
-ENERGY = 61  # [J] kinetic at the start of the tick and the work of forces since, where wanted
+QS = 60  # (4) attitude at the start of the substep
 BODY = 64
 
 
@@ -111,6 +110,7 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
     bodies[o + IM] = translation[k + INVERSE_MASS]
     for axis in range(3):
         bodies[o + X0 + axis] = translation[k + RX + 64 * axis]
+        bodies[o + E0 + axis] = translation[k + EX + 64 * axis]
         bodies[o + P + axis] = translation[k + PX + 64 * axis]
         bodies[o + ACC + axis] = bodies[o + IM] * translation[k + FX + 64 * axis]
         bodies[o + L + axis] = 0.0
@@ -127,6 +127,8 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
         k = at(i, ROTATION)
         for axis in range(3):
             bodies[o + L + axis] = rotation[k + LX + 64 * axis]
+        for entry in range(4):
+            bodies[o + Q0 + entry] = rotation[k + QX + 64 * entry]
         _put_inverse_inertia(bodies, o, rotation, k)
 
 

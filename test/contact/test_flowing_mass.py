@@ -1,0 +1,99 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Bodies whose mass changes and that touch: contact feels the mass of the moment.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.physics.model import MassFlow
+from rigid_body_sim.physics.simulation import Simulation
+
+from .touching import G, H, ball, box, ground, lean
+
+LEAK = MassFlow(-0.2)  # [kg/s] of 1 kg; what leaves goes with the speed of the body
+
+
+def leaking(body, flow=LEAK):
+    return replace(body, mass_flow=flow)
+
+
+def test_the_ground_carries_what_is_left_of_a_leaking_box_and_of_what_it_carries():
+    bodies = [ground(), leaking(box('b', 0.2, (0, 0, 0.1))), box('top', 0.2, (0, 0, 0.3))]
+    sim = Simulation(lean(bodies))
+    sim.step(480)
+    contacts = sim.contacts()
+    of_ground = (contacts.bodies == 0).any(axis=1)
+    force = np.abs(contacts.impulse[of_ground].sum(axis=0)[2]) / sim.dt
+    mass = 1.0 - 0.2 * (sim.time - 0.5 * sim.dt)
+    # soft contacts lag behind a weight that falls by 2 N/s by a few ticks
+    assert force == pytest.approx((1.0 + mass) * G, rel=1e-3)
+    force = np.abs(contacts.impulse[~of_ground].sum(axis=0)[2]) / sim.dt
+    assert force == pytest.approx(G, rel=1e-3)
+    assert np.abs(sim.state.velocity).max() < 1e-3
+
+
+@pytest.mark.parametrize('ticks', [1, 600])
+def test_a_central_impact_shares_the_momentum_of_the_masses_at_that_time(ticks):
+    """
+    Elastic: v' = (m1 - m2) v / (m1 + m2),  w' = 2 m1 v / (m1 + m2).
+    """
+    lively = {'restitution': 1.0, 'friction': 0.0}
+    away = 0.2 + 1.0 * ticks / 240.0
+    bodies = [
+        leaking(ball('a', 0.1, (0, 0, 0), velocity=(1.0, 0, 0), material=lively)),
+        leaking(ball('b', 0.1, (away, 0, 0), material=lively), MassFlow(0.1, final_mass=1.2)),
+    ]
+    sim = Simulation(lean(bodies, gravity=(0.0, 0.0, 0.0)))
+    while sim.state.velocity[1, 0] == 0.0:
+        sim.step()
+    time = sim.time - 0.5 * sim.dt
+    a, b = 1.0 - 0.2 * time, min(1.0 + 0.1 * time, 1.2)
+    assert sim.state.velocity[0, 0] == pytest.approx((a - b) / (a + b), abs=1e-9)
+    assert sim.state.velocity[1, 0] == pytest.approx(2.0 * a / (a + b), abs=1e-9)
+
+
+def test_a_leaking_box_slides_as_far_as_any():
+    """
+    Friction goes with the weight: the mass does not matter.
+    """
+    slider = box('b', 0.2, (0, 0, 0.1), velocity=(2.0, 0, 0))
+    sim = Simulation(lean([ground(), leaking(slider)]))
+    sim.step(480)
+    distance = 2.0**2 / (2 * 0.5 * G) - 2.0 * H / 2
+    assert sim.state.position[1, 0] == pytest.approx(distance, rel=1e-3)
+    assert np.abs(sim.state.velocity[1]).max() < 1e-3
+
+
+def test_an_off_centre_impact_turns_a_body_by_the_inertia_that_is_left():
+    smooth = {'restitution': 1.0, 'friction': 0.0}
+    wall = box('wall', 1.0, (0.0, 0.55, 0.0), fixed=True, material=smooth)
+    rod = box('rod', (0.4, 0.1, 0.1), (-0.6, -2.0, 0.0), velocity=(0, 2.0, 0), material=smooth)
+    full = Simulation(lean([wall, rod], gravity=(0.0, 0.0, 0.0)))
+    leak = Simulation(lean([wall, leaking(rod)], gravity=(0.0, 0.0, 0.0)))
+    for sim in (full, leak):
+        sim.step(300)
+        assert abs(sim.state.angular_velocity[1, 2]) > 1.0
+    for name in ('position', 'velocity', 'angular_velocity'):
+        a, b = getattr(full.state, name)[1], getattr(leak.state, name)[1]
+        assert np.abs(a - b).max() < 1e-9
+
+
+def test_a_scene_in_which_no_mass_changes_keeps_nothing_for_it():
+    plan = Simulation(lean([ground(), box('b', 0.2, (0, 0, 0.1))]))._stepper.contact
+    assert not plan._flows.size
+
+
+def test_a_restored_run_of_leaking_bodies_goes_on_to_the_bit():
+    bodies = [ground(), leaking(box('b', 0.2, (0, 0, 0.3), turn=(1, 2, 3)))]
+    sim = Simulation(lean(bodies))
+    sim.step(100)
+    middle = sim.state_bytes()
+    sim.step(100)
+    other = Simulation(lean(bodies))
+    other.restore(tick=100, state=middle, slots={})
+    other.step(100)
+    assert other.state_bytes() == sim.state_bytes()
