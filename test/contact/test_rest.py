@@ -81,11 +81,11 @@ def test_the_sink_of_a_stack_falls_with_the_square_of_the_substep():
 def test_a_thousand_kilograms_stand_on_one(substeps, sink):
     bodies = [ground(), box('light', 0.2, (0, 0, 0.1)), box('heavy', 0.2, (0, 0, 0.3), mass=1000)]
     sim = Simulation(lean(bodies, substeps=substeps))
-    sim.step(1200)
+    sim.step(4800)  # 20 s: the rocking of the light cube's corners has died out
     s = sim.state
     assert 0.3 - sink < s.position[2, 2] < 0.3
     assert np.abs(s.position[1:, :2]).max() < 5e-3
-    assert np.abs(s.velocity).max() < 0.02  # slow to settle; does not collapse
+    assert np.abs(s.velocity).max() < 5e-3  # 0.02 after 5 s
 
 
 @pytest.mark.parametrize('seed', range(4))

@@ -297,39 +297,6 @@ def push(
 
 
 @kernel
-def relax_normals(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: float) -> None:
-    """Visit the normal of one point of each lane, without push-out."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
-        gap = q[k + GAP]
-        old, gain, largest = q[k + JN], q[k + GAIN], g[k + CHANGE]
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
-        is_open = gap > 0.0
-        bias = gap * inverse_h if is_open else 0.0
-        new = old - gain * ((nx * x + ny * y + nz * z) + bias)
-        new = new if new > 0.0 else 0.0
-        # what touches in the next substep bounces there: at the end of a tick here is too early
-        waits = is_open & (s[k + BOUNCE] > 0.0) & (old <= 0.0)
-        new = 0.0 if waits else new
-        active = g[k + ACTIVE] > 0.0
-        new = new if active else old
-        change = new - old
-        x, y, z = change * nx, change * ny, change * nz
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
-        size = abs(change) - calm * gain
-        g[k + CHANGE] = size if size > largest else largest
-        q[k + JN] = new
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
-
-
-@kernel
 def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: float) -> None:
     """
     Visit normal and friction of one point of each lane, without push-out.
@@ -352,7 +319,7 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: floa
         bias = gap * inverse_h if is_open else 0.0
         new = old - gain * ((nx * x + ny * y + nz * z) + bias)
         new = new if new > 0.0 else 0.0
-        # as in `relax_normals`
+        # what touches in the next substep bounces there: at the end of a tick here is too early
         waits = is_open & (s[k + BOUNCE] > 0.0) & (old <= 0.0)
         new = 0.0 if waits else new
         active = g[k + ACTIVE] > 0.0

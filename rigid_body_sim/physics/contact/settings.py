@@ -28,8 +28,8 @@ class ContactSettings:
     substeps       : solver steps in a tick; the sink of a stack falls as their square, and heavy
                      bodies on light ones need more of them
     damping_ratio  : [-] of the soft contact, zeta
-    relaxations    : passes that take the push-out velocity back; all but the first of several
-                     apply friction too; 1 is quicker, 2 comes to rest
+    relaxations    : passes that take the push-out velocity back and apply friction; 1 is quicker,
+                     2 comes to rest
     restitution_threshold : [m/s] slower impacts do not bounce; larger ones cut visible bounces
     slop           : [m] overlap that is left alone: a constant error of height
     push_out_speed : [m/s] the fastest that overlap is undone

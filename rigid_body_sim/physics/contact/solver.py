@@ -6,8 +6,9 @@ order.
 
     g : scratch at the head of the rows; s : manifolds of one batch; q : one point of each
 
-`lanes` is always eight, but must not be known to the compiler: it would unroll the loops over the
-lanes and lose SIMD, which is five times faster.
+`lanes` are eight, or four where a batch has no more, which must not be known to the compiler: it
+would unroll the loops over the lanes and lose SIMD, which is five times faster. So `most`, always
+eight, comes from outside.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.blocks import wide
 from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance, warm_start
 from rigid_body_sim.physics.contact.assembly import BATCH, KIND, OFFSET, POINTS, USED
 from rigid_body_sim.physics.contact.rows import ACTIVE, CHANGE, MANIFOLD, SCRATCH
@@ -51,12 +53,13 @@ def _changes(used: int, g: Array) -> bool:
     return changes
 
 
-def _prepare(lanes: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
+def _prepare(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
     """Find tangents, gains and speeds of approach, and what the last tick left to start from."""
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
         used = batches[batch * BATCH + USED]
+        lanes = min(wide(used), most)
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
@@ -83,7 +86,7 @@ def _prepare(lanes: int, count: int, rows: Array, batches: Indices, bodies: Arra
 
 
 def _push(
-    lanes: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array,
+    most: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array,
     batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
     """Visit the normals of all batches, softly."""
@@ -91,6 +94,7 @@ def _push(
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
         used = batches[batch * BATCH + USED]
+        lanes = min(wide(used), most)
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
@@ -110,20 +114,20 @@ def _push(
 
 
 def _relax(
-    lanes: int, count: int, inverse_h: float, first: bool, slips: bool, last: bool, rows: Array,
+    most: int, count: int, inverse_h: float, first: bool, last: bool, rows: Array,
     batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Visit normals of all batches, and friction.
+    Visit normals and friction of all batches.
 
     first : the bodies have moved since the gaps were found
-    slips : friction is visited too
     last  : add up the loads from which the next substep starts
     """
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
         used = batches[batch * BATCH + USED]
+        lanes = min(wide(used), most)
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
@@ -138,17 +142,14 @@ def _relax(
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 passes.follow(lanes, s, q, g)
-        visits = VISITS if points > 1 or (slips and batches[batch * BATCH + KIND] == 0) else 1
+        visits = VISITS if points > 1 or batches[batch * BATCH + KIND] == 0 else 1
         for visit in range(visits):
             calm = IMPACT if visit == 0 else CALM
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                if slips:
-                    passes.relax(lanes, s, q, g, inverse_h, calm)
-                    if ANGULAR:
-                        resistance.resist(lanes, s, q, g)
-                else:
-                    passes.relax_normals(lanes, s, q, g, inverse_h, calm)
+                passes.relax(lanes, s, q, g, inverse_h, calm)
+                if ANGULAR:
+                    resistance.resist(lanes, s, q, g)
             if visit + 1 < visits and not _changes(used, g):
                 break
         passes.scatter(used, s, g, bodies)
@@ -163,7 +164,7 @@ def _relax(
 
 
 def _bounce(
-    lanes: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
+    most: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
 ) -> Any:
     """Let bounce what bounces, sweep by sweep until nothing changes; return the sweeps."""
     g = rows[0:SCRATCH]
@@ -173,6 +174,7 @@ def _bounce(
         for batch in range(count):
             points = batches[batch * BATCH + POINTS]
             used = batches[batch * BATCH + USED]
+            lanes = min(wide(used), most)
             begin = batches[batch * BATCH + OFFSET]
             s = rows[begin : begin + MANIFOLD]
             begin += MANIFOLD

@@ -9,7 +9,7 @@ Whole ticks with contact: detect once, then substeps of kick, push, drift, relax
         push:  soft normals of all contacts
         drift: x += h v where a contact carries the body, else x += h v - h^2/2 a, exact in flight;
                q by the drift of the integrator, L fixed; world inertia, omega from L
-        relax: normals without push-out; then once more, with friction
+        relax: normals without push-out, and friction
     bounce
 
 Where islands may sleep, sleepers are left out (`sleeping`): who wakes is known before anything has
@@ -332,14 +332,12 @@ def _advance(
             if FLOWS:
                 enter(flows, bodies)
             for turn in range(relaxations):
-                slips = turn > 0 or relaxations == 1
                 last = turn + 1 == relaxations and sub + 1 < substeps
                 relax(
                     lanes_at_once,
                     count,
                     1.0 / part,
                     turn == 0,
-                    slips,
                     last,
                     rows,
                     batches,
