@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.contact.lanes import arms, cross, disc, relative, vector
 from rigid_body_sim.physics.contact.rows import (
     ACTIVE,
+    APPROACH,
     BOUNCE,
     CA,
     CB,
@@ -154,10 +155,15 @@ def follow(lanes: int, s: Array, q: Array, g: Array) -> None:
     Find gap and arms of a point of each lane after the motion over a substep.
 
     The point moves as the surface of A, of B, or in the middle (`WEIGHT`), and both arms end in
-    it: impulses at it keep the angular momentum of the two to the last digits.
+    it: impulses at it keep the angular momentum of the two to the last digits. What bounces off
+    something that cannot move keeps its arms: it bounces at the end of the tick by the law of the
+    place where it hit.
     """
     for k in range(lanes):
         ax, ay, az, bx, by, bz = arms(q, k)
+        fixed = (s[k + MASS_A] == 0.0) | (s[k + MASS_B] == 0.0)
+        stays = fixed & (s[k + BOUNCE] > 0.0) & (q[k + APPROACH] < 0.0)
+        f = 0.0 if stays else 1.0
         c = g[k + CA]
         ux, uy, uz = vector(g, k + UA)
         ux, uy, uz = _shift(ux, uy, uz, g[k + SA], c, ax, ay, az)
@@ -176,13 +182,13 @@ def follow(lanes: int, s: Array, q: Array, g: Array) -> None:
         vx, vy, vz = d * vx, d * vy, d * vz
         x, y, z = x + (vx - ux), y + (vy - uy), z + (vz - uz)
         w = s[k + WEIGHT]
-        q[k + RA] = ax + (ux + w * x)
-        q[k + RA + 8] = ay + (uy + w * y)
-        q[k + RA + 16] = az + (uz + w * z)
+        q[k + RA] = ax + f * (ux + w * x)
+        q[k + RA + 8] = ay + f * (uy + w * y)
+        q[k + RA + 16] = az + f * (uz + w * z)
         w = 1.0 - w
-        q[k + RB] = bx + (vx - w * x)
-        q[k + RB + 8] = by + (vy - w * y)
-        q[k + RB + 16] = bz + (vz - w * z)
+        q[k + RB] = bx + f * (vx - w * x)
+        q[k + RB + 8] = by + f * (vy - w * y)
+        q[k + RB + 16] = bz + f * (vz - w * z)
 
 
 @kernel
