@@ -64,6 +64,54 @@ def test_an_elastic_bounce_keeps_its_energy_wherever_in_a_tick_it_lands():
         assert abs(sim.energy() - energy) < 1.1e-6 * G
 
 
+def test_the_instant_of_a_bounce_is_of_first_order_in_the_tick():
+    """
+    A ball is held at the surface to the end of the tick in which it lands: late by half a tick on
+    average over all phases.
+    """
+    heights = np.linspace(0.4, 0.9, 200)
+    material = {'restitution': 0.8}
+    late = []
+    for dt in (1 / 240, 1 / 480, 1 / 960):
+        balls = [
+            ball(f'b{i}', 0.05, (0.3 * i, 0, 0.05 + z), material=material)
+            for i, z in enumerate(heights.tolist())
+        ]
+        sim = Simulation(scene([ground(), *balls], dt=dt))
+        rises = np.full(len(heights), np.nan)
+        while np.isnan(rises).any():
+            sim.step()
+            up = sim.state.velocity[1 : 1 + len(heights), 2] > 0.0
+            rises[up & np.isnan(rises)] = sim.time
+        late.append((rises - np.sqrt(2 * heights / G)).mean())
+    order = np.log2(np.array(late[:-1]) / np.array(late[1:]))
+    assert order == pytest.approx(1.0, abs=0.1)
+    assert late[-1] == pytest.approx(0.5 / 960, rel=0.1)
+
+
+@pytest.mark.parametrize('steepness', [1.2, 2.0, 3.0])
+def test_a_rod_in_the_paradox_of_painleve_stays_finite_and_gains_no_energy(steepness):
+    """
+    A rod at theta that slides on its lower end with mu > (1 + 3 cos^2)/(3 sin cos) >= 4/3 has no
+    rigid solution by forces: impulses jam or lift it.
+    """
+    mu = 2.0
+    theta = math.atan(steepness)
+    tip = 0.5 * math.sin(theta) + 0.01 * math.cos(theta)
+    q = (0.0, math.sin((math.pi / 2 - theta) / 2), 0.0, math.cos((math.pi / 2 - theta) / 2))
+    for direction in (-1.0, 1.0):
+        rod = box('rod', (0.02, 0.02, 1.0), (0, 0, tip), q=q, velocity=(3.0 * direction, 0, 0),
+                  material={'friction': mu})  # fmt: skip
+        sim = Simulation(scene([ground(material={'friction': mu}), rod], dt=1e-3))
+        energy = [sim.energy()]
+        for _ in range(600):
+            sim.step()
+            energy.append(sim.energy())
+        assert np.isfinite(sim.state.position).all()
+        # a substep moves a corner that sticks along its tangent: (omega h)^2/2 of what turns
+        assert np.diff(energy).max() < 0.5 * (20 * 2.5e-4) ** 2 * energy[0]
+
+
 @pytest.mark.parametrize('ratio', [1.0, 1e2, 1e4])
 @pytest.mark.parametrize('e', [0.0, 0.5, 1.0])
 def test_oblique_impact_of_two_balls_obeys_newton_and_keeps_momentum(ratio, e):
