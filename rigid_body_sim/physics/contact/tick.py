@@ -5,12 +5,13 @@ Whole ticks with contact: detect once, then substeps of kick, push, drift, relax
 
     poses, pairs, manifolds, rows; if a list is too short, return: nothing has changed yet
     each substep h:
-        p += h F, L += h torque, and the contact impulses of the last substep
+        p += h F, L += h torque, and the loads of the last substep: its contact impulses, but for
+               what was a blow
         push:  soft normals of all contacts
         drift: x += h v where a contact carries the body, else x += h v - h^2/2 a, exact in flight;
                q by the drift of the integrator, L fixed; world inertia, omega from L
-        relax: normals without push-out, and friction
-    bounce
+        relax: points, arms and gaps follow the bodies; normals without push-out, and friction
+    bounce, which returns no more energy than the impact took
 
 Where islands may sleep, sleepers are left out (`sleeping`): who wakes is known before anything has
 changed, who falls asleep at the end of a tick; both return, for memories to be put in order.
