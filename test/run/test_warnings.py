@@ -154,7 +154,7 @@ def test_a_mesh_that_collides_as_a_larger_hull_is_warned_of_once(verb, meeting, 
     # The hull of the L is a square of 2 m without a corner of half a square: 3 of 3.5 m^3.
     for part in (
         "warning: 'angle_1' collides as the convex hull of its mesh", '14 % of this hull',
-        'several bodies', '(2 bodies more)',
+        'a union of convex shapes', '(2 bodies more)',
     ):  # fmt: skip
         assert part in line
     assert 'corner' not in line
