@@ -43,14 +43,17 @@ BOUNCES = False  # whether anything bounces
 
 @inline
 def _changes(used: int, g: Array) -> bool:
-    """Tell whether a visit has changed more than is calm, and begin anew."""
-    changes = False
+    """Tell whether a visit has changed more than is calm; let calm lanes stand still then."""
+    largest = 0.0
     for k in range(used):
-        active = g[k + CHANGE] > 0.0
-        changes = changes or active
-        g[k + ACTIVE] = 1.0 if active else 0.0
+        change = g[k + CHANGE]
+        largest = change if change > largest else largest
+    if not largest > 0.0:
+        return False
+    for k in range(used):
+        g[k + ACTIVE] = 1.0 if g[k + CHANGE] > 0.0 else 0.0
         g[k + CHANGE] = 0.0
-    return changes
+    return True
 
 
 def _prepare(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
