@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.physics.contact import tick
-from rigid_body_sim.physics.contact.broad_phase import (
+from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, PLANE, SIZES, SPHERE, TABLE
+from rigid_body_sim.physics.contact.finding.broad_phase import (
     HALF,
     REACH,
     ROW,
@@ -23,9 +24,8 @@ from rigid_body_sim.physics.contact.broad_phase import (
     may_meet,
     meets_plane,
 )
-from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, PLANE, SIZES, SPHERE, TABLE
-from rigid_body_sim.physics.contact.grid import CELL, size_of_heads
-from rigid_body_sim.physics.contact.pair_list import (
+from rigid_body_sim.physics.contact.finding.grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.finding.pair_list import (
     AGE,
     BRUTE,
     KEPT,

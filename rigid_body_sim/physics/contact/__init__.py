@@ -3,11 +3,9 @@
 """
 Contact of rigid bodies by time stepping; imported only by scenes that ask for it.
 
-`plan` what a scene needs; `tick` what happens in a tick; `collider` (of one solid; `compound`: of
-several), `broad_phase`, `pair_list` (with its `grid`), `detection` and `pairs` find contacts (with
-what `geometry` knows of two shapes), `assembly` makes rows of them, `solver` and `passes` solve
-them, from what `warm_start` kept; `bouncing` and `returned_energy` let them bounce. Where islands
-may sleep: `islands`, `sleeping`, `sleepers`.
+`plan` what a scene needs; `tick` what happens in a tick; `collider` of one solid, `compound` of
+several. `finding` tells who meets where, with `pairs` and what `geometry` knows of two shapes;
+`solving` makes rows of it and finds impulses; `resting` lets islands sleep.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.collider import SCENE, TABLE
-from rigid_body_sim.physics.contact.detection import (
+from rigid_body_sim.physics.contact.finding.detection import (
     BODY_A,
     BODY_B,
     COUNT,
@@ -26,7 +26,7 @@ from rigid_body_sim.physics.contact.detection import (
 )
 from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
-from rigid_body_sim.physics.contact.rows import (
+from rigid_body_sim.physics.contact.solving.rows import (
     BN,
     GAP,
     JN,

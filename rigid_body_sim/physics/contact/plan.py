@@ -12,13 +12,6 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import blocks
 from rigid_body_sim.physics.contact import flowing, tick
-from rigid_body_sim.physics.contact.assembly import (
-    BATCH,
-    COLOURS,
-    MEMORY,
-    REMEMBERED,
-)
-from rigid_body_sim.physics.contact.broad_phase import ROW
 from rigid_body_sim.physics.contact.collider import (
     BOUNDS,
     CORE,
@@ -30,24 +23,31 @@ from rigid_body_sim.physics.contact.collider import (
     Colliders,
 )
 from rigid_body_sim.physics.contact.contacts import read, together
-from rigid_body_sim.physics.contact.detection import RECORD, manifold_finder
+from rigid_body_sim.physics.contact.finding.broad_phase import ROW
+from rigid_body_sim.physics.contact.finding.detection import RECORD, manifold_finder
+from rigid_body_sim.physics.contact.finding.grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.finding.pair_list import size_of_list, size_of_rooms
 from rigid_body_sim.physics.contact.geometry.manifold import FOUND
-from rigid_body_sim.physics.contact.grid import CELL, size_of_heads
 from rigid_body_sim.physics.contact.hollow import hollow_meshes
-from rigid_body_sim.physics.contact.memory import end_of_memory
 from rigid_body_sim.physics.contact.order import order
-from rigid_body_sim.physics.contact.pair_list import size_of_list, size_of_rooms
 from rigid_body_sim.physics.contact.pairs import collide_kernel
 from rigid_body_sim.physics.contact.rolling import members, rolling
-from rigid_body_sim.physics.contact.rows import (
+from rigid_body_sim.physics.contact.settings import ContactSettings
+from rigid_body_sim.physics.contact.solving.assembly import (
+    BATCH,
+    COLOURS,
+    MEMORY,
+    REMEMBERED,
+)
+from rigid_body_sim.physics.contact.solving.memory import end_of_memory
+from rigid_body_sim.physics.contact.solving.rows import (
     LANES,
     MANIFOLD,
     POINT,
     POINT_LONG,
     SCRATCH,
 )
-from rigid_body_sim.physics.contact.settings import ContactSettings
-from rigid_body_sim.physics.contact.solver import solver
+from rigid_body_sim.physics.contact.solving.solver import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
 from rigid_body_sim.physics.contact.touching_bodies import AXIS, BODY, ROUND
 from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
@@ -93,7 +93,9 @@ class ContactPlan:
         self._flows = flowing.flows_of(layout, colliders.cores.tolist())
         self._sleepers: Any = None
         if self.settings.sleeping:
-            from rigid_body_sim.physics.contact.sleepers import Sleepers  # only where wanted
+            from rigid_body_sim.physics.contact.resting.sleepers import (
+                Sleepers,  # only where wanted
+            )
 
             self._sleepers = Sleepers(
                 scene, layout, self.settings, self.table, self.bounds, self.mounts
@@ -298,7 +300,7 @@ class ContactPlan:
             pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
             passes = solver(width=self._width, **flags)
             if self._sleepers is not None:
-                from rigid_body_sim.physics.contact.sleeping import KERNELS
+                from rigid_body_sim.physics.contact.resting.sleeping import KERNELS
 
                 passes |= KERNELS
             if self._flows.size:

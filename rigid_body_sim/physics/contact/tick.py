@@ -41,16 +41,11 @@ from rigid_body_sim.physics.blocks import (
     TY,
     TZ,
 )
-from rigid_body_sim.physics.contact import (
-    assembly,
-    broad_phase,
-    detection,
-    pair_list,
-    returned_energy,
-    touching_bodies,
-)
-from rigid_body_sim.physics.contact import memory as memory_of
-from rigid_body_sim.physics.contact.rows import A, B
+from rigid_body_sim.physics.contact import touching_bodies
+from rigid_body_sim.physics.contact.finding import broad_phase, detection, pair_list
+from rigid_body_sim.physics.contact.solving import assembly, returned_energy
+from rigid_body_sim.physics.contact.solving import memory as memory_of
+from rigid_body_sim.physics.contact.solving.rows import A, B
 from rigid_body_sim.physics.contact.touching_bodies import BODY
 from rigid_body_sim.physics.kernels import kernel, specialise, unbound
 from rigid_body_sim.physics.schemes.steps import (

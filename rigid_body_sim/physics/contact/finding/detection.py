@@ -17,15 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import QW, QX, QY, QZ, ROTATION, RX, TRANSLATION, at
-from rigid_body_sim.physics.contact.advancement import (
-    FAST,
-    MOST_PIECES,
-    PIECE,
-    advancement,
-    motion_of,
-    size_of,
-)
-from rigid_body_sim.physics.contact.broad_phase import ROW, margin_of
 from rigid_body_sim.physics.contact.collider import (
     BOUNDS,
     CORE,
@@ -34,6 +25,15 @@ from rigid_body_sim.physics.contact.collider import (
     TABLE,
     TYPE,
 )
+from rigid_body_sim.physics.contact.finding.advancement import (
+    FAST,
+    MOST_PIECES,
+    PIECE,
+    advancement,
+    motion_of,
+    size_of,
+)
+from rigid_body_sim.physics.contact.finding.broad_phase import ROW, margin_of
 from rigid_body_sim.physics.contact.geometry.manifold import MOST, POINT, POINTS
 from rigid_body_sim.physics.kernels import inline, kernel, specialise, unbound
 

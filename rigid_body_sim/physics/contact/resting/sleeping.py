@@ -46,11 +46,12 @@ from rigid_body_sim.physics.blocks import (
     TX,
     at,
 )
-from rigid_body_sim.physics.contact import detection, touching_bodies
-from rigid_body_sim.physics.contact.broad_phase import ROW, SPEED
+from rigid_body_sim.physics.contact import touching_bodies
 from rigid_body_sim.physics.contact.collider import CORE, TABLE
-from rigid_body_sim.physics.contact.detection import BODY_A, BODY_B, RECORD
-from rigid_body_sim.physics.contact.islands import find_islands, may_touch
+from rigid_body_sim.physics.contact.finding import detection
+from rigid_body_sim.physics.contact.finding.broad_phase import ROW, SPEED
+from rigid_body_sim.physics.contact.finding.detection import BODY_A, BODY_B, RECORD
+from rigid_body_sim.physics.contact.resting.islands import find_islands, may_touch
 from rigid_body_sim.physics.contact.touching_bodies import BODY, E0, II, IM, Q0, X0, L, P
 from rigid_body_sim.physics.kernels import inline, kernel
 

@@ -7,20 +7,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.assembly import (
-    ANCHOR,
-    FEAT,
-    MEMORY,
-    NORM,
-    REMEMBERED,
-    SLIP,
-    TWIST,
-    anchor_of,
-)
 from rigid_body_sim.physics.contact.collider import (
     POSE,
 )
-from rigid_body_sim.physics.contact.detection import (
+from rigid_body_sim.physics.contact.finding.detection import (
     BODY_A,
     COUNT,
     KEY,
@@ -30,7 +20,17 @@ from rigid_body_sim.physics.contact.detection import (
 )
 from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
-from rigid_body_sim.physics.contact.rows import (
+from rigid_body_sim.physics.contact.solving.assembly import (
+    ANCHOR,
+    FEAT,
+    MEMORY,
+    NORM,
+    REMEMBERED,
+    SLIP,
+    TWIST,
+    anchor_of,
+)
+from rigid_body_sim.physics.contact.solving.rows import (
     APPROACH,
     BOUNCE,
     JN,
@@ -45,7 +45,7 @@ from rigid_body_sim.physics.contact.rows import (
     N,
     T,
 )
-from rigid_body_sim.physics.contact.warm_start import lasting
+from rigid_body_sim.physics.contact.solving.warm_start import lasting
 from rigid_body_sim.physics.kernels import kernel
 
 Array = NDArray[np.float64]

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.broad_phase import ROW, SPEED, TURN
 from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, POSE, SIZES, TABLE, TYPE
+from rigid_body_sim.physics.contact.finding.broad_phase import ROW, SPEED, TURN
 from rigid_body_sim.physics.contact.geometry.manifold import GAP, POINT, POINTS
 from rigid_body_sim.physics.contact.touching_bodies import BODY, II, X0, L
 from rigid_body_sim.physics.kernels import inline, kernel, specialise, unbound

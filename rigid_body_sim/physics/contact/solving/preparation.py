@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.lanes import (
+from rigid_body_sim.physics.contact.solving.lanes import (
     arms,
     cross,
     inertia,
@@ -31,7 +31,7 @@ from rigid_body_sim.physics.contact.lanes import (
     turning,
     vector,
 )
-from rigid_body_sim.physics.contact.rows import (
+from rigid_body_sim.physics.contact.solving.rows import (
     APPROACH,
     COUPLE_O,
     COUPLE_T,

@@ -17,10 +17,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.advancement import motion_of
-from rigid_body_sim.physics.contact.assembly import MEMORY, NORM, REMEMBERED
 from rigid_body_sim.physics.contact.collider import CORE, TABLE
-from rigid_body_sim.physics.contact.detection import (
+from rigid_body_sim.physics.contact.finding.advancement import motion_of
+from rigid_body_sim.physics.contact.finding.detection import (
     BODY_A,
     BODY_B,
     COUNT,
@@ -28,6 +27,7 @@ from rigid_body_sim.physics.contact.detection import (
     RECORD_POINTS,
 )
 from rigid_body_sim.physics.contact.geometry.manifold import GAP, POINT
+from rigid_body_sim.physics.contact.solving.assembly import MEMORY, NORM, REMEMBERED
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]

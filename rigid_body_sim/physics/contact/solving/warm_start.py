@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.lanes import arms, cross, disc, vector
-from rigid_body_sim.physics.contact.rows import (
+from rigid_body_sim.physics.contact.solving.lanes import arms, cross, disc, vector
+from rigid_body_sim.physics.contact.solving.rows import (
     BN,
     BO,
     BT,

@@ -19,9 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import wide
-from rigid_body_sim.physics.contact import bouncing, passes, preparation, resistance, warm_start
-from rigid_body_sim.physics.contact.assembly import BATCH, KIND, OFFSET, POINTS, USED
-from rigid_body_sim.physics.contact.rows import ACTIVE, CHANGE, MANIFOLD, SCRATCH
+from rigid_body_sim.physics.contact.solving import (
+    bouncing,
+    passes,
+    preparation,
+    resistance,
+    warm_start,
+)
+from rigid_body_sim.physics.contact.solving.assembly import BATCH, KIND, OFFSET, POINTS, USED
+from rigid_body_sim.physics.contact.solving.rows import ACTIVE, CHANGE, MANIFOLD, SCRATCH
 from rigid_body_sim.physics.kernels import inline, specialise
 
 Array = NDArray[np.float64]

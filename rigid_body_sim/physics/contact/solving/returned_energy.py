@@ -30,8 +30,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import EX, FX, ROTATION, RX, TRANSLATION, TX, at
-from rigid_body_sim.physics.contact.detection import COUNT, LANE, RECORD
-from rigid_body_sim.physics.contact.rows import (
+from rigid_body_sim.physics.contact.finding.detection import COUNT, LANE, RECORD
+from rigid_body_sim.physics.contact.solving.rows import (
     APPROACH,
     BN,
     BO,

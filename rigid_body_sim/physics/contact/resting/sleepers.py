@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.assembly import MEMORY, NORM, REMEMBERED, SLIP, TWIST
 from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, POSE, TABLE
-from rigid_body_sim.physics.contact.detection import BODY_A, BODY_B, COUNT, RECORD
+from rigid_body_sim.physics.contact.finding.detection import BODY_A, BODY_B, COUNT, RECORD
+from rigid_body_sim.physics.contact.resting.sleeping import ISLAND, SLEEPER, ward_of
 from rigid_body_sim.physics.contact.settings import ContactSettings
-from rigid_body_sim.physics.contact.sleeping import ISLAND, SLEEPER, ward_of
+from rigid_body_sim.physics.contact.solving.assembly import MEMORY, NORM, REMEMBERED, SLIP, TWIST
 from rigid_body_sim.physics.contact_readout import Contacts
 from rigid_body_sim.physics.coupling import components, neighbours
 from rigid_body_sim.physics.kernels import argument

@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.lanes import arms, cross, disc, relative, vector
-from rigid_body_sim.physics.contact.rows import (
+from rigid_body_sim.physics.contact.solving.lanes import arms, cross, disc, relative, vector
+from rigid_body_sim.physics.contact.solving.rows import (
     APPROACH,
     BN,
     BO,

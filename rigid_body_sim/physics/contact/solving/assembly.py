@@ -35,7 +35,7 @@ from rigid_body_sim.physics.contact.collider import (
     TORSIONAL,
     TYPE,
 )
-from rigid_body_sim.physics.contact.detection import (
+from rigid_body_sim.physics.contact.finding.detection import (
     BODY_A,
     BODY_B,
     COUNT,
@@ -49,7 +49,7 @@ from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import GAP as FOUND_GAP
 from rigid_body_sim.physics.contact.geometry.manifold import MOST as MOST_POINTS
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
-from rigid_body_sim.physics.contact.rows import (
+from rigid_body_sim.physics.contact.solving.rows import (
     BN,
     BO,
     BOUNCE,

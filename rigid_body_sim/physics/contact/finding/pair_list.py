@@ -27,7 +27,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.broad_phase import (
+from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, SIZES, TABLE
+from rigid_body_sim.physics.contact.finding.broad_phase import (
     HALF,
     REACH,
     ROW,
@@ -36,8 +37,7 @@ from rigid_body_sim.physics.contact.broad_phase import (
     may_meet,
     meets_plane,
 )
-from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, SIZES, TABLE
-from rigid_body_sim.physics.contact.grid import BOX, LEVELS, overlap, overlaps
+from rigid_body_sim.physics.contact.finding.grid import BOX, LEVELS, overlap, overlaps
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]

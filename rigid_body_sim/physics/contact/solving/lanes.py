@@ -10,7 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.rows import IA, IB, LA, LB, MASS_A, MASS_B, PS, RA, RB, V
+from rigid_body_sim.physics.contact.solving.rows import (
+    IA,
+    IB,
+    LA,
+    LB,
+    MASS_A,
+    MASS_B,
+    PS,
+    RA,
+    RB,
+    V,
+)
 from rigid_body_sim.physics.kernels import inline
 
 Array = NDArray[np.float64]
