@@ -3,10 +3,10 @@
 """
 Islands: moving bodies that contacts or force elements join, and whether one of them is at rest.
 
-Bodies are nodes of a forest (union-find): each knows one that it hangs on, a root itself. Two
-bodies hang together if a contact pushes between them, or may before the tick is over, and if a
-force element knows both. What cannot move joins nobody, but an island rests only where something
-that cannot move pushes it: what flies, or floats, goes on for ever.
+Bodies are nodes of a `forest`. Two bodies hang together if a contact pushes between them, or may
+before the tick is over, and if a force element knows both. What cannot move joins nobody, but an
+island rests only where something that cannot move pushes it: what flies, or floats, goes on for
+ever.
 
 The set of islands does not depend on the order in which they are found; the number of an island,
 one more than the core index of its root, does, and nothing but its name follows from it.
@@ -26,31 +26,13 @@ from rigid_body_sim.physics.contact.finding.detection import (
     RECORD,
     RECORD_POINTS,
 )
+from rigid_body_sim.physics.contact.forest import join, root_of
 from rigid_body_sim.physics.contact.geometry.manifold import GAP, POINT
 from rigid_body_sim.physics.contact.solving.assembly import MEMORY, NORM, REMEMBERED
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-
-@inline
-def root_of(i: int, parents: Indices) -> int:
-    """Find the root of a body, and hang it higher on the way."""
-    while parents[i] != i:
-        parents[i] = parents[parents[i]]
-        i = parents[i]
-    return i
-
-
-@inline
-def join(i: int, j: int, parents: Indices) -> None:
-    """Hang two islands together; the smaller number stays a root."""
-    i, j = root_of(i, parents), root_of(j, parents)
-    if i < j:
-        parents[j] = i
-    else:
-        parents[i] = j
 
 
 @inline

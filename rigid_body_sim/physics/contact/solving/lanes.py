@@ -87,3 +87,12 @@ def disc(t: float, o: float, limit: float) -> Any:
     over = size > limit * limit
     factor = limit / math.sqrt(size if over else 1.0) if over else 1.0
     return t * factor, o * factor
+
+
+@inline
+def twist(g: Array, k: int, x: float, y: float, z: float) -> None:
+    """Give B of a lane the angular impulse (x, y, z), and A its opposite [N m s]."""
+    hx, hy, hz = vector(g, k + LA)
+    lx, ly, lz = vector(g, k + LB)
+    g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - x, hy - y, hz - z
+    g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + x, ly + y, lz + z

@@ -39,7 +39,6 @@ from rigid_body_sim.physics.contact.solving.rows import (
     JR,
     JS,
     JT,
-    LANES,
     MANIFOLD,
     T2,
     N,
@@ -71,11 +70,10 @@ def remember(
         memory[to + 1] = float(count)
         to += 2
         place = int(records[o + LANE])
-        batch = place - place % LANES
         pose = int(records[o + BODY_A]) * POSE
         for point in range(count):
             at_point = o + RECORD_POINTS + point * FOUND_POINT
-            p = batch + MANIFOLD + point * width + place - batch
+            p = place + MANIFOLD + point * width
             # a point that bounced leaves: its friction would pull the body back for a substep
             left = rows[place + BOUNCE] > 0.0 and rows[p + APPROACH] < -threshold
             keep = 0.0 if left else lasting(rows, p)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.solving.lanes import disc, turning, vector
+from rigid_body_sim.physics.contact.solving.lanes import disc, turning, twist, vector
 from rigid_body_sim.physics.contact.solving.rows import (
     ACTIVE,
     IA,
@@ -40,12 +40,18 @@ Array = NDArray[np.float64]
 
 
 @inline
-def _twist(g, k, x, y, z):
-    """Give B the angular impulse (x, y, z), and A its opposite [N m s]."""
-    hx, hy, hz = vector(g, k + LA)
-    lx, ly, lz = vector(g, k + LB)
-    g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - x, hy - y, hz - z
-    g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + x, ly + y, lz + z
+def _change(s, q, g, k, old_r, old_p, old_s, r, p, turn):
+    """Change the angular impulses of a point that is visited, and the bodies with them."""
+    active = g[k + ACTIVE] > 0.0
+    r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
+    dr, dp, ds = r - old_r, p - old_p, turn - old_s
+    nx, ny, nz = vector(s, k + N)
+    tx, ty, tz = vector(s, k + T)
+    ox, oy, oz = vector(s, k + T2)
+    twist(
+        g, k, dr * tx + dp * ox + ds * nx, dr * ty + dp * oy + ds * ny, dr * tz + dp * oz + ds * nz
+    )
+    q[k + JR], q[k + JQ], q[k + JS] = r, p, turn
 
 
 @kernel
@@ -68,44 +74,17 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
         turn = old_s - s[k + SPIN_GAIN] * (nx * x + ny * y + nz * z)
         turn = turn if turn < limit else limit
         turn = turn if turn > -limit else -limit
-        active = g[k + ACTIVE] > 0.0
-        r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
-        dr, dp, ds = r - old_r, p - old_p, turn - old_s
-        _twist(
-            g,
-            k,
-            dr * tx + dp * ox + ds * nx,
-            dr * ty + dp * oy + ds * ny,
-            dr * tz + dp * oz + ds * nz,
-        )
-        q[k + JR] = r
-        q[k + JQ] = p
-        q[k + JS] = turn
+        _change(s, q, g, k, old_r, old_p, old_s, r, p, turn)
 
 
 @kernel
 def release(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Bring the angular impulses of the last substep within what presses now."""
     for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
         press = q[k + JN]
         old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]
         r, p = disc(old_r, old_p, s[k + ROLL] * press)
         limit = s[k + SPIN] * press
         turn = old_s if old_s < limit else limit
         turn = turn if turn > -limit else -limit
-        active = g[k + ACTIVE] > 0.0
-        r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
-        dr, dp, ds = r - old_r, p - old_p, turn - old_s
-        _twist(
-            g,
-            k,
-            dr * tx + dp * ox + ds * nx,
-            dr * ty + dp * oy + ds * ny,
-            dr * tz + dp * oz + ds * nz,
-        )
-        q[k + JR] = r
-        q[k + JQ] = p
-        q[k + JS] = turn
+        _change(s, q, g, k, old_r, old_p, old_s, r, p, turn)

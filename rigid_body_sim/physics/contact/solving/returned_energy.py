@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import EX, FX, ROTATION, RX, TRANSLATION, TX, at
 from rigid_body_sim.physics.contact.finding.detection import COUNT, LANE, RECORD
+from rigid_body_sim.physics.contact.forest import join, root_of
 from rigid_body_sim.physics.contact.solving.rows import (
     APPROACH,
     BN,
@@ -38,7 +39,6 @@ from rigid_body_sim.physics.contact.solving.rows import (
     BOUNCE,
     BT,
     JN,
-    LANES,
     MANIFOLD,
     MOST,
     A,
@@ -132,14 +132,6 @@ def _pressed(rows: Array, q: int) -> bool:
     return rows[q + MOST] > 0.0 or rows[q + JN] > 0.0
 
 
-@inline
-def _first(groups: Indices, i: int) -> int:
-    while groups[i] != i:
-        groups[i] = groups[groups[i]]
-        i = groups[i]
-    return i
-
-
 @kernel
 def _join(
     manifolds: int, nothing: int, width: int, records: Array, rows: Array, groups: Indices
@@ -150,11 +142,10 @@ def _join(
         a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
         if a == nothing or b == nothing:
             continue
-        begin = place - place % LANES + MANIFOLD + place % LANES
+        begin = place + MANIFOLD
         for point in range(int(records[m * RECORD + COUNT])):
             if _pressed(rows, begin + point * width):
-                a, b = _first(groups, a), _first(groups, b)
-                groups[max(a, b)] = min(a, b)
+                join(a, b, groups)
 
 
 @inline
@@ -194,15 +185,15 @@ def limit(
     for m in range(manifolds):
         place = int(records[m * RECORD + LANE])
         a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-        o = _first(groups, b if a == nothing else a) * BODY
-        begin = place - place % LANES + MANIFOLD + place % LANES
+        o = root_of(b if a == nothing else a, groups) * BODY
+        begin = place + MANIFOLD
         for point in range(int(records[m * RECORD + COUNT])):
             q = begin + point * width
             if _pressed(rows, q) and rows[q + APPROACH] < -threshold:
                 bodies[o + SHARE] = max(bodies[o + SHARE], rows[place + BOUNCE])
     for t in range(touched):
         o = touching[t] * BODY
-        g = _first(groups, touching[t]) * BODY
+        g = root_of(touching[t], groups) * BODY
         x, y, z = bodies[o + P_HELD], bodies[o + P_HELD + 1], bodies[o + P_HELD + 2]
         u, v, w = bodies[o + L_HELD], bodies[o + L_HELD + 1], bodies[o + L_HELD + 2]
         before = 0.5 * _twice(bodies, o, x, y, z, u, v, w)
@@ -221,7 +212,7 @@ def limit(
             )
     for t in range(touched):
         o = touching[t] * BODY
-        s = bodies[_first(groups, touching[t]) * BODY + FACTOR]
+        s = bodies[root_of(touching[t], groups) * BODY + FACTOR]
         if s < 1.0:
             for axis in range(3):
                 p, j = bodies[o + P_HELD + axis], bodies[o + L_HELD + axis]
@@ -230,8 +221,8 @@ def limit(
     for m in range(manifolds):
         place = int(records[m * RECORD + LANE])
         a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-        s = bodies[_first(groups, b if a == nothing else a) * BODY + FACTOR]
-        begin = place - place % LANES + MANIFOLD + place % LANES
+        s = bodies[root_of(b if a == nothing else a, groups) * BODY + FACTOR]
+        begin = place + MANIFOLD
         if s < 1.0:
             for point in range(int(records[m * RECORD + COUNT])):
                 q = begin + point * width

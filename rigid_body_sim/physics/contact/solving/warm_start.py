@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.solving.lanes import arms, cross, disc, vector
+from rigid_body_sim.physics.contact.solving.lanes import arms, cross, disc, twist, vector
 from rigid_body_sim.physics.contact.solving.rows import (
     BN,
     BO,
@@ -103,13 +103,10 @@ def carry_twist_on(lanes: int, s: Array, q: Array, g: Array) -> None:
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
         r, p, turn = q[k + JR], q[k + JQ], q[k + JS]
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
         x = r * tx + p * ox + turn * nx
         y = r * ty + p * oy + turn * ny
         z = r * tz + p * oz + turn * nz
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - x, hy - y, hz - z
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + x, ly + y, lz + z
+        twist(g, k, x, y, z)
 
 
 @kernel
@@ -149,8 +146,6 @@ def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Do the same with the angular impulses of one point of each lane."""
     for k in range(lanes):
         x, y, z = vector(q, k + BN)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
@@ -158,8 +153,7 @@ def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
         q[k + JQ] = ox * x + oy * y + oz * z
         q[k + JS] = nx * x + ny * y + nz * z
         q[k + BN], q[k + BT], q[k + BO] = 0.0, 0.0, 0.0
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - x, hy - y, hz - z
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + x, ly + y, lz + z
+        twist(g, k, x, y, z)
 
 
 @kernel
