@@ -10,7 +10,7 @@ no operation is reordered or fused.
 
 `specialise` makes a kernel for one scene out of a general one: it binds the names that the general
 source leaves open (the drift of an integrator, the force elements of a scene), so that what a
-scene lacks is neither compiled nor called.
+scene lacks is neither compiled nor called. How numba is spared work is in `compiler`.
 
 The compiled code is cached under a folder whose name is a digest of every kernel source, because
 numba itself does not see a change in a function that a cached kernel calls. The folder is, in this
@@ -93,15 +93,30 @@ def _choose_cache() -> Path | None:
 CACHE = _choose_cache()
 
 
+# releases whose inside is what `compiler` expects; another one compiles the same, more slowly
+_KNOWN_INSIDE = ('0.68.',)
+
+
 def _jit(function: Callable[..., Any], *, inline: bool) -> Callable[..., Any]:
     assert numba is not None
     options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'forceinline': inline}
+    if numba.__version__.startswith(_KNOWN_INSIDE):
+        from rigid_body_sim.physics.compiler import Kernel
+
+        return Kernel(function, options, _keep_compiled)
+    made = numba.njit(**options)(function)
+    _keep_compiled(made, '')
+    return made
+
+
+def _keep_compiled(made: Any, folder: str) -> None:
+    """Let a function keep what it compiles in a folder of the cache, if there is one."""
     if CACHE is None:
-        return numba.njit(**options)(function)
+        return
     before = _config.CACHE_DIR
-    _config.CACHE_DIR = str(CACHE)  # read by numba when it decorates
+    _config.CACHE_DIR = str(CACHE / folder)  # read by numba in the next line
     try:
-        return numba.njit(cache=True, **options)(function)
+        made.enable_caching()
     finally:
         _config.CACHE_DIR = before
 

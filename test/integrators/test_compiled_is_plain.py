@@ -73,6 +73,69 @@ def test_every_integrator_gives_the_same_bits_with_and_without_numba():
     assert digests(compiled=True) == digests(compiled=False)
 
 
+SPRINGS = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import numba
+if sys.argv[2] == 'unknown':
+    numba.__version__ = '0.0'
+from rigid_body_sim import Simulation
+from rigid_body_sim.physics.blocks import rotate
+import scenes
+sim = Simulation(getattr(scenes, sys.argv[3])(), integrator='rk4')
+sim.step(50)
+print(type(rotate).__name__, sim.state_bytes().hex())
+"""
+
+
+def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
+    """How a kernel is made, and the bits of a run, with the release of numba and the scene."""
+    result = subprocess.run(
+        [sys.executable, '-c', SPRINGS, str(Path(__file__).parent), *arguments],
+        env=os.environ | {'RIGID_BODY_SIM_CACHE': str(cache), 'PYTHONPATH': ROOT},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
+    return result.stdout.split()
+
+
+@pytest.fixture(scope='module')
+def alone(tmp_path_factory):
+    return kind_and_bits('this', 'linked_bodies', cache=tmp_path_factory.mktemp('alone'))
+
+
+@pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
+def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(alone, tmp_path):
+    kind, bits = kind_and_bits('unknown', 'linked_bodies', cache=tmp_path)
+    assert kind == 'CPUDispatcher'
+    assert bits == alone[1]
+
+
+@pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
+def test_what_an_earlier_scene_compiled_gives_the_same_bits_in_another(alone, tmp_path):
+    kind_and_bits('this', 'linked_points', cache=tmp_path)
+    assert kind_and_bits('this', 'linked_bodies', cache=tmp_path) == alone
+
+
+@pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
+def test_a_kernel_gives_the_same_to_python_and_to_a_kernel():
+    for _ in range(2):
+        assert doubled(0.1) == 0.2
+        assert doubled_three(0.1, 3) == 0.2 + 6 + 4
+
+
+@kernels.inline
+def doubled(x):
+    return x + x
+
+
+@kernels.kernel
+def doubled_three(x, n):
+    return doubled(x) + doubled(n) + doubled(2)
+
+
 def test_an_unwritable_cache_costs_time_but_not_the_run(tmp_path):
     program = (
         'from rigid_body_sim.physics import kernels\n'
