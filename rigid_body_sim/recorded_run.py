@@ -13,7 +13,6 @@ from pathlib import Path
 
 from rigid_body_sim.commands import Command, decode, topics_of
 from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.bag_reader import Bag, RecordedMessage
 from rigid_body_sim.run import Run, RunSettings
 from rigid_body_sim.run_recorder import (
@@ -24,6 +23,7 @@ from rigid_body_sim.run_recorder import (
     held_from_json,
 )
 from rigid_body_sim.scene import load_scene
+from rigid_body_sim.simulation_of_scene import simulation_of
 
 Warn = Callable[[str], None]
 
@@ -113,7 +113,7 @@ class RecordedRun:
         warn: Warn | None = None,
     ) -> Run:
         """Make a run that stands where the recording began."""
-        simulation = Simulation(
+        simulation = simulation_of(
             self.scene,
             integrator=integrator or self.integrator,
             integrator_options=self.integrator_options

@@ -2,13 +2,32 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two ways in which physics says no: before a run, and during one."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class InvalidModel(ValueError):
     """
     A body, force, step or command that no physics can honour.
 
     The message is one line: what, where, got, allowed, cure.
+        at : what is to blame, as a path in the scene or in the body that is looked at, such as
+             ('bodies', 3, 'shape'); bodies and forces by their place in the scene; (): not known
     """
+
+    def __init__(self, message: str, *, at: tuple[str | int, ...] = ()) -> None:
+        super().__init__(message)
+        self.at = at
+
+
+@contextmanager
+def blaming(*at: str | int) -> Iterator[None]:
+    """Say of the refusals inside this block that what they blame lies at this place."""
+    try:
+        yield
+    except InvalidModel as error:
+        error.at = (*at, *error.at)
+        raise
 
 
 class SimulationDiverged(RuntimeError):

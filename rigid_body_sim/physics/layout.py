@@ -33,7 +33,7 @@ from rigid_body_sim.physics.blocks import (
     rows,
     scatter,
 )
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.forces.element import WORLD, Place
 from rigid_body_sim.physics.inertia_tensor import principal_axes
 from rigid_body_sim.physics.model import Body, Scene, Vector
@@ -59,9 +59,13 @@ class Layout:
         self.bodies = scene.bodies
         self.names = tuple(body.name for body in scene.bodies)
         self._index = {name: i for i, name in enumerate(self.names)}
-        for body in scene.bodies:
-            check_flow(body)
-            check_pivot(body, scene.contact)
+        for i, body in enumerate(scene.bodies):
+            if body.mass_flow is not None:
+                with blaming('bodies', i):
+                    check_flow(body)
+            if body.pivot is not None:
+                with blaming('bodies', i, 'pivot'):
+                    check_pivot(body, scene.contact)
         movable = [i for i, body in enumerate(scene.bodies) if not body.fixed]
         rigid = [i for i in movable if not scene.bodies[i].is_point]
         self.moving = np.array(
@@ -74,7 +78,8 @@ class Layout:
         self.moments = np.zeros((self.n_rigid, 3))
         self._axes = np.zeros((self.n_rigid, 3, 3))
         for core, i in enumerate(rigid):
-            self.moments[core], self._axes[core] = principal_axes(inertia_of(scene.bodies[i]))
+            with blaming('bodies', i, 'inertia'):
+                self.moments[core], self._axes[core] = principal_axes(inertia_of(scene.bodies[i]))
         self.pivoted = [core for core, i in enumerate(rigid) if scene.bodies[i].pivot is not None]
         self.principal = so3.quaternion_from_matrix(self._axes).reshape(self.n_rigid, 4)
 

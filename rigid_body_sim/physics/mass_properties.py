@@ -216,10 +216,16 @@ def _of_parts(shape: Union, *, mass: float | None, density: float | None) -> Mas
     for number, part in enumerate(shape.parts):
         of_whole = part.mass is None and not isinstance(part.shape, Particle | Particles)
         own = density if of_whole and part.density is None else part.density
+        if of_whole and own is None:
+            raise InvalidModel(
+                f'parts[{number}]: neither mass nor density is given, and a mass of the whole is '
+                'not shared out; give the part a mass [kg], or the whole a density [kg/m^3]',
+                at=('shape',),
+            )
         try:
             of = of_shape(part.shape, mass=part.mass, density=own)
         except InvalidModel as error:
-            raise InvalidModel(f'parts[{number}]: {error}') from error
+            raise InvalidModel(f'parts[{number}]: {error}', at=('shape',)) from error
         parts.append(moved(of, position=part.position, orientation=part.orientation))
     whole = union(parts)
     _need_agreement(mass, whole.mass, 'parts')
@@ -228,7 +234,9 @@ def _of_parts(shape: Union, *, mass: float | None, density: float | None) -> Mas
 
 def _need_agreement(mass: float | None, total: float, of: str) -> None:
     if mass is not None and not abs(mass - total) <= MASS_AGREEMENT * total:
-        raise InvalidModel(f'mass {mass} kg is not the sum of the {of}, {total} kg; remove mass')
+        raise InvalidModel(
+            f'mass {mass} kg is not the sum of the {of}, {total} kg; remove mass', at=('mass',)
+        )
 
 
 def _sums(masses: Array, positions: Array) -> tuple[float, Array, Array]:
@@ -262,7 +270,7 @@ def _solid(
             return volume_integrals(vertices, hull_faces(vertices))
         case Mesh(vertices=vertices, faces=faces, name=name):
             need_closed(faces, name=name)
-            return volume_integrals(vertices, faces)
+            return volume_integrals(vertices, faces, name=f'mesh {name!r}')
 
 
 def _by_quadrature(shape: Shape, density: Callable[[Array], Array], n: int) -> MassProperties:
@@ -335,7 +343,9 @@ def _capsule(r: float, h: float) -> tuple[float, Array, Array]:
 
 
 def _mass(volume: float, *, mass: float | None, density: float | None) -> float:
-    if (mass is None) == (density is None):
+    if mass is None and density is None:
+        raise InvalidModel('neither mass nor density is given; give mass [kg] or density [kg/m^3]')
+    if mass is not None and density is not None:
         raise InvalidModel('give either mass [kg] or density [kg/m^3], and not both')
     if mass is not None:
         return _positive_mass(mass)

@@ -118,6 +118,19 @@ class Body:
         return self.inertia is None and not self.fixed
 
 
+@dataclass(frozen=True)
+class Origin:
+    """
+    Where a scene comes from, for messages.
+
+    name      : what they call its text
+    has_lines : whether somebody wrote the text, and finds a line in it
+    """
+
+    name: str = 'scene'
+    has_lines: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """
@@ -130,6 +143,7 @@ class Scene:
     forces     : force element records of `physics.forces`
     contact    : {'mode': 'none'} or the settings of a contact mode
     source     : the exact bytes the scene was read from
+    origin     : what messages call them
     files      : further files the scene names (meshes): name -> bytes
     """
 
@@ -142,4 +156,5 @@ class Scene:
     forces: tuple[Any, ...] = ()
     contact: Mapping[str, Any] = field(default_factory=lambda: {'mode': 'none'})
     source: bytes = b''
+    origin: Origin = Origin()
     files: Mapping[str, bytes] = field(default_factory=dict)

@@ -95,7 +95,7 @@ class Mesh:
     name: str = 'mesh'
 
     def __post_init__(self) -> None:
-        vertices = _points('vertices', self.vertices, at_least=4)
+        vertices = _points(f'mesh {self.name!r}: vertices', self.vertices, at_least=4)
         faces = np.array(self.faces, dtype=np.int64)
         if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) < 4:
             raise InvalidModel(
@@ -194,7 +194,7 @@ class Union:
 
     def __post_init__(self) -> None:
         if not self.parts:
-            raise InvalidModel('a union needs at least one part')
+            raise InvalidModel('parts is empty; a union needs at least one part')
 
 
 Shape = (
@@ -211,7 +211,8 @@ def _points(what: str, points: object, *, at_least: int) -> NDArray[np.float64]:
     array = np.array(points, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3 or len(array) < at_least:
         raise InvalidModel(
-            f'{what} have the shape {array.shape}; at least {at_least} points (n, 3) are needed'
+            f'{what} have the shape {array.shape}; (n, 3) is needed: at least {at_least} '
+            f'point{"s" if at_least > 1 else ""} of three coordinates [m]'
         )
     if not np.all(np.isfinite(array)):
         raise InvalidModel(f'{what} hold NaN or infinity; every coordinate must be finite [m]')

@@ -29,18 +29,21 @@ ROUND_OFF = (
 )  # [-] products of inertia below this share of the trace are set to zero
 
 
-def volume_integrals(vertices: Array, faces: Faces) -> tuple[float, Array, Array]:
+def volume_integrals(
+    vertices: Array, faces: Faces, *, name: str = 'the surface'
+) -> tuple[float, Array, Array]:
     """
     Return volume [m^3], centre [m] and inertia per mass [m^2] about the centre.
 
     vertices : (n, 3) [m]
     faces    : (m, 3) int  closed surface, all outward or all inward (then it is turned)
+    name     : what to call it in a refusal
     """
     origin = np.mean(vertices, axis=0)
     corners = (vertices - origin)[faces]
     volumes = _volumes(corners)
     volume = float(np.sum(volumes))
-    _need_thickness(volume, corners)
+    _need_thickness(volume, corners, name=name)
     center = np.einsum('i,ijk->k', volumes, corners) / (4.0 * volume)
     corners = corners - center
     volumes = _volumes(corners)  # about the centre: the large terms that would cancel are gone
@@ -68,7 +71,8 @@ def hull_faces(vertices: Array) -> Faces:
     except (QhullError, ValueError) as error:
         raise InvalidModel(
             f'{len(vertices)} vertices span no volume; a convex hull needs at least four points '
-            'that do not lie in one plane'
+            'that do not lie in one plane',
+            at=('shape',),
         ) from error
     faces = hull.simplices.astype(np.int64)
     a, b, c = (shifted[faces[:, corner]] for corner in range(3))
@@ -93,14 +97,17 @@ def need_closed(faces: Faces, *, name: str) -> None:
     if single:
         raise InvalidModel(
             f'mesh {name!r} is open: {single} edges belong to an odd number of triangles; '
-            'only a closed surface has a volume: close the holes, or give inertia and mass'
+            'only a closed surface has a volume: close the holes, or state '
+            'mass, inertia and center_of_mass',
+            at=('shape',),
         )
     balance = np.bincount(index, weights=forward, minlength=len(undirected))
     twisted = int(np.sum((balance != 0) & is_real))
     if twisted:
         raise InvalidModel(
             f'mesh {name!r}: the triangles at {twisted} edges disagree about the outside; '
-            'orient all faces counter-clockwise seen from outside'
+            'orient all faces counter-clockwise seen from outside',
+            at=('shape',),
         )
 
 
@@ -109,12 +116,13 @@ def _volumes(corners: Array) -> Array:
     return np.einsum('ij,ij->i', a, np.cross(b, c)) / 6.0
 
 
-def _need_thickness(volume: float, corners: Array) -> None:
+def _need_thickness(volume: float, corners: Array, *, name: str) -> None:
     edges = corners[:, 1:] - corners[:, :1]
     area = 0.5 * float(np.sum(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)))
     extent = float(np.max(np.abs(corners)))
     if not abs(volume) > FLAT * area * extent or not np.isfinite(volume):
         raise InvalidModel(
-            f'the surface encloses {volume:.3g} m^3 with {area:.3g} m^2; '
-            'a solid needs a finite volume'
+            f'{name} encloses {volume:.3g} m^3 with {area:.3g} m^2; a solid needs a finite volume '
+            'above zero: give it thickness, or state mass, inertia and center_of_mass',
+            at=('shape',),
         )

@@ -20,7 +20,6 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.ros.bags import Bags, need_free
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.node import SimNode
@@ -30,6 +29,7 @@ from rigid_body_sim.ros.signals import Signals, Stopped
 from rigid_body_sim.run import Run, RunSettings, publish_every
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.simulation_of_scene import simulation_of
 
 SPIN = 0.1  # [s] between looks whether the run has ended or a signal came
 SWITCH_INTERVAL = 5e-4  # [s] that a thread may keep the interpreter; Python's 5 ms make ticks late
@@ -103,7 +103,7 @@ def _make_run(node: SimNode, signals: Signals) -> Run:
         signals.check()
         node.get_logger().info(text)
 
-    simulation = Simulation(
+    simulation = simulation_of(
         scene,
         integrator=settings.integrator or None,
         dt=settings.dt or None,

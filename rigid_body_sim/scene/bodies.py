@@ -6,8 +6,9 @@ Read one body: name, shape, mass properties, initial motion, contact material.
 `inertia` is the tensor about the centre of mass in body axes: its keys are the elements of the
 tensor, so ixy is minus the integral of x y dm. `inertia` and `center_of_mass` replace what the
 shape gives, each on its own: a `center_of_mass` alone moves the centre and keeps the tensor of the
-uniform shape. `density` is a number, or {at_origin: …, gradient: [x, y, z]} for one that varies
-along the axes of the shape. `mass_rate` (negative: loses) with `exhaust_velocity` and `final_mass`
+uniform shape; where `mass` is given beside both, nothing is asked of the shape, and a mesh may be
+open. `density` is a number, or {at_origin: …, gradient: [x, y, z]} for one that varies along the
+axes of the shape. `mass_rate` (negative: loses) with `exhaust_velocity` and `final_mass`
 make a rocket: `exhaust_velocity` is that of the leaving mass relative to the body, three numbers
 in body axes (world axes for a particle), or its speed alone when it leaves along -z.
 
@@ -172,10 +173,16 @@ def _with_mass(body: Body, value: Value) -> Body:
         )
     if varying:
         assert density_value is not None
-        properties = _of_varying_density(body.shape, density_value, mass=mass)
+        with value.blamed('density'):
+            properties = _of_varying_density(body.shape, density_value, mass=mass)
     else:
         properties = _properties(
-            body, mass=mass, density=density, stated=inertia is not None, value=value
+            body,
+            mass=mass,
+            density=density,
+            stated=inertia is not None,
+            whole=None not in (mass, inertia_value, center_value),
+            value=value,
         )
     x, y, z = properties.center_of_mass
     body = replace(
@@ -191,9 +198,20 @@ def _with_mass(body: Body, value: Value) -> Body:
 
 
 def _properties(
-    body: Body, *, mass: float | None, density: float | None, stated: bool, value: Value
+    body: Body,
+    *,
+    mass: float | None,
+    density: float | None,
+    stated: bool,
+    whole: bool,
+    value: Value,
 ) -> MassProperties:
-    """Return what the shape gives; a body without a shape has its mass and a stated inertia."""
+    """
+    Return what the shape gives; a body without a shape has its mass and a stated inertia.
+
+    stated, whole : inertia is given; mass, inertia and centre of mass are: then nothing is asked
+                    of the shape, whose surface may be open
+    """
     shape = body.shape
     if shape is None:
         if not (stated or body.fixed):
@@ -209,6 +227,8 @@ def _properties(
         raise value.error('mass is missing; mass [kg] or density [kg/m^3] is needed')
     if mass is None and density is None and isinstance(shape, Particle):
         raise value.error('mass is missing; mass [kg] is needed')
+    if whole and density is None and not isinstance(shape, SUMS):
+        shape = Particle()
     with value.blamed():
         return mass_properties.of_shape(shape, mass=mass, density=density)
 
@@ -219,13 +239,12 @@ def _of_varying_density(
     """Return the mass properties for a density at_origin + gradient . x in shape coordinates."""
     value.need_known(('at_origin', 'gradient'))
     at_origin = value.at('at_origin', what='a density [kg/m^3]').number(unit='kg/m^3')
-    gradient = value.at('gradient', what='three numbers [kg/m^4]').vector(unit='kg/m^4')
+    gradient = value.at('gradient', what='a list of three numbers [kg/m^4]').vector(unit='kg/m^4')
     if shape is None or mass is not None:
         raise value.error(
             'a density that varies needs a shape and gives its mass; remove mass, or give a shape'
         )
-    with value.blamed():
-        return mass_properties.of_linear_density(shape, at_origin=at_origin, gradient=gradient)
+    return mass_properties.of_linear_density(shape, at_origin=at_origin, gradient=gradient)
 
 
 def _center_of_fixed(shape: Shape | None, value: Value) -> Vector:

@@ -16,7 +16,7 @@ from typing import Any
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Body, Scene
+from rigid_body_sim.physics.model import Body, Origin, Scene
 from rigid_body_sim.physics.tick_length import tick_nanoseconds
 from rigid_body_sim.scene import document
 from rigid_body_sim.scene.bodies import NAME, read_bodies
@@ -57,10 +57,8 @@ def load_scene(
     if isinstance(source, str | Path) and Path(source).suffix.lower() == URDF_SUFFIX:
         return _scene_of_urdf(Path(source), files)
     text, name, folder = _text(source)
-    parsed = document.read(text, name=name, with_lines=not isinstance(source, Mapping))
-    return _scene(
-        Value(parsed.content, parsed), text=text, files=Files(folder=folder, given=files)
-    )
+    origin = Origin(name, has_lines=not isinstance(source, Mapping))
+    return _scene(origin, text=text, files=Files(folder=folder, given=files))
 
 
 def _scene_of_urdf(path: Path, given: Mapping[str, bytes] | None) -> Scene:
@@ -80,8 +78,7 @@ def _scene_of_urdf(path: Path, given: Mapping[str, bytes] | None) -> Scene:
         )
     body = {'name': link.name, 'urdf': path.name}
     text = document.write({'version': VERSION, 'name': link.robot, **OF_URDF, 'bodies': [body]})
-    parsed = document.read(text, name=str(path), with_lines=False)
-    return _scene(Value(parsed.content, parsed), text=text, files=files)
+    return _scene(Origin(str(path)), text=text, files=files)
 
 
 def _text(source: str | Path | Mapping[str, Any] | bytes) -> tuple[bytes, str, Path]:
@@ -103,7 +100,9 @@ def _text(source: str | Path | Mapping[str, Any] | bytes) -> tuple[bytes, str, P
         ) from error
 
 
-def _scene(value: Value, *, text: bytes, files: Files) -> Scene:
+def _scene(origin: Origin, *, text: bytes, files: Files) -> Scene:
+    parsed = document.read(text, name=origin.name, with_lines=origin.has_lines)
+    value = Value(parsed.content, parsed)
     value.need_mapping('a mapping with dt and bodies')
     value.need_known(KEYS)
     _check_version(value.find('version'))
@@ -126,6 +125,7 @@ def _scene(value: Value, *, text: bytes, files: Files) -> Scene:
         bodies=bodies,
         contact=read_contact(value.find('contact')),
         source=text,
+        origin=origin,
         files=files.used,
         **{key: setting for key, setting in settings.items() if setting is not None},
     )

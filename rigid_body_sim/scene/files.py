@@ -38,6 +38,7 @@ class Files:
         self._folder = folder
         self._given = given
         self.used: dict[str, bytes] = {}
+        self._meshes: dict[tuple[str | float, ...], Mesh] = {}
 
     def read(self, name: str) -> bytes:
         """Return the bytes of a file and remember them in `used`."""
@@ -46,6 +47,27 @@ class Files:
                 self._given_bytes(name) if self._given is not None else self._disk_bytes(name)
             )
         return self.used[name]
+
+    def mesh(
+        self, path: str, *, name: str | None = None, scale: tuple[float, ...] = (1.0, 1.0, 1.0)
+    ) -> Mesh:
+        """
+        Return the mesh of a file: the same one whenever it is asked for, its hull is found once.
+
+        name  : what messages call it; None: its path
+        scale : (3,) [-] along its axes; a mirror image turns its triangles, to keep their outside
+                out
+        """
+        key = (path, name or path, *scale)
+        if key not in self._meshes:
+            if scale == (1.0, 1.0, 1.0):
+                self._meshes[key] = mesh_from_bytes(self.read(path), name=name or path)
+            else:
+                plain = self.mesh(path, name=name)
+                mirrored = np.prod(scale) < 0.0
+                faces = plain.faces[:, ::-1] if mirrored else plain.faces
+                self._meshes[key] = Mesh(plain.vertices * scale, faces, plain.name)
+        return self._meshes[key]
 
     def _given_bytes(self, name: str) -> bytes:
         assert self._given is not None
@@ -101,6 +123,8 @@ def mesh_from_bytes(text: bytes, *, name: str) -> Mesh:
         raise InvalidModel(
             f'{name!r} has no known mesh format; allowed endings: {", ".join(MESH_FORMATS)}'
         )
+    if not text.strip():
+        raise InvalidModel(f'{name!r} is empty; a mesh is a closed surface of triangles')
     import trimesh
 
     try:
@@ -112,6 +136,14 @@ def mesh_from_bytes(text: bytes, *, name: str) -> Mesh:
     except (
         Exception
     ) as error:  # the parsers of trimesh raise whatever their text made them stumble over
-        reason = ' '.join(str(error).split()) or type(error).__name__
-        raise InvalidModel(f'{name!r} is not readable as {kind.upper()}: {reason}') from error
+        reason = ' '.join(str(error).split()).rstrip('.!') or type(error).__name__
+        raise InvalidModel(
+            f'{name!r} is not readable as {kind.upper()}: {reason}; give a mesh of this format, '
+            f'or the ending of another: {", ".join(MESH_FORMATS)}'
+        ) from error
+    if not len(faces):
+        raise InvalidModel(
+            f'{name!r} holds no triangles, read as {kind.upper()}; a mesh is a closed surface of '
+            f'triangles, in the format of its ending: {", ".join(MESH_FORMATS)}'
+        )
     return Mesh(vertices, faces, name)

@@ -29,7 +29,9 @@ def with_pivot(body: Body, value: Value | None, initial: Value | None) -> Body:
         return body
     value.need_mapping('a mapping such as {point: [0, 0, -0.5]}')
     value.need_known(('point', 'at'))
-    point = value.at('point', what='three numbers [m], shape coordinates').vector(unit='m')
+    point = value.at('point', what='a list of three numbers [m], shape coordinates,').vector(
+        unit='m'
+    )
     at_value = value.find('at')
     start = body.initial
     pivoted = replace(body, pivot=Pivot(point, (0.0, 0.0, 0.0)))

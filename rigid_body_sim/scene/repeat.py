@@ -38,8 +38,8 @@ def repeated(body: Body, value: Value) -> tuple[Body, ...]:
     value.need_known(('count', 'spacing', 'jitter'))
     if isinstance(body.shape, Plane):
         raise value.error('a plane is one plane wherever its body stands; remove repeat')
-    counts = _counts(value.at('count', what='three whole numbers'))
-    spacing = np.array(value.at('spacing', what='three lengths [m]').vector(unit='m'))
+    counts = _counts(value.at('count', what='a list of three whole numbers'))
+    spacing = np.array(value.at('spacing', what='a list of three lengths [m]').vector(unit='m'))
     jitter_value = value.find('jitter')
     jitter = 0.0 if jitter_value is None else jitter_value.number(unit='m', minimum=0.0)
     copies = []

@@ -24,7 +24,7 @@ from rigid_body_sim.physics.shapes import (
     Sphere,
     Union,
 )
-from rigid_body_sim.scene.files import Files, mesh_from_bytes
+from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.values import Value
 
 
@@ -57,7 +57,7 @@ def _sphere(value: Value, files: Files) -> Sphere:
 
 
 def _box(value: Value, files: Files) -> Box:
-    return Box(value.at('size', what='three edge lengths [m]').vector(unit='m'))
+    return Box(value.at('size', what='a list of three edge lengths [m]').vector(unit='m'))
 
 
 def _cylinder(value: Value, files: Files) -> Cylinder:
@@ -75,10 +75,9 @@ def _convex_hull(value: Value, files: Files) -> ConvexHull:
 
 
 def _mesh(value: Value, files: Files) -> Mesh:
-    file = value.at('file', what='the path of a mesh, taken from the scene file')
+    file = value.at('file', what='the path of a mesh, taken from the scene file,')
     with file.blamed():
-        name = file.text('the path of a mesh')
-        return mesh_from_bytes(files.read(name), name=name)
+        return files.mesh(file.text('the path of a mesh'))
 
 
 def _particles(value: Value, files: Files) -> Particles:
@@ -88,18 +87,20 @@ def _particles(value: Value, files: Files) -> Particles:
         item.need_mapping('{mass: kg, position: [m, m, m]}')
         item.need_known(('mass', 'position'))
         masses.append(item.at('mass', what='a mass [kg]').number(unit='kg', positive=True))
-        positions.append(item.at('position', what='three numbers [m]').vector(unit='m'))
+        positions.append(item.at('position', what='a list of three numbers [m]').vector(unit='m'))
     return Particles(np.array(positions).reshape(-1, 3), np.array(masses))
 
 
 def _plane(value: Value, files: Files) -> Plane:
-    normal = value.at('normal', what='three numbers').vector(unit='-')
+    normal = value.at('normal', what='a list of three numbers [-], out of the solid,').vector(
+        unit='-'
+    )
     offset = value.find('offset')
     return Plane(normal, 0.0 if offset is None else offset.number(unit='m'))
 
 
 def _union(value: Value, files: Files) -> Union:
-    what = 'a list of {shape: …, mass: kg, position: [m, m, m]}'
+    what = 'a list of at least one {shape: …, mass: kg, position: [m, m, m]}'
     return Union(tuple(_part(item, files) for item in value.at('parts', what=what).items(what)))
 
 

@@ -1,17 +1,18 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Read the one body of a URDF file: mass, centre of mass, inertia tensor, collision shape.
+Read the one body of a URDF file: mass, centre of mass, inertia tensor, collision shapes.
 
 Body coordinates are those of the link. `<inertial>` is taken as it is written, with its frame
 turned and shifted into the link (I_link = R I R^T about the centre of mass), and never computed
-from the shape. `<collision>` gives the shape and where it lies. `<visual>` and `<material>` are
-not read: they move nothing.
+from the shape. `<collision>` gives the shape and where it lies; several make a union, in the order
+of the file, whose axes are those of the link: each part is placed by its own `<origin>`, and none
+by that of `<inertial>`. `<visual>` and `<material>` are not read: they move nothing.
 
-A body is one link with at most one collision. Joints, further links and everything else that would
-change the motion, here or in another simulator, is refused by name. The library yourdfpy (extra
-`urdf`) parses, and is imported only here; it invents what is missing (a moment of 1 kg m^2, a mass
-of 0), so the text is checked before it.
+A body is one link. Joints, further links and everything else that would change the motion, here or
+in another simulator, is refused by name. The library yourdfpy (extra `urdf`) parses, and is
+imported only here; it invents what is missing (a moment of 1 kg m^2, a mass of 0), so the text is
+checked before it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import math
 import posixpath
 import re
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,8 +32,8 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics import mass_properties, rotation
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import Quaternion, Vector
-from rigid_body_sim.physics.shapes import Box, Cylinder, Mesh, Shape, Sphere
-from rigid_body_sim.scene.files import Files, mesh_from_bytes
+from rigid_body_sim.physics.shapes import Box, Cylinder, Mesh, Part, Shape, Sphere, Union
+from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.values import shown
 
 MOMENTS = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
@@ -65,14 +67,23 @@ CHILDREN = {  # what an element may hold; None: anything, it is not read
     'visual': None,
     'material': None,
 }
-ONE = ('link', 'collision', 'inertial', 'origin', 'mass', 'inertia', 'geometry')
+WHY_ONE = {  # elements that stand once in their parent: why, and what to do
+    'link': 'a body is one link; give each link a file of its own, or what is joined rigidly to '
+    'one link as its further <collision>',
+    'inertial': 'a link has one mass; sum them up',
+    'geometry': 'a further shape is a further <collision>',
+    **dict.fromkeys(('origin', 'mass', 'inertia'), 'remove what does not count'),
+}
 WHY_NOT = {
-    'joint': 'joints are not supported: a body is one link',
-    'transmission': 'transmissions are not supported: a body has no motors',
+    'joint': 'joints are not supported: a body is one link; what is joined rigidly can be a '
+    'further <collision> of the link',
+    'transmission': 'transmissions are not supported: a body has no motors; remove the element',
     'gazebo': 'settings for another simulator are not read; say friction and restitution in the '
     'scene, and remove the element',
-    'capsule': 'capsules are not supported in URDF; describe the body in a scene',
+    'capsule': 'capsules are not supported in URDF; describe the body in a scene, or make it a '
+    'cylinder and two spheres, a <collision> each',
 }
+ReadMesh = Callable[[str, tuple[float, ...]], Mesh]  # by the name in the file and its scale
 XACRO = 'http://www.ros.org/wiki/xacro'
 DIGITS = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?', re.ASCII)
 
@@ -86,9 +97,9 @@ class Link:
     mass              : [kg]; None where there is no <inertial>
     center_of_mass    : (3,) [m]
     inertia           : (3, 3) [kg m^2]  about the centre of mass, link axes
-    shape             : None where there is no <collision>
-    shape_position    : (3,) [m]  origin of the shape
-    shape_orientation : (4,) [-]  xyzw, shape axes to link axes
+    shape             : None where there is no <collision>; a union of several
+    shape_position    : (3,) [m]  origin of the shape; zero for a union
+    shape_orientation : (4,) [-]  xyzw, shape axes to link axes; 1 for a union
     """
 
     robot: str
@@ -102,15 +113,17 @@ class Link:
 
 
 def read_link(files: Files, name: str) -> Link:
-    """Read a URDF file and the mesh it names; InvalidModel for what cannot be used."""
+    """Read a URDF file and the meshes it names; InvalidModel for what cannot be used."""
     text = files.read(name)
     try:
-        return _link(text, lambda mesh: files.read(_beside(name, mesh)))
+        return _link(
+            text, lambda mesh, scale: files.mesh(_beside(name, mesh), name=mesh, scale=scale)
+        )
     except InvalidModel as error:
         raise InvalidModel(f'{name}: {error}') from error
 
 
-def _link(text: bytes, read: Callable[[str], bytes]) -> Link:
+def _link(text: bytes, read: ReadMesh) -> Link:
     try:
         import yourdfpy
         from lxml import etree
@@ -137,10 +150,35 @@ def _link(text: bytes, read: Callable[[str], bytes]) -> Link:
     link = robot.links[0]
     found: dict[str, Any] = {}
     if link.inertial is not None:
-        found |= _inertial(link.inertial)
-    if link.collisions:
-        found |= _collision(link.collisions[0], read)
+        with _blamed(next(root.iter('inertial'))):
+            found |= _inertial(link.inertial)
+    parts = []
+    for collision, element in zip(link.collisions, root.iter('collision'), strict=True):
+        with _blamed(element):
+            parts.append(_part(collision, read))
+    if len(parts) == 1:
+        (part,) = parts
+        found |= {
+            'shape': part.shape,
+            'shape_position': part.position,
+            'shape_orientation': part.orientation,
+        }
+    elif parts:
+        found['shape'] = Union(tuple(parts))
     return Link(robot=robot.name, name=link.name, **found)
+
+
+@contextmanager
+def _blamed(element: Any) -> Iterator[None]:
+    """Give the refusals of the physics inside this block the name of this element."""
+    try:
+        yield
+    except InvalidModel as error:
+        name = element.get('name')
+        named = '' if name is None else f' name={shown(name)}'
+        raise InvalidModel(
+            f'<{element.tag}{named}> (line {element.sourceline}): {error}'
+        ) from error
 
 
 def _inertial(inertial: Any) -> dict[str, Any]:
@@ -156,16 +194,13 @@ def _inertial(inertial: Any) -> dict[str, Any]:
     return {'mass': float(inertial.mass), 'center_of_mass': center, 'inertia': inertia}
 
 
-def _collision(collision: Any, read: Callable[[str], bytes]) -> dict[str, Any]:
+def _part(collision: Any, read: ReadMesh) -> Part:
+    """Read one collision: a shape and its place in the link."""
     position, orientation = _place(collision.origin)
-    return {
-        'shape': _shape(collision.geometry, read),
-        'shape_position': position,
-        'shape_orientation': orientation,
-    }
+    return Part(_shape(collision.geometry, read), position=position, orientation=orientation)
 
 
-def _shape(geometry: Any, read: Callable[[str], bytes]) -> Shape:
+def _shape(geometry: Any, read: ReadMesh) -> Shape:
     if geometry.box is not None:
         x, y, z = map(float, geometry.box.size)
         return Box((x, y, z))
@@ -176,16 +211,11 @@ def _shape(geometry: Any, read: Callable[[str], bytes]) -> Shape:
     return _mesh(geometry.mesh, read)
 
 
-def _mesh(mesh: Any, read: Callable[[str], bytes]) -> Mesh:
-    """Read a mesh and scale it; a mirror image turns its triangles, to keep their outside out."""
-    plain = mesh_from_bytes(read(mesh.filename), name=mesh.filename)
-    scale = np.ones(3) * (1.0 if mesh.scale is None else mesh.scale)
-    if np.all(scale == 1.0):
-        return plain
-    if not np.all(scale):
-        raise InvalidModel(f'<mesh> scale {tuple(scale.tolist())}; no factor may be zero')
-    faces = plain.faces if np.prod(scale) > 0.0 else plain.faces[:, ::-1]
-    return Mesh(plain.vertices * scale, faces, plain.name)
+def _mesh(mesh: Any, read: ReadMesh) -> Mesh:
+    scale = tuple((np.ones(3) * (1.0 if mesh.scale is None else mesh.scale)).tolist())
+    if not all(scale):
+        raise InvalidModel(f'<mesh> scale {scale}; no factor may be zero')
+    return read(mesh.filename, scale)
 
 
 def _place(origin: NDArray[np.float64] | None) -> tuple[Vector, Quaternion]:
@@ -237,7 +267,10 @@ def _check(root: Any) -> None:
                 raise InvalidModel(f'<inertial> has no <{tag}>')
     for collision in root.iter('collision'):
         if len(collision.findall('geometry/*')) != 1:
-            raise InvalidModel('<collision> needs one <geometry> with one shape')
+            raise InvalidModel(
+                f'<collision> (line {collision.sourceline}) needs one <geometry> with one shape '
+                f'({", ".join(CHILDREN["geometry"])}); a further shape is a further <collision>'
+            )
 
 
 def _read_elements(element: Any) -> Iterator[Any]:
@@ -283,14 +316,14 @@ def _check_children(element: Any) -> None:
                 tag, f'is not supported in <{element.tag}>; allowed: {", ".join(allowed)}'
             )
             raise InvalidModel(f'<{tag}> (line {child.sourceline}): {reason}')
-        if tag in ONE and tags.count(tag) > 1:
+        if tag in WHY_ONE and tags.count(tag) > 1:
             names = ', '.join(
                 shown(one.get('name') or '?') for one in _elements(element) if one.tag == tag
             )
-            listed = f' ({names})' if tag in ('link', 'collision') else ''
+            listed = f' ({names})' if tag == 'link' else ''
             raise InvalidModel(
-                f'<{element.tag}> has {tags.count(tag)} <{tag}>{listed}; one is supported: a body '
-                'is one link with one collision shape'
+                f'<{element.tag}> (line {element.sourceline}) has {tags.count(tag)} '
+                f'<{tag}>{listed}; one is supported: {WHY_ONE[tag]}'
             )
 
 

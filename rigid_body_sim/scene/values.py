@@ -48,12 +48,30 @@ class Value:
         return UserError(where + message + (f' (line {line})' if line else ''))
 
     @contextmanager
-    def blamed(self) -> Iterator[None]:
-        """Give the refusals of the physics inside this block the name of this place."""
+    def blamed(self, *otherwise: str) -> Iterator[None]:
+        """
+        Give the refusals of the physics inside this block the name of this place.
+
+        otherwise : path below it of what is to blame where a refusal does not say
+        """
         try:
             yield
         except InvalidModel as error:
-            raise self.error(str(error)) from error
+            raise self.below(error.at or otherwise).error(str(error)) from error
+
+    def below(self, path: Path) -> Value:
+        """Follow a path as far as there are values."""
+        place = self
+        for key in path:
+            is_there = (
+                key in place.content
+                if isinstance(place.content, dict)
+                else isinstance(place.content, list) and key in range(len(place.content))
+            )
+            if not is_there:
+                break
+            place = Value(place.content[key], place.document, (*place.path, key))
+        return place
 
     def number(
         self,
@@ -72,6 +90,10 @@ class Value:
             raise self.error(f'got {shown(self.content)}; a finite number [{unit}] is needed')
         if positive and number <= 0.0:
             raise self.error(f'got {number!r}; {wanted} is needed')
+        if minimum is not None and maximum is not None and not minimum <= number <= maximum:
+            raise self.error(
+                f'got {number!r}; a number [{unit}] from {minimum!r} to {maximum!r} is needed'
+            )
         if minimum is not None and number < minimum:
             raise self.error(
                 f'got {number!r}; a number [{unit}] of at least {minimum!r} is needed'
@@ -79,6 +101,15 @@ class Value:
         if maximum is not None and number > maximum:
             raise self.error(f'got {number!r}; a number [{unit}] of at most {maximum!r} is needed')
         return number
+
+    def whole(self, *, minimum: int, maximum: int) -> int:
+        """Return a whole number; text that is a decimal is one, a truth value is not."""
+        number = _number(self.content)
+        if number is None or not (minimum <= number <= maximum and number == int(number)):
+            raise self.error(
+                f'got {shown(self.content)}; a whole number from {minimum} to {maximum} is needed'
+            )
+        return int(number)
 
     def numbers(self, count: int, *, unit: str) -> tuple[float, ...]:
         """Return a list of so many finite floats."""
@@ -155,6 +186,8 @@ class Value:
 
 def shown(content: Any) -> str:
     """Return a short text of anything that can stand in a scene."""
+    if content is None:
+        return 'nothing'
     if isinstance(content, dict):
         return 'a mapping'
     try:

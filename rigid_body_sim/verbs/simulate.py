@@ -25,6 +25,7 @@ from rigid_body_sim.run_recorder import RunRecorder
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.experiment import URDF_SUFFIX
 from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.simulation_of_scene import simulation_of
 from rigid_body_sim.warning_lines import warning_printer
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
@@ -92,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Simulate; exit code 0, or 1 for a run that diverged (its bag is closed and readable)."""
     scene = _load(find_scene(arguments.scene), quiet=arguments.json)
     with _Note('reading the scene', shown=not arguments.json) as note:
-        simulation = Simulation(
+        simulation = simulation_of(
             scene, integrator=arguments.integrator, dt=arguments.dt, progress=note.show
         )
     ticks = whole_ticks(arguments.duration, simulation)

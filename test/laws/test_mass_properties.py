@@ -426,7 +426,7 @@ def test_a_union_of_turned_parts_is_the_whole_box_turned() -> None:
     ('parts', 'given', 'reason'),
     [
         ((), {}, 'at least one part'),
-        ((Part(Sphere(0.1)),), {}, r'parts\[0\]: give either mass'),
+        ((Part(Sphere(0.1)),), {}, r'parts\[0\]: neither mass nor density is given'),
         ((Part(Sphere(0.1), mass=1.0),), {'mass': 2.0}, 'not the sum of the parts, 1.0 kg'),
         ((Part(Particle(), density=1.0),), {}, r'parts\[0\]: particles have no volume'),
     ],

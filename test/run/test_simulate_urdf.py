@@ -41,6 +41,27 @@ def test_a_urdf_file_falls_and_replays_without_its_files(verb, as_json, robot, t
     assert (code, replayed['identical']) == (0, True)
 
 
+def test_a_link_of_several_collisions_lies_on_the_ground_and_replays(
+    verb, as_json, robot, tmp_path
+):
+    ball = (
+        '<collision><origin xyz="0.2 0 0"/><geometry><sphere radius="0.1"/></geometry></collision>'
+    )
+    robot.write_text(URDF.replace('</link>', ball + '</link>'))
+    scene = robot.parent / 'scene.yaml'
+    scene.write_text(
+        'dt: 0.004\ngravity: [0, 0, -9.81]\ncontact: {mode: timestep}\nbodies:\n'
+        '  - {name: ground, shape: {type: plane, normal: [0, 0, 1]}, friction: 0.5}\n'
+        '  - {name: toy, urdf: toy.urdf, friction: 0.5, initial: {position: [0, 0, 0.3]}}\n'
+    )
+    bag = tmp_path / 'run'
+    code, _ = as_json('simulate', scene, '-o', bag, '--duration', '1', '--contacts')
+    assert code == 0
+    shutil.rmtree(robot.parent)
+    code, replayed = as_json('replay', bag)
+    assert (code, replayed['identical']) == (0, True)
+
+
 def test_what_is_assumed_around_a_urdf_file_is_said(verb, robot, tmp_path):
     code, out, _ = verb('simulate', robot, '-o', tmp_path / 'run', '--duration', '0.01')
     assert code == 0

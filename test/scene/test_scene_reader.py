@@ -307,8 +307,9 @@ def test_an_stl_mesh_joins_its_corners() -> None:
     ('text', 'file', 'reason'),
     (
         (b'OFF\n1 2', 'a.off', 'not readable as OFF'),
-        (b'', 'a.stl', 'at least 4 points'),
+        (b'', 'a.stl', "'a.stl' is empty; a mesh is a closed surface"),
         (b'\x00\xff' * 50, 'a.ply', 'not readable as PLY'),
+        (b'hello' * 40, 'a.stl', "'a.stl' holds no triangles, read as STL"),
         (b'hello', 'a.txt', 'allowed endings: off, stl, obj, ply'),
         (TETRAHEDRON.replace(b'4 4 6', b'4 3 6').rsplit(b'3 1', 1)[0], 'a.off', 'faces'),
     ),
@@ -319,11 +320,11 @@ def test_a_broken_mesh_is_refused(text: bytes, file: str, reason: str) -> None:
     assert message.startswith('scene: bodies[0].shape.file: ') and reason in message
 
 
-def test_an_open_mesh_is_refused_at_its_body() -> None:
+def test_an_open_mesh_is_refused_at_its_shape() -> None:
     source = scene(bodies=[body(shape={'type': 'mesh', 'file': 'a.off'})])
     opened = TETRAHEDRON.replace(b'4 4 6', b'4 5 6') + b'3 0 1 2\n'
     message = refusal(source, files={'a.off': opened})
-    assert message.startswith("scene: bodies[0]: mesh 'a.off' is open: 3 edges")
+    assert message.startswith("scene: bodies[0].shape: mesh 'a.off' is open: 3 edges")
 
 
 def test_fixed_bodies_need_no_mass() -> None:
@@ -437,7 +438,7 @@ REFUSED_BODIES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'shape': {'type': 'convex_hull', 'vertices': [[0, 0, 0]]}}, 'at least 4 points'),
     ({'shape': {'type': 'convex_hull', 'vertices': []}}, 'at least 4 points'),
     ({'shape': {'type': 'convex_hull', 'vertices': [[k, 0, 0] for k in range(5)]}}, 'one plane'),
-    ({'shape': {'type': 'particles', 'particles': []}, 'mass': None}, 'at least 1 points'),
+    ({'shape': {'type': 'particles', 'particles': []}, 'mass': None}, 'at least 1 point of'),
     ({'shape': {'type': 'particles', 'particles': [{'mass': 1}]}}, 'position is missing'),
     (
         {'shape': {'type': 'particles', 'particles': [{'mass': 12, 'position': [1, 2, 3]}]}},
@@ -491,14 +492,14 @@ REFUSED_BODIES: tuple[tuple[dict[str, Any], str], ...] = (
         {'initial': {'angular_velocity': [0, 0, 1], 'angular_velocity_body': [0, 0, 1]}},
         'keep one of the two',
     ),
-    ({'restitution': 1.5}, 'bodies[0].restitution: got 1.5; a number [-] of at most 1.0'),
+    ({'restitution': 1.5}, 'bodies[0].restitution: got 1.5; a number [-] from 0.0 to 1.0'),
     ({'friction': -0.1}, 'bodies[0].friction: got -0.1; a number [-] of at least 0.0'),
     ({'friction': '.inf'}, "bodies[0].friction: got '.inf'; a number [-]"),
     ({'rolling_friction': -1e-3}, 'rolling_friction: got -0.001; a number [m] of at least 0.0'),
     ({'torsional_friction': -1}, 'torsional_friction: got -1.0; a number [m] of at least 0.0'),
     ({'frction': 1}, "bodies[0].frction: unknown key; did you mean 'friction'?"),
     ({'repeat': 3}, 'bodies[0].repeat: got 3; a mapping such as {count'),
-    ({'repeat': {'count': [1, 2, 3]}}, 'repeat: spacing is missing; three lengths [m]'),
+    ({'repeat': {'count': [1, 2, 3]}}, 'repeat: spacing is missing; a list of three lengths [m]'),
     ({'repeat': {'count': [1, 2], 'spacing': [0, 0, 0]}}, 'repeat.count: got [1, 2]; a list of 3'),
     (
         {'repeat': {'count': [1, 2, 0], 'spacing': [0, 0, 0]}},
@@ -567,20 +568,23 @@ REFUSED_SCENES: tuple[tuple[dict[str, Any], str], ...] = (
     ),
     (
         {'contact': {'mode': 'timestep', 'substeps': 0}},
-        'scene: contact.substeps: got 0; a whole number from 1',
+        'scene: contact.substeps: got 0; a whole number from 1 to 1000 is needed',
     ),
     (
         {'contact': {'mode': 'timestep', 'substeps': 1.5}},
-        'contact.substeps: got 1.5; a whole number is needed',
+        'contact.substeps: got 1.5; a whole number from 1 to 1000 is needed',
     ),
-    ({'contact': {'mode': 'timestep', 'substeps': 'many'}}, "contact.substeps: got 'many'; a num"),
+    ({'contact': {'mode': 'timestep', 'substeps': 'many'}}, "contact.substeps: got 'many'; a who"),
     (
         {'contact': {'mode': 'timestep', 'slop': -1}},
-        'scene: contact.slop: got -1.0; a finite number, not negative',
+        'scene: contact.slop: got -1.0; a number [m] of at least 0.0 is needed',
     ),
-    ({'contact': {'mode': 'timestep', 'margin': math.nan}}, 'contact.margin: got nan; a finite'),
+    (
+        {'contact': {'mode': 'timestep', 'margin': math.nan}},
+        'margin: got nan; a finite number [m]',
+    ),
     ({'contact': {'mode': 'none', 'slop': 1}}, 'contact.slop: unknown key'),
-    ({'contact': 'none'}, "contact: got 'none'; a mapping such as {mode: none}"),
+    ({'contact': 'none'}, "contact: got 'none'; a mapping such as {mode: timestep}"),
     ({'forces': {}}, 'forces: got a mapping; a list'),
     ({'forces': [{}]}, 'forces[0]: type is missing; one of rope'),
     ({'forces': [{'type': 'roap'}]}, "forces[0].type: force 'roap' is unknown; did you mean"),
@@ -639,7 +643,7 @@ def test_a_refusal_names_file_place_and_line(tmp_path: Path) -> None:
         (b'dt: 0.001\ndt: 0.002\nbodies: []', "line 2, column 1: the key 'dt' stands twice"),
         (b'bodies:\n- {name: a, name: b}', "line 2, column 13: the key 'name' stands twice"),
         (b'bodies: [', 'expected'),
-        (b'', 'got None; a mapping'),
+        (b'', 'got nothing; a mapping'),
         (b'[1, 2]', 'got [1, 2]; a mapping'),
         (b'\xff\xfe\x00', 'scene: '),
         (b'\x00', 'scene: '),

@@ -62,8 +62,9 @@ def test_a_fixed_union_needs_no_mass():
 @pytest.mark.parametrize(
     ('scene', 'reason'),
     [
-        (union(), 'shape: a union needs at least one part'),
-        (union(BALL), 'parts[0]: give either mass [kg] or density'),
+        (union(), 'shape: parts is empty; a union needs at least one part'),
+        (union(BALL), 'parts[0]: neither mass nor density is given'),
+        (union(BALL, mass=2), 'a mass of the whole is not shared out; give the part a mass [kg]'),
         (
             union({'shape': {'type': 'plane', 'normal': [0, 0, 1]}}),
             'parts[0]: a plane has no mass',

@@ -220,22 +220,27 @@ def test_a_fixed_body_needs_no_inertial(tmp_path: Path) -> None:
 # ------ what is refused
 
 JOINT = '<link name="arm"/><joint name="elbow" type="fixed"><parent link="base"/></joint>'
-TWO = '<collision><geometry><sphere radius="1"/></geometry></collision>' * 2
 REFUSED = (
     ('<robot', 'not readable as XML'),
     ('<model/>', '<model> where <robot> should stand'),
     ('<robot name="toy"/>', '<link> is missing'),
-    (urdf(PLAIN, beside=JOINT), "<robot> has 2 <link> ('base', 'arm'); one is supported"),
+    (
+        urdf(PLAIN, beside=JOINT),
+        "<robot> (line 2) has 2 <link> ('base', 'arm'); one is supported: a body is one link; ",
+    ),
     (urdf(PLAIN, beside='<joint name="elbow"/>'), '<joint> (line 3): joints are not supported'),
     (urdf(PLAIN, beside='<gazebo><mu1>1</mu1></gazebo>'), '<gazebo> (line 3): settings for'),
-    (urdf(PLAIN + TWO), '<link> has 2 <collision>'),
+    (urdf(PLAIN * 2), '<link> (line 2) has 2 <inertial>; one is supported: a link has one mass'),
     (urdf(collision('<capsule radius="1" length="1"/>')), '<capsule> (line 3): capsules are not'),
     (urdf(collision('<cone radius="1"/>')), '<cone> (line 3): is not supported in <geometry>'),
-    (urdf(PLAIN + '<collision/>'), '<collision> needs one <geometry>'),
+    (urdf(PLAIN + '<collision/>'), '<collision> (line 3) needs one <geometry>'),
     (urdf(''), 'has no <inertial>, and none is made up'),
     (urdf('<inertial><mass value="1"/></inertial>'), '<inertial> has no <inertia>'),
     (urdf(PLAIN.replace(' iyy="0.04"', '')), '<inertia> (line 3): iyy is missing'),
-    (urdf(PLAIN.replace('"2.5"', '"0"')), '<mass> is 0.0 kg; it must be positive'),
+    (
+        urdf(PLAIN.replace('"2.5"', '"0"')),
+        '<inertial> (line 2): <mass> is 0.0 kg; it must be positive',
+    ),
     (urdf(PLAIN.replace('"2.5"', '"nan"')), "<mass value='nan'> (line 2): a finite number needed"),
     (urdf(PLAIN.replace('"0.05"', '"0.5"')), 'break the triangle inequality'),
     (urdf(PLAIN.replace('0.1 0.2 0.3', '0.1 0.2')), '3 finite numbers needed'),
