@@ -4,7 +4,18 @@
 The contact forces of a bag as arrows for the playback page: where they act, and how large.
 
 Each contact is drawn once, as the force on the body that the scene lists later, or on the one that
-can move. Where an instant has more of them than fit into a page, the largest are kept.
+can move, and from the surface of that body:
+
+x = p + g n / 2
+    p : (3,) [m]  recorded point, midway between the surfaces
+    g : [m]       distance of the surfaces, negative where they overlap
+    n : (3,) [-]  unit normal into this body
+
+Between two bodies that turn at w, p is wrong by up to w r dt, r its distance from their centres: a
+tick carries it along but does not turn it. In a tick that was cut into pieces, a contact that let
+go is drawn where it acted, not where the body is by then.
+
+Where an instant has more contacts than fit into a page, the largest are kept.
 """
 
 from __future__ import annotations
@@ -19,7 +30,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.recorded_contacts import contact_topics, read_points
 from rigid_body_sim.recording.bag_reader import Bag
-from rigid_body_sim.recording.contact_packing import FORCE, OTHER, POINT
+from rigid_body_sim.recording.contact_packing import FORCE, GAP, NORMAL, OTHER, POINT
 
 Array = NDArray[np.float64]
 
@@ -81,7 +92,8 @@ def read_arrows(bag: Bag, times: Array, places: Mapping[str, int]) -> ContactArr
         place = places.get(topics[message.topic], -1)
         others = points[:, OTHER].astype(np.int64)
         twice = np.isin(others, list(told)) & (others > place)
-        found[instant].append(np.hstack((points[:, POINT], points[:, FORCE]))[~twice])
+        surface = points[:, POINT] + 0.5 * points[:, GAP, None] * points[:, NORMAL]
+        found[instant].append(np.hstack((surface, points[:, FORCE]))[~twice])
     room = max(1, LARGEST // (BYTES_PER_ARROW * max(1, len(times))))
     kept, left = [np.zeros((0, 6))], 0
     starts = np.zeros(len(times) + 1, dtype=np.int64)

@@ -14,20 +14,18 @@ import base64
 import io
 import json
 import zipfile
-from collections.abc import Mapping
 from html import escape
 from importlib.resources import files
 from string import Template
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics import shapes
-from rigid_body_sim.physics.model import Body, Scene
+from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.view.contact_arrows import read_arrows
+from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_planes, reach
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
 
 Array = NDArray[np.float64]
@@ -55,22 +53,28 @@ def playback_page(
     """
     times, positions, orientations = _common_instants(motion)
     bodies = {} if scene is None else {body.name: body for body in scene.bodies}
-    reach = np.array([_reach(bodies.get(track.name)) for track in motion.tracks])
+    reaches = np.array([reach(bodies.get(track.name)) for track in motion.tracks])
     moving = [t.name not in bodies or not bodies[t.name].fixed for t in motion.tracks]
-    centre, size = _extent(positions, reach, moving)
-    largest = float(reach[moving].max(initial=0.0))
+    centre, size = _extent(positions, reaches, moving)
+    largest = float(reaches[moving].max(initial=0.0))
     ball = min(BALL * size, 0.3 * largest or np.inf)
     places = {name: place for place, name in enumerate(bodies)}
     touching = None if bag is None else read_arrows(bag, times, places)
     usual = min(ARROW * size, ARROW_OF_BODY * largest or np.inf)
+    collides = scene is not None and scene.contact.get('mode', 'none') != 'none'
+    drawn = DrawnShapes(ball=ball, meshes_collide=collides)
     run = {
         'times': times.tolist(),
-        'bodies': [_drawn(track.name, bodies.get(track.name), ball) for track in motion.tracks],
-        'planes': [
-            {'normal': body.shape.normal, 'offset': body.shape.offset}
-            for body in bodies.values()
-            if isinstance(body.shape, shapes.Plane)
+        'bodies': [
+            {
+                'name': track.name,
+                'fixed': not moves,
+                'parts': drawn.parts(bodies.get(track.name)),
+            }
+            for track, moves in zip(motion.tracks, moving, strict=True)
         ],
+        'forms': drawn.forms,
+        'planes': drawn_planes(scene),
         'numbers': _packed(positions, orientations),
         'speeds': [_magnitude(track, track.velocity, times) for track in motion.tracks],
         'spins': [_magnitude(track, track.angular_velocity, times) for track in motion.tracks],
@@ -135,79 +139,3 @@ def _extent(positions: Array, reach: Array, moving: list[bool]) -> tuple[Array, 
     low = (positions - reach[:, None])[:, chosen].min(axis=(0, 1))
     high = (positions + reach[:, None])[:, chosen].max(axis=(0, 1))
     return 0.5 * (low + high), float(np.linalg.norm(high - low)) or 1.0
-
-
-def _reach(body: Body | None) -> float:
-    """Largest distance of a point of the shape from its origin [m]; 0 where nobody knows."""
-    match None if body is None else body.shape:
-        case shapes.Sphere(radius):
-            return radius
-        case shapes.Box(size):
-            return 0.5 * float(np.linalg.norm(size))
-        case shapes.Cylinder(radius, length):
-            return float(np.hypot(radius, 0.5 * length))
-        case shapes.Capsule(radius, length):
-            return radius + 0.5 * length
-        case shapes.ConvexHull() | shapes.Mesh():
-            return float(np.linalg.norm(body.shape.vertices, axis=1).max())
-        case shapes.Particles():
-            return float(np.linalg.norm(body.shape.positions, axis=1).max())
-        case _:
-            return 0.0
-
-
-def _drawn(name: str, body: Body | None, radius: float) -> Mapping[str, Any]:
-    """
-    Name of a body and the parts that are drawn of it, each `at` a place in body axes.
-
-    radius : [m] of the ball that stands for a point
-    """
-    ball = {'type': 'sphere', 'radius': radius}
-    if body is None:
-        return {'name': name, 'fixed': False, 'parts': [{**ball, 'at': (0.0, 0.0, 0.0)}]}
-    origin = -np.array(body.center_of_mass)
-    return {
-        'name': name,
-        'fixed': body.fixed,
-        'parts': [
-            {**part, 'at': (origin + place).tolist()} for part, place in _parts(body.shape, ball)
-        ],
-    }
-
-
-def _parts(shape: shapes.Shape | None, ball: Mapping[str, Any]) -> list[tuple[Any, Array]]:
-    here = np.zeros(3)
-    match shape:
-        case shapes.Sphere(radius):
-            return [({'type': 'sphere', 'radius': radius}, here)]
-        case shapes.Box(size):
-            return [({'type': 'box', 'size': size}, here)]
-        case shapes.Cylinder(radius, length):
-            return [({'type': 'cylinder', 'radius': radius, 'length': length}, here)]
-        case shapes.Capsule(radius, length):
-            return [({'type': 'capsule', 'radius': radius, 'length': length}, here)]
-        case shapes.Mesh(vertices, faces):
-            return [(_surface(vertices, faces), here)]
-        case shapes.ConvexHull(vertices):
-            return [(_hull(vertices), here)]
-        case shapes.Particles(positions):
-            return [(dict(ball), place) for place in positions]
-        case shapes.Plane():
-            return []
-        case _:
-            return [(dict(ball), here)]
-
-
-def _surface(vertices: Array, faces: NDArray[np.int64]) -> dict[str, Any]:
-    return {
-        'type': 'surface',
-        'vertices': vertices.round(9).ravel().tolist(),
-        'faces': faces.ravel().tolist(),
-    }
-
-
-def _hull(vertices: Array) -> dict[str, Any]:
-    import trimesh
-
-    hull = trimesh.convex.convex_hull(vertices)
-    return _surface(np.asarray(hull.vertices), np.asarray(hull.faces))

@@ -35,9 +35,24 @@ bodies:
 PLACES = {'ground': 0, 'box_1': 1, 'box_2': 2}
 
 
-def made(folder, *words):
-    """The page of a tower of two boxes after 0.4 s."""
-    (folder / 'tower.yaml').write_text(SCENE)
+OVERLAP = """
+version: 1
+name: overlap
+dt: 0.004
+gravity: [0, 0, -9.81]
+contact: {mode: timestep, slop: 0.001}
+bodies:
+  - {name: ground, shape: {type: plane, normal: [0, 0, 1]}}
+  - name: ball
+    shape: {type: sphere, radius: 0.1}
+    mass: 1
+    initial: {position: [0, 0, 0.0985]}
+"""
+
+
+def made(folder, *words, scene=SCENE):
+    """The page of a scene, a tower of two boxes, after 0.4 s."""
+    (folder / 'tower.yaml').write_text(scene)
     parser = argparse.ArgumentParser()
     simulate.add_arguments(parser)
     line = [folder / 'tower.yaml', '-o', folder / 'bag', '--duration', '0.4', '--json', *words]
@@ -74,6 +89,19 @@ def test_the_arrows_at_rest_carry_the_weights_each_contact_once(page):
     usual = run['contacts']['longest'] / 4
     assert usual < run['size']
     assert run['contacts']['metres'] * 9.81 / 2 == pytest.approx(usual, rel=0.1)
+
+
+def test_an_arrow_begins_on_the_surface_of_its_body_where_the_surfaces_overlap(tmp_path):
+    run = run_of(made(tmp_path, '--contacts', '--publish-rate', '250', scene=OVERLAP))
+    starts = np.array(run['contacts']['starts'])
+    arrows = np.frombuffer(base64.b64decode(run['contacts']['arrows']), '<f4').reshape(-1, 6)
+    poses = np.frombuffer(base64.b64decode(run['numbers']), '<f4').reshape(len(starts) - 1, 2, 7)
+    touching = np.flatnonzero(np.diff(starts))
+    assert len(touching) == len(arrows) > 10
+    height = poses[touching, 1, 2] - 0.1
+    assert height.max() < -5e-4
+    # of the ball's surface, not of the ground's, nor of the middle; single precision of 0.1 m
+    assert arrows[:, 2] == pytest.approx(height, abs=2e-8)
 
 
 def test_where_many_touch_the_largest_are_kept(page, monkeypatch):
