@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
+from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged, blaming
 from rigid_body_sim.physics.integrators import INTEGRATORS
 from rigid_body_sim.physics.integrators.integrator import Integrator
 from rigid_body_sim.physics.integrators.options import Option, checked
@@ -113,17 +113,23 @@ def resolve(
         name, given = choice.name, {'substeps': choice.substeps}
     if name not in INTEGRATORS:
         allowed = ', '.join(sorted([*INTEGRATORS, NAME]))
-        raise InvalidModel(f'integrator {name!r} is unknown; choose one of: {allowed}')
-    integrator = INTEGRATORS[name].configured(given)
+        raise InvalidModel(
+            f'integrator {name!r} is unknown; choose one of: {allowed}', at=('integrator',)
+        )
+    with blaming('integrator'):
+        integrator = INTEGRATORS[name].configured(given)
     refusal = integrator.refuses(scene)
     if refusal is not None:
-        raise InvalidModel(f'integrator {name!r} refuses the scene {scene.name!r}: {refusal}')
+        raise InvalidModel(
+            f'integrator {name!r} refuses the scene {scene.name!r}: {refusal}', at=('integrator',)
+        )
     return integrator, choice
 
 
 def configured(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options with their values; InvalidModel for what cannot be."""
-    return checked(NAME, OPTIONS, given)
+    with blaming('integrator'):
+        return checked(NAME, OPTIONS, given)
 
 
 def choose(
@@ -217,7 +223,9 @@ def _reference(
     raise InvalidModel(
         f'integrator auto: {name} does not settle on the first {ticks * dt_ns * 1e-9:g} s '
         'of the scene within '
-        f'{allowed:.1e} (m, rad): it is stiff or chaotic; name an integrator, or take a smaller dt'
+        f'{allowed:.1e} (m, rad): it is stiff or chaotic; name an integrator, or take a smaller '
+        'dt',
+        at=('integrator',),
     )
 
 

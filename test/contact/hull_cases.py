@@ -3,6 +3,7 @@
 """Shapes that meet as polyhedra, placed at random, what the kernels find, and what coal finds."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -43,18 +44,18 @@ class Shape:
     half_length: float = 0.0
     oracle: Any = field(default=None, repr=False)
 
-    @property
+    @cached_property
     def vertices(self):
         """Corners of polyhedron or core (n, 3) [m], shape axes."""
         if self.solid is not None:
             return self.solid.vertices + self.solid.center
         return np.array([[0.0, 0.0, self.half_length], [0.0, 0.0, -self.half_length]])
 
-    @property
+    @cached_property
     def half_width(self):
         return self.solid.half_width if self.solid is not None else np.inf
 
-    @property
+    @cached_property
     def reach(self):
         """Radius about the middle [m]."""
         if self.solid is not None:

@@ -124,9 +124,9 @@ def test_halves_of_a_box_slide_and_rest_as_the_whole_box_does():
     split = Simulation(lean([ground(), halves('b', (0, 0, 0.1), velocity=(2.0, 0, 0))]))
     for sim in (whole, split):
         sim.step(480)
-        # d = v^2 / (2 mu g), late by half a substep
-        distance = 2.0**2 / (2 * 0.5 * G) - 2.0 * H / 2
-        assert sim.state.position[1, 0] == pytest.approx(distance, rel=1e-3)
+        distance = 2.0**2 / (2 * 0.5 * G)
+        # it stops within a substep, at most mu g h^2 too late or too early
+        assert sim.state.position[1, 0] == pytest.approx(distance, abs=0.5 * G * H**2)
         assert np.abs(sim.state.velocity[1]).max() < 1e-6
     # eight points carry what four did; a soft contact sinks by micrometres
     assert split.state.position[1, 2] == pytest.approx(whole.state.position[1, 2], abs=1e-6)
@@ -183,7 +183,10 @@ def test_two_wheels_on_an_axle_roll_on():
     cart = joined('w', parts, (0, 0, 0.1), velocity=(1.0, 0, 0), turn=(0, 10.0, 0))
     sim = Simulation(lean([ground(), cart]))
     sim.step(480)
-    assert sim.state.velocity[1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-6)
+    # it sinks in at the start; what lifts it to rest, m g times some micrometres, is taken from
+    # its motion: some 1e-5 J of 0.75 J
+    assert sim.state.velocity[1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-5)
+    assert sim.state.velocity[1, 1:] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert sim.state.position[1, 2] == pytest.approx(0.1, abs=1e-5)
 
 

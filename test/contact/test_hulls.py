@@ -153,6 +153,19 @@ def test_the_prism_of_a_cylinder_has_its_volume_and_nearly_its_radius(sides):
     assert 1.0 - inner / 0.5 == pytest.approx((2.0 * math.pi / sides) ** 2 / 24.0, rel=0.1)
 
 
+@pytest.mark.parametrize('thin', [1e-290, 1e-183, 1e-160, 1e-80, 1.0])
+def test_the_sides_of_a_needle_and_of_a_card_have_unit_normals(thin):
+    # the square of their areas is less than the smallest float
+    for solid in (hulls.prism(thin, 4.0), hulls.prism(4.0, thin), hulls.box((thin, 1.0, 4.0))):
+        assert np.allclose(np.linalg.norm(solid.planes[:, :3], axis=1), 1.0, rtol=0.0, atol=1e-15)
+        assert solid.half_width == pytest.approx(thin, rel=0.01)  # 32 sides for a circle
+
+
+def test_a_cylinder_too_thin_for_numbers_is_refused():
+    with pytest.raises(InvalidModel, match='narrower than 1e-300'):
+        record(Cylinder(1e-310, 2.0))
+
+
 def test_the_box_is_the_hull_of_its_corners():
     solid = hulls.box((0.5, 0.2, 0.1))
     check(solid, CUBE * (0.5, 0.2, 0.1), tolerance=0.0)

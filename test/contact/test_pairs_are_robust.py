@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics.contact.collider import PLANE
+from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, PLANE, SPHERE
 
-from .hard_shapes import LENGTHS, OFFSETS, SHARES, TURNS
+from .hard_shapes import LENGTHS, OFFSETS, SHARES, TURNS, turned
 from .pair_cases import ANALYTIC, COUNT, Placed, collide, name, random_pairs
 
 MARGIN = 0.01  # [m]
@@ -50,10 +50,34 @@ def check(found, a, b):
         assert len(set(found.features)) == len(found), (a, b, found)
 
 
+def placed(kind, sizes, origin, turn):
+    return Placed(kind, np.array(sizes), np.array(origin), np.array(turn))
+
+
+# Lengths whose squares are subnormal; and a ball at the rim of a wire, near whose axis the way to
+# the ball is round-off.
+NEEDLE = placed(CAPSULE, [1e-300, 1e-160], [0.0, 0.0, 0.0], np.eye(3))
+LEANING = turned((1, 2, 3), 0.7)
+WIRE = placed(CYLINDER, [1e-16, 1.0], [0.0, 0.0, 0.0], LEANING)
+RIM = LEANING @ (4e-16, 0.0, 1.0 + 6e-16)
+
+
 @settings(max_examples=500, deadline=None)
 @given(hard_pairs())
+@example((NEEDLE, placed(CAPSULE, [1e-300, 1e-160], [1e-160, 0.0, 0.0], np.eye(3))))
+@example((NEEDLE, placed(BOX, [1e-160, 1e-160, 1e-160], [3e-160, 0.0, 0.0], np.eye(3))))
+@example((placed(SPHERE, [1e-3], RIM, np.eye(3)), WIRE))
 def test_a_manifold_is_finite_and_within_the_margin_for_any_shapes(pair):
     check(collide(*pair, MARGIN), *pair)
+
+
+@pytest.mark.parametrize('half', [1e-300, 1e-160, 1e-150, 1e-100, 1e-3])
+def test_boxes_nearer_than_the_margin_touch_however_small_they_are(half):
+    a = placed(BOX, [half] * 3, [0.0, 0.0, 0.0], np.eye(3))
+    for way in ((3.0, 0.0, 0.0), (3.0, 3.0, 0.0), (3.0, 3.0, 3.0)):  # side, edge, corner
+        found = collide(a, placed(BOX, [half] * 3, half * np.array(way), LEANING), MARGIN)
+        check(found, a, way)
+        assert 0.0 <= found.gap <= 3.0 * half * np.sqrt(3.0), (half, way)
 
 
 @pytest.mark.parametrize('pair', ANALYTIC, ids=name)

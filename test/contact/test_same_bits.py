@@ -27,6 +27,27 @@ print(sim.state_bytes().hex())
 """
 
 
+ROUND = """
+import sys; sys.path.insert(0, sys.argv[1])
+from touching import ball, box, lean, ground, motion
+from rigid_body_sim.physics.model import Body
+from rigid_body_sim.physics.shapes import Capsule, Cylinder
+from rigid_body_sim.physics.simulation import Simulation
+import numpy as np
+def solid(name, shape, x, turn):
+    return Body(name, shape, 1.0, inertia=np.diag([.002, .002, .003]),
+                initial=motion((x, 0, 0.1), q=(0.3, 0.1, 0.2, 0.9273618495495703), turn=turn))
+sim = Simulation(lean([
+    ground(), box('floor', 0.1, (0, 0, -0.05), fixed=True),
+    solid('coin', Cylinder(0.08, 0.01), 0.0, (2.0, 9.0, 1.0)),
+    solid('coin on the ground', Cylinder(0.08, 0.01), 0.5, (2.0, 9.0, 1.0)),
+    solid('capsule', Capsule(0.05, 0.1), 1.0, (2.0, 3.0, 1.0)), ball('b', 0.05, (0.02, 0, 0.3)),
+]))
+sim.step(120)
+print(sim.state_bytes().hex())
+"""
+
+
 def test_many_ticks_at_once_give_the_bits_of_one_by_one_and_of_every_run():
     at_once, one_by_one = Simulation(scene(heap(6))), Simulation(scene(heap(6)))
     at_once.step(400)
@@ -63,13 +84,14 @@ def test_labels_of_bodies_change_nothing_beyond_rounding():
         assert np.abs(a - b).max() < 1e-12
 
 
-def test_compiled_and_plain_kernels_give_the_same_bits():
+@pytest.mark.parametrize('script', [RUN, ROUND], ids=['heap', 'rims'])
+def test_compiled_and_plain_kernels_give_the_same_bits(script):
     folder = os.path.dirname(__file__)
     runs = []
     for compiled in ('0', '1'):
         environment = {**os.environ, 'RIGID_BODY_SIM_COMPILE': compiled}
         run = subprocess.run(
-            [sys.executable, '-c', RUN, folder], env=environment, capture_output=True, text=True
+            [sys.executable, '-c', script, folder], env=environment, capture_output=True, text=True
         )
         assert run.returncode == 0, run.stderr
         runs.append(run.stdout)

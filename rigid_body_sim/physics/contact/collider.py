@@ -37,6 +37,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.contact.compound import solids
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.kernels import inline
 from rigid_body_sim.physics.layout import Layout
 from rigid_body_sim.physics.model import Body, Scene
@@ -101,7 +102,12 @@ class Colliders:
         hulls: dict[int, Array] = {}
         table, bounds, mounts, poses, materials = [], [], [], [], []
         for index, body, kind in found:
-            record = _sizes(body, prisms, hulls)
+            try:
+                record = _sizes(body, prisms, hulls)
+            except InvalidModel as error:
+                raise InvalidModel(
+                    f'{body.name!r} cannot collide: {error}', at=('bodies', index, 'shape')
+                ) from error
             at = known.setdefault(record.tobytes(), len(numbers))
             if at == len(numbers):
                 numbers.extend(record.tolist())

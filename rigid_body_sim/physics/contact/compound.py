@@ -10,27 +10,14 @@ neither do unions without any solid. A mesh that is not convex can be a union of
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
-from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.model import Body
-from rigid_body_sim.physics.shapes import Particle, Union
+from rigid_body_sim.physics.placed_parts import placed_parts
+from rigid_body_sim.physics.shapes import Particle
 
 
 def solids(body: Body) -> Iterator[Body]:
     """Give each solid of a body, as the same body with this shape alone."""
-    if not isinstance(body.shape, Union):
-        yield body
-        return
-    for part in body.shape.parts:
-        if isinstance(part.shape, Particle):
-            continue
-        position = body.shape_position + so3.rotate(body.shape_orientation, part.position)
-        orientation = so3.multiply(body.shape_orientation, part.orientation)
-        x, y, z = position.tolist()
-        a, b, c, d = orientation.tolist()
-        yield from solids(
-            replace(
-                body, shape=part.shape, shape_position=(x, y, z), shape_orientation=(a, b, c, d)
-            )
-        )
+    for part in placed_parts(body):
+        if part is body or not isinstance(part.shape, Particle):
+            yield part

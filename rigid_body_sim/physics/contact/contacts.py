@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.contact.collider import SCENE, TABLE
 from rigid_body_sim.physics.contact.finding.detection import (
     BODY_A,
@@ -27,7 +28,9 @@ from rigid_body_sim.physics.contact.finding.detection import (
 from rigid_body_sim.physics.contact.geometry.manifold import FEATURE
 from rigid_body_sim.physics.contact.geometry.manifold import POINT as FOUND_POINT
 from rigid_body_sim.physics.contact.solving.rows import (
+    APPROACH,
     BN,
+    BOUNCE,
     GAP,
     JN,
     LANES,
@@ -41,7 +44,7 @@ from rigid_body_sim.physics.contact.solving.rows import (
     N,
     T,
 )
-from rigid_body_sim.physics.contact.touching_bodies import IM, XS, D
+from rigid_body_sim.physics.contact.touching_bodies import AXIS, IM, Q0, QS, ROUND, XS, D, U
 from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
 
 Array = NDArray[np.float64]
@@ -80,11 +83,12 @@ def read(
     impulse = sums[:, :1] * normal + sums[:, 1:2] * of_manifold(T) + sums[:, 2:] * of_manifold(T2)
     at = RECORD_POINTS + index * FOUND_POINT
     gap = rows[row + GAP]
+    bounces_off = (rows[place + BOUNCE] > 0.0) & (rows[row + APPROACH] < 0.0)
     point = _point(
         bodies, rows[place + A].astype(np.int64), rows[place + B].astype(np.int64), of_point(RA),
-        of_point(RB), 0.5 * gap[:, None] * normal,
+        of_point(RB), 0.5 * gap[:, None] * normal, bounces_off,
     )  # fmt: skip
-    touches = (sums[:, 0] > 0.0) | (gap <= 0.0)
+    touches = (sums != 0.0).any(axis=1) | (gap <= 0.0)
     colliders = found[manifold][:, [BODY_A, BODY_B]].astype(np.int64)
     which = np.stack((found[manifold, KEY], found[manifold, at + FEATURE]), axis=1)
     contacts = Contacts(
@@ -133,18 +137,48 @@ def together(pieces: Sequence[tuple[Contacts, Array]]) -> tuple[Contacts, Array]
 
 
 def _point(
-    bodies: Array, a: Indices, b: Indices, arm_a: Array, arm_b: Array, half: Array
-) -> Array:
+    bodies: Array, a: Indices, b: Indices, arm_a: Array, arm_b: Array, half: Array,
+    bounces_off: NDArray[np.bool_],
+) -> Array:  # fmt: skip
     """
-    Points midway between the surfaces.
+    Points midway between the surfaces, at the end of the tick.
 
     Two bodies that move have arms to it; beside one that cannot move the arm of the other ends on
-    its surface, half a gap away.
+    its surface, half a gap away. Arms have followed the bodies (`following`), but for those of
+    what bounces off something that cannot move: they are of the start of the tick.
     """
     x_a, x_b = (
         np.stack([bodies[at + XS + axis] + bodies[at + D + axis] for axis in range(3)], axis=1)
         for at in (a, b)
     )
     a_moves, b_moves = (bodies[at + IM][:, None] > 0.0 for at in (a, b))
+    both = a_moves & b_moves
+    stayed = bounces_off & ~both[:, 0]
+    if stayed.any():
+        arm_a[stayed] = _turned(bodies, a[stayed], arm_a[stayed])
+        arm_b[stayed] = _turned(bodies, b[stayed], arm_b[stayed])
     alone = np.where(a_moves, x_a + arm_a + half, x_b + arm_b - half)
-    return np.where(a_moves & b_moves, x_a + arm_a, alone)
+    return np.where(both, x_a + arm_a, alone)
+
+
+def _turned(bodies: Array, body: Indices, arm: Array) -> Array:
+    """
+    Turn arms (n, 3) as their bodies have turned over the tick, by the rules of `touching_bodies`.
+
+    The nearest point of a ball does not turn; that of a body of revolution turns with the axis, by
+    the smallest turn that takes it from where it was to where it is.
+    """
+
+    def of_body(first: int, count: int) -> Array:
+        return np.stack([bodies[body + first + k] for k in range(count)], axis=1)
+
+    before, turn = of_body(Q0, 4), of_body(U, 4)
+    whole = so3.rotate(turn, so3.rotate(of_body(QS, 4), so3.rotate_back(before, arm)))
+    axis = of_body(AXIS, 3)
+    old, new = so3.rotate(before, axis), so3.rotate(turn, so3.rotate(of_body(QS, 4), axis))
+    cross = np.cross(old, new)
+    share = 1.0 / (1.0 + np.maximum(np.sum(old * new, axis=1), 0.0))
+    across = np.cross(cross, arm)
+    of_axis = arm + across + share[:, None] * np.cross(cross, across)
+    kind = bodies[body + ROUND][:, None]
+    return np.where(kind == 0.0, whole, np.where(kind == 1.0, of_axis, arm))

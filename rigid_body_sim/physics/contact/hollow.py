@@ -5,15 +5,19 @@ Meshes that are not convex: they collide as their hull, so they touch where they
 
     defect = 1 - V_mesh / V_hull [-], `geometry.hulls.convexity_defect`
 
-A defect of at most TOLERATED is that of a rounding that was cut into triangles, or of a nearly
-flat dent; nothing is said of it.
+Of an open surface nobody knows the volume; that is said too. A defect of at most TOLERATED is that
+of a rounding that was cut into triangles, or of a nearly flat dent; nothing is said of it.
 """
 
 from __future__ import annotations
 
+import math
+
 from rigid_body_sim.physics.contact.compound import solids
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import Scene
 from rigid_body_sim.physics.shapes import Mesh
+from rigid_body_sim.physics.volume_integrals import need_closed
 
 TOLERATED = 0.01  # [-] of the hull; zero would name every scanned mesh
 
@@ -26,22 +30,35 @@ def hollow_meshes(scene: Scene) -> tuple[str, ...]:
         for shape in (solid.shape for solid in solids(body)):
             if isinstance(shape, Mesh):
                 meshes[id(shape)] = shape
-                bodies.setdefault(id(shape), []).append(body.name)
-    if not meshes:
-        return ()
+                of_mesh = bodies.setdefault(id(shape), [])
+                if body.name not in of_mesh[-1:]:  # parts of one body are together
+                    of_mesh.append(body.name)
+    found = []
+    for key, mesh in meshes.items():
+        defect = empty_share(mesh)
+        if not defect <= TOLERATED:
+            first, *others = bodies[key]
+            more = f' ({len(others)} bod{"y" if len(others) == 1 else "ies"} more)'
+            empty = (
+                'as its surface encloses no volume, nobody knows how much of this hull is empty'
+                if math.isnan(defect)
+                else f'{100.0 * defect:.2g} % of this hull is outside the mesh'
+            )
+            found.append(
+                f'{first!r} collides as the convex hull of its mesh {mesh.name!r}, and {empty}: '
+                'it will touch where it has no surface; make it a union of convex shapes, or '
+                'accept it' + (more if others else '')
+            )
+    return tuple(dict.fromkeys(found))  # parts that read the same file: one line
+
+
+def empty_share(mesh: Mesh) -> float:
+    """Tell what share of its hull a mesh leaves empty [-]; NaN where nobody knows."""
     # Qhull takes a quarter of a second to import: only for the scenes that have a hull.
     from rigid_body_sim.physics.contact.geometry.hulls import convexity_defect
 
-    found = []
-    for key, mesh in meshes.items():
-        defect = convexity_defect(mesh)
-        if defect > TOLERATED:
-            first, *others = bodies[key]
-            more = f' ({len(others)} bod{"y" if len(others) == 1 else "ies"} more)'
-            found.append(
-                f'{first!r} collides as the convex hull of its mesh {mesh.name!r}, and '
-                f'{100.0 * defect:.2g} % of this hull is outside the mesh: it will touch where it '
-                'has no surface; make it a union of convex shapes, or accept it'
-                + (more if others else '')
-            )
-    return tuple(found)
+    try:
+        need_closed(mesh.faces, name=mesh.name)
+        return convexity_defect(mesh)
+    except InvalidModel:  # its mass and inertia are stated, not those of its surface
+        return math.nan

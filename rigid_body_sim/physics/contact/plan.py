@@ -31,7 +31,7 @@ from rigid_body_sim.physics.contact.geometry.manifold import FOUND
 from rigid_body_sim.physics.contact.hollow import hollow_meshes
 from rigid_body_sim.physics.contact.order import order
 from rigid_body_sim.physics.contact.pairs import collide_kernel
-from rigid_body_sim.physics.contact.rolling import members, rolling
+from rigid_body_sim.physics.contact.rolling import members, rolling, round_features
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solving.assembly import (
     BATCH,
@@ -39,6 +39,7 @@ from rigid_body_sim.physics.contact.solving.assembly import (
     MEMORY,
     REMEMBERED,
 )
+from rigid_body_sim.physics.contact.solving.gained_energy import ACCOUNT
 from rigid_body_sim.physics.contact.solving.memory import end_of_memory
 from rigid_body_sim.physics.contact.solving.rows import (
     LANES,
@@ -76,7 +77,8 @@ class ContactPlan:
         reason = unsuited(integrator)
         if reason is not None:
             raise InvalidModel(
-                f'integrator {integrator.name!r} refuses the scene {scene.name!r}: {reason}'
+                f'integrator {integrator.name!r} refuses the scene {scene.name!r}: {reason}',
+                at=('integrator',),
             )
         self.settings = ContactSettings.of(scene.contact)
         self._layout = layout
@@ -142,6 +144,7 @@ class ContactPlan:
         self.colours = np.zeros(moving + 1, dtype=np.int64)
         self.open_batches = np.zeros(3 * COLOURS + 3, dtype=np.int64)
         self.touching = np.zeros(moving + 1, dtype=np.int64)
+        self.accounts = np.zeros((moving + 1) * ACCOUNT)
         self.workspace = np.zeros(max(1, blocks(moving)) * 384)
         self.counts = np.zeros(tick.COUNTS, dtype=np.int64)
         self.counts[tick.N_COLLIDERS] = n
@@ -181,6 +184,7 @@ class ContactPlan:
                 self.rows, self.records, self.memory, self.rooms, self.grid, self.heads, self.kept,
                 self.keys,
                 self.batches, self.colours, self.open_batches, self.touching,
+                self.accounts,
             )
         )  # fmt: skip
         nothing = 3 * (argument(np.zeros(0)),)
@@ -297,8 +301,9 @@ class ContactPlan:
         if scene not in self._kernels:
             assert isinstance(self._integrator.scheme, Splitting)
             flags = {'angular': self.angular, 'bounces': self.bounces}
+            flags['turns'] = bool(np.ptp(self._layout.moments, axis=1).any() or self._flows.size)
             pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
-            passes = solver(width=self._width, **flags)
+            passes = solver(width=self._width, **flags, **round_features(self._kinds))
             if self._sleepers is not None:
                 from rigid_body_sim.physics.contact.resting.sleeping import KERNELS
 

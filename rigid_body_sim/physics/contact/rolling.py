@@ -5,19 +5,28 @@ Which bodies are round, and about which axis.
 
 Rolling leaves a body of revolution as it is: its motion in a tick is that of its axis (see
 `touching_bodies`). So it is with several parts where all of them are balls, capsules and cylinders
-about one axis through the centre of mass: dumbbells, pairs of wheels on their axle. Round parts
-that lie otherwise are taken to turn with the body: where one of radius r rolls by theta in a tick,
-its gap is wrong by r theta^2 / 2 at the end of it.
+about one axis through the centre of mass: dumbbells, pairs of wheels on their axle. Where they
+meet something flat that cannot move, the lowest point of a rim goes round it (`rims`).
+
+Of balls and capsules that lie otherwise the core turns with the body, which is exact (see
+`following`). Cylinders that lie otherwise are taken to turn with the body: where one of radius r
+rolls by theta in a tick, its gap is wrong by r theta^2 / 2 at the end of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.collider import CAPSULE, CYLINDER, SPHERE
+from rigid_body_sim.physics.contact.collider import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    PLANE,
+    SPHERE,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -62,3 +71,15 @@ def rolling(kinds: list[int], mounts: Array) -> tuple[float, Array]:
         return BALL, turns[0, :, 2]
     straight = [np.abs(np.cross(directions[0], one)).max() <= STRAIGHT for one in directions]
     return (ABOUT_AXIS if all(straight) else AS_IT_IS), directions[0]
+
+
+def round_features(kinds: Collection[tuple[int, int]]) -> dict[str, bool]:
+    """
+    Tell what of roundness the solver of a scene needs, as arguments of `solver`.
+
+        kinds : pairs of types that may meet
+    """
+    return {
+        'on_rims': (CYLINDER, PLANE) in kinds or (BOX, CYLINDER) in kinds,
+        'layered': any(kind in (SPHERE, CAPSULE) for pair in kinds for kind in pair),
+    }

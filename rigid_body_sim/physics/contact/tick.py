@@ -5,19 +5,22 @@ Whole ticks with contact: detect once, then substeps of kick, push, drift, relax
 
     poses, pairs, manifolds, rows; if a list is too short, return: nothing has changed yet
     each substep h:
-        p += h F, L += h torque, and the loads of the last substep: its contact impulses, but for
-               what was a blow
-        push:  soft normals of all contacts
-        drift: x += h v where a contact carries the body, else x += h v - h^2/2 a, exact in flight;
-               q by the drift of the integrator, L fixed; world inertia, omega from L
-        relax: points, arms and gaps follow the bodies; normals without push-out, and friction
+        p += h/2 F, L += h/2 torque, and half the loads: the contact impulses of the last substep,
+                but for what was a blow
+        push:   soft normals of all contacts, which do not pull
+        drift:  x += h v, q by the drift of the integrator, L fixed; world inertia, omega from L
+        p += h/2 F, L += h/2 torque
+        follow: points, arms and gaps follow the bodies; the other half of the loads, there
+        relax:  normals without push-out, and friction
     bounce, which returns no more energy than the impact took
+    take back the energy that a group of bodies has gained
 
 Where islands may sleep, sleepers are left out (`sleeping`): who wakes is known before anything has
 changed, who falls asleep at the end of a tick; both return, for memories to be put in order.
 
-Whom no contact carries moves by kick h/2, drift h, kick h/2, as without contact. Force elements
-are evaluated after each drift; the difference of the forces acts for h/2 (velocity Verlet).
+So all that acts, acts in two halves about the motion: what is carried, slides or pivots moves to
+second order, as what flies does (velocity Verlet). Whom no contact carries moves as without
+contact. Force elements are evaluated after each drift: those of then act for the second half.
 """
 
 from __future__ import annotations
@@ -25,25 +28,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rigid_body_sim.physics.blocks import (
-    FX,
-    FY,
-    FZ,
-    LX,
-    LY,
-    LZ,
-    PX,
-    PY,
-    PZ,
-    ROTATION,
-    TRANSLATION,
-    TX,
-    TY,
-    TZ,
-)
-from rigid_body_sim.physics.contact import touching_bodies
+from rigid_body_sim.physics.contact import forces_of_state, touching_bodies
 from rigid_body_sim.physics.contact.finding import broad_phase, detection, pair_list
-from rigid_body_sim.physics.contact.solving import assembly, returned_energy
+from rigid_body_sim.physics.contact.solving import (
+    assembly,
+    charged_impulses,
+    energy_account,
+    gained_energy,
+    returned_energy,
+)
 from rigid_body_sim.physics.contact.solving import memory as memory_of
 from rigid_body_sim.physics.contact.solving.rows import A, B
 from rigid_body_sim.physics.contact.touching_bodies import BODY
@@ -84,6 +77,7 @@ evaluate: Callable[..., Any] = unbound
 find_manifolds: Callable[..., Any] = unbound
 prepare: Callable[..., Any] = unbound
 push: Callable[..., Any] = unbound
+follow: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
 bounce: Callable[..., Any] = unbound
 asleep: Callable[..., Any] = unbound
@@ -98,40 +92,6 @@ settle: Callable[..., Any] = unbound
 stir: Callable[..., Any] = unbound
 stirs: Callable[..., Any] = unbound
 weigh: Callable[..., Any] = unbound
-
-
-@kernel
-def _save_forces(n_bodies, n_rigid, translation, rotation, workspace):
-    """Keep the forces of the instant."""
-    for block in range((n_bodies + 63) // 64):
-        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-        saved = workspace[block * 384 : block * 384 + 192]
-        for k in range(min(64, n_bodies - 64 * block)):
-            saved[k], saved[k + 64], saved[k + 128] = s[k + FX], s[k + FY], s[k + FZ]
-    for block in range((n_rigid + 63) // 64):
-        s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-        saved = workspace[block * 384 + 192 : block * 384 + 384]
-        for k in range(min(64, n_rigid - 64 * block)):
-            saved[k], saved[k + 64], saved[k + 128] = s[k + TX], s[k + TY], s[k + TZ]
-
-
-@kernel
-def _correct(n_bodies, n_rigid, half, translation, rotation, workspace):
-    """Let the change of the forces act: p += h/2 (F - F_saved)."""
-    for block in range((n_bodies + 63) // 64):
-        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-        saved = workspace[block * 384 : block * 384 + 192]
-        for k in range(min(64, n_bodies - 64 * block)):
-            s[k + PX] += half * (s[k + FX] - saved[k])
-            s[k + PY] += half * (s[k + FY] - saved[k + 64])
-            s[k + PZ] += half * (s[k + FZ] - saved[k + 128])
-    for block in range((n_rigid + 63) // 64):
-        s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-        saved = workspace[block * 384 + 192 : block * 384 + 384]
-        for k in range(min(64, n_rigid - 64 * block)):
-            s[k + LX] += half * (s[k + TX] - saved[k])
-            s[k + LY] += half * (s[k + TY] - saved[k + 64])
-            s[k + LZ] += half * (s[k + TZ] - saved[k + 128])
 
 
 @kernel
@@ -155,7 +115,7 @@ def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges,
     settings, counts, numbers, table, bounds, mounts, materials, poses, reaches, found, bodies,
     rows, records, memory, rooms, grid, heads, kept, keys, batches, colours, open_batches,
-    touching, slumber, limits, ward, flows,
+    touching, accounts, slumber, limits, ward, flows,
 ):  # fmt: skip
     """
     Advance over ticks. Return 0, or NaN if a number left the finite ones; counts[DONE] tells how
@@ -200,7 +160,9 @@ def _advance(
             touching_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
             if BOUNCES:
                 touching_bodies.accelerate(i, n_rigid, rotation, bodies)
-                returned_energy.begin(i, bodies)
+            energy_account.begin(i, bodies)
+            if not COUPLED:
+                energy_account.add_half_the_torque(i, n_rigid, h, rotation, bodies)
         for entry in range(BODY):
             bodies[n_bodies * BODY + entry] = 0.0
         detection.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
@@ -247,6 +209,7 @@ def _advance(
                 max(1, counts[CUT]),
                 settings[ZETA],
                 table,
+                bounds,
                 materials,
                 records,
                 rows,
@@ -304,29 +267,40 @@ def _advance(
                 touching_bodies.after_turn(
                     touching[i], n_rigid, part, translation, rotation, bodies
                 )
-                if BOUNCES:
-                    returned_energy.add_half_the_work(
+                if COUPLED:
+                    energy_account.add_half_the_work(
                         touching[i], n_rigid, part, translation, rotation, bodies
                     )
             if SLEEPING:
                 keep_still(n_bodies, n_rigid, translation, rotation, bodies, ward)
             if COUPLED:
-                _save_forces(n_bodies, n_rigid, translation, rotation, workspace)
+                if VELOCITY_DEPENDENT:
+                    for i in range(touched):
+                        forces_of_state.lean(
+                            touching[i], n_rigid, 1.0, translation, rotation, bodies
+                        )
+                forces_of_state.save(n_bodies, n_rigid, translation, rotation, workspace)
                 time = (tick + passed) * h + (sub + 1) * part
                 start_evaluation(n_bodies, n_rigid, translation, rotation)
                 evaluate(0, time, translation, rotation, elements, ranges)
-                _correct(n_bodies, n_rigid, half, translation, rotation, workspace)
+                forces_of_state.correct(n_bodies, n_rigid, half, translation, rotation, workspace)
+                if VELOCITY_DEPENDENT:
+                    for i in range(touched):
+                        forces_of_state.lean(
+                            touching[i], n_rigid, -1.0, translation, rotation, bodies
+                        )
                 fresh = not VELOCITY_DEPENDENT
             for i in range(touched):
-                touching_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
-                if BOUNCES:
-                    returned_energy.add_half_the_work(
+                if COUPLED:
+                    energy_account.add_half_the_work(
                         touching[i], n_rigid, part, translation, rotation, bodies
                     )
+                touching_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
             for i in range(touched):
                 touching_bodies.let_go(touching[i], bodies)
             if FLOWS:
                 enter(flows, bodies)
+            follow(lanes_at_once, count, rows, batches, bodies)
             for turn in range(relaxations):
                 last = turn + 1 == relaxations and sub + 1 < substeps
                 relax(
@@ -344,6 +318,9 @@ def _advance(
                 hold_flowing(flows, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
+                if not COUPLED and sub + 1 == substeps:
+                    energy_account.add_work(touching[i], translation, bodies)
+                    energy_account.add_half_the_torque(touching[i], n_rigid, h, rotation, bodies)
         if BOUNCES and count > 0:
             for i in range(touched):
                 returned_energy.before_bounce(touching[i], bodies)
@@ -353,9 +330,19 @@ def _advance(
             if FLOWS:
                 leave(flows, bodies)
             returned_energy.limit(
-                manifolds, touched, n_bodies, WIDTH, settings[THRESHOLD], touching, records, rows,
-                colours, bodies,
+                manifolds, count, touched, n_bodies, WIDTH, settings[THRESHOLD], touching, batches,
+                records, rows, colours, bodies,
             )  # fmt: skip
+            for i in range(touched):
+                touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
+        if gained_energy.take_back(
+            count, touched, n_bodies, part, touching, batches, rows, colours, translation,
+            accounts, bodies,
+        ):  # fmt: skip
+            hung = charged_impulses.hang(
+                manifolds, touched, n_bodies, touching, records, rows, colours, accounts
+            )
+            charged_impulses.charge(hung, n_bodies, WIDTH, records, rows, accounts, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         memory_of.remember(

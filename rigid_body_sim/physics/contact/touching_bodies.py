@@ -10,11 +10,12 @@ move. World axes; p and L are the truth, velocities follow from them:
 
 The motion over a substep moves a point at arm r from the centre of mass by
 
-    d + D r,   D r = w t + c u x t,   t = 2 u x r
+    d + D r,   D r = w t + u x t,   t = 2 u x r
 
-    u, w : quaternion of the turn; c = 1, except for round bodies: rolling moves the point of the
-           body but not the point of its surface that is nearest. A ball has D r = theta x r
-           (c = 0, w = 1), a body of revolution turns with its axis alone.
+    u, w : quaternion of the turn
+
+Rolling moves the points of a body of revolution but not the point of its surface that is nearest:
+such a body turns with its axis alone, and a ball about its centre of mass not at all.
 """
 
 from __future__ import annotations
@@ -54,11 +55,11 @@ Array = NDArray[np.float64]
 
 P, L = 0, 3  # [kg m/s], [kg m^2/s] momenta
 IM, II = 6, 7  # [1/kg]; [1/(kg m^2)] inverse inertia xx, xy, xz, yy, yz, zz
-D, U, W, C = 13, 16, 19, 20  # motion since the start of the substep: d [m], u, w, c [-]
+D, U, W = 13, 16, 19  # motion since the start of the substep: d [m], u, w [-]
 CARRIED = 21  # [-] 1: some contact pushes it in this substep
 GROUP = 22  # (5) its group's account of energy, see `returned_energy`
 ENERGY = 27  # [J] kinetic at the start of the tick and the work of forces since, where wanted
-P_HELD, L_HELD = 28, 31  # what contacts give from the start of a substep: those of the last
+P_HELD, L_HELD = 28, 31  # half the loads; at the end of a tick, scratch
 X0, E0, Q0 = 34, 37, 40  # position, its residual and attitude at the start of the tick
 XS, ES = 44, 47  # position and its residual at the start of the substep
 ROUND = 50  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ball, 3: about
@@ -119,7 +120,6 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
         bodies[o + P_HELD + axis] = 0.0
         bodies[o + L_HELD + axis] = 0.0
     bodies[o + W] = 1.0
-    bodies[o + C] = 0.0
     bodies[o + CARRIED] = 0.0
     for entry in range(6):
         bodies[o + II + entry] = 0.0
@@ -156,7 +156,7 @@ def accelerate(i: int, n_rigid: int, rotation: Array, bodies: Array) -> None:
 def kick(
     i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
-    """Let the forces of the instant act over a substep, and the loads of the last one again."""
+    """Let half of the forces of the instant act over a substep, and half of the loads."""
     o = i * BODY
     k = at(i, TRANSLATION)
     bodies[o + CARRIED] = 0.0
@@ -164,13 +164,13 @@ def kick(
         row = 64 * axis
         bodies[o + XS + axis] = translation[k + RX + row]
         bodies[o + ES + axis] = translation[k + EX + row]
-        free = translation[k + PX + row] + h * translation[k + FX + row]
+        free = translation[k + PX + row] + 0.5 * h * translation[k + FX + row]
         bodies[o + P + axis] = free + bodies[o + P_HELD + axis]
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
             row = 64 * axis
-            free = rotation[k + LX + row] + h * rotation[k + TX + row]
+            free = rotation[k + LX + row] + 0.5 * h * rotation[k + TX + row]
             bodies[o + L + axis] = free + bodies[o + L_HELD + axis]
         for entry in range(4):
             bodies[o + QS + entry] = rotation[k + QX + 64 * entry]
@@ -178,7 +178,7 @@ def kick(
 
 @kernel
 def before_turn(i: int, n_rigid: int, half: float, rotation: Array, bodies: Array) -> None:
-    """Give a carried body the momentum with which it turns, less the half kick still to come."""
+    """Give a carried body the momentum with which it turns, less the half kick of the drift."""
     o = i * BODY
     if bodies[o + CARRIED] > 0.0 and i < n_rigid:
         k = at(i, ROTATION)
@@ -192,7 +192,7 @@ def after_turn(
     i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """
-    Move a carried body by its own velocity, x += h v; take from the blocks what the others did.
+    Move a carried body by its own velocity, x += h v, and let the second half of the forces act.
     """
     o = i * BODY
     k = at(i, TRANSLATION)
@@ -200,7 +200,7 @@ def after_turn(
     for axis in range(3):
         row = 64 * axis
         if carried:
-            translation[k + PX + row] = bodies[o + P + axis]
+            translation[k + PX + row] = bodies[o + P + axis] + 0.5 * h * translation[k + FX + row]
             x, e = add_compensated(
                 bodies[o + XS + axis],
                 bodies[o + ES + axis],
@@ -211,7 +211,8 @@ def after_turn(
     if carried and i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            rotation[k + LX + 64 * axis] = bodies[o + L + axis]
+            row = 64 * axis
+            rotation[k + LX + row] = bodies[o + L + axis] + 0.5 * h * rotation[k + TX + row]
 
 
 @kernel
@@ -237,6 +238,8 @@ def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
     x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
     p, q, r, s = bodies[o + QS], bodies[o + QS + 1], bodies[o + QS + 2], bodies[o + QS + 3]
     kind = bodies[o + ROUND]
+    if kind == 3.0:
+        return
     if kind == 1.0:
         i, j, m = bodies[o + AXIS], bodies[o + AXIS + 1], bodies[o + AXIS + 2]
         a1, a2, a3 = rotate(p, q, r, s, i, j, m)
@@ -246,24 +249,12 @@ def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
         bodies[o + U + 1] = 0.5 * (a3 * b1 - a1 * b3) / half
         bodies[o + U + 2] = 0.5 * (a1 * b2 - a2 * b1) / half
         bodies[o + W] = half
-        bodies[o + C] = 1.0
         return
     # q qs*
-    u1 = s * x - w * p - (y * r - z * q)
-    u2 = s * y - w * q - (z * p - x * r)
-    u3 = s * z - w * r - (x * q - y * p)
-    turn = w * s + x * p + y * q + z * r
-    if kind >= 2.0:
-        sign = 1.0 if turn >= 0.0 else -1.0
-        bodies[o + U] = sign * u1
-        bodies[o + U + 1] = sign * u2
-        bodies[o + U + 2] = sign * u3
-        return
-    bodies[o + U] = u1
-    bodies[o + U + 1] = u2
-    bodies[o + U + 2] = u3
-    bodies[o + W] = turn
-    bodies[o + C] = 1.0
+    bodies[o + U] = s * x - w * p - (y * r - z * q)
+    bodies[o + U + 1] = s * y - w * q - (z * p - x * r)
+    bodies[o + U + 2] = s * z - w * r - (x * q - y * p)
+    bodies[o + W] = w * s + x * p + y * q + z * r
 
 
 @kernel

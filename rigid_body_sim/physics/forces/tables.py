@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.forces.element import Places
 from rigid_body_sim.physics.schedule import Switch
 
@@ -28,12 +28,13 @@ def stacked(
     ranges: list[int] = []
     switches: list[Switch] = []
     for kind in kinds:
-        elements = [force for force in forces if force.TYPE == kind]
+        elements = [(i, force) for i, force in enumerate(forces) if force.TYPE == kind]
         ranges += [len(numbers), len(elements)]
-        for element in elements:
+        for i, element in elements:
             if hasattr(element, 'acts'):
                 switches.append(Switch(len(numbers) + element.SWITCH, *element.acts()))
-            numbers += _row(element, places)
+            with blaming('forces', i):
+                numbers += _row(element, places)
     return np.array(numbers, dtype=np.float64), ranges, switches
 
 

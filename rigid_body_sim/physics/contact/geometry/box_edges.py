@@ -34,8 +34,8 @@ BEST_A, BEST_B = FREE, FREE + 3  # nearest points of A and B from the middle of 
 @inline
 def _put(
     poses: Array, pa: int, found: Array, nx: float, ny: float, nz: float, feature: float
-) -> None:
-    """Write normal and point from axes of A into the world; the gap is measured along n."""
+) -> Any:
+    """Write normal and point from axes of A into the world; return the gap, measured along n."""
     x = found[BEST_A] + found[BEST_B]
     y = found[BEST_A + 1] + found[BEST_B + 1]
     z = found[BEST_A + 2] + found[BEST_B + 2]
@@ -60,6 +60,7 @@ def _put(
         gap,
         feature,
     )
+    return gap
 
 
 @kernel
@@ -118,7 +119,9 @@ def _nearest_on_lines(found: Array, i: int, j: int, to: int) -> Any:
 
 
 @kernel
-def edge_contact(poses: Array, pa: int, found: Array, i: int, j: int, across: bool) -> int:
+def edge_contact(
+    poses: Array, pa: int, margin: float, found: Array, i: int, j: int, across: bool
+) -> int:
     """
     Find the point between the edges along a_i and b_j, which span the separating axis.
 
@@ -130,8 +133,8 @@ def edge_contact(poses: Array, pa: int, found: Array, i: int, j: int, across: bo
             return 0
         number = -1.0 - number
     normal = BEST_A + 6
-    _put(poses, pa, found, found[normal], found[normal + 1], found[normal + 2], EDGES + number)
-    return 1
+    nx, ny, nz = found[normal], found[normal + 1], found[normal + 2]
+    return 1 if _put(poses, pa, found, nx, ny, nz, EDGES + number) <= margin else 0
 
 
 @inline
@@ -215,5 +218,5 @@ def nearest_points(poses: Array, pa: int, margin: float, found: Array) -> int:
     distance = math.sqrt(squared)
     if squared < TINY or not distance <= margin:
         return 0
-    _put(poses, pa, found, nx / distance, ny / distance, nz / distance, feature)
-    return 1
+    nx, ny, nz = nx / distance, ny / distance, nz / distance
+    return 1 if _put(poses, pa, found, nx, ny, nz, feature) <= margin else 0

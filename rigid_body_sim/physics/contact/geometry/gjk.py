@@ -213,7 +213,7 @@ def _triangle(
     nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
     nn = nx * nx + ny * ny + nz * nz
     size = (ux * ux + uy * uy + uz * uz) * (wx * wx + wy * wy + wz * wz)
-    thin = not nn > COLLINEAR * size
+    thin = not nn > max(COLLINEAR * size, TINY)  # [m^4] below, digits of nn are lost
     share_p = nx * (by * tz - bz * ty) + ny * (bz * tx - bx * tz) + nz * (bx * ty - by * tx)
     share_q = nx * (wy * az - wz * ay) + ny * (wz * ax - wx * az) + nz * (wx * ay - wy * ax)
     share_r = nx * (ay * uz - az * uy) + ny * (az * ux - ax * uz) + nz * (ax * uy - ay * ux)

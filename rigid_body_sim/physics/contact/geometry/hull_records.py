@@ -46,8 +46,8 @@ def record(shape: ConvexHull | Mesh | Cylinder | Box) -> Array:
     match shape:
         case ConvexHull(vertices=vertices):
             return packed(hulls.hull(vertices))
-        case Mesh(vertices=vertices, name=name):
-            return packed(hulls.hull(vertices, name=f'mesh {name!r}'))
+        case Mesh():
+            return packed(hulls.hull_of_mesh(shape))
         case Cylinder(radius=radius, length=length):
             return packed(hulls.prism(radius, 0.5 * length))
         case Box(size=size):

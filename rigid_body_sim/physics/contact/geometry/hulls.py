@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +37,7 @@ COPLANAR = 1e-9  # [-] of the extent: triangles this near to one plane are one p
 FLATTEST = 1e-12  # [-] thickness / extent below which points span no solid
 THIN = 1e-3  # [-] thickness / extent below which points are stretched before Qhull sees them
 SAME_POINT = 1e-13  # [-] of the extent: points nearer than this are one
+LEAST_AREA = 1e-300  # [-] of the square of its length: a smaller polygon has lost its normal
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +85,9 @@ class Polyhedron:
         return float(np.sum(np.linalg.det(corners))) / 6.0
 
 
+_FOUND: WeakKeyDictionary[Mesh, Polyhedron] = WeakKeyDictionary()  # as long as the mesh is used
+
+
 def hull(points: ArrayLike, *, name: str = 'convex hull') -> Polyhedron:
     """
     Return the convex hull of points.
@@ -112,6 +117,13 @@ def hull(points: ArrayLike, *, name: str = 'convex hull') -> Polyhedron:
     tolerance = COPLANAR * min(spans[0], spans[2] * 1e6)
     topology = _topology(scaled, axes, spans, tolerance, name)
     return _polyhedron(center, scaled * unit, topology)
+
+
+def hull_of_mesh(mesh: Mesh) -> Polyhedron:
+    """Return the convex hull of a mesh; of one and the same mesh it is found once."""
+    if mesh not in _FOUND:
+        _FOUND[mesh] = hull(mesh.vertices, name=f'mesh {mesh.name!r}')
+    return _FOUND[mesh]
 
 
 def box(half_extents: ArrayLike) -> Polyhedron:
@@ -150,7 +162,7 @@ def convexity_defect(mesh: Mesh) -> float:
     1 - V_mesh / V_hull: 0 for a convex mesh. The mesh collides as its hull, so a large value means
     that it touches where it has no surface.
     """
-    solid = hull(mesh.vertices, name=f'mesh {mesh.name!r}')
+    solid = hull_of_mesh(mesh)
     volume, _, _ = volume_integrals(mesh.vertices, mesh.faces)
     return max(0.0, 1.0 - volume / solid.volume)
 
@@ -213,8 +225,18 @@ def _polyhedron(center: Array, points: Array, topology: Topology) -> Polyhedron:
 
 
 def _normal(corners: Array) -> Array:
-    """Return the unit normal of a polygon (Newell): its area vector, from its own middle."""
+    """
+    Return the unit normal of a polygon (Newell): its area vector, from its own middle.
+
+    InvalidModel where it is narrower than 1e-300 of its length, and has no area in these numbers.
+    """
     arms = corners - np.mean(corners, axis=0)
     arms = arms / np.max(np.abs(arms))
     area = np.sum(np.cross(arms, np.roll(arms, -1, axis=0)), axis=0)
+    largest = float(np.max(np.abs(area)))
+    if not largest > LEAST_AREA:
+        raise InvalidModel(
+            'polyhedron: a face narrower than 1e-300 of its length has no normal; make it wider'
+        )
+    area = np.ldexp(area, -math.frexp(largest)[1])  # exact, and now its square is no subnormal
     return area / np.linalg.norm(area)

@@ -15,6 +15,9 @@ What a pair kernel finds: one normal and up to four points.
 
 A feature is a number that stays the same from tick to tick while the same parts touch. What a
 kernel leaves behind the fourth point is scratch.
+
+Lengths are squared here. Nearer than SHORTEST two parts count as coincident, because the square
+has lost digits there; two shapes larger than 1e154 m never meet, because it overflows.
 """
 
 from __future__ import annotations
@@ -34,7 +37,8 @@ GAP, FEATURE = 3, 4
 MOST = 4  # [-] points of a manifold
 SCRATCH = POINTS + MOST * POINT  # where a kernel may keep what it likes
 FOUND = 512  # numbers in `found`
-TINY = 1e-280  # [m^2] a squared length below has lost digits: its direction is no direction
+SHORTEST = 1e-140  # [m] of a shorter way the direction is no direction
+TINY = SHORTEST * SHORTEST  # [m^2] a component of 1e-13 of it still has a square with all digits
 SAME = 1e-9  # [-] of the extent: points nearer than this are one
 # Of points as good as another up to these shares the first counts: without them a resting body
 # changes its points, and loses their impulses, with every tremble.

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.geometry.box_edges import edge_contact, nearest_points
 from rigid_body_sim.physics.contact.geometry.box_faces import deepest_corner, face_contact
+from rigid_body_sim.physics.contact.geometry.manifold import SHORTEST
 from rigid_body_sim.physics.contact.geometry.two_boxes import between, component, load
 from rigid_body_sim.physics.kernels import inline, kernel
 
@@ -156,9 +157,10 @@ def collide(
         )
         if count:
             return count
-        if not best > CLEAR * smallest:
+        if not best > max(CLEAR * smallest, SHORTEST):
             return deepest_corner(numbers, incident, poses, pr, pi, found, of_b, axis, best)
     load(numbers, a, b, poses, pa, pb, found)
     if edge >= 0:
-        count = edge_contact(poses, pa, found, edge // 3, edge % 3, largest > CLEAR * smallest)
+        apart = largest > max(CLEAR * smallest, SHORTEST)
+        count = edge_contact(poses, pa, margin, found, edge // 3, edge % 3, apart)
     return count if count else nearest_points(poses, pa, margin, found)

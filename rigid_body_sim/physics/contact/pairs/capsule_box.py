@@ -26,6 +26,7 @@ from rigid_body_sim.physics.contact.geometry.manifold import (
     POINT,
     POINTS,
     SCRATCH,
+    SHORTEST,
     put_normal,
     put_point,
 )
@@ -87,7 +88,7 @@ def _nearest(found: Array, half: float) -> Any:
                     low, at_low = t, slope
                 else:
                     return t
-    return low - at_low * (high - low) / (at_high - at_low)
+    return low - at_low / (at_high - at_low) * (high - low)  # a product of lengths might overflow
 
 
 @kernel
@@ -187,7 +188,7 @@ def collide(
     distance = _distance(found, t)
     if not distance - radius <= margin:
         return 0
-    apart, at_edge = distance > ENTERED * size, math.inf
+    apart, at_edge = distance > max(ENTERED * size, SHORTEST), math.inf
     if apart:
         for k in range(3):
             x = found[MIDDLE + k] + t * found[ALONG + k]

@@ -18,7 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.geometry.clamp import clamp
-from rigid_body_sim.physics.contact.geometry.manifold import POINT, POINTS, put_normal, put_point
+from rigid_body_sim.physics.contact.geometry.manifold import (
+    POINT,
+    POINTS,
+    SHORTEST,
+    put_normal,
+    put_point,
+)
 from rigid_body_sim.physics.kernels import kernel
 
 Array = NDArray[np.float64]
@@ -92,7 +98,7 @@ def collide(
     if not distance - reach <= margin:
         return 0
     size = reach + half_a + half_b
-    if distance > NO_DIRECTION * size:
+    if distance > max(NO_DIRECTION * size, SHORTEST):
         put_normal(found, dx / distance, dy / distance, dz / distance)
     elif sine > PARALLEL:
         length = math.sqrt(sine)

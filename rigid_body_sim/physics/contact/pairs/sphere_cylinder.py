@@ -21,6 +21,8 @@ from rigid_body_sim.physics.kernels import kernel
 
 Array = NDArray[np.float64]
 
+NEAR = 1e-8  # [-] squared distance from the axis / height: above, u leans by less than 1e-12
+
 
 @kernel
 def collide(
@@ -35,8 +37,14 @@ def collide(
     squared = px * px + py * py + pz * pz
     rho = math.sqrt(squared)
     ux, uy, uz = poses[pb + 3], poses[pb + 6], poses[pb + 9]  # away from the axis
-    if squared > TINY:
+    if squared > TINY + NEAR * (height * height):
         ux, uy, uz = px / rho, py / rho, pz / rho
+    elif squared > TINY:  # p has lost digits: once more across the axis
+        along = px * bx + py * by + pz * bz
+        px, py, pz = px - along * bx, py - along * by, pz - along * bz
+        rho = math.sqrt(px * px + py * py + pz * pz)
+        if rho * rho > 0.5 * squared:  # else it was round-off along the axis
+            ux, uy, uz = px / rho, py / rho, pz / rho
     out = rho - numbers[b]
     above = height - clamp(height, numbers[b + 1])
     beside = out if out > 0.0 else 0.0

@@ -80,32 +80,20 @@ def _home(core: int) -> int:
     return core if core >= -1 else -2 - core
 
 
-# ward: integers, in parts
-@inline
-def _groups(n: int, ward: Indices) -> Any:
-    return ward[1 : 1 + n]
+# ward: integers: how many are restless, then parts of n numbers, one a body; then the blocks
+GROUPS, PARENTS, HELD_UP, RESTLESS, BLOCKS = range(5)  # restless: shares a block with what moves
 
 
 @inline
-def _parents(n: int, ward: Indices) -> Any:
-    return ward[1 + n : 1 + 2 * n]
+def _part(which: int, n: int) -> int:
+    """Where a part of the ward begins."""
+    return 1 + which * n
 
 
 @inline
-def _held(n: int, ward: Indices) -> Any:
-    return ward[1 + 2 * n : 1 + 3 * n]
-
-
-@inline
-def _restless(n: int, ward: Indices) -> Any:
-    """Sleepers that share a block with what moves; ward[0] tells how many."""
-    return ward[1 + 3 * n : 1 + 4 * n]
-
-
-@inline
-def stirs(block: int, n: int, ward: Indices) -> bool:
+def stirs(block: int, n: int, ward: Indices) -> Any:
     """Tell whether some body of a block is awake."""
-    return ward[1 + 4 * n + block] > 0
+    return ward[_part(BLOCKS, n) + block] > 0
 
 
 def ward_of(groups: Indices) -> Indices:
@@ -186,13 +174,13 @@ def stir(
         awake += here
     if woken:
         return -1
-    restless = _restless(n_bodies, ward)
+    restless = _part(RESTLESS, n_bodies)
     count = 0
     for block in range((n_bodies + 63) // 64):
         if stirs(block, n_bodies, ward):
             for i in range(64 * block, min(64 * block + 64, n_bodies)):
                 if asleep(i, slumber):
-                    restless[count] = i
+                    ward[restless + count] = i
                     count += 1
     ward[0] = count
     return awake
@@ -219,9 +207,9 @@ def keep_still(
     n_bodies: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array, ward: Indices
 ) -> None:
     """Put the sleepers of blocks that moved back to the bit."""
-    restless = _restless(n_bodies, ward)
+    restless = _part(RESTLESS, n_bodies)
     for j in range(ward[0]):
-        i = restless[j]
+        i = ward[restless + j]
         o = i * BODY
         _stop(i, n_rigid, translation, rotation)
         k = at(i, TRANSLATION)
@@ -320,9 +308,12 @@ def settle(
         tired = tired or (timer >= limits[SLEEP_TIME] and timer > 0.0)
     if not (tired and whole):
         return 0
-    parents, held = _parents(n_bodies, ward), _held(n_bodies, ward)
+    begin = _part(GROUPS, n_bodies)
+    groups = ward[begin : begin + n_bodies]
+    parents = ward[begin + n_bodies : begin + 2 * n_bodies]
+    held = ward[begin + 2 * n_bodies : begin + 3 * n_bodies]
     find_islands(
-        manifolds, n_bodies, h, table, reaches, records, memory, _groups(n_bodies, ward), parents,
+        manifolds, n_bodies, h, table, reaches, records, memory, groups, parents,
         held,
     )  # fmt: skip
     for i in range(n_bodies):

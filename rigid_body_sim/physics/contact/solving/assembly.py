@@ -30,10 +30,8 @@ from rigid_body_sim.physics.contact.collider import (
     POSE,
     RESTITUTION,
     ROLLING,
-    SPHERE,
     TABLE,
     TORSIONAL,
-    TYPE,
 )
 from rigid_body_sim.physics.contact.finding.detection import (
     BODY_A,
@@ -58,6 +56,8 @@ from rigid_body_sim.physics.contact.solving.rows import (
     JN,
     KEEP,
     LANES,
+    LAYER_A,
+    LAYER_B,
     MANIFOLD,
     MU,
     POINT,
@@ -70,12 +70,14 @@ from rigid_body_sim.physics.contact.solving.rows import (
     SCRATCH,
     SPIN,
     SUM,
+    TOUCHED,
     WEIGHT,
     A,
     B,
     N,
 )
-from rigid_body_sim.physics.contact.touching_bodies import BODY, ROUND
+from rigid_body_sim.physics.contact.solving.surfaces import layer, round_pair, weight
+from rigid_body_sim.physics.contact.touching_bodies import BODY
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
@@ -99,33 +101,6 @@ def _first_free(used: int) -> int:
     while colour < COLOURS and (used >> colour) & 1:
         colour += 1
     return colour
-
-
-@inline
-def _round_pair(a: int, b: int, table: Indices, bodies: Array) -> float:
-    """Tell two balls (2) and a ball beside what cannot move (1) from others (0)."""
-    core_a, core_b = table[a * TABLE + CORE], table[b * TABLE + CORE]
-    ball_a = core_a >= 0 and bodies[core_a * BODY + ROUND] == 3.0
-    ball_b = core_b >= 0 and bodies[core_b * BODY + ROUND] == 3.0
-    fixed_a = core_a < 0 and table[a * TABLE + TYPE] == SPHERE
-    fixed_b = core_b < 0 and table[b * TABLE + TYPE] == SPHERE
-    if (ball_a and (ball_b or fixed_b)) or (ball_b and fixed_a):
-        return 2.0
-    return 1.0 if (ball_a and core_b < 0) or (ball_b and core_a < 0) else 0.0
-
-
-@inline
-def _weight(a: int, b: int, table: Indices, bodies: Array) -> float:
-    """
-    Tell whose surface the points follow: that of the body that moves, of the rounder one, else of
-    both.
-    """
-    core_a, core_b = table[a * TABLE + CORE], table[b * TABLE + CORE]
-    round_a = bodies[core_a * BODY + ROUND] if core_a >= 0 else -1.0
-    round_b = bodies[core_b * BODY + ROUND] if core_b >= 0 else -1.0
-    if round_a == round_b:
-        return 0.5
-    return 0.0 if round_a > round_b else 1.0
 
 
 @kernel
@@ -170,7 +145,7 @@ def make_batches(
         points = int(records[o + COUNT])
         size = 1 if points == 1 else 4
         kind = int(
-            _round_pair(int(records[o + BODY_A]), int(records[o + BODY_B]), table, bodies) > 0.0
+            round_pair(int(records[o + BODY_A]), int(records[o + BODY_B]), table, bodies) > 0.0
         )
         slot = 3 * colour + (kind if points == 1 else 2)
         batch = open_batches[slot]
@@ -226,8 +201,8 @@ def _empty_what_is_left(count, n_moving, width, records, manifolds, rows, batche
 
 @kernel
 def fill_materials(
-    manifolds: int, h: float, pieces: int, zeta: float, table: Indices, materials: Array,
-    records: Array, rows: Array, bodies: Array,
+    manifolds: int, h: float, pieces: int, zeta: float, table: Indices, bounds: Array,
+    materials: Array, records: Array, rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Write material and softness of all manifolds, and whose surface their points follow.
@@ -245,8 +220,10 @@ def fill_materials(
         rows[place + BOUNCE] = max(materials[ma + RESTITUTION], materials[mb + RESTITUTION])
         rows[place + ROLL] = max(materials[ma + ROLLING], materials[mb + ROLLING])
         rows[place + SPIN] = max(materials[ma + TORSIONAL], materials[mb + TORSIONAL])
-        rows[place + WEIGHT] = _weight(a, b, table, bodies)
-        rows[place + ROUND_PAIR] = _round_pair(a, b, table, bodies)
+        rows[place + WEIGHT] = weight(a, b, table, bodies)
+        rows[place + ROUND_PAIR] = round_pair(a, b, table, bodies)
+        rows[place + LAYER_A] = layer(a, bounds)
+        rows[place + LAYER_B] = layer(b, bounds)
         still = table[a * TABLE + CORE] < 0 or table[b * TABLE + CORE] < 0
         omega = (math.pi if still else 0.5 * math.pi) / (h * pieces)
         a1 = 2.0 * zeta + h * omega
@@ -313,6 +290,7 @@ def fill_rows(
         place = int(records[o + LANE])
         nx, ny, nz = records[o + NORMAL], records[o + NORMAL + 1], records[o + NORMAL + 2]
         rows[place + N], rows[place + N + 8], rows[place + N + 16] = nx, ny, nz
+        rows[place + TOUCHED] = 0.0
         key = records[o + KEY]
         while left > 0 and memory[old] < key:
             old += 2 + int(memory[old + 1]) * REMEMBERED

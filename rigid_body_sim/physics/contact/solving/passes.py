@@ -7,10 +7,10 @@ With relative velocity at the point v = v_B + omega_B x r_B - v_A - omega_A x r_
 gap s, substep h, omega_c = 2 pi f, a1 = 2 zeta + h omega_c, a2 = h omega_c a1, a3 = 1/(1 + a2),
 beta = omega_c / a1, sigma = a2 a3, iota = a3:
 
-    biased:   s > 0: dJ = -m (v_n + s/h)
+    pushed:   s > 0: dJ = -m (v_n + s/h)
               s <= 0: dJ = -m sigma (v_n + max(beta (s + slop), -cap)) - iota J
-    relaxed:  dJ = -m (v_n + max(s, 0)/h)
-              J_n <- max(J_n + dJ, 0)
+              J_n - J_load/2 >= 0: the other half of the load is still to come
+    relaxed:  dJ = -m (v_n + max(s, 0)/h),  J_n >= 0; with a load: dJ = -m v_n
     friction: J_t <- J_t - v_t / lambda_max, then onto the disc |J_t| <= mu J_n
 
 m = 1/(n-entry of J M^-1 J^T); lambda_max largest eigenvalue of its tangential block. A step by
@@ -20,25 +20,21 @@ its velocity.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.solving.lanes import arms, cross, disc, relative, vector
 from rigid_body_sim.physics.contact.solving.rows import (
     ACTIVE,
-    APPROACH,
     BOUNCE,
-    CA,
-    CB,
     CHANGE,
     COUPLE_O,
     COUPLE_T,
-    DA,
-    DB,
     GAIN,
     GAP,
+    HN,
+    HO,
+    HT,
     IA,
     IB,
     JN,
@@ -46,31 +42,26 @@ from rigid_body_sim.physics.contact.solving.rows import (
     JT,
     KEEP,
     LA,
+    LARGEST,
     LB,
     MASS_A,
     MASS_B,
     MU,
     PS,
     PUSHED,
-    RA,
     RATE,
-    RB,
-    ROUND_PAIR,
-    SA,
-    SB,
     SCALE,
     SLIP_GAIN,
     T2,
-    UA,
-    UB,
-    WEIGHT,
+    TOUCHED,
+    UNREST,
     A,
     B,
     N,
     T,
     V,
 )
-from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, IM, D, L, P
+from rigid_body_sim.physics.contact.touching_bodies import CARRIED, II, IM, L, P
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
@@ -97,6 +88,7 @@ def gather(lanes: int, used: int, s: Array, g: Array, bodies: Array) -> None:
         g[k + PS + 16] = 0.0
         g[k + PUSHED] = 0.0
         g[k + CHANGE] = 0.0
+        g[k + LARGEST] = 0.0
         g[k + ACTIVE] = 1.0
     for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
@@ -106,16 +98,6 @@ def gather(lanes: int, used: int, s: Array, g: Array, bodies: Array) -> None:
             g[row + V] = n * bodies[b + P + axis] - m * bodies[a + P + axis]
             g[row + LA] = bodies[a + L + axis]
             g[row + LB] = bodies[b + L + axis]
-
-
-@kernel
-def gather_motion(used: int, s: Array, g: Array, bodies: Array) -> None:
-    """Fetch how the bodies of a batch have moved over the substep."""
-    for k in range(used):
-        a, b = int(s[k + A]) + D, int(s[k + B]) + D
-        for row in range(8):
-            g[k + DA + 8 * row] = bodies[a + row]
-            g[k + DB + 8 * row] = bodies[b + row]
 
 
 @kernel
@@ -131,116 +113,33 @@ def scatter(used: int, s: Array, g: Array, bodies: Array) -> None:
             bodies[b + L + axis] = g[row + LB]
 
 
+@inline
+def wait(used: int, s: Array, g: Array) -> bool:
+    """Let the lanes stand still that the last pass left at rest; tell whether any is left."""
+    left = False
+    for k in range(used):
+        g[k + ACTIVE] = s[k + UNREST]
+        left = left or s[k + UNREST] > 0.0
+    return left
+
+
+@inline
+def note_unrest(used: int, s: Array, g: Array) -> None:
+    """Note which lanes this pass has changed by more than rest."""
+    for k in range(used):
+        s[k + UNREST] = 1.0 if g[k + LARGEST] > 0.0 else 0.0
+        if g[k + LARGEST] > 0.0:
+            s[k + TOUCHED] = 1.0
+
+
 @kernel
 def mark_carried(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Mark the bodies that some point of a batch pushes."""
     for k in range(used):
         if g[k + PUSHED] > 0.0:
+            s[k + TOUCHED] = 1.0
             bodies[int(s[k + A]) + CARRIED] = 1.0
             bodies[int(s[k + B]) + CARRIED] = 1.0
-
-
-@inline
-def _shift(ux, uy, uz, w, c, x, y, z):
-    """Motion of a point at arm (x, y, z) by the turn of its body: w t + c u x t, t = 2 u x r."""
-    tx, ty, tz = cross(ux, uy, uz, x, y, z)
-    tx, ty, tz = 2.0 * tx, 2.0 * ty, 2.0 * tz
-    sx, sy, sz = cross(ux, uy, uz, tx, ty, tz)
-    return w * tx + c * sx, w * ty + c * sy, w * tz + c * sz
-
-
-@kernel
-def follow(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """
-    Find gap and arms of a point of each lane after the motion over a substep.
-
-    The point moves as the surface of A, of B, or in the middle (`WEIGHT`), and both arms end in
-    it: impulses at it keep the angular momentum of the two to the last digits. What bounces off
-    something that cannot move keeps its arms: it bounces at the end of the tick by the law of the
-    place where it hit.
-    """
-    for k in range(lanes):
-        ax, ay, az, bx, by, bz = arms(q, k)
-        fixed = (s[k + MASS_A] == 0.0) | (s[k + MASS_B] == 0.0)
-        stays = fixed & (s[k + BOUNCE] > 0.0) & (q[k + APPROACH] < 0.0)
-        f = 0.0 if stays else 1.0
-        c = g[k + CA]
-        ux, uy, uz = vector(g, k + UA)
-        ux, uy, uz = _shift(ux, uy, uz, g[k + SA], c, ax, ay, az)
-        d = g[k + CB]
-        vx, vy, vz = vector(g, k + UB)
-        vx, vy, vz = _shift(vx, vy, vz, g[k + SB], d, bx, by, bz)
-        x, y, z = (
-            g[k + DB] - g[k + DA],
-            g[k + DB + 8] - g[k + DA + 8],
-            g[k + DB + 16] - g[k + DA + 16],
-        )
-        nx, ny, nz = vector(s, k + N)
-        q[k + GAP] += nx * (x + (vx - ux)) + ny * (y + (vy - uy)) + nz * (z + (vz - uz))
-        # the nearest point of a ball does not turn with it
-        ux, uy, uz = c * ux, c * uy, c * uz
-        vx, vy, vz = d * vx, d * vy, d * vz
-        x, y, z = x + (vx - ux), y + (vy - uy), z + (vz - uz)
-        w = s[k + WEIGHT]
-        q[k + RA] = ax + f * (ux + w * x)
-        q[k + RA + 8] = ay + f * (uy + w * y)
-        q[k + RA + 16] = az + f * (uz + w * z)
-        w = 1.0 - w
-        q[k + RB] = bx + f * (vx - w * x)
-        q[k + RB + 8] = by + f * (vy - w * y)
-        q[k + RB + 16] = bz + f * (vz - w * z)
-
-
-@kernel
-def gather_way(used: int, s: Array, g: Array, bodies: Array) -> None:
-    """Fetch how far the bodies of a batch have moved over the substep."""
-    for k in range(used):
-        a, b = int(s[k + A]) + D, int(s[k + B]) + D
-        for axis in range(3):
-            g[k + DA + 8 * axis] = bodies[b + axis] - bodies[a + axis]
-
-
-@kernel
-def follow_balls(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """
-    Do what `follow` does where a ball meets a ball, or what cannot move.
-
-    Between two balls the normal turns into their line of centres, and the gap is not linearised:
-
-        d = x_B - x_A = r_A - r_B,  n' = d / |d|,  s' = s + |d'| - |d|
-        t' = t - (n' . t)/(1 + n . n') (n + n'), the smallest turn that takes n to n'
-    """
-    for k in range(lanes):
-        ax, ay, az, bx, by, bz = arms(q, k)
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
-        vx, vy, vz = vector(g, k + DA)
-        gap = q[k + GAP]
-        w = s[k + WEIGHT]
-        x, y, z = ax - bx + vx, ay - by + vy, az - bz + vz
-        square = x * x + y * y + z * z
-        balls = (s[k + ROUND_PAIR] > 1.0) & (square > 0.0)
-        now = math.sqrt(square if balls else 1.0)
-        before = nx * (ax - bx) + ny * (ay - by) + nz * (az - bz)
-        closer = now - before if balls else nx * vx + ny * vy + nz * vz
-        ux = x / now if balls else nx
-        uy = y / now if balls else ny
-        uz = z / now if balls else nz
-        arm = (nx * ax + ny * ay + nz * az) + w * closer
-        ax = arm * ux if balls else ax + w * vx
-        ay = arm * uy if balls else ay + w * vy
-        az = arm * uz if balls else az + w * vz
-        q[k + GAP] = gap + closer
-        q[k + RA], q[k + RA + 8], q[k + RA + 16] = ax, ay, az
-        q[k + RB], q[k + RB + 8], q[k + RB + 16] = ax - x, ay - y, az - z
-        s[k + N], s[k + N + 8], s[k + N + 16] = ux, uy, uz
-        share = 1.0 / (1.0 + (nx * ux + ny * uy + nz * uz))
-        nx, ny, nz = nx + ux, ny + uy, nz + uz
-        turn = share * (tx * ux + ty * uy + tz * uz)
-        s[k + T], s[k + T + 8], s[k + T + 16] = tx - turn * nx, ty - turn * ny, tz - turn * nz
-        turn = share * (ox * ux + oy * uy + oz * uz)
-        s[k + T2], s[k + T2 + 8], s[k + T2 + 16] = ox - turn * nx, oy - turn * ny, oz - turn * nz
 
 
 @kernel
@@ -277,23 +176,29 @@ def push(
         bias = gap * inverse_h if is_open else soft
         scale = 1.0 if is_open else s[k + SCALE]
         keep = 0.0 if is_open else s[k + KEEP]
-        new = old - gain * scale * (vn + bias) - keep * old
-        new = new if new > 0.0 else 0.0
-        new = new if g[k + ACTIVE] > 0.0 else old
-        presses = new > 0.0
-        change = new - old
+        # half of the load is still to come, of what presses
+        pressed = old > 0.0
+        hn, ht, ho = q[k + HN], q[k + HT], q[k + HO]
+        before = old - hn if pressed else 0.0
+        before_t = old_t - ht if pressed else 0.0
+        before_o = old_o - ho if pressed else 0.0
+        now = before - gain * scale * (vn + bias) - keep * old
+        now = now if now > 0.0 else 0.0
+        now = now if g[k + ACTIVE] > 0.0 else before
+        presses = now > 0.0
         # friction of the last substep is none of this one where less presses: it keeps its share
-        less = new < old
-        share = new / (old if less else 1.0) if less else 1.0
-        t = share * old_t
-        o = share * old_o
-        dt, do = t - old_t, o - old_o
+        less = now < before
+        share = now / (before if less else 1.0) if less else 1.0
+        t, o = share * before_t, share * before_o
+        change, dt, do = now - before, t - before_t, o - before_o
         x = change * nx + (dt * tx + do * ox)
         y = change * ny + (dt * ty + do * oy)
         z = change * nz + (dt * tz + do * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        q[k + JN], q[k + JT], q[k + JO] = new, t, o
+        q[k + JN] = now + hn if presses else 0.0
+        q[k + JT] = t + ht if presses else 0.0
+        q[k + JO] = o + ho if presses else 0.0
         size = abs(change) - calm * gain
         g[k + CHANGE] = size if size > largest else largest
         g[k + PUSHED] = 1.0 if presses else pushed
@@ -303,11 +208,15 @@ def push(
 
 
 @kernel
-def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: float) -> None:
+def relax(
+    lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: float, rest: float
+) -> None:  # fmt: skip
     """
     Visit normal and friction of one point of each lane, without push-out.
 
-    Friction sees the tangential velocity that the new normal impulse leaves.
+    Friction sees the tangential velocity that the new normal impulse leaves. What came with a load
+    touches: a motion along a curve has opened it by h^2 only. To send it back at s/h, as what is
+    still apart, would take energy of first order in h.
     """
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
@@ -318,11 +227,12 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: floa
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
         gain, slip_gain, largest = q[k + GAIN], q[k + SLIP_GAIN], g[k + CHANGE]
+        unrest = g[k + LARGEST]
         px, py, pz = vector(g, k + PS)
         hx, hy, hz = vector(g, k + LA)
         lx, ly, lz = vector(g, k + LB)
         is_open = gap > 0.0
-        bias = gap * inverse_h if is_open else 0.0
+        bias = gap * inverse_h if is_open & (q[k + HN] <= 0.0) else 0.0
         new = old - gain * ((nx * x + ny * y + nz * z) + bias)
         new = new if new > 0.0 else 0.0
         # what touches in the next substep bounces there: at the end of a tick here is too early
@@ -341,8 +251,11 @@ def relax(lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: floa
         z = change * nz + (dt * tz + do * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        size = abs(change) - calm * gain
+        size, slip = abs(change), abs(dt) + abs(do)
+        either = (size if size > slip else slip) - rest * gain
+        size = size - calm * gain
         g[k + CHANGE] = size if size > largest else largest
+        g[k + LARGEST] = either if either > unrest else unrest
         q[k + JN], q[k + JT], q[k + JO] = new, t, o
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
         g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az

@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.contact.solving.lanes import disc, turning, twist, vector
 from rigid_body_sim.physics.contact.solving.rows import (
     ACTIVE,
+    HQ,
+    HR,
+    HS,
     IA,
     IB,
     JN,
@@ -40,18 +43,21 @@ Array = NDArray[np.float64]
 
 
 @inline
-def _change(s, q, g, k, old_r, old_p, old_s, r, p, turn):
-    """Change the angular impulses of a point that is visited, and the bodies with them."""
-    active = g[k + ACTIVE] > 0.0
-    r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
-    dr, dp, ds = r - old_r, p - old_p, turn - old_s
+def _give(s, g, k, r, p, turn):
+    """Give the bodies of a lane an angular impulse about the two tangents and the normal."""
     nx, ny, nz = vector(s, k + N)
     tx, ty, tz = vector(s, k + T)
     ox, oy, oz = vector(s, k + T2)
     twist(
-        g, k, dr * tx + dp * ox + ds * nx, dr * ty + dp * oy + ds * ny, dr * tz + dp * oz + ds * nz
+        g, k, r * tx + p * ox + turn * nx, r * ty + p * oy + turn * ny, r * tz + p * oz + turn * nz
     )
-    q[k + JR], q[k + JQ], q[k + JS] = r, p, turn
+
+
+@kernel
+def load(lanes: int, s: Array, q: Array, g: Array) -> None:
+    """Give one point of each lane the second half of its angular load, after the motion."""
+    for k in range(lanes):
+        _give(s, g, k, q[k + HR], q[k + HQ], q[k + HS])
 
 
 @kernel
@@ -74,12 +80,18 @@ def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
         turn = old_s - s[k + SPIN_GAIN] * (nx * x + ny * y + nz * z)
         turn = turn if turn < limit else limit
         turn = turn if turn > -limit else -limit
-        _change(s, q, g, k, old_r, old_p, old_s, r, p, turn)
+        active = g[k + ACTIVE] > 0.0
+        r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
+        _give(s, g, k, r - old_r, p - old_p, turn - old_s)
+        q[k + JR], q[k + JQ], q[k + JS] = r, p, turn
 
 
 @kernel
 def release(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Bring the angular impulses of the last substep within what presses now."""
+    """
+    Bring the angular impulses of the last substep within what presses now; half of the load is
+    still to come, of what presses.
+    """
     for k in range(lanes):
         press = q[k + JN]
         old_r, old_p, old_s = q[k + JR], q[k + JQ], q[k + JS]
@@ -87,4 +99,21 @@ def release(lanes: int, s: Array, q: Array, g: Array) -> None:
         limit = s[k + SPIN] * press
         turn = old_s if old_s < limit else limit
         turn = turn if turn > -limit else -limit
-        _change(s, q, g, k, old_r, old_p, old_s, r, p, turn)
+        presses = press > 0.0
+        old_hr, old_hq, old_hs = q[k + HR], q[k + HQ], q[k + HS]
+        hr = old_hr if presses else 0.0
+        hq = old_hq if presses else 0.0
+        hs = old_hs if presses else 0.0
+        active = g[k + ACTIVE] > 0.0
+        r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
+        hr, hq, hs = (hr, hq, hs) if active else (old_hr, old_hq, old_hs)
+        _give(
+            s,
+            g,
+            k,
+            (r - hr) - (old_r - old_hr),
+            (p - hq) - (old_p - old_hq),
+            (turn - hs) - (old_s - old_hs),
+        )
+        q[k + JR], q[k + JQ], q[k + JS] = r, p, turn
+        q[k + HR], q[k + HQ], q[k + HS] = hr, hq, hs

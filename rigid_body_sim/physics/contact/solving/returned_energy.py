@@ -29,31 +29,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.blocks import EX, FX, ROTATION, RX, TRANSLATION, TX, at
 from rigid_body_sim.physics.contact.finding.detection import COUNT, LANE, RECORD
-from rigid_body_sim.physics.contact.forest import join, root_of
+from rigid_body_sim.physics.contact.solving.energy_account import (
+    join_pressing,
+    kinetic,
+    twice,
+)
 from rigid_body_sim.physics.contact.solving.rows import (
     APPROACH,
     BN,
     BO,
     BOUNCE,
     BT,
-    JN,
     MANIFOLD,
-    MOST,
+    TOUCHED,
     A,
     B,
 )
 from rigid_body_sim.physics.contact.touching_bodies import (
     BODY,
     ENERGY,
-    ES,
     GROUP,
-    II,
-    IM,
     L_HELD,
     P_HELD,
-    XS,
     L,
     P,
 )
@@ -66,58 +64,6 @@ Indices = NDArray[np.int64]
 TAKEN, LINEAR, SQUARE, SHARE, FACTOR = range(GROUP, GROUP + 5)
 
 
-@inline
-def _twice(bodies: Array, o: int, x: float, y: float, z: float, u: float, v: float, w: float):
-    """Return p . v for the momenta (x, y, z), (u, v, w) of a body, and v for them: 2 T."""
-    xx, xy, xz = bodies[o + II], bodies[o + II + 1], bodies[o + II + 2]
-    yy, yz, zz = bodies[o + II + 3], bodies[o + II + 4], bodies[o + II + 5]
-    turning = xx * u * u + yy * v * v + zz * w * w + 2.0 * (xy * u * v + xz * u * w + yz * v * w)
-    return bodies[o + IM] * (x * x + y * y + z * z) + turning
-
-
-@inline
-def _kinetic(bodies: Array, o: int) -> Any:
-    return 0.5 * _twice(
-        bodies, o, bodies[o + P], bodies[o + P + 1], bodies[o + P + 2], bodies[o + L],
-        bodies[o + L + 1], bodies[o + L + 2],
-    )  # fmt: skip
-
-
-@kernel
-def begin(i: int, bodies: Array) -> None:
-    """Start the account of a body with its kinetic energy."""
-    o = i * BODY
-    bodies[o + ENERGY] = _kinetic(bodies, o)
-
-
-@kernel
-def add_half_the_work(
-    i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
-) -> None:
-    """
-    Add half the work of the forces of this instant over a substep. Called for the forces before
-    and after the motion it makes the trapezoidal rule, exact for constant forces.
-    """
-    o = i * BODY
-    k = at(i, TRANSLATION)
-    work = 0.0
-    for axis in range(3):
-        row = k + 64 * axis
-        moved = translation[row + RX] - bodies[o + XS + axis]
-        moved += translation[row + EX] - bodies[o + ES + axis]
-        work += translation[row + FX] * moved
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        x, y, z = bodies[o + L], bodies[o + L + 1], bodies[o + L + 2]
-        u, v, w = h * rotation[k + TX], h * rotation[k + TX + 64], h * rotation[k + TX + 128]
-        xx, xy, xz = bodies[o + II], bodies[o + II + 1], bodies[o + II + 2]
-        yy, yz, zz = bodies[o + II + 3], bodies[o + II + 4], bodies[o + II + 5]
-        work += u * (xx * x + xy * y + xz * z)
-        work += v * (xy * x + yy * y + yz * z)
-        work += w * (xz * x + yz * y + zz * z)
-    bodies[o + ENERGY] += 0.5 * work
-
-
 @kernel
 def before_bounce(i: int, bodies: Array) -> None:
     """Keep the momenta from which the bounce starts."""
@@ -125,27 +71,6 @@ def before_bounce(i: int, bodies: Array) -> None:
     for axis in range(3):
         bodies[o + P_HELD + axis] = bodies[o + P + axis]
         bodies[o + L_HELD + axis] = bodies[o + L + axis]
-
-
-@inline
-def _pressed(rows: Array, q: int) -> bool:
-    return rows[q + MOST] > 0.0 or rows[q + JN] > 0.0
-
-
-@kernel
-def _join(
-    manifolds: int, nothing: int, width: int, records: Array, rows: Array, groups: Indices
-) -> None:
-    """Join the bodies that press on each other."""
-    for m in range(manifolds):
-        place = int(records[m * RECORD + LANE])
-        a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-        if a == nothing or b == nothing:
-            continue
-        begin = place + MANIFOLD
-        for point in range(int(records[m * RECORD + COUNT])):
-            if _pressed(rows, begin + point * width):
-                join(a, b, groups)
 
 
 @inline
@@ -164,18 +89,18 @@ def _factor(taken: float, linear: float, square: float) -> Any:
 
 @kernel
 def limit(
-    manifolds: int, touched: int, nothing: int, width: int, threshold: float, touching: Indices,
-    records: Array, rows: Array, groups: Indices, bodies: Array,
+    manifolds: int, count: int, touched: int, nothing: int, width: int, threshold: float,
+    touching: Indices, batches: Indices, records: Array, rows: Array, groups: Indices,
+    bodies: Array,
 ) -> None:  # fmt: skip
     """
     Shrink the bounce of each group that would return more than its share.
 
+    count   : batches
     nothing : index of what cannot move; it joins nobody
     groups  : scratch, one number a body
     """
-    for t in range(touched):
-        groups[touching[t]] = touching[t]
-    _join(manifolds, nothing, width, records, rows, groups)
+    join_pressing(count, touched, nothing, touching, batches, rows, groups)
     for t in range(touched):
         o = touching[t] * BODY
         bodies[o + TAKEN] = 0.0
@@ -185,24 +110,24 @@ def limit(
     for m in range(manifolds):
         place = int(records[m * RECORD + LANE])
         a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-        o = root_of(b if a == nothing else a, groups) * BODY
+        o = groups[b if a == nothing else a] * BODY
         begin = place + MANIFOLD
         for point in range(int(records[m * RECORD + COUNT])):
             q = begin + point * width
-            if _pressed(rows, q) and rows[q + APPROACH] < -threshold:
+            if rows[place + TOUCHED] > 0.0 and rows[q + APPROACH] < -threshold:
                 bodies[o + SHARE] = max(bodies[o + SHARE], rows[place + BOUNCE])
     for t in range(touched):
         o = touching[t] * BODY
-        g = root_of(touching[t], groups) * BODY
+        g = groups[touching[t]] * BODY
         x, y, z = bodies[o + P_HELD], bodies[o + P_HELD + 1], bodies[o + P_HELD + 2]
         u, v, w = bodies[o + L_HELD], bodies[o + L_HELD + 1], bodies[o + L_HELD + 2]
-        before = 0.5 * _twice(bodies, o, x, y, z, u, v, w)
+        before = 0.5 * twice(bodies, o, x, y, z, u, v, w)
         x, y, z = bodies[o + P] - x, bodies[o + P + 1] - y, bodies[o + P + 2] - z
         u, v, w = bodies[o + L] - u, bodies[o + L + 1] - v, bodies[o + L + 2] - w
-        square = 0.5 * _twice(bodies, o, x, y, z, u, v, w)
+        square = 0.5 * twice(bodies, o, x, y, z, u, v, w)
         bodies[g + TAKEN] += bodies[o + ENERGY] - before
         bodies[g + SQUARE] += square
-        bodies[g + LINEAR] += _kinetic(bodies, o) - before - square
+        bodies[g + LINEAR] += kinetic(bodies, o) - before - square
     for t in range(touched):
         if groups[touching[t]] == touching[t]:
             o = touching[t] * BODY
@@ -212,7 +137,7 @@ def limit(
             )
     for t in range(touched):
         o = touching[t] * BODY
-        s = bodies[root_of(touching[t], groups) * BODY + FACTOR]
+        s = bodies[groups[touching[t]] * BODY + FACTOR]
         if s < 1.0:
             for axis in range(3):
                 p, j = bodies[o + P_HELD + axis], bodies[o + L_HELD + axis]
@@ -221,7 +146,7 @@ def limit(
     for m in range(manifolds):
         place = int(records[m * RECORD + LANE])
         a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-        s = bodies[root_of(b if a == nothing else a, groups) * BODY + FACTOR]
+        s = bodies[groups[b if a == nothing else a] * BODY + FACTOR]
         begin = place + MANIFOLD
         if s < 1.0:
             for point in range(int(records[m * RECORD + COUNT])):

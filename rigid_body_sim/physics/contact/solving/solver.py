@@ -13,6 +13,7 @@ eight, comes from outside.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,14 +22,17 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.blocks import wide
 from rigid_body_sim.physics.contact.solving import (
     bouncing,
+    following,
     passes,
     preparation,
     resistance,
+    rims,
     warm_start,
 )
 from rigid_body_sim.physics.contact.solving.assembly import BATCH, KIND, OFFSET, POINTS, USED
 from rigid_body_sim.physics.contact.solving.rows import ACTIVE, CHANGE, MANIFOLD, SCRATCH
-from rigid_body_sim.physics.kernels import inline, specialise
+from rigid_body_sim.physics.contact.touching_bodies import P_HELD, P
+from rigid_body_sim.physics.kernels import inline, specialise, unbound
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -39,11 +43,17 @@ SETTLED = 1e-12  # [-] of the largest impulse: a sweep that changes less is the 
 # A batch that is struck is visited again until it is calm: what an impact leaves of the approach
 # sinks in over the next substep, and what pushes it out again lifts the body.
 VISITS = 20  # at most
-IMPACT, CALM = 0.02, 1e-4  # [m/s] changes of a normal velocity: a blow; what is left alone
+# [m/s] changes of a normal velocity: a blow to what moves on, to what is about to move (what it
+# sinks in is lifted again); what is left alone
+IMPACT, KNOCK, CALM = 0.02, 0.002, 1e-4
+REST = 1e-7  # [m/s] what a pass has changed by less gets no second pass
 
 # bound for each scene by `specialise`
 WIDTH = 144  # numbers of a point
 ANGULAR = False  # whether anything rolls or twists with friction
+TURNS = True  # whether the inertia of anything turns with it, or changes
+RIMS = False  # whether a cylinder may touch a plane or a box
+follow_points: Callable[..., Any] = unbound
 BOUNCES = False  # whether anything bounces
 
 
@@ -79,7 +89,7 @@ def _prepare(most: int, count: int, rows: Array, batches: Indices, bodies: Array
             warm_start.turn(lanes, s, q, g)
             if ANGULAR:
                 warm_start.turn_twist(lanes, s, q, g)
-        warm_start.hold(used, s, g, bodies)
+        warm_start.hold(used, P_HELD, s, g, bodies)
         passes.gather_inertia(used, s, bodies)
         passes.gather(lanes, used, s, g, bodies)
         for point in range(points):
@@ -110,7 +120,7 @@ def _push(
         passes.gather(lanes, used, s, g, bodies)
         visits = VISITS if points > 1 else 1
         for visit in range(visits):
-            calm = IMPACT if visit == 0 else CALM
+            calm = KNOCK if visit == 0 else CALM
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 passes.push(lanes, s, q, g, inverse_h, slop, cap, calm)
@@ -122,6 +132,36 @@ def _push(
         passes.mark_carried(used, s, g, bodies)
 
 
+def _follow(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
+    """Move points, arms and gaps of all batches with the bodies; give the second half of loads."""
+    g = rows[0:SCRATCH]
+    for batch in range(count):
+        points = batches[batch * BATCH + POINTS]
+        used = batches[batch * BATCH + USED]
+        lanes = min(wide(used), most)
+        begin = batches[batch * BATCH + OFFSET]
+        s = rows[begin : begin + MANIFOLD]
+        begin += MANIFOLD
+        if TURNS:
+            passes.gather_inertia(used, s, bodies)
+        warm_start.clear(lanes, g)
+        if batches[batch * BATCH + KIND] > 0:
+            following.gather_way(used, s, g, bodies)
+            following.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
+            if ANGULAR:
+                resistance.load(lanes, s, rows[begin : begin + WIDTH], g)
+        else:
+            following.gather_motion(used, s, g, bodies)
+            if RIMS:
+                rims.go_round(used, s, g, bodies)
+            for point in range(points):
+                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
+                follow_points(lanes, s, q, g)
+                if ANGULAR:
+                    resistance.load(lanes, s, q, g)
+        warm_start.hold(used, P, s, g, bodies)
+
+
 def _relax(
     most: int, count: int, inverse_h: float, first: bool, last: bool, rows: Array,
     batches: Indices, bodies: Array,
@@ -129,7 +169,7 @@ def _relax(
     """
     Visit normals and friction of all batches.
 
-    first : the bodies have moved since the gaps were found
+    first : visit all; else those in which the last pass has changed something
     last  : add up the loads from which the next substep starts
     """
     g = rows[0:SCRATCH]
@@ -140,28 +180,22 @@ def _relax(
         begin = batches[batch * BATCH + OFFSET]
         s = rows[begin : begin + MANIFOLD]
         begin += MANIFOLD
-        if first:
-            passes.gather_inertia(used, s, bodies)
-        passes.gather(lanes, used, s, g, bodies)
-        if first and batches[batch * BATCH + KIND] > 0:
-            passes.gather_way(used, s, g, bodies)
-            passes.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
-        elif first:
-            passes.gather_motion(used, s, g, bodies)
-            for point in range(points):
-                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                passes.follow(lanes, s, q, g)
         visits = VISITS if points > 1 or batches[batch * BATCH + KIND] == 0 else 1
+        passes.gather(lanes, used, s, g, bodies)
+        if not first and not passes.wait(used, s, g):
+            visits = 0
         for visit in range(visits):
             calm = IMPACT if visit == 0 else CALM
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                passes.relax(lanes, s, q, g, inverse_h, calm)
+                passes.relax(lanes, s, q, g, inverse_h, calm, REST)
                 if ANGULAR:
                     resistance.resist(lanes, s, q, g)
             if visit + 1 < visits and not _changes(used, g):
                 break
-        passes.scatter(used, s, g, bodies)
+        if visits > 0:
+            passes.note_unrest(used, s, g)
+            passes.scatter(used, s, g, bodies)
         if last:
             warm_start.clear(lanes, g)
             for point in range(points):
@@ -169,7 +203,7 @@ def _relax(
                 warm_start.carry_on(lanes, s, q, g)
                 if ANGULAR:
                     warm_start.carry_twist_on(lanes, s, q, g)
-            warm_start.hold(used, s, g, bodies)
+            warm_start.hold(used, P_HELD, s, g, bodies)
 
 
 def _bounce(
@@ -200,11 +234,25 @@ def _bounce(
     return SWEEPS
 
 
-def solver(*, width: int, angular: bool, bounces: bool) -> dict[str, Any]:
-    """Make the passes of a scene, by name."""
+def solver(
+    *, width: int, angular: bool, bounces: bool, turns: bool, on_rims: bool, layered: bool
+) -> dict[str, Any]:
+    """
+    Make the passes of a scene, by name.
+
+        width   : numbers of a point
+        turns   : whether some inertia changes with the attitude: not of balls and cubes alone
+        on_rims : whether a cylinder may touch a plane or a box
+        layered : whether anything is a ball or a capsule
+    """
     name = f'{width}'
-    bound = {'WIDTH': width, 'ANGULAR': angular, 'BOUNCES': bounces}
-    made = {'prepare': _prepare, 'push': _push, 'relax': _relax}
+    bound: dict[str, Any] = {'WIDTH': width, 'ANGULAR': angular, 'BOUNCES': bounces}
+    bound |= {
+        'TURNS': turns,
+        'RIMS': on_rims,
+        'follow_points': following.follower(layered=layered),
+    }
+    made = {'prepare': _prepare, 'push': _push, 'follow': _follow, 'relax': _relax}
     if bounces:
         made['bounce'] = _bounce
     return {key: specialise(source, name=name, **bound) for key, source in made.items()}

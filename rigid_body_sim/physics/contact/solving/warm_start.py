@@ -25,7 +25,12 @@ from rigid_body_sim.physics.contact.solving.rows import (
     GAIN,
     GAP,
     GAP0,
-    HELD,
+    HN,
+    HO,
+    HQ,
+    HR,
+    HS,
+    HT,
     JN,
     JO,
     JQ,
@@ -44,7 +49,6 @@ from rigid_body_sim.physics.contact.solving.rows import (
     N,
     T,
 )
-from rigid_body_sim.physics.contact.touching_bodies import L_HELD, P_HELD
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
@@ -61,7 +65,7 @@ def lasting(q: Array, p: int) -> Any:
     is taken back. A load changes the velocity of the point by less than LOAD, or is at most eight
     what this substep started from.
     """
-    limit = max(8.0 * q[p + HELD], LOAD * q[p + GAIN])
+    limit = max(16.0 * q[p + HN], LOAD * q[p + GAIN])
     new = q[p + JN]
     return limit / new if new > limit else 1.0
 
@@ -84,12 +88,14 @@ def carry_on(lanes: int, s: Array, q: Array, g: Array) -> None:
         q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = x + new, y + t, z + o
         keep = lasting(q, k)
         new, t, o = keep * new, keep * t, keep * o
+        q[k + JN], q[k + JT], q[k + JO] = new, t, o
+        new, t, o = 0.5 * new, 0.5 * t, 0.5 * o
         x = new * nx + (t * tx + o * ox)
         y = new * ny + (t * ty + o * oy)
         z = new * nz + (t * tz + o * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        q[k + HELD], q[k + JN], q[k + JT], q[k + JO] = new, new, t, o
+        q[k + HN], q[k + HT], q[k + HO] = new, t, o
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
         g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
         g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
@@ -102,7 +108,8 @@ def carry_twist_on(lanes: int, s: Array, q: Array, g: Array) -> None:
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
-        r, p, turn = q[k + JR], q[k + JQ], q[k + JS]
+        r, p, turn = 0.5 * q[k + JR], 0.5 * q[k + JQ], 0.5 * q[k + JS]
+        q[k + HR], q[k + HQ], q[k + HS] = r, p, turn
         x = r * tx + p * ox + turn * nx
         y = r * ty + p * oy + turn * ny
         z = r * tz + p * oz + turn * nz
@@ -126,13 +133,14 @@ def turn(lanes: int, s: Array, q: Array, g: Array) -> None:
         lx, ly, lz = vector(g, k + LB)
         normal = q[k + JN]
         t, o = disc(tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, s[k + MU] * normal)
+        q[k + JT], q[k + JO] = t, o
+        normal, t, o = 0.5 * normal, 0.5 * t, 0.5 * o
         x = normal * nx + (t * tx + o * ox)
         y = normal * ny + (t * ty + o * oy)
         z = normal * nz + (t * tz + o * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        q[k + JT], q[k + JO] = t, o
-        q[k + HELD] = normal
+        q[k + HN], q[k + HT], q[k + HO] = normal, t, o
         q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = 0.0, 0.0, 0.0
         q[k + MOST] = 0.0
         q[k + GAP] = q[k + GAP0]
@@ -149,24 +157,24 @@ def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
         nx, ny, nz = vector(s, k + N)
         tx, ty, tz = vector(s, k + T)
         ox, oy, oz = vector(s, k + T2)
-        q[k + JR] = tx * x + ty * y + tz * z
-        q[k + JQ] = ox * x + oy * y + oz * z
-        q[k + JS] = nx * x + ny * y + nz * z
+        r, p, turn = tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, nx * x + ny * y + nz * z
+        q[k + JR], q[k + JQ], q[k + JS] = r, p, turn
+        q[k + HR], q[k + HQ], q[k + HS] = 0.5 * r, 0.5 * p, 0.5 * turn
         q[k + BN], q[k + BT], q[k + BO] = 0.0, 0.0, 0.0
-        twist(g, k, x, y, z)
+        twist(g, k, 0.5 * x, 0.5 * y, 0.5 * z)
 
 
 @kernel
-def hold(used: int, s: Array, g: Array, bodies: Array) -> None:
+def hold(used: int, place: int, s: Array, g: Array, bodies: Array) -> None:
     """Add to what contacts hold of the bodies of a batch what its points start from."""
     for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
         for axis in range(3):
             row = k + 8 * axis
-            bodies[a + P_HELD + axis] -= g[row + PS]
-            bodies[b + P_HELD + axis] += g[row + PS]
-            bodies[a + L_HELD + axis] += g[row + LA]
-            bodies[b + L_HELD + axis] += g[row + LB]
+            bodies[a + place + axis] -= g[row + PS]
+            bodies[b + place + axis] += g[row + PS]
+            bodies[a + place + 3 + axis] += g[row + LA]
+            bodies[b + place + 3 + axis] += g[row + LB]
 
 
 @kernel
