@@ -61,9 +61,7 @@ class Engine:
         """
         try:
             task = Task.of(problem, problem.bodies[0])
-            ways = [way for way in self.ways if way.contact == (task.ground is not None)]
-            if not ways:
-                raise InvalidModel('contact is not written for this engine')
+            ways = self.ways_for(task)
             for way in ways:
                 first = way.tolerances[0] if way.tolerances else problem.steps[-1]
                 self._built(way, task, first)
@@ -72,6 +70,13 @@ class Engine:
             return
         for way in ways:
             yield from self._sweep(problem, way)
+
+    def ways_for(self, task: Task) -> list[Way]:
+        """Return its ways for bodies on the ground, or for others; InvalidModel if none."""
+        ways = [way for way in self.ways if way.contact == (task.ground is not None)]
+        if not ways:
+            raise InvalidModel('contact is not written for this engine')
+        return ways
 
     def _build(self, problem: Problem, way: Way, bodies: int, setting: float) -> Runner:
         return self._built(way, Task.of(problem, bodies), setting)

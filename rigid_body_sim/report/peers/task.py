@@ -139,12 +139,26 @@ class Task:
 
 
 def _ground(scene: Scene) -> Body:
-    """Return the ground; InvalidModel unless spheres and boxes alone lie on the plane z = 0."""
+    """
+    Return the ground; InvalidModel unless spheres and boxes alone, each about its centre of mass,
+    lie on the plane z = 0.
+    """
     ground, *others = scene.bodies
+    start = ground.initial
     level = isinstance(ground.shape, Plane) and ground.shape == Plane((0.0, 0.0, 1.0), 0.0)
-    plain = all(isinstance(body.shape, (Sphere, Box)) and not body.fixed for body in others)
+    level = level and (start.position[2], start.orientation) == (0.0, so3.IDENTITY)
+    plain = all(
+        isinstance(body.shape, (Sphere, Box))
+        and not body.fixed
+        and body.shape_position == body.center_of_mass
+        and body.shape_orientation == so3.IDENTITY
+        for body in others
+    )
     if not (level and plain) or scene.forces:
-        raise InvalidModel('contact is written for spheres and boxes on the plane z = 0 only')
+        raise InvalidModel(
+            'contact is written for spheres and boxes about their centres of mass on the plane '
+            'z = 0 only'
+        )
     return ground
 
 
