@@ -184,7 +184,8 @@ def push(
         before_o = old_o - ho if pressed else 0.0
         now = before - gain * scale * (vn + bias) - keep * old
         now = now if now > 0.0 else 0.0
-        now = now if g[k + ACTIVE] > 0.0 else before
+        active = g[k + ACTIVE] > 0.0
+        now = now if active else before
         presses = now > 0.0
         # friction of the last substep is none of this one where less presses: it keeps its share
         less = now < before
@@ -196,9 +197,13 @@ def push(
         z = change * nz + (dt * tz + do * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        q[k + JN] = now + hn if presses else 0.0
-        q[k + JT] = t + ht if presses else 0.0
-        q[k + JO] = o + ho if presses else 0.0
+        new = now + hn if presses else 0.0
+        t = t + ht if presses else 0.0
+        o = o + ho if presses else 0.0
+        # a lane that is not visited keeps its bits
+        q[k + JN] = new if active else old
+        q[k + JT] = t if active else old_t
+        q[k + JO] = o if active else old_o
         size = abs(change) - calm * gain
         g[k + CHANGE] = size if size > largest else largest
         g[k + PUSHED] = 1.0 if presses else pushed
