@@ -55,9 +55,8 @@ def tipping(dt, time=0.4, start=0.35):
 
 def test_a_block_tips_about_an_edge_that_sticks_to_second_order():
     errors = np.array([tipping(dt) for dt in TICKS])
-    # the next term: 1 % at the coarser tick
-    assert orders(errors[:, 0]) == pytest.approx(2.0, abs=0.1)
-    assert orders(errors[:, 1]) == pytest.approx(2.0, abs=0.1)
+    # a little more than second order: part of the error is energy, and gains are taken back
+    assert orders(errors).min() > 1.95
     # a method of first order misses this thirtyfold
     assert abs(errors[1, 0]) < 1e-5
 
@@ -229,6 +228,6 @@ def tilting(dt, time=0.25, start=0.3, speed=1.0):
 def test_a_capsule_rolls_over_its_end_to_second_order():
     errors = np.array([tilting(dt) for dt in TICKS])
     # as above; the start from a contact without load is part of the error
-    assert orders(errors[::2]) / 2 == pytest.approx(2.0, abs=0.25)
+    assert orders(errors[::2]).min() / 2 > 1.95
     # an end whose lowest point turned with the axis misses its place by millimetres
     assert abs(errors[1, 2]) < 1e-5

@@ -25,7 +25,7 @@ from rigid_body_sim.physics.model import Body, Material
 from rigid_body_sim.physics.shapes import Cylinder
 from rigid_body_sim.physics.simulation import Simulation
 
-from .touching import G, H, box, ground, lean, motion, scene
+from .touching import G, H, box, gain_left, ground, lean, motion, scene
 
 R = 0.1  # [m] radius of every wheel
 THIN = 1e-8 * R  # [m] thickness of a disc: THIN / (R LEAN) of what leans it would hold it up
@@ -244,7 +244,8 @@ def test_energy_of_a_coin_never_rises_while_it_rolls_tumbles_and_falls_flat(
     bounce, friction, roll
 ):
     """
-    Beyond what is left alone: 2e-3 of m g^2 h^2 / 2, 1e-7 J, as with boxes that tumble.
+    Not at all while it moves; 2e-3 of what a fall from rest for a substep gives where it is slower
+    than 0.03 m/s, as with boxes that tumble.
     """
     for thick, drop in ((0.1 * R, 0.0), (0.1 * R, 0.05), (2 * R, 0.05)):
         sim = _coin(thick=thick, friction=friction, roll=roll, bounce=bounce, drop=drop)
@@ -252,8 +253,6 @@ def test_energy_of_a_coin_never_rises_while_it_rolls_tumbles_and_falls_flat(
         for _ in range(960):
             sim.step()
             after = sim.energy()
-            state = sim.state
-            moving = 0.5 * state.velocity[1] @ state.velocity[1]
-            moving += 0.5 * state.angular_velocity[1] @ state.angular_momentum[1]
-            assert after - before < (1.2e-7 if moving > 1e-5 else 5e-6)
+            slides = friction == 0 and roll == 0
+            assert after - before < gain_left(sim.state, slides=slides)
             before = after

@@ -39,7 +39,7 @@ from rigid_body_sim.physics.contact.solving.assembly import (
     MEMORY,
     REMEMBERED,
 )
-from rigid_body_sim.physics.contact.solving.gained_energy import ACCOUNT
+from rigid_body_sim.physics.contact.solving.groups import ACCOUNT
 from rigid_body_sim.physics.contact.solving.memory import end_of_memory
 from rigid_body_sim.physics.contact.solving.rows import (
     LANES,

@@ -160,9 +160,6 @@ def _advance(
             touching_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
             if BOUNCES:
                 touching_bodies.accelerate(i, n_rigid, rotation, bodies)
-            energy_account.begin(i, bodies)
-            if not COUPLED:
-                energy_account.add_half_the_torque(i, n_rigid, h, rotation, bodies)
         for entry in range(BODY):
             bodies[n_bodies * BODY + entry] = 0.0
         detection.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
@@ -223,11 +220,15 @@ def _advance(
         if FLOWS:
             weigh((tick + passed) * h + 0.5 * h, flows)
             enter(flows, bodies)
-        prepare(lanes_at_once, count, rows, batches, bodies)
+        prepare(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
         if FLOWS:
             leave(flows, bodies)
             hold_flowing(flows, bodies)
         touched = _mark_touching(manifolds, n_bodies, records, rows, touching, colours)
+        for i in range(touched):
+            energy_account.begin(touching[i], bodies)
+            if not COUPLED:
+                energy_account.add_half_the_torque(touching[i], n_rigid, h, rotation, bodies)
         for sub in range(substeps):
             if COUPLED and not fresh:
                 time = (tick + passed) * h + sub * part
@@ -326,17 +327,17 @@ def _advance(
                 returned_energy.before_bounce(touching[i], bodies)
             if FLOWS:
                 enter(flows, bodies)
-            bounce(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
+            bounce(lanes_at_once, count, rows, batches, bodies)
             if FLOWS:
                 leave(flows, bodies)
             returned_energy.limit(
-                manifolds, count, touched, n_bodies, WIDTH, settings[THRESHOLD], touching, batches,
-                records, rows, colours, bodies,
+                manifolds, count, touched, n_bodies, WIDTH, touching, batches, records, rows,
+                colours, accounts, bodies,
             )  # fmt: skip
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
         if gained_energy.take_back(
-            count, touched, n_bodies, part, touching, batches, rows, colours, translation,
+            count, touched, n_bodies, WIDTH, part, touching, batches, rows, colours, translation,
             accounts, bodies,
         ):  # fmt: skip
             hung = charged_impulses.hang(
@@ -345,9 +346,7 @@ def _advance(
             charged_impulses.charge(hung, n_bodies, WIDTH, records, rows, accounts, bodies)
             for i in range(touched):
                 touching_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
-        memory_of.remember(
-            manifolds, WIDTH, part, ANGULAR, settings[THRESHOLD], poses, records, rows, memory
-        )
+        memory_of.remember(manifolds, WIDTH, part, ANGULAR, poses, records, rows, memory)
         counts[DONE] = passed + 1
         status = finite(n_bodies, n_rigid, translation, rotation)
         if SLEEPING:

@@ -57,16 +57,15 @@ P, L = 0, 3  # [kg m/s], [kg m^2/s] momenta
 IM, II = 6, 7  # [1/kg]; [1/(kg m^2)] inverse inertia xx, xy, xz, yy, yz, zz
 D, U, W = 13, 16, 19  # motion since the start of the substep: d [m], u, w [-]
 CARRIED = 21  # [-] 1: some contact pushes it in this substep
-GROUP = 22  # (5) its group's account of energy, see `returned_energy`
-ENERGY = 27  # [J] kinetic at the start of the tick and the work of forces since, where wanted
-P_HELD, L_HELD = 28, 31  # half the loads; at the end of a tick, scratch
-X0, E0, Q0 = 34, 37, 40  # position, its residual and attitude at the start of the tick
-XS, ES = 44, 47  # position and its residual at the start of the substep
-ROUND = 50  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ball, 3: about
+ENERGY = 22  # [J] kinetic at the start of the tick and the work of forces since
+P_HELD, L_HELD = 23, 26  # half the loads; at the end of a tick, scratch
+X0, E0, Q0 = 29, 32, 35  # position, its residual and attitude at the start of the tick
+XS, ES = 39, 42  # position and its residual at the start of the substep
+ROUND = 45  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ball, 3: about
 # its centre of mass
-AXIS = 51  # (3) [-] principal axes
-ACC, ALPHA = 54, 57  # [m/s^2], [rad/s^2] of free motion at the start of the tick, where wanted
-QS = 60  # (4) attitude at the start of the substep
+AXIS = 46  # (3) [-] principal axes
+ACC, ALPHA = 49, 52  # [m/s^2], [rad/s^2] of free motion at the start of the tick, where wanted
+QS = 55  # (4) attitude at the start of the substep
 BODY = 64
 
 

@@ -40,9 +40,11 @@ from rigid_body_sim.physics.kernels import kernel
 
 Array = NDArray[np.float64]
 
+SETTLED = 1e-12  # [-] of what a point gives in this tick: what changes by less has settled
+
 
 @kernel
-def bounce(lanes: int, s: Array, q: Array, g: Array, threshold: float) -> None:
+def bounce(lanes: int, s: Array, q: Array, g: Array) -> None:
     """
     Visit one point of each lane after the last substep: v_n <- -e v_approach where it bounces,
     v_n >= 0 elsewhere; friction on the impulse of the bounce.
@@ -54,9 +56,7 @@ def bounce(lanes: int, s: Array, q: Array, g: Array, threshold: float) -> None:
         ax, ay, az, bx, by, bz = arms(q, k)
         x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         approach = q[k + APPROACH]
-        elastic = s[k + BOUNCE]
-        bounces = (elastic > 0.0) & (approach < -threshold)
-        aim = -elastic * approach if bounces else 0.0
+        aim = -s[k + BOUNCE] * approach if approach < 0.0 else 0.0
         old, old_t, old_o = q[k + BN], q[k + BT], q[k + BO]
         gain = q[k + SLIP_GAIN]
         px, py, pz = vector(g, k + PS)
@@ -65,19 +65,23 @@ def bounce(lanes: int, s: Array, q: Array, g: Array, threshold: float) -> None:
         largest = g[k + CHANGE]
         new = old - q[k + GAIN] * ((nx * x + ny * y + nz * z) - aim)
         new = new if new > 0.0 else 0.0
-        pressed = (q[k + MOST] > 0.0) | (q[k + JN] > 0.0)
-        new = new if pressed else 0.0
+        press = q[k + MOST] + q[k + JN]
+        new = new if press > 0.0 else 0.0
         change = new - old
         t = old_t - gain * ((tx * x + ty * y + tz * z) + q[k + COUPLE_T] * change)
         o = old_o - gain * ((ox * x + oy * y + oz * z) + q[k + COUPLE_O] * change)
         t, o = disc(t, o, s[k + MU] * new)
-        dt, do = t - old_t, o - old_o
+        size = abs(change) + (abs(t - old_t) + abs(o - old_o))
+        # what is settled keeps its bits, however long others take
+        moves = size > SETTLED * (press + new)
+        size = size if moves else 0.0
+        new, t, o = (new, t, o) if moves else (old, old_t, old_o)
+        change, dt, do = new - old, t - old_t, o - old_o
         x = change * nx + (dt * tx + do * ox)
         y = change * ny + (dt * ty + do * oy)
         z = change * nz + (dt * tz + do * oz)
         ax, ay, az = cross(ax, ay, az, x, y, z)
         bx, by, bz = cross(bx, by, bz, x, y, z)
-        size = abs(change)
         q[k + BN], q[k + BT], q[k + BO] = new, t, o
         g[k + CHANGE] = size if size > largest else largest
         g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.finding.detection import COUNT, LANE, RECORD
-from rigid_body_sim.physics.contact.solving.gained_energy import ACCOUNT, FREE, HELD
+from rigid_body_sim.physics.contact.solving.groups import ACCOUNT, FREE, HELD, ORDER, PARENT
 from rigid_body_sim.physics.contact.solving.rows import JN, MANIFOLD, SUM, T2, TOUCHED, A, B, N, T
 from rigid_body_sim.physics.contact.touching_bodies import BODY, P_HELD
 from rigid_body_sim.physics.kernels import kernel
@@ -23,9 +23,8 @@ from rigid_body_sim.physics.kernels import kernel
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# at the end of the accounts: of each body, and of each place in the order
-PARENT, ORDER = ACCOUNT - 2, ACCOUNT - 1  # manifold on which a body hangs; body
-LOOSE, HUNG = -1.0, -2.0  # in place of a manifold
+# PARENT of a body is the manifold on which it hangs, or:
+LOOSE, HUNG = -1.0, -2.0
 
 
 @kernel

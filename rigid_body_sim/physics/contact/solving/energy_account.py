@@ -1,13 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The energy of bodies that touch, and who presses on whom in a tick.
+The energy of bodies that touch.
 
     E = T_0 + W     what the kinetic energy of a body would be without contacts
         T_0 : [J] kinetic energy at the start of the tick
         W   : [J] work of all other forces over the tick, by the trapezoidal rule
-
-Bodies that press on each other are a group: contacts only pass energy on in it, or take it.
 """
 
 from __future__ import annotations
@@ -18,9 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import EX, FX, ROTATION, RX, TRANSLATION, TX, at
-from rigid_body_sim.physics.contact.forest import join, root_of
-from rigid_body_sim.physics.contact.solving.assembly import BATCH, OFFSET, USED
-from rigid_body_sim.physics.contact.solving.rows import TOUCHED, A, B
 from rigid_body_sim.physics.contact.touching_bodies import (
     BODY,
     E0,
@@ -36,13 +31,10 @@ from rigid_body_sim.physics.contact.touching_bodies import (
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @inline
-def turning_twice(
-    bodies: Array, o: int, x: float, y: float, z: float, u: float, v: float, w: float
-):
+def turning(bodies: Array, o: int, x: float, y: float, z: float, u: float, v: float, w: float):
     """Return (x, y, z) . I^-1 (u, v, w) of a body."""
     xx, xy, xz = bodies[o + II], bodies[o + II + 1], bodies[o + II + 2]
     yy, yz, zz = bodies[o + II + 3], bodies[o + II + 4], bodies[o + II + 5]
@@ -56,7 +48,7 @@ def turning_twice(
 @inline
 def twice(bodies: Array, o: int, x: float, y: float, z: float, u: float, v: float, w: float):
     """Return p . v for the momenta (x, y, z), (u, v, w) of a body, and v for them: 2 T."""
-    return bodies[o + IM] * (x * x + y * y + z * z) + turning_twice(bodies, o, u, v, w, u, v, w)
+    return bodies[o + IM] * (x * x + y * y + z * z) + turning(bodies, o, u, v, w, u, v, w)
 
 
 @inline
@@ -85,7 +77,7 @@ def _power(i: int, n_rigid: int, rotation: Array, bodies: Array) -> Any:
     if x == 0.0 and y == 0.0 and z == 0.0:
         return 0.0
     u, v, w = bodies[o + L], bodies[o + L + 1], bodies[o + L + 2]
-    return turning_twice(bodies, o, x, y, z, u, v, w)
+    return turning(bodies, o, x, y, z, u, v, w)
 
 
 @inline
@@ -126,26 +118,3 @@ def add_half_the_torque(i: int, n_rigid: int, h: float, rotation: Array, bodies:
 def add_work(i: int, translation: Array, bodies: Array) -> None:
     """Add the work of constant forces over a tick."""
     bodies[i * BODY + ENERGY] += _work(i, X0, E0, translation, bodies)
-
-
-@kernel
-def join_pressing(
-    count: int, touched: int, nothing: int, touching: Indices, batches: Indices, rows: Array,
-    groups: Indices,
-) -> None:  # fmt: skip
-    """
-    Give each body the first of its group: of those that press on each other, by way of whoever
-    does; what cannot move, `nothing`, joins nobody.
-
-        count : batches
-    """
-    for t in range(touched):
-        groups[touching[t]] = touching[t]
-    for batch in range(count):
-        begin = batches[batch * BATCH + OFFSET]
-        for place in range(begin, begin + batches[batch * BATCH + USED]):
-            a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-            if a != nothing and b != nothing and rows[place + TOUCHED] > 0.0:
-                join(a, b, groups)
-    for t in range(touched):
-        groups[touching[t]] = root_of(touching[t], groups)

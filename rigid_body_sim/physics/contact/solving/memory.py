@@ -52,14 +52,10 @@ Array = NDArray[np.float64]
 
 @kernel
 def remember(
-    manifolds: int, width: int, h: float, angular: bool, threshold: float, poses: Array,
-    records: Array, rows: Array, memory: Array,
+    manifolds: int, width: int, h: float, angular: bool, poses: Array, records: Array,
+    rows: Array, memory: Array,
 ) -> None:  # fmt: skip
-    """
-    Write what the next tick starts from; poses are those at the start of this one.
-
-        threshold : [m/s]  slower impacts do not bounce
-    """
+    """Write what the next tick starts from; poses are those at the start of this one."""
     memory[0] = h
     memory[1] = float(manifolds)
     to = MEMORY
@@ -75,7 +71,7 @@ def remember(
             at_point = o + RECORD_POINTS + point * FOUND_POINT
             p = place + MANIFOLD + point * width
             # a point that bounced leaves: its friction would pull the body back for a substep
-            left = rows[place + BOUNCE] > 0.0 and rows[p + APPROACH] < -threshold
+            left = rows[place + BOUNCE] > 0.0 and rows[p + APPROACH] < 0.0
             keep = 0.0 if left else lasting(rows, p)
             t, s = keep * rows[p + JT], keep * rows[p + JO]
             memory[to + FEAT] = records[at_point + FEATURE]

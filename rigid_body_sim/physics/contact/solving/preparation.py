@@ -168,8 +168,8 @@ def _acceleration(g, d, u, wx, wy, wz, k, x, y, z):
 
 
 @kernel
-def approach(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Find the speed of approach of one point of each lane."""
+def approach(lanes: int, threshold: float, s: Array, q: Array, g: Array) -> None:
+    """Find the speed of approach of one point of each lane; 0 for what does not bounce."""
     for k in range(lanes):
         nx, ny, nz = vector(s, k + N)
         ax, ay, az, bx, by, bz = arms(q, k)
@@ -182,4 +182,5 @@ def approach(lanes: int, s: Array, q: Array, g: Array) -> None:
         gap = q[k + GAP0]
         square = vn * vn - 2.0 * gap * (nx * (bx - ax) + ny * (by - ay) + nz * (bz - az))
         ahead = (vn < 0.0) & (gap > 0.0)
-        q[k + APPROACH] = -math.sqrt(square if square > 0.0 else 0.0) if ahead else vn
+        met = -math.sqrt(square if square > 0.0 else 0.0) if ahead else vn
+        q[k + APPROACH] = met if met < -threshold else 0.0

@@ -30,10 +30,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.finding.detection import COUNT, LANE, RECORD
-from rigid_body_sim.physics.contact.solving.energy_account import (
+from rigid_body_sim.physics.contact.solving.energy_account import kinetic, twice
+from rigid_body_sim.physics.contact.solving.groups import (
+    ACCOUNT,
+    FACTOR,
+    LINEAR,
+    SHARE,
+    SQUARE,
+    TAKEN,
     join_pressing,
-    kinetic,
-    twice,
 )
 from rigid_body_sim.physics.contact.solving.rows import (
     APPROACH,
@@ -49,7 +54,6 @@ from rigid_body_sim.physics.contact.solving.rows import (
 from rigid_body_sim.physics.contact.touching_bodies import (
     BODY,
     ENERGY,
-    GROUP,
     L_HELD,
     P_HELD,
     L,
@@ -59,9 +63,6 @@ from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-# of the first body of a group
-TAKEN, LINEAR, SQUARE, SHARE, FACTOR = range(GROUP, GROUP + 5)
 
 
 @kernel
@@ -89,8 +90,8 @@ def _factor(taken: float, linear: float, square: float) -> Any:
 
 @kernel
 def limit(
-    manifolds: int, count: int, touched: int, nothing: int, width: int, threshold: float,
-    touching: Indices, batches: Indices, records: Array, rows: Array, groups: Indices,
+    manifolds: int, count: int, touched: int, nothing: int, width: int, touching: Indices,
+    batches: Indices, records: Array, rows: Array, groups: Indices, accounts: Array,
     bodies: Array,
 ) -> None:  # fmt: skip
     """
@@ -99,45 +100,43 @@ def limit(
     count   : batches
     nothing : index of what cannot move; it joins nobody
     groups  : scratch, one number a body
+    accounts: scratch, ACCOUNT numbers a body
     """
     join_pressing(count, touched, nothing, touching, batches, rows, groups)
     for t in range(touched):
-        o = touching[t] * BODY
-        bodies[o + TAKEN] = 0.0
-        bodies[o + LINEAR] = 0.0
-        bodies[o + SQUARE] = 0.0
-        bodies[o + SHARE] = 0.0
+        g = touching[t] * ACCOUNT
+        for entry in range(TAKEN, FACTOR):
+            accounts[g + entry] = 0.0
+        accounts[g + FACTOR] = 1.0
     for m in range(manifolds):
         place = int(records[m * RECORD + LANE])
         a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-        o = groups[b if a == nothing else a] * BODY
+        g = groups[b if a == nothing else a] * ACCOUNT
         begin = place + MANIFOLD
         for point in range(int(records[m * RECORD + COUNT])):
             q = begin + point * width
-            if rows[place + TOUCHED] > 0.0 and rows[q + APPROACH] < -threshold:
-                bodies[o + SHARE] = max(bodies[o + SHARE], rows[place + BOUNCE])
+            if rows[place + TOUCHED] > 0.0 and rows[q + APPROACH] < 0.0:
+                accounts[g + SHARE] = max(accounts[g + SHARE], rows[place + BOUNCE])
     for t in range(touched):
         o = touching[t] * BODY
-        g = groups[touching[t]] * BODY
+        g = groups[touching[t]] * ACCOUNT
         x, y, z = bodies[o + P_HELD], bodies[o + P_HELD + 1], bodies[o + P_HELD + 2]
         u, v, w = bodies[o + L_HELD], bodies[o + L_HELD + 1], bodies[o + L_HELD + 2]
         before = 0.5 * twice(bodies, o, x, y, z, u, v, w)
         x, y, z = bodies[o + P] - x, bodies[o + P + 1] - y, bodies[o + P + 2] - z
         u, v, w = bodies[o + L] - u, bodies[o + L + 1] - v, bodies[o + L + 2] - w
         square = 0.5 * twice(bodies, o, x, y, z, u, v, w)
-        bodies[g + TAKEN] += bodies[o + ENERGY] - before
-        bodies[g + SQUARE] += square
-        bodies[g + LINEAR] += kinetic(bodies, o) - before - square
+        accounts[g + TAKEN] += bodies[o + ENERGY] - before
+        accounts[g + SQUARE] += square
+        accounts[g + LINEAR] += kinetic(bodies, o) - before - square
     for t in range(touched):
+        g = touching[t] * ACCOUNT
         if groups[touching[t]] == touching[t]:
-            o = touching[t] * BODY
-            share = bodies[o + SHARE]
-            bodies[o + FACTOR] = _factor(
-                share * share * bodies[o + TAKEN], bodies[o + LINEAR], bodies[o + SQUARE]
-            )
+            taken = accounts[g + SHARE] * accounts[g + SHARE] * accounts[g + TAKEN]
+            accounts[g + FACTOR] = _factor(taken, accounts[g + LINEAR], accounts[g + SQUARE])
     for t in range(touched):
         o = touching[t] * BODY
-        s = bodies[groups[touching[t]] * BODY + FACTOR]
+        s = accounts[groups[touching[t]] * ACCOUNT + FACTOR]
         if s < 1.0:
             for axis in range(3):
                 p, j = bodies[o + P_HELD + axis], bodies[o + L_HELD + axis]
@@ -146,7 +145,7 @@ def limit(
     for m in range(manifolds):
         place = int(records[m * RECORD + LANE])
         a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-        s = bodies[groups[b if a == nothing else a] * BODY + FACTOR]
+        s = accounts[groups[b if a == nothing else a] * ACCOUNT + FACTOR]
         begin = place + MANIFOLD
         if s < 1.0:
             for point in range(int(records[m * RECORD + COUNT])):

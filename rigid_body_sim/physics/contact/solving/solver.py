@@ -38,7 +38,6 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 SWEEPS = 40  # of the bounce, at most; a stack of that many balls is not yet at rest
-SETTLED = 1e-12  # [-] of the largest impulse: a sweep that changes less is the last
 
 # A batch that is struck is visited again until it is calm: what an impact leaves of the approach
 # sinks in over the next substep, and what pushes it out again lifts the body.
@@ -72,8 +71,14 @@ def _changes(used: int, g: Array) -> bool:
     return True
 
 
-def _prepare(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
-    """Find tangents, gains and speeds of approach, and what the last tick left to start from."""
+def _prepare(
+    most: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
+) -> None:  # fmt: skip
+    """
+    Find tangents, gains and speeds of approach, and what the last tick left to start from.
+
+    threshold : [m/s] slower impacts do not bounce
+    """
     g = rows[0:SCRATCH]
     for batch in range(count):
         points = batches[batch * BATCH + POINTS]
@@ -101,7 +106,7 @@ def _prepare(most: int, count: int, rows: Array, batches: Indices, bodies: Array
             preparation.gather_accelerations(used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                preparation.approach(lanes, s, q, g)
+                preparation.approach(lanes, threshold, s, q, g)
 
 
 def _push(
@@ -206,12 +211,9 @@ def _relax(
             warm_start.hold(used, P_HELD, s, g, bodies)
 
 
-def _bounce(
-    most: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
-) -> Any:
+def _bounce(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> Any:
     """Let bounce what bounces, sweep by sweep until nothing changes; return the sweeps."""
     g = rows[0:SCRATCH]
-    largest = 0.0
     for sweep in range(SWEEPS):
         change = 0.0
         for batch in range(count):
@@ -224,12 +226,11 @@ def _bounce(
             passes.gather(lanes, used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                bouncing.bounce(lanes, s, q, g, threshold)
+                bouncing.bounce(lanes, s, q, g)
             passes.scatter(used, s, g, bodies)
             for k in range(used):
                 change = max(change, g[CHANGE + k])
-        largest = max(largest, change)
-        if not change > SETTLED * largest:
+        if not change > 0.0:
             return sweep + 1
     return SWEEPS
 
