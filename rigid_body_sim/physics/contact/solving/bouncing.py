@@ -14,7 +14,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.solving.lanes import arms, cross, disc, relative, vector
+from rigid_body_sim.physics.contact.solving.lanes import (
+    arms,
+    disc,
+    relative,
+    strike,
+    vector,
+)
 from rigid_body_sim.physics.contact.solving.rows import (
     APPROACH,
     BN,
@@ -26,11 +32,8 @@ from rigid_body_sim.physics.contact.solving.rows import (
     COUPLE_T,
     GAIN,
     JN,
-    LA,
-    LB,
     MOST,
     MU,
-    PS,
     SLIP_GAIN,
     T2,
     N,
@@ -59,9 +62,6 @@ def bounce(lanes: int, s: Array, q: Array, g: Array) -> None:
         aim = -s[k + BOUNCE] * approach if approach < 0.0 else 0.0
         old, old_t, old_o = q[k + BN], q[k + BT], q[k + BO]
         gain = q[k + SLIP_GAIN]
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
         largest = g[k + CHANGE]
         new = old - q[k + GAIN] * ((nx * x + ny * y + nz * z) - aim)
         new = new if new > 0.0 else 0.0
@@ -80,10 +80,6 @@ def bounce(lanes: int, s: Array, q: Array, g: Array) -> None:
         x = change * nx + (dt * tx + do * ox)
         y = change * ny + (dt * ty + do * oy)
         z = change * nz + (dt * tz + do * oz)
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
         q[k + BN], q[k + BT], q[k + BO] = new, t, o
         g[k + CHANGE] = size if size > largest else largest
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)

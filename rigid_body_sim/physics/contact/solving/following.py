@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.geometry.manifold import TINY
-from rigid_body_sim.physics.contact.solving.lanes import arms, cross, vector
+from rigid_body_sim.physics.contact.solving.lanes import arms, shift, strike, vector
 from rigid_body_sim.physics.contact.solving.rows import (
     APPROACH,
     BOUNCE,
@@ -31,13 +31,10 @@ from rigid_body_sim.physics.contact.solving.rows import (
     HO,
     HT,
     JN,
-    LA,
     LAYER_A,
     LAYER_B,
-    LB,
     MASS_A,
     MASS_B,
-    PS,
     RA,
     RB,
     ROUND_PAIR,
@@ -71,15 +68,6 @@ def gather_motion(used: int, s: Array, g: Array, bodies: Array) -> None:
 
 
 @inline
-def _shift(ux, uy, uz, w, x, y, z):
-    """Motion of a point at arm (x, y, z) by the turn of its body: w t + u x t, t = 2 u x r."""
-    tx, ty, tz = cross(ux, uy, uz, x, y, z)
-    tx, ty, tz = 2.0 * tx, 2.0 * ty, 2.0 * tz
-    sx, sy, sz = cross(ux, uy, uz, tx, ty, tz)
-    return w * tx + sx, w * ty + sy, w * tz + sz
-
-
-@inline
 def _load(s, q, g, k, nx, ny, nz, tx, ty, tz, ox, oy, oz, ax, ay, az, bx, by, bz):
     """
     Give one point of a lane the second half of its load, where it is now.
@@ -90,19 +78,12 @@ def _load(s, q, g, k, nx, ny, nz, tx, ty, tz, ox, oy, oz, ax, ay, az, bx, by, bz
     new = q[k + HN] if presses else 0.0
     t = q[k + HT] if presses else 0.0
     o = q[k + HO] if presses else 0.0
-    px, py, pz = vector(g, k + PS)
-    hx, hy, hz = vector(g, k + LA)
-    lx, ly, lz = vector(g, k + LB)
     x = new * nx + (t * tx + o * ox)
     y = new * ny + (t * ty + o * oy)
     z = new * nz + (t * tz + o * oz)
-    cx, cy, cz = cross(ax, ay, az, x, y, z)
-    dx, dy, dz = cross(bx, by, bz, x, y, z)
     q[k + RA], q[k + RA + 8], q[k + RA + 16] = ax, ay, az
     q[k + RB], q[k + RB + 8], q[k + RB + 16] = bx, by, bz
-    g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-    g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - cx, hy - cy, hz - cz
-    g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + dx, ly + dy, lz + dz
+    strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
 
 
 def _follow(lanes: int, s: Array, q: Array, g: Array) -> None:
@@ -128,12 +109,12 @@ def _follow(lanes: int, s: Array, q: Array, g: Array) -> None:
         if LAYERED:
             c, d = s[k + LAYER_A], s[k + LAYER_B]
             x, y, z = ax - c * nx, ay - c * ny, az - c * nz
-            ux, uy, uz = _shift(ux, uy, uz, g[k + SA], x, y, z)
+            ux, uy, uz = shift(ux, uy, uz, g[k + SA], x, y, z)
             x, y, z = bx + d * nx, by + d * ny, bz + d * nz
-            vx, vy, vz = _shift(vx, vy, vz, g[k + SB], x, y, z)
+            vx, vy, vz = shift(vx, vy, vz, g[k + SB], x, y, z)
         else:
-            ux, uy, uz = _shift(ux, uy, uz, g[k + SA], ax, ay, az)
-            vx, vy, vz = _shift(vx, vy, vz, g[k + SB], bx, by, bz)
+            ux, uy, uz = shift(ux, uy, uz, g[k + SA], ax, ay, az)
+            vx, vy, vz = shift(vx, vy, vz, g[k + SB], bx, by, bz)
         x, y, z = (
             g[k + DB] - g[k + DA],
             g[k + DB + 8] - g[k + DA + 8],

@@ -90,6 +90,28 @@ def disc(t: float, o: float, limit: float) -> Any:
 
 
 @inline
+def strike(g, k, ax, ay, az, bx, by, bz, x, y, z):
+    """Give B of a lane the impulse (x, y, z) [N s] at arm b, and A its opposite at arm a."""
+    px, py, pz = vector(g, k + PS)
+    hx, hy, hz = vector(g, k + LA)
+    lx, ly, lz = vector(g, k + LB)
+    ax, ay, az = cross(ax, ay, az, x, y, z)
+    bx, by, bz = cross(bx, by, bz, x, y, z)
+    g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
+    g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
+    g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+
+
+@inline
+def shift(ux, uy, uz, w, x, y, z):
+    """Motion of a point at arm (x, y, z) by the turn of its body: w t + u x t, t = 2 u x r."""
+    tx, ty, tz = cross(ux, uy, uz, x, y, z)
+    tx, ty, tz = 2.0 * tx, 2.0 * ty, 2.0 * tz
+    sx, sy, sz = cross(ux, uy, uz, tx, ty, tz)
+    return w * tx + sx, w * ty + sy, w * tz + sz
+
+
+@inline
 def twist(g: Array, k: int, x: float, y: float, z: float) -> None:
     """Give B of a lane the angular impulse (x, y, z), and A its opposite [N m s]."""
     hx, hy, hz = vector(g, k + LA)

@@ -23,7 +23,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.solving.lanes import arms, cross, disc, relative, vector
+from rigid_body_sim.physics.contact.solving.lanes import (
+    arms,
+    disc,
+    relative,
+    strike,
+    vector,
+)
 from rigid_body_sim.physics.contact.solving.rows import (
     ACTIVE,
     BOUNCE,
@@ -164,9 +170,6 @@ def push(
         gap = q[k + GAP]
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
         gain, largest = q[k + GAIN], g[k + CHANGE]
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
         pushed = g[k + PUSHED]
         is_open = gap > 0.0
         depth = gap + slop
@@ -195,8 +198,6 @@ def push(
         x = change * nx + (dt * tx + do * ox)
         y = change * ny + (dt * ty + do * oy)
         z = change * nz + (dt * tz + do * oz)
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
         new = now + hn if presses else 0.0
         t = t + ht if presses else 0.0
         o = o + ho if presses else 0.0
@@ -207,9 +208,7 @@ def push(
         size = abs(change) - calm * gain
         g[k + CHANGE] = size if size > largest else largest
         g[k + PUSHED] = 1.0 if presses else pushed
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
 
 
 @kernel
@@ -233,9 +232,6 @@ def relax(
         old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
         gain, slip_gain, largest = q[k + GAIN], q[k + SLIP_GAIN], g[k + CHANGE]
         unrest = g[k + LARGEST]
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
         is_open = gap > 0.0
         bias = gap * inverse_h if is_open & (q[k + HN] <= 0.0) else 0.0
         new = old - gain * ((nx * x + ny * y + nz * z) + bias)
@@ -254,14 +250,10 @@ def relax(
         x = change * nx + (dt * tx + do * ox)
         y = change * ny + (dt * ty + do * oy)
         z = change * nz + (dt * tz + do * oz)
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
         size, slip = abs(change), abs(dt) + abs(do)
         either = (size if size > slip else slip) - rest * gain
         size = size - calm * gain
         g[k + CHANGE] = size if size > largest else largest
         g[k + LARGEST] = either if either > unrest else unrest
         q[k + JN], q[k + JT], q[k + JO] = new, t, o
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)

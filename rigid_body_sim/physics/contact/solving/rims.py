@@ -28,14 +28,16 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import rotate
 from rigid_body_sim.physics.contact.geometry.rim import FLAT
-from rigid_body_sim.physics.contact.solving.lanes import cross, vector
+from rigid_body_sim.physics.contact.solving.lanes import cross, shift, vector
 from rigid_body_sim.physics.contact.solving.rows import ROUND_PAIR, UA, UB, A, B, N
 from rigid_body_sim.physics.contact.touching_bodies import AXIS, QS, U, W
 from rigid_body_sim.physics.kernels import kernel
 
 Array = NDArray[np.float64]
 
-TURNED = 0.0  # [-] cosine of the largest change of the heading in a substep that points follow
+# [-] what points follow in a substep: cosine of the largest change of the heading, and of half the
+# largest change of the tilt
+TURNED, TILTED = 0.0, 0.1
 
 
 @kernel
@@ -51,11 +53,8 @@ def go_round(used: int, s: Array, g: Array, bodies: Array) -> None:
             bodies[o + AXIS], bodies[o + AXIS + 1], bodies[o + AXIS + 2],
         )  # fmt: skip
         ux, uy, uz = bodies[o + U], bodies[o + U + 1], bodies[o + U + 2]
-        tx, ty, tz = cross(ux, uy, uz, ax, ay, az)
-        tx, ty, tz = 2.0 * tx, 2.0 * ty, 2.0 * tz
-        w = bodies[o + W]
-        ux, uy, uz = cross(ux, uy, uz, tx, ty, tz)
-        bx, by, bz = ax + (w * tx + ux), ay + (w * ty + uy), az + (w * tz + uz)
+        ux, uy, uz = shift(ux, uy, uz, bodies[o + W], ax, ay, az)
+        bx, by, bz = ax + ux, ay + uy, az + uz
         nx, ny, nz = vector(s, k + N)
         px, py, pz = cross(nx, ny, nz, ax, ay, az)
         qx, qy, qz = cross(nx, ny, nz, bx, by, bz)
@@ -73,7 +72,7 @@ def go_round(used: int, s: Array, g: Array, bodies: Array) -> None:
         big_s = 0.5 * (nx * tx + ny * ty + nz * tz) / big_c
         up, now = nx * ax + ny * ay + nz * az, nx * bx + ny * by + nz * bz
         c = math.sqrt(max(0.5 * (1.0 + (up * now + before * after)), 0.0))
-        if not c > 0.1:
+        if not c > TILTED:
             continue
         d = 0.5 * (after * up - before * now) / c
         tx, ty, tz = cross(nx, ny, nz, px, py, pz)

@@ -94,7 +94,7 @@ def _prepare(
             warm_start.turn(lanes, s, q, g)
             if ANGULAR:
                 warm_start.turn_twist(lanes, s, q, g)
-        warm_start.hold(used, P_HELD, s, g, bodies)
+        warm_start.give(used, P_HELD, s, g, bodies)
         passes.gather_inertia(used, s, bodies)
         passes.gather(lanes, used, s, g, bodies)
         for point in range(points):
@@ -164,7 +164,7 @@ def _follow(most: int, count: int, rows: Array, batches: Indices, bodies: Array)
                 follow_points(lanes, s, q, g)
                 if ANGULAR:
                     resistance.load(lanes, s, q, g)
-        warm_start.hold(used, P, s, g, bodies)
+        warm_start.give(used, P, s, g, bodies)
 
 
 def _relax(
@@ -208,7 +208,7 @@ def _relax(
                 warm_start.carry_on(lanes, s, q, g)
                 if ANGULAR:
                     warm_start.carry_twist_on(lanes, s, q, g)
-            warm_start.hold(used, P_HELD, s, g, bodies)
+            warm_start.give(used, P_HELD, s, g, bodies)
 
 
 def _bounce(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> Any:

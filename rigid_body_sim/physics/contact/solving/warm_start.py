@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.solving.lanes import arms, cross, disc, twist, vector
+from rigid_body_sim.physics.contact.solving.lanes import arms, disc, strike, twist, vector
 from rigid_body_sim.physics.contact.solving.rows import (
     BN,
     BO,
@@ -63,7 +63,7 @@ def lasting(q: Array, p: int) -> Any:
 
     The impulse of an impact does not last: what it gives once too much lifts the body before it
     is taken back. A load changes the velocity of the point by less than LOAD, or is at most eight
-    what this substep started from.
+    times what this substep started from.
     """
     limit = max(16.0 * q[p + HN], LOAD * q[p + GAIN])
     new = q[p + JN]
@@ -81,9 +81,6 @@ def carry_on(lanes: int, s: Array, q: Array, g: Array) -> None:
         new, t, o = q[k + JN], q[k + JT], q[k + JO]
         most = q[k + MOST]
         x, y, z = vector(q, k + SUM)
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
         q[k + MOST] = new if new > most else most
         q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = x + new, y + t, z + o
         keep = lasting(q, k)
@@ -93,12 +90,8 @@ def carry_on(lanes: int, s: Array, q: Array, g: Array) -> None:
         x = new * nx + (t * tx + o * ox)
         y = new * ny + (t * ty + o * oy)
         z = new * nz + (t * tz + o * oz)
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
         q[k + HN], q[k + HT], q[k + HO] = new, t, o
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
 
 
 @kernel
@@ -128,9 +121,6 @@ def turn(lanes: int, s: Array, q: Array, g: Array) -> None:
         ox, oy, oz = vector(s, k + T2)
         ax, ay, az, bx, by, bz = arms(q, k)
         x, y, z = vector(q, k + SUM)
-        px, py, pz = vector(g, k + PS)
-        hx, hy, hz = vector(g, k + LA)
-        lx, ly, lz = vector(g, k + LB)
         normal = q[k + JN]
         t, o = disc(tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, s[k + MU] * normal)
         q[k + JT], q[k + JO] = t, o
@@ -138,15 +128,11 @@ def turn(lanes: int, s: Array, q: Array, g: Array) -> None:
         x = normal * nx + (t * tx + o * ox)
         y = normal * ny + (t * ty + o * oy)
         z = normal * nz + (t * tz + o * oz)
-        ax, ay, az = cross(ax, ay, az, x, y, z)
-        bx, by, bz = cross(bx, by, bz, x, y, z)
         q[k + HN], q[k + HT], q[k + HO] = normal, t, o
         q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = 0.0, 0.0, 0.0
         q[k + MOST] = 0.0
         q[k + GAP] = q[k + GAP0]
-        g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-        g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-        g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
 
 
 @kernel
@@ -165,8 +151,8 @@ def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
 
 
 @kernel
-def hold(used: int, place: int, s: Array, g: Array, bodies: Array) -> None:
-    """Add to what contacts hold of the bodies of a batch what its points start from."""
+def give(used: int, place: int, s: Array, g: Array, bodies: Array) -> None:
+    """Give the bodies of a batch the loads of its points, as momenta at `place`."""
     for k in range(used):
         a, b = int(s[k + A]), int(s[k + B])
         for axis in range(3):
