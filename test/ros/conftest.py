@@ -80,6 +80,7 @@ class Peer:
         self.node = rclpy.create_node(f'peer_{time.monotonic_ns()}', context=self.context)
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
+        self._clients = {}
         self.namespace = namespace
 
     def until(self, holds, what='it', seconds=PATIENCE):
@@ -115,8 +116,11 @@ class Peer:
         )
         self.until(subscription.get_publisher_count, f'a publisher of {name}')
         # The node may not know of us yet. It learns of the client below later, in the order in
-        # which both were made; so when that one has its answer, the publisher sends to us.
-        self.call(ListParameters, 'rigid_body_sim/list_parameters', ListParameters.Request())
+        # which both were made; so when that one has its answer, the publisher sends to us. It
+        # must be a new one: those that are kept were there before the subscription.
+        client = self._client(ListParameters, 'rigid_body_sim/list_parameters')
+        self._answer(client, ListParameters.Request())
+        self.node.destroy_client(client)
         return heard
 
     def sender(self, name, kind, reliability='reliable'):
@@ -133,13 +137,20 @@ class Peer:
 
     def call(self, kind, name, request):
         """
-        Call a service.
+        Call a service; its client is kept, so that the next call waits for no discovery.
         """
+        if (kind, name) not in self._clients:
+            self._clients[kind, name] = self._client(kind, name)
+        return self._answer(self._clients[kind, name], request)
+
+    def _client(self, kind, name):
         client = self.node.create_client(kind, self.full(name))
         self.until(client.service_is_ready, f'service {name}')
+        return client
+
+    def _answer(self, client, request):
         future = client.call_async(request)
-        self.until(future.done, f'answer of {name}')
-        self.node.destroy_client(client)
+        self.until(future.done, f'answer of {client.srv_name}')
         return future.result()
 
     def trigger(self, name):
@@ -167,6 +178,8 @@ class Peer:
         End it.
         """
         self._executor.shutdown()
+        for client in self._clients.values():
+            self.node.destroy_client(client)
         self.node.destroy_node()
         self.context.try_shutdown()
 
