@@ -11,6 +11,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -202,17 +203,46 @@ class NodeProcess:
             '-r',
             f'__ns:={namespace}',
         ]
-        self._log = (folder / 'node.log').open('w+')
+        self._lines = []
+        self._ended = False
+        self._changed = threading.Condition()
         self.process = subprocess.Popen(
-            [*command, *words], cwd=folder, stderr=self._log, stdout=self._log, preexec_fn=preexec
+            [*command, *words],
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding='utf-8',
+            errors='replace',  # a node that is killed may leave half a letter
+            preexec_fn=preexec,
         )
+        self._reader = threading.Thread(target=self._read, name='reader of the node', daemon=True)
+        self._reader.start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            with self._changed:
+                self._lines.append(line)
+                self._changed.notify_all()
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
 
     @property
     def said(self):
         """
-        What it wrote so far.
+        What it wrote so far, whole lines.
         """
-        return (self.folder / 'node.log').read_text()
+        return ''.join(self._lines)
+
+    def wait_until_ready(self):
+        """
+        Wait until it is ready, or has ended.
+        """
+        with self._changed:
+            came = self._changed.wait_for(
+                lambda: self._ended or 'ready:' in self.said, timeout=COMPILING
+            )
+        assert came, f'not ready within {COMPILING} s: {self.said}'
 
     def stop(self, number=signal.SIGINT):
         """
@@ -223,9 +253,11 @@ class NodeProcess:
 
     def wait(self):
         """
-        Wait for the end; returns the exit code.
+        Wait for the end and its last words; returns the exit code.
         """
-        return self.process.wait(timeout=PATIENCE)
+        code = self.process.wait(timeout=PATIENCE)
+        self._reader.join()
+        return code
 
     def close(self):
         """
@@ -234,7 +266,8 @@ class NodeProcess:
         if self.process.poll() is None:
             self.process.kill()
             self.process.wait()
-        self._log.close()
+        self._reader.join()
+        self.process.stdout.close()
 
 
 def start(folder, namespace, preexec=None, **parameters):
@@ -246,10 +279,11 @@ def start(folder, namespace, preexec=None, **parameters):
     node = NodeProcess(
         folder, namespace=namespace, parameters={'scene': scene, **parameters}, preexec=preexec
     )
-    deadline = time.monotonic() + COMPILING
-    while 'ready:' not in node.said and node.process.poll() is None:
-        assert time.monotonic() < deadline, f'not ready within {COMPILING} s: {node.said}'
-        time.sleep(0.02)
+    try:
+        node.wait_until_ready()
+    except BaseException:
+        node.close()
+        raise
     return node
 
 
