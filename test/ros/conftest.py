@@ -82,6 +82,7 @@ class Peer:
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._clients = {}
+        self._subscriptions, self._publishers = [], []
         self.namespace = namespace
 
     def until(self, holds, what='it', seconds=PATIENCE):
@@ -115,6 +116,7 @@ class Peer:
             profile,
             raw=True,
         )
+        self._subscriptions.append(subscription)
         self.until(subscription.get_publisher_count, f'a publisher of {name}')
         # The node may not know of us yet. It learns of the client below later, in the order in
         # which both were made; so when that one has its answer, the publisher sends to us. It
@@ -132,6 +134,7 @@ class Peer:
             depth=1000, reliability=rclpy.qos.ReliabilityPolicy[reliability.upper()]
         )
         publisher = self.node.create_publisher(kind, self.full(name), profile)
+        self._publishers.append(publisher)
         if reliability == 'reliable':
             self.until(publisher.get_subscription_count, f'a subscriber of {name}')
         return publisher
@@ -174,11 +177,24 @@ class Peer:
         request = SetParameters.Request(parameters=[parameter])
         return self.call(SetParameters, 'rigid_body_sim/set_parameters', request).results[0]
 
+    def forget(self):
+        """
+        End what `listen` and `sender` made.
+
+        Those of many tests together would be flooded by a node that runs as fast as it can: with
+        24 subscriptions an answer then may take 10 s to come through, with none some hundredths.
+        """
+        while self._subscriptions:
+            self.node.destroy_subscription(self._subscriptions.pop())
+        while self._publishers:
+            self.node.destroy_publisher(self._publishers.pop())
+
     def close(self):
         """
         End it.
         """
         self._executor.shutdown()
+        self.forget()
         for client in self._clients.values():
             self.node.destroy_client(client)
         self.node.destroy_node()
@@ -346,6 +362,7 @@ def lab(running):
     assert running.switch('pause', False).success
     assert running.trigger('reset').success
     yield running
+    running.forget()
     for name, value in (('real_time_factor', 1.0), ('command_timeout', 0.2)):
         assert running.set(name, value).successful
 
