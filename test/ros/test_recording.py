@@ -7,6 +7,7 @@ Bags written by the node: complete after every kind of end, and a replay of each
 import json
 import resource
 import signal
+import time
 
 import pytest
 from geometry_msgs.msg import Vector3Stamped, WrenchStamped
@@ -33,6 +34,7 @@ def test_commands_of_another_process_are_recorded_at_the_tick_on_which_they_acte
     node = start_node(record='true', record_path='live')
     peer = meet(node)
     applied = peer.listen('box/applied_wrench', Applied)
+    felt = peer.listen('stone/applied_wrench', Applied)
     force, wrench = (
         peer.sender('box/force', Vector3Stamped),
         peer.sender('stone/wrench', WrenchStamped),
@@ -48,6 +50,7 @@ def test_commands_of_another_process_are_recorded_at_the_tick_on_which_they_acte
         peer.until(lambda seen=seen: len(applied) > seen, 'the next applied wrench')
     force.publish(messages.force(1, 0, 0, frame='nowhere'))
     peer.until(lambda: 'refused' in node.said, 'the refusal')
+    peer.until(lambda: any(a.force[2] == -30.0 for a in felt), 'the last wrench')
     assert node.stop(signal.SIGINT) == 0
     bag = Bag(node.folder / 'live')
     assert bag.complete
@@ -150,19 +153,23 @@ def test_a_killed_recording_can_be_recovered_and_replayed(start_node, meet, mess
     peer = meet(node)
     applied = peer.listen('box/applied_wrench', Applied)
     peer.sender('box/force', Vector3Stamped).publish(messages.force(1, 0, 0))
-    start = peer.until(lambda: [a for a in applied if a.force[0]], 'the force')[0]
+    peer.until(lambda: any(a.force[0] for a in applied), 'the force')
+    looks = [(time.monotonic(), applied[-1])]
 
-    def later(a):
-        return (a.sec - start.sec) * 1_000_000_000 + a.nanosec - start.nanosec >= 900_000_000
+    def later():
+        looks.append((time.monotonic(), applied[-1]))
+        return looks[-1][0] > looks[0][0] + 0.9
 
-    killed_at = peer.until(lambda: [a for a in applied if later(a)], 'almost another second')[-1]
+    peer.until(later, 'almost another second')
+    killed = time.monotonic()
     assert node.stop(signal.SIGKILL) == -signal.SIGKILL
     saved = node.folder / 'saved'
     done = run_verb('bag', 'recover', node.folder / 'torn', '-o', saved)
     assert done.returncode == 0, done.stderr
     bag = Bag(saved)
-    lost = killed_at.sec * 1_000_000_000 + killed_at.nanosec - bag.last_time
-    assert lost < 500_000_000  # [ns] the promise; the node ran in real time
+    # The promise is of half a second on the wall, in which a node may catch up with many ticks.
+    old = [a for moment, a in looks if moment < killed - 0.5][-1]
+    assert bag.last_time >= old.sec * 1_000_000_000 + old.nanosec
     assert bag.counts[f'{node.namespace}/box/force'] == 1
     assert replayed(run_verb, saved)['identical']
 
