@@ -3,8 +3,9 @@
 """
 A node in a process of its own, and a peer in this one that talks to it over DDS.
 
-Nothing here waits for a fixed time: `Peer.until` spins until something holds, at most 10 s,
-because discovery may take 2.5 s on a quiet machine.
+Nothing here waits for a fixed time: `Peer.until` spins until something holds, at most 30 s:
+discovery may take 2.5 s on a quiet machine, and a word that got lost on a busy one is said again
+only after 3 s.
 """
 
 import os
@@ -32,8 +33,8 @@ from rigid_body_sim.recording.bag_reader import Bag  # noqa: E402
 from rigid_body_sim.ros.conversions import MESSAGE_TYPES  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 10.0  # [s]
-COMPILING = 120.0  # [s] for a node to be ready where nothing is compiled yet
+PATIENCE = 30.0  # [s]
+COMPILING = 300.0  # [s] for a node to be ready where nothing is compiled yet; 30 s if quiet
 DOMAIN = 1 + os.getpid() % 100
 
 # A box turned by 90 degrees about z (its x axis points along y), a point mass, a fixed body.
@@ -375,7 +376,7 @@ def run_verb():
 
     def run(*words):
         command = [sys.executable, '-m', 'rigid_body_sim', *map(str, words)]
-        return subprocess.run(command, capture_output=True, text=True, timeout=60)
+        return subprocess.run(command, capture_output=True, text=True, timeout=COMPILING)
 
     return run
 
