@@ -25,7 +25,8 @@ NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable'
 FLAGS = (
     '--headless=new',
     '--no-sandbox',
-    '--disable-gpu',
+    '--enable-unsafe-swiftshader',  # WebGL, also where there is no graphics card
+    '--use-angle=swiftshader',
     '--disable-dev-shm-usage',
     '--no-first-run',
     '--disable-background-networking',
@@ -44,8 +45,8 @@ class Page:
     """
     One tab.
 
-    errors   : what went to the console as an error, and exceptions
-    requests : addresses asked for
+    errors   : what went to the console as an error or a warning, and exceptions, since `open`
+    requests : addresses asked for since then
     """
 
     def __init__(self, send: int, receive: int) -> None:
@@ -103,7 +104,8 @@ class Page:
     def open(self, address: str, *, width: int = 1280, height: int = 900) -> None:
         """Go to an address and wait until it is loaded and drawn."""
         self.resize(width, height)
-        self._seen.clear()
+        for known in (self._seen, self.errors, self.requests):
+            known.clear()
         self.ask('Page.navigate', url=address)
         deadline = time.monotonic() + PATIENCE
         while 'Page.loadEventFired' not in self._seen:

@@ -1,0 +1,20 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A browser for the tests of pages.
+"""
+
+import pytest
+
+from . import chromium
+
+
+@pytest.fixture(scope='module')
+def tab(tmp_path_factory):
+    """
+    A tab of a headless Chromium, one for each module; where there is none, the test is skipped.
+    """
+    if chromium.find() is None:
+        pytest.skip('no Chromium here: apt-get install chromium, and the pages are tested too')
+    with chromium.page(tmp_path_factory.mktemp('browser')) as tab:
+        yield tab
