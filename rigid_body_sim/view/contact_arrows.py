@@ -11,9 +11,10 @@ x = p + g n / 2
     g : [m]       distance of the surfaces, negative where they overlap
     n : (3,) [-]  unit normal into this body
 
-Between two bodies that turn at w, p is wrong by up to w r dt, r its distance from their centres: a
-tick carries it along but does not turn it. In a tick that was cut into pieces, a contact that let
-go is drawn where it acted, not where the body is by then.
+The point is found at the start of the tick and goes with the body that can move; between two that
+can, with the rounder, or half with each. So between two that slide along each other x may be off
+by their way in the tick, or half of it, where an edge slides. In a tick that was cut into pieces,
+a contact that let go is drawn where it acted, not where the body is by then.
 
 Where an instant has more contacts than fit into a page, the largest are kept.
 """
