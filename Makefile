@@ -21,7 +21,7 @@ export ROS_DOMAIN_ID := $(shell echo $$((1 + $$$$ % 100)))
 # Plugins of a sourced ROS belong to another pytest.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
 
-.PHONY: help venv demo test test-stability lint bench bench-accept bench-all report report-peers document clean
+.PHONY: help venv demo test test-stability test-bounds lint bench bench-accept bench-all report report-peers document clean
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(ROOT)/Makefile
 
@@ -36,6 +36,10 @@ test: venv  ## the whole test suite; PYTEST_ARGS='-k name' for a part
 
 test-stability: venv  ## the hard cases in full: 1e7 ticks, 1e4 s, every method; some minutes
 	@cd $(ROOT) && $(PYTHON) -m pytest -q -p hypothesispytest -p xdist -n 2 -m 'long or not long' $(PYTEST_ARGS) test/stability
+
+# Compiled anew into a folder of its own, with every index checked against its array.
+test-bounds: venv  ## the tests of what is compiled, each index of each array checked; half an hour
+	@cd $(ROOT) && NUMBA_BOUNDSCHECK=1 RIGID_BODY_SIM_CACHE=$(ROOT)/.venv/cache/bounds $(PYTHON) -m pytest -q -p hypothesispytest -p xdist -n 2 $(PYTEST_ARGS) test/contact test/integrators test/laws test/stability
 
 lint: venv  ## ruff and pyright
 	@cd $(ROOT) && .venv/bin/ruff check && .venv/bin/ruff format --check && .venv/bin/pyright
