@@ -39,12 +39,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.blocks import FX, RX, TRANSLATION, at
+from rigid_body_sim.physics.contact.solving.assembly import BATCH, OFFSET, POINTS, USED
 from rigid_body_sim.physics.contact.solving.energy_account import kinetic, twice
 from rigid_body_sim.physics.contact.solving.group_motion import find_rigid_motions, rigid_momenta
 from rigid_body_sim.physics.contact.solving.groups import (
     ACCOUNT,
     BODIES,
     CALM,
+    DOWN,
     FALL,
     FORCE,
     FREE,
@@ -57,7 +59,8 @@ from rigid_body_sim.physics.contact.solving.groups import (
     find_held,
     join_pressing,
 )
-from rigid_body_sim.physics.contact.touching_bodies import BODY, ENERGY, IM, P_HELD, L, P
+from rigid_body_sim.physics.contact.solving.rows import GAP, MANIFOLD, A, B, N
+from rigid_body_sim.physics.contact.touching_bodies import BODY, ENERGY, IM, P_HELD, D, L, P
 from rigid_body_sim.physics.kernels import inline, kernel
 
 Array = NDArray[np.float64]
@@ -155,6 +158,29 @@ def _let_down(g: int, accounts: Array) -> Any:
     return rest / along if rest * size <= -2.0 * LIFT * accounts[g + FALL] * along else 0.0
 
 
+@kernel
+def _let_gaps_follow(
+    count: int, nothing: int, width: int, batches: Indices, rows: Array, groups: Indices,
+    accounts: Array,
+) -> None:  # fmt: skip
+    """Let the gaps of those that were let down be those of their new places."""
+    for batch in range(count):
+        begin = batches[batch * BATCH + OFFSET]
+        length = batches[batch * BATCH + POINTS] * width
+        for place in range(begin, begin + batches[batch * BATCH + USED]):
+            a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
+            g = groups[b if a == nothing else a] * ACCOUNT
+            if accounts[g + HELD] == CALM or accounts[g + DOWN] == 0.0:
+                continue
+            closer = 0.0
+            for axis in range(3):
+                closer += accounts[g + PRESS + axis] * rows[place + N + 8 * axis]
+            closer *= accounts[g + DOWN] if a == nothing else -accounts[g + DOWN]
+            first = place + MANIFOLD
+            for q in range(first, first + length, width):
+                rows[q + GAP] += closer
+
+
 @inline
 def _slow_down(i: int, g: int, translation: Array, bodies: Array, accounts: Array) -> None:
     """Let a body pay with its motion; P_HELD becomes the change of its momentum."""
@@ -208,6 +234,7 @@ def take_back(
     find_held(count, nothing, width, batches, rows, groups, accounts)
     find_rigid_motions(touched, touching, groups, translation, bodies, accounts)
     _find_moving(touched, touching, groups, translation, bodies, accounts)
+    let_down = False
     for t in range(touched):
         i = touching[t]
         g, k = groups[i] * ACCOUNT, at(i, TRANSLATION)
@@ -216,7 +243,12 @@ def take_back(
         if accounts[g + HELD] < FREE:
             continue
         down = _let_down(g, accounts)
+        accounts[g + DOWN] = down
+        let_down = let_down or down < 0.0
         for axis in range(3):
             translation[k + RX + 64 * axis] += down * accounts[g + PRESS + axis]
+            bodies[i * BODY + D + axis] += down * accounts[g + PRESS + axis]
         _slow_down(i, g, translation, bodies, accounts)
+    if let_down:
+        _let_gaps_follow(count, nothing, width, batches, rows, groups, accounts)
     return True

@@ -44,9 +44,10 @@ MASS, CENTRE = 13, 14  # [kg]; (3) [m]
 U, OMEGA = 17, 20  # (3) [m/s], (3) [rad/s] of its rigid motion; momenta on the way
 INERTIA = 23  # (6) [kg m^2] about the centre: xx, xy, xz, yy, yz, zz
 MOVING = 29  # [J] kinetic energy of the motion relative to u
+DOWN = 30  # [m/(N s)] how far a body alone is let down, over the size of the impulse
 # of a body, and of a place in an order: see `charged_impulses`
-PARENT, ORDER = 30, 31
-ACCOUNT = 32
+PARENT, ORDER = 31, 32
+ACCOUNT = 33
 
 CALM, UNHELD, FREE, SLIDING, FAST = -2.0, -1.0, 0.0, 1.0, 2.0  # UNHELD: nothing presses
 PARALLEL = 1e-12  # [-] 1 - cosine of normals of one plane, at most
