@@ -98,22 +98,3 @@ def heap(count, *, seed=0):
         size = 0.1 if i % 3 == 2 else 0.2
         bodies.append(make(f'b{i}', size, place, turn=rng.normal(size=3)))
     return bodies
-
-
-def moving(state, *, slides):
-    """
-    Kinetic energy of body 1 [J]; where it slides without friction, without the motion along the
-    ground and about its normal, which contact cannot change.
-    """
-    v, w, turning = state.velocity[1], state.angular_velocity[1], state.angular_momentum[1]
-    upright = 0.5 * (v[2] ** 2 + w[:2] @ turning[:2])
-    return upright if slides else upright + 0.5 * (v[0] ** 2 + v[1] ** 2 + w[2] * turning[2])
-
-
-def gain_left(state, *, slides, substep=1 / 960):
-    """
-    Gain in a tick [J] that is left to body 1, of 1 kg: none but rounding of energies of some ten
-    joules where it moves, 2e-3 of what a fall for a substep from rest gives where it hardly does.
-    """
-    fall = 0.5 * (G * substep) ** 2
-    return 1e-12 if moving(state, slides=slides) > 10 * fall else 2e-3 * fall

@@ -16,18 +16,19 @@ A group pays with its motion relative to u, the motion that contact could not ch
     v <- u + s (v - u),   s^2 = 1 - gain / (kinetic energy of v - u)
 
 which is a projection onto the energy that has not risen (Hairer, Lubich, Wanner 2006, IV.4),
-one-sided. A body alone that has less than that pays the rest with its place: it is let down again
-onto what holds it by what it was lifted,
+one-sided. That would hold back what hardly moves, so a body alone that is slow (`SLOW`), but does
+not rest (`STILL`), pays with its place: it is let down again onto what holds it by what it was
+lifted,
 
-    r <- r + d n,   d = rest / (n . F),   |d| <= LIFT h^2 |F| / m
+    r <- r + d n,   d = gain / (n . F),   |d| <= LIFT h^2 |F| / m
         n : [-] direction of the impulse of all that cannot move, F : [N] force upon the body
 
-which is some nanometres: what overlaps by more is pushed out.
+which is some nanometres; and so it pays what its motion does not suffice for.
 
-Limits: in motion so slow (`SLOW`) that it would be held fast, gains below `SMALL` are left: what
-is about to fall over starts from rest. What overlaps by more than LIFT, and piles, gain what lifts
-them. Where friction holds the group, momentum goes with the energy; `charged_impulses` tells which
-contacts gave it. Two planes without friction that are not parallel count as one that holds.
+Limits: what overlaps by more than LIFT gains what lifts it, and so do piles. To several bodies
+that are slow, gains below `START` are left. Where friction holds the group, momentum goes with the
+energy; `charged_impulses` tells which contacts gave it. Two planes without friction that are not
+parallel count as one that holds.
 """
 
 from __future__ import annotations
@@ -66,10 +67,10 @@ from rigid_body_sim.physics.kernels import inline, kernel
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# [-] of the energy of what falls for a substep from rest: gains that are left where the motion has
-# less than SLOW: 0.03 m/s with 4 substeps in 1/240 s. What is let go on an edge gains nearly half
-# of SMALL, because no load carries it in its first substep.
-SMALL, SLOW = 2e-3, 10.0
+# [-] of the energy of what falls for a substep from rest, see above: kinetic energies, which are
+# 0.1 mm/s and 0.03 m/s with 4 substeps in 1/240 s, and gains that are left
+STILL, SLOW = 1e-4, 10.0
+SMALL, START = 1e-6, 2e-3
 ROUND_OFF = 1e-13  # [-] of its kinetic energy
 LIFT = 0.1  # [-] of h^2 |F| / m: what the ground gives way under a body
 
@@ -83,9 +84,10 @@ def _fall(i: int, h: float, translation: Array, bodies: Array) -> Any:
 
 
 @inline
-def _allowed(fall: float, moving: float) -> Any:
-    """Gain that is left to what moves with a kinetic energy [J]."""
-    return (SMALL * fall if moving < SLOW * fall else 0.0) + ROUND_OFF * moving
+def _allowed(bodies: float, fall: float, moving: float) -> Any:
+    """Gain [J] that is left to so many bodies that move with a kinetic energy."""
+    share = START if bodies > 1.0 and moving < SLOW * fall else SMALL
+    return share * fall + ROUND_OFF * moving
 
 
 @kernel
@@ -112,7 +114,7 @@ def _find_gains(
     for t in range(touched):
         g = touching[t] * ACCOUNT
         gains = groups[touching[t]] == touching[t] and accounts[g + GAIN] > _allowed(
-            accounts[g + FALL], accounts[g + MOVING]
+            accounts[g + BODIES], accounts[g + FALL], accounts[g + MOVING]
         )
         found = found or gains
         accounts[g + HELD] = UNHELD if gains else CALM
@@ -138,13 +140,22 @@ def _find_moving(
 
 
 @inline
+def _pays_with_its_place(g: int, accounts: Array) -> bool:
+    """Tell whether a group is a body alone that is slow but does not rest."""
+    moving, fall = accounts[g + MOVING], accounts[g + FALL]
+    return accounts[g + BODIES] == 1.0 and STILL * fall < moving < SLOW * fall
+
+
+@inline
 def _let_down(g: int, accounts: Array) -> Any:
     """
-    How far a body alone is let down for what its motion cannot pay.
+    How far a body alone is let down.
 
     returns : d / |impulse| [m/(N s)], negative or 0
     """
-    rest = accounts[g + GAIN] - accounts[g + MOVING]
+    rest = accounts[g + GAIN]
+    if not _pays_with_its_place(g, accounts):
+        rest -= accounts[g + MOVING]
     if not rest > 0.0 or accounts[g + BODIES] > 1.0 or accounts[g + HELD] < SLIDING:
         return 0.0
     i, j = g + PRESS, g + FORCE
@@ -224,7 +235,7 @@ def take_back(
         moving = kinetic(bodies, o)
         gain = moving - bodies[o + ENERGY]
         bodies[o + ENERGY] = gain
-        if gain > _allowed(_fall(i, h, translation, bodies), moving):
+        if gain > _allowed(1.0, _fall(i, h, translation, bodies), moving):
             any_gain = True
     if not any_gain:
         return False
@@ -248,7 +259,8 @@ def take_back(
         for axis in range(3):
             translation[k + RX + 64 * axis] += down * accounts[g + PRESS + axis]
             bodies[i * BODY + D + axis] += down * accounts[g + PRESS + axis]
-        _slow_down(i, g, translation, bodies, accounts)
+        if not (down < 0.0 and _pays_with_its_place(g, accounts)):
+            _slow_down(i, g, translation, bodies, accounts)
     if let_down:
         _let_gaps_follow(count, nothing, width, batches, rows, groups, accounts)
     return True
