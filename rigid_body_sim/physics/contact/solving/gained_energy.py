@@ -72,7 +72,7 @@ Indices = NDArray[np.int64]
 STILL, SLOW = 1e-4, 10.0
 SMALL, START = 1e-6, 2e-3
 ROUND_OFF = 1e-13  # [-] of its kinetic energy
-LIFT = 0.1  # [-] of h^2 |F| / m: what the ground gives way under a body
+LIFT = 0.2  # [-] of h^2 |F| / m: twice what the ground gives way under a body
 
 
 @inline
