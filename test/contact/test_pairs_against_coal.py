@@ -7,12 +7,12 @@ Gap and normal of the analytic pairs are those of the library coal, on 1e5 pairs
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, SPHERE
-from rigid_body_sim.physics.contact.geometry import two_boxes
-from rigid_body_sim.physics.contact.geometry.box_edges import EDGES, nearest_points
-from rigid_body_sim.physics.contact.geometry.manifold import FOUND, GAP, POINTS
-from rigid_body_sim.physics.contact.pairs import box_box, capsule_box
-from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, SPHERE
+from rigid_body_sim.physics.contact.collision.geometry.boxes import two_boxes
+from rigid_body_sim.physics.contact.collision.geometry.boxes.edges import EDGES, nearest_points
+from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, GAP, POINTS
+from rigid_body_sim.physics.contact.collision.pairs import box_box, capsule_box
 
 from .pair_cases import ANALYTIC, Oracle, collide, name, random_pairs
 
