@@ -8,9 +8,15 @@ A kernel takes scalars and one-dimensional float64 arrays, writes into them, nev
 prints. The same source runs both ways and gives the same bits: numba is used without fastmath, so
 no operation is reordered or fused.
 
-`specialise` makes a kernel for one scene out of a general one: it binds the names that the general
+`specialise` makes a kernel for one scene out of a general one: it binds the slots that the general
 source leaves open (the drift of an integrator, the force elements of a scene), so that what a
-scene lacks is neither compiled nor called. How numba is spared work is in `compiler`.
+scene lacks is neither compiled nor called. A module declares its slots at its head,
+
+    STAGES = slot('[-] stages of a step')
+    evaluate = slot('kernel (place, time, …): adds the wrenches of all force elements')
+
+and a function that names one is no kernel before `specialise` has bound it. How numba is spared
+work is in `compiler`.
 
 The compiled code is cached under a folder whose name is a digest of every kernel source, because
 numba itself does not see a change in a function that a cached kernel calls. The folder is, in this
@@ -23,13 +29,14 @@ $RIGID_BODY_SIM_COMPILE=0 runs the plain source.
 
 from __future__ import annotations
 
+import dis
 import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -123,25 +130,137 @@ def _keep_compiled(made: Any, folder: str) -> None:
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a kernel (lazily, at its first call), or return it as it is."""
+    _want_no_slots(function)
     return _jit(function, inline=False) if COMPILED else function
 
 
 def inline(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small function that is to disappear inside its caller's loop."""
+    _want_no_slots(function)
     return _jit(function, inline=True) if COMPILED else function
 
 
+class Slot:
+    """
+    A global name that `specialise` binds; whatever else is done with it is refused.
+
+    meaning : what is bound: `[unit] what the number says`, or `kernel (arguments): what it does`
+    """
+
+    __slots__ = ('meaning',)
+
+    def __init__(self, meaning: str) -> None:
+        self.meaning = meaning
+
+    def __repr__(self) -> str:
+        return f'<slot: {self.meaning}>'
+
+
+def _refuse(empty: Slot, *_arguments: Any, **_keywords: Any) -> Any:
+    raise TypeError(f'{empty!r} is empty: only what kernels.specialise makes can use it')
+
+
+_USES = (
+    'call bool int float complex index round trunc floor ceil len iter next getitem setitem '
+    'contains add radd sub rsub mul rmul truediv rtruediv floordiv rfloordiv mod rmod divmod '
+    'rdivmod pow rpow matmul rmatmul lshift rlshift rshift rrshift and rand or ror xor rxor '
+    'neg pos abs invert eq ne lt le gt ge'
+)
+for _use in _USES.split():
+    setattr(Slot, f'__{_use}__', _refuse)
+Slot.__hash__ = object.__hash__
+
+
+def slot(meaning: str) -> Any:
+    """Declare a global name that `specialise` binds, see `Slot`."""
+    return Slot(meaning)
+
+
+def slots_of(function: FunctionType) -> dict[str, Slot]:
+    """Give the slots that the source of a plain function names, in the order of their names."""
+    known = function.__globals__
+    named = {name for name in _names(function.__code__) if isinstance(known.get(name), Slot)}
+    if named:  # a name of the code may also be that of an attribute
+        named &= set(_globals_read(function.__code__))
+    return {name: known[name] for name in sorted(named)}
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    yield code
+    for part in code.co_consts:
+        if isinstance(part, CodeType):
+            yield from _codes(part)
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    for part in _codes(code):
+        yield from part.co_names
+
+
+def _globals_read(code: CodeType) -> Iterator[str]:
+    for part in _codes(code):
+        for instruction in dis.get_instructions(part):
+            if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME'):
+                yield instruction.argval
+
+
+def _want_no_slots(function: Any) -> None:
+    empty = slots_of(function)
+    if empty:
+        raise TypeError(
+            f'{function.__module__}.{function.__qualname__}: names {_listed(empty)}: bind with '
+            f'kernels.specialise, which makes the kernel'
+        )
+
+
+def _listed(slots: Mapping[str, Slot]) -> str:
+    return ', '.join(f'{name} {empty!r}' for name, empty in slots.items())
+
+
+def _checked(function: FunctionType, offered: Any, bindings: Any) -> dict[str, Any]:
+    """Give what is bound to the slots of a function: to all of them, and to nothing else."""
+    slots = slots_of(function)
+    if not slots and not any(isinstance(value, Slot) for value in function.__globals__.values()):
+        return {**offered, **bindings}  # of a module that declares none yet
+    where = f'specialise({function.__module__}.{function.__qualname__})'
+    unknown = sorted(bindings.keys() - slots.keys())
+    if unknown:
+        raise TypeError(
+            f'{where}: names no slot {", ".join(unknown)}; it has {_listed(slots) or "none"}'
+        )
+    found = {name: bindings[name] if name in bindings else offered[name]
+             for name in slots if name in bindings or name in offered}  # fmt: skip
+    missing = {name: empty for name, empty in slots.items() if name not in found}
+    if missing:
+        raise TypeError(f'{where}: nothing is bound to {_listed(missing)}')
+    empty = {name: value for name, value in found.items() if isinstance(value, Slot)}
+    if empty:
+        raise TypeError(f'{where}: what is bound is itself a slot: {_listed(empty)}')
+    return found
+
+
 def specialise(
-    function: FunctionType, *, name: str, inlined: bool = False, **bindings: Any
+    function: FunctionType,
+    *,
+    name: str,
+    inlined: bool = False,
+    offered: Mapping[str, Any] | None = None,
+    **bindings: Any,
 ) -> Callable[..., Any]:
     """
-    Bind open names of a plain function and make a kernel of the result.
+    Bind the slots of a plain function and make a kernel of the result.
 
-        function : plain Python function whose source uses names that its module does not define
+        function : plain Python function whose source names slots
         name     : tells this kernel from the others made of the same source
         inlined  : let it disappear inside its caller, see `inline`
-        bindings : those names: constants, tuples of constants, or kernels
+        offered  : constants of a whole family of functions, of which this one takes those that it
+                   names
+        bindings : what else it names, by name: constants, tuples of constants, or kernels
+
+    Each slot that the source names must be bound, and nothing else may be in `bindings`: a
+    TypeError says which.
     """
+    bindings = _checked(function, offered or {}, bindings)
     unique = f'{function.__name__}__{name}__{_digest(bindings)}'
     known = _MADE.get((function.__module__, unique))
     if known is not None:

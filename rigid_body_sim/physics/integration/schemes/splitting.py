@@ -47,17 +47,18 @@ from rigid_body_sim.physics.state.blocks import (
     TRANSLATION,
 )
 
-# bound for each integrator, and `evaluate` for each scene, by `specialise`
-STAGES = 1
-KICKS: tuple[float, ...] = (0.5,)
-DRIFTS: tuple[float, ...] = (1.0,)
-LAST_KICK = 0.5
-VELOCITY_DEPENDENT = False
-MIDPOINT_KICK = False
-drift_rotation: Callable[..., Any] = unbound
-kick_rotation: Callable[..., Any] = unbound
-kick_all: Callable[..., Any] = unbound
-evaluate: Callable[..., Any] = unbound
+# bound for each integrator
+STAGES = slot('[-] drifts of a step')
+KICKS = slot('[tick] share of the kick before each drift')
+DRIFTS = slot('[tick] share of each drift')
+LAST_KICK = slot('[tick] share of the kick after the last drift')
+MIDPOINT_KICK = slot('[-] whether a kick takes the midpoint rule')
+drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
+kick_rotation = slot('kernel (block, lanes, h, rotation): kicks L')
+kick_all = slot('kernel (n_bodies, n_rigid, h, translation, rotation): kicks all bodies')
+# bound for each scene
+VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
+evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
 
 
 def _advance_free(
@@ -178,24 +179,26 @@ class Splitting:
         """Return the same scheme without rotation."""
         return replace(self, drift_rotation=no_rotation.drift)
 
-    def _bindings(self) -> dict[str, Any]:
-        turns = self.drift_rotation is not no_rotation.drift
-        kick_rotation = steps.kick_rotation if turns else no_rotation.kick
+    def _shares(self) -> dict[str, Any]:
         return {
             'STAGES': len(self.drifts),
             'KICKS': self.kicks[:-1],
             'LAST_KICK': self.kicks[-1],
             'DRIFTS': self.drifts,
             'drift_rotation': self.drift_rotation,
-            'kick_rotation': kick_rotation,
-            'kick_all': specialise(
-                _kick_all, name='all' if turns else 'points', kick_rotation=kick_rotation
-            ),
         }
+
+    def _turns(self) -> bool:
+        return self.drift_rotation is not no_rotation.drift
+
+    def _kick_rotation(self) -> Callable[..., Any]:
+        return steps.kick_rotation if self._turns() else no_rotation.kick
 
     def free(self, name: str) -> Callable[..., Any]:
         """Make the kernel for a scene without forces that depend on the state."""
-        return specialise(_advance_free, name=name, **self._bindings())
+        return specialise(
+            _advance_free, name=name, kick_rotation=self._kick_rotation(), **self._shares()
+        )
 
     def coupled(
         self, name: str, *, scene: str, evaluate: Callable[..., Any], velocity_dependent: bool
@@ -207,7 +210,12 @@ class Splitting:
             evaluate=evaluate,
             VELOCITY_DEPENDENT=velocity_dependent,
             MIDPOINT_KICK=velocity_dependent and self.order > 1,
-            **self._bindings(),
+            kick_all=specialise(
+                _kick_all,
+                name='all' if self._turns() else 'points',
+                kick_rotation=self._kick_rotation(),
+            ),
+            **self._shares(),
         )
 
     def workspace(self, blocks: int) -> int:
