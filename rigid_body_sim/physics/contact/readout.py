@@ -14,36 +14,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.collision.collider import SCENE, TABLE
-from rigid_body_sim.physics.contact.collision.geometry.manifold import FEATURE
-from rigid_body_sim.physics.contact.collision.geometry.manifold import POINT as FOUND_POINT
-from rigid_body_sim.physics.contact.collision.narrow_phase import (
-    BODY_A,
-    BODY_B,
-    COUNT,
-    KEY,
-    LANE,
-    RECORD,
-    RECORD_POINTS,
-)
-from rigid_body_sim.physics.contact.solver.constraint import (
-    APPROACH,
-    BN,
-    BOUNCE,
-    GAP,
-    JN,
-    LANES,
-    MANIFOLD,
-    RA,
-    RB,
-    SUM,
-    T2,
-    A,
-    B,
-    N,
-    T,
-)
-from rigid_body_sim.physics.contact.solver_bodies import AXIS, IM, Q0, QS, ROUND, XS, D, U
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision import collider, manifold_record
+from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.solver import constraint, contact_point
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
 
@@ -64,13 +38,13 @@ def read(
     """
     if not manifolds:
         return NO_CONTACTS, np.zeros((0, 2))
-    found = records[: manifolds * RECORD].reshape(manifolds, RECORD)
-    counts = found[:, COUNT].astype(np.int64)
-    manifold = np.repeat(np.arange(manifolds), counts)
-    index = np.arange(len(manifold)) - np.repeat(np.cumsum(counts) - counts, counts)
-    place = found[manifold, LANE].astype(np.int64)
-    lane = place % LANES
-    row = place - lane + MANIFOLD + index * width + lane
+    found = records[: manifolds * manifold_record.SIZE].reshape(manifolds, manifold_record.SIZE)
+    counts = found[:, manifold_record.POINT_COUNT].astype(np.int64)
+    owner = np.repeat(np.arange(manifolds), counts)
+    index = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    place = found[owner, manifold_record.LANE].astype(np.int64)
+    lane = place % constraint.LANES
+    row = place - lane + constraint.SIZE + index * width + lane
 
     def of_manifold(offset: int) -> Array:
         return np.stack([rows[place + offset + 8 * axis] for axis in range(3)], axis=1)
@@ -78,21 +52,35 @@ def read(
     def of_point(offset: int) -> Array:
         return np.stack([rows[row + offset + 8 * axis] for axis in range(3)], axis=1)
 
-    normal = of_manifold(N)
-    sums = of_point(SUM) + of_point(JN) + (of_point(BN) if bounces else 0.0)
-    impulse = sums[:, :1] * normal + sums[:, 1:2] * of_manifold(T) + sums[:, 2:] * of_manifold(T2)
-    at = RECORD_POINTS + index * FOUND_POINT
-    gap = rows[row + GAP]
-    bounces_off = (rows[place + BOUNCE] > 0.0) & (rows[row + APPROACH] < 0.0)
+    normal = of_manifold(constraint.NORMAL)
+    sums = (
+        of_point(contact_point.TOTAL_IMPULSE)
+        + of_point(contact_point.NORMAL_IMPULSE)
+        + (of_point(contact_point.RESTITUTION_NORMAL) if bounces else 0.0)
+    )
+    impulse = (
+        sums[:, :1] * normal
+        + sums[:, 1:2] * of_manifold(constraint.TANGENT_1)
+        + sums[:, 2:] * of_manifold(constraint.TANGENT_2)
+    )
+    at = manifold_record.POINTS + index * manifold.POINT
+    gap = rows[row + contact_point.SEPARATION]
+    bounces_off = (rows[place + constraint.RESTITUTION] > 0.0) & (
+        rows[row + contact_point.APPROACH_VELOCITY] < 0.0
+    )
     point = _point(
-        bodies, rows[place + A].astype(np.int64), rows[place + B].astype(np.int64), of_point(RA),
-        of_point(RB), 0.5 * gap[:, None] * normal, bounces_off,
+        bodies, rows[place + constraint.BODY_A].astype(np.int64), rows[place + constraint.BODY_B].astype(np.int64), of_point(contact_point.ARM_A),
+        of_point(contact_point.ARM_B), 0.5 * gap[:, None] * normal, bounces_off,
     )  # fmt: skip
     touches = (sums != 0.0).any(axis=1) | (gap <= 0.0)
-    colliders = found[manifold][:, [BODY_A, BODY_B]].astype(np.int64)
-    which = np.stack((found[manifold, KEY], found[manifold, at + FEATURE]), axis=1)
+    colliders = found[owner][:, [manifold_record.COLLIDER_A, manifold_record.COLLIDER_B]].astype(
+        np.int64
+    )
+    which = np.stack(
+        (found[owner, manifold_record.PAIR_ID], found[owner, at + manifold.FEATURE]), axis=1
+    )
     contacts = Contacts(
-        table[colliders * TABLE + SCENE][touches],
+        table[colliders * collider.TABLE + collider.SCENE][touches],
         point[touches],
         normal[touches],
         gap[touches],
@@ -148,10 +136,17 @@ def _point(
     what bounces off something that cannot move: they are of the start of the tick.
     """
     x_a, x_b = (
-        np.stack([bodies[at + XS + axis] + bodies[at + D + axis] for axis in range(3)], axis=1)
+        np.stack(
+            [
+                bodies[at + solver_bodies.SUBSTEP_POSITION + axis]
+                + bodies[at + solver_bodies.DISPLACEMENT + axis]
+                for axis in range(3)
+            ],
+            axis=1,
+        )
         for at in (a, b)
     )
-    a_moves, b_moves = (bodies[at + IM][:, None] > 0.0 for at in (a, b))
+    a_moves, b_moves = (bodies[at + solver_bodies.INVERSE_MASS][:, None] > 0.0 for at in (a, b))
     both = a_moves & b_moves
     stayed = bounces_off & ~both[:, 0]
     if stayed.any():
@@ -172,13 +167,19 @@ def _turned(bodies: Array, body: Indices, arm: Array) -> Array:
     def of_body(first: int, count: int) -> Array:
         return np.stack([bodies[body + first + k] for k in range(count)], axis=1)
 
-    before, turn = of_body(Q0, 4), of_body(U, 4)
-    whole = so3.rotate(turn, so3.rotate(of_body(QS, 4), so3.rotate_back(before, arm)))
-    axis = of_body(AXIS, 3)
-    old, new = so3.rotate(before, axis), so3.rotate(turn, so3.rotate(of_body(QS, 4), axis))
+    before, turn = of_body(solver_bodies.START_ORIENTATION, 4), of_body(solver_bodies.TURN, 4)
+    whole = so3.rotate(
+        turn,
+        so3.rotate(of_body(solver_bodies.SUBSTEP_ORIENTATION, 4), so3.rotate_back(before, arm)),
+    )
+    axis = of_body(solver_bodies.SYMMETRY_AXIS, 3)
+    old, new = (
+        so3.rotate(before, axis),
+        so3.rotate(turn, so3.rotate(of_body(solver_bodies.SUBSTEP_ORIENTATION, 4), axis)),
+    )
     cross = np.cross(old, new)
     share = 1.0 / (1.0 + np.maximum(np.sum(old * new, axis=1), 0.0))
     across = np.cross(cross, arm)
     of_axis = arm + across + share[:, None] * np.cross(cross, across)
-    kind = bodies[body + ROUND][:, None]
+    kind = bodies[body + solver_bodies.SYMMETRY][:, None]
     return np.where(kind == 0.0, whole, np.where(kind == 1.0, of_axis, arm))

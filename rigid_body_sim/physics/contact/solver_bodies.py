@@ -26,10 +26,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.state.blocks import (
     EX,
     FX,
+    IM,
     J1,
     J2,
     J3,
@@ -49,24 +51,33 @@ from rigid_body_sim.physics.state.blocks import (
     at,
     rotate,
 )
-from rigid_body_sim.physics.state.blocks import IM as INVERSE_MASS
 
 Array = NDArray[np.float64]
 
-P, L = 0, 3  # [kg m/s], [kg m^2/s] momenta
-IM, II = 6, 7  # [1/kg]; [1/(kg m^2)] inverse inertia xx, xy, xz, yy, yz, zz
-D, U, W = 13, 16, 19  # motion since the start of the substep: d [m], u, w [-]
-CARRIED = 21  # [-] 1: some contact pushes it in this substep
-ENERGY = 22  # [J] kinetic at the start of the tick and the work of forces since
-P_HELD, L_HELD = 23, 26  # half the loads; at the end of a tick, scratch
-X0, E0, Q0 = 29, 32, 35  # position, its residual and attitude at the start of the tick
-XS, ES = 39, 42  # position and its residual at the start of the substep
-ROUND = 45  # [-] 0: turns as it is; 1: a body of revolution about AXIS; 2: a ball, 3: about
-# its centre of mass
-AXIS = 46  # (3) [-] principal axes
-ACC, ALPHA = 49, 52  # [m/s^2], [rad/s^2] of free motion at the start of the tick, where wanted
-QS = 55  # (4) attitude at the start of the substep
-BODY = 64
+body = Record()
+MOMENTUM = body.vector('kg m/s', '')
+ANGULAR_MOMENTUM = body.vector('kg m^2/s', 'about the centre of mass')
+INVERSE_MASS = body.number('1/kg', '')
+INVERSE_INERTIA = body.symmetric('1/(kg m^2)', 'as the body stands now')
+DISPLACEMENT = body.vector('m', 'd: since the start of the substep')
+TURN = body.vector('-', 'u: vector part of the turn since the start of the substep')
+TURN_SCALAR = body.number('-', 'w: its scalar part')
+_UNUSED = body.number('-', 'unused')
+CARRIED = body.number('-', '1: some contact pushes it in this substep')
+ENERGY = body.number('J', 'kinetic at the start of the tick and the work of forces since')
+WARM_IMPULSE = body.vector('N s', 'half the loads; at the end of a tick, scratch')
+WARM_ANGULAR_IMPULSE = body.vector('N m s', 'half the angular loads; then scratch')
+START_POSITION = body.vector('m', 'at the start of the tick')
+START_RESIDUAL = body.vector('m', 'what rounding lost of it')
+START_ORIENTATION = body.quaternion('-', 'at the start of the tick')
+SUBSTEP_POSITION = body.vector('m', 'at the start of the substep')
+SUBSTEP_RESIDUAL = body.vector('m', 'what rounding lost of it')
+SYMMETRY = body.number('-', 'how it turns: see `collision.axis_of_symmetry`')
+SYMMETRY_AXIS = body.vector('-', 'principal axes')
+FREE_ACCELERATION = body.vector('m/s^2', 'without contact, at the start of the tick, where wanted')
+FREE_ANGULAR_ACCELERATION = body.vector('rad/s^2', 'the same')
+SUBSTEP_ORIENTATION = body.quaternion('-', 'at the start of the substep')
+SIZE = body.padding(64)
 
 
 @inline
@@ -94,61 +105,75 @@ def _put_inverse_inertia(bodies: Array, o: int, rotation: Array, k: int) -> None
         xx, xy, xz, yy, yz, zz = a, 0.0, 0.0, a, 0.0, a
     else:
         xx, xy, xz, yy, yz, zz = inverse_inertia(rotation, k)
-    bodies[o + II] = xx
-    bodies[o + II + 1] = xy
-    bodies[o + II + 2] = xz
-    bodies[o + II + 3] = yy
-    bodies[o + II + 4] = yz
-    bodies[o + II + 5] = zz
+    bodies[o + INVERSE_INERTIA] = xx
+    bodies[o + INVERSE_INERTIA + 1] = xy
+    bodies[o + INVERSE_INERTIA + 2] = xz
+    bodies[o + INVERSE_INERTIA + 3] = yy
+    bodies[o + INVERSE_INERTIA + 4] = yz
+    bodies[o + INVERSE_INERTIA + 5] = zz
 
 
 @kernel
 def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
     """Take over a body as it is at the start of a tick."""
-    o = i * BODY
+    o = i * SIZE
     k = at(i, TRANSLATION)
-    bodies[o + IM] = translation[k + INVERSE_MASS]
+    bodies[o + INVERSE_MASS] = translation[k + IM]
     for axis in range(3):
-        bodies[o + X0 + axis] = translation[k + RX + 64 * axis]
-        bodies[o + E0 + axis] = translation[k + EX + 64 * axis]
-        bodies[o + P + axis] = translation[k + PX + 64 * axis]
-        bodies[o + ACC + axis] = bodies[o + IM] * translation[k + FX + 64 * axis]
-        bodies[o + L + axis] = 0.0
-        bodies[o + D + axis] = 0.0
-        bodies[o + U + axis] = 0.0
-        bodies[o + P_HELD + axis] = 0.0
-        bodies[o + L_HELD + axis] = 0.0
-    bodies[o + W] = 1.0
+        bodies[o + START_POSITION + axis] = translation[k + RX + 64 * axis]
+        bodies[o + START_RESIDUAL + axis] = translation[k + EX + 64 * axis]
+        bodies[o + MOMENTUM + axis] = translation[k + PX + 64 * axis]
+        bodies[o + FREE_ACCELERATION + axis] = (
+            bodies[o + INVERSE_MASS] * translation[k + FX + 64 * axis]
+        )
+        bodies[o + ANGULAR_MOMENTUM + axis] = 0.0
+        bodies[o + DISPLACEMENT + axis] = 0.0
+        bodies[o + TURN + axis] = 0.0
+        bodies[o + WARM_IMPULSE + axis] = 0.0
+        bodies[o + WARM_ANGULAR_IMPULSE + axis] = 0.0
+    bodies[o + TURN_SCALAR] = 1.0
     bodies[o + CARRIED] = 0.0
     for entry in range(6):
-        bodies[o + II + entry] = 0.0
+        bodies[o + INVERSE_INERTIA + entry] = 0.0
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            bodies[o + L + axis] = rotation[k + LX + 64 * axis]
+            bodies[o + ANGULAR_MOMENTUM + axis] = rotation[k + LX + 64 * axis]
         for entry in range(4):
-            bodies[o + Q0 + entry] = rotation[k + QX + 64 * entry]
+            bodies[o + START_ORIENTATION + entry] = rotation[k + QX + 64 * entry]
         _put_inverse_inertia(bodies, o, rotation, k)
 
 
 @kernel
 def accelerate(i: int, n_rigid: int, rotation: Array, bodies: Array) -> None:
     """Find the angular acceleration of free motion: alpha = I^-1 (torque - omega x L)."""
-    o = i * BODY
+    o = i * SIZE
     for axis in range(3):
-        bodies[o + ALPHA + axis] = 0.0
+        bodies[o + FREE_ANGULAR_ACCELERATION + axis] = 0.0
     if i < n_rigid:
         k = at(i, ROTATION)
-        x, y, z = bodies[o + L], bodies[o + L + 1], bodies[o + L + 2]
-        xx, xy, xz = bodies[o + II], bodies[o + II + 1], bodies[o + II + 2]
-        yy, yz, zz = bodies[o + II + 3], bodies[o + II + 4], bodies[o + II + 5]
+        x, y, z = (
+            bodies[o + ANGULAR_MOMENTUM],
+            bodies[o + ANGULAR_MOMENTUM + 1],
+            bodies[o + ANGULAR_MOMENTUM + 2],
+        )
+        xx, xy, xz = (
+            bodies[o + INVERSE_INERTIA],
+            bodies[o + INVERSE_INERTIA + 1],
+            bodies[o + INVERSE_INERTIA + 2],
+        )
+        yy, yz, zz = (
+            bodies[o + INVERSE_INERTIA + 3],
+            bodies[o + INVERSE_INERTIA + 4],
+            bodies[o + INVERSE_INERTIA + 5],
+        )
         u, v, w = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
         a = rotation[k + TX] - (v * z - w * y)
         b = rotation[k + TY] - (w * x - u * z)
         c = rotation[k + TZ] - (u * y - v * x)
-        bodies[o + ALPHA] = xx * a + xy * b + xz * c
-        bodies[o + ALPHA + 1] = xy * a + yy * b + yz * c
-        bodies[o + ALPHA + 2] = xz * a + yz * b + zz * c
+        bodies[o + FREE_ANGULAR_ACCELERATION] = xx * a + xy * b + xz * c
+        bodies[o + FREE_ANGULAR_ACCELERATION + 1] = xy * a + yy * b + yz * c
+        bodies[o + FREE_ANGULAR_ACCELERATION + 2] = xz * a + yz * b + zz * c
 
 
 @kernel
@@ -156,34 +181,36 @@ def kick(
     i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """Let half of the forces of the instant act over a substep, and half of the loads."""
-    o = i * BODY
+    o = i * SIZE
     k = at(i, TRANSLATION)
     bodies[o + CARRIED] = 0.0
     for axis in range(3):
         row = 64 * axis
-        bodies[o + XS + axis] = translation[k + RX + row]
-        bodies[o + ES + axis] = translation[k + EX + row]
+        bodies[o + SUBSTEP_POSITION + axis] = translation[k + RX + row]
+        bodies[o + SUBSTEP_RESIDUAL + axis] = translation[k + EX + row]
         free = translation[k + PX + row] + 0.5 * h * translation[k + FX + row]
-        bodies[o + P + axis] = free + bodies[o + P_HELD + axis]
+        bodies[o + MOMENTUM + axis] = free + bodies[o + WARM_IMPULSE + axis]
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
             row = 64 * axis
             free = rotation[k + LX + row] + 0.5 * h * rotation[k + TX + row]
-            bodies[o + L + axis] = free + bodies[o + L_HELD + axis]
+            bodies[o + ANGULAR_MOMENTUM + axis] = free + bodies[o + WARM_ANGULAR_IMPULSE + axis]
         for entry in range(4):
-            bodies[o + QS + entry] = rotation[k + QX + 64 * entry]
+            bodies[o + SUBSTEP_ORIENTATION + entry] = rotation[k + QX + 64 * entry]
 
 
 @kernel
 def before_turn(i: int, n_rigid: int, half: float, rotation: Array, bodies: Array) -> None:
     """Give a carried body the momentum with which it turns, less the half kick of the drift."""
-    o = i * BODY
+    o = i * SIZE
     if bodies[o + CARRIED] > 0.0 and i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
             row = 64 * axis
-            rotation[k + LX + row] = bodies[o + L + axis] - half * rotation[k + TX + row]
+            rotation[k + LX + row] = (
+                bodies[o + ANGULAR_MOMENTUM + axis] - half * rotation[k + TX + row]
+            )
 
 
 @kernel
@@ -193,17 +220,19 @@ def after_turn(
     """
     Move a carried body by its own velocity, x += h v, and let the second half of the forces act.
     """
-    o = i * BODY
+    o = i * SIZE
     k = at(i, TRANSLATION)
     carried = bodies[o + CARRIED] > 0.0
     for axis in range(3):
         row = 64 * axis
         if carried:
-            translation[k + PX + row] = bodies[o + P + axis] + 0.5 * h * translation[k + FX + row]
+            translation[k + PX + row] = (
+                bodies[o + MOMENTUM + axis] + 0.5 * h * translation[k + FX + row]
+            )
             x, e = add_compensated(
-                bodies[o + XS + axis],
-                bodies[o + ES + axis],
-                h * bodies[o + IM] * bodies[o + P + axis],
+                bodies[o + SUBSTEP_POSITION + axis],
+                bodies[o + SUBSTEP_RESIDUAL + axis],
+                h * bodies[o + INVERSE_MASS] * bodies[o + MOMENTUM + axis],
             )
             translation[k + RX + row] = x
             translation[k + EX + row] = e
@@ -211,23 +240,27 @@ def after_turn(
         k = at(i, ROTATION)
         for axis in range(3):
             row = 64 * axis
-            rotation[k + LX + row] = bodies[o + L + axis] + 0.5 * h * rotation[k + TX + row]
+            rotation[k + LX + row] = (
+                bodies[o + ANGULAR_MOMENTUM + axis] + 0.5 * h * rotation[k + TX + row]
+            )
 
 
 @kernel
 def take_over(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
     """Read momenta, inverse inertia and the motion over the substep."""
-    o = i * BODY
+    o = i * SIZE
     k = at(i, TRANSLATION)
     for axis in range(3):
         row = 64 * axis
-        bodies[o + P + axis] = translation[k + PX + row]
-        x = translation[k + RX + row] - bodies[o + XS + axis]
-        bodies[o + D + axis] = x + (translation[k + EX + row] - bodies[o + ES + axis])
+        bodies[o + MOMENTUM + axis] = translation[k + PX + row]
+        x = translation[k + RX + row] - bodies[o + SUBSTEP_POSITION + axis]
+        bodies[o + DISPLACEMENT + axis] = x + (
+            translation[k + EX + row] - bodies[o + SUBSTEP_RESIDUAL + axis]
+        )
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            bodies[o + L + axis] = rotation[k + LX + 64 * axis]
+            bodies[o + ANGULAR_MOMENTUM + axis] = rotation[k + LX + 64 * axis]
         _put_inverse_inertia(bodies, o, rotation, k)
         _put_turn(bodies, o, rotation, k)
 
@@ -235,42 +268,51 @@ def take_over(i: int, n_rigid: int, translation: Array, rotation: Array, bodies:
 @inline
 def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
     x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-    p, q, r, s = bodies[o + QS], bodies[o + QS + 1], bodies[o + QS + 2], bodies[o + QS + 3]
-    kind = bodies[o + ROUND]
+    p, q, r, s = (
+        bodies[o + SUBSTEP_ORIENTATION],
+        bodies[o + SUBSTEP_ORIENTATION + 1],
+        bodies[o + SUBSTEP_ORIENTATION + 2],
+        bodies[o + SUBSTEP_ORIENTATION + 3],
+    )
+    kind = bodies[o + SYMMETRY]
     if kind == 3.0:
         return
     if kind == 1.0:
-        i, j, m = bodies[o + AXIS], bodies[o + AXIS + 1], bodies[o + AXIS + 2]
+        i, j, m = (
+            bodies[o + SYMMETRY_AXIS],
+            bodies[o + SYMMETRY_AXIS + 1],
+            bodies[o + SYMMETRY_AXIS + 2],
+        )
         a1, a2, a3 = rotate(p, q, r, s, i, j, m)
         b1, b2, b3 = rotate(x, y, z, w, i, j, m)
         half = math.sqrt(max(0.5 * (1.0 + (a1 * b1 + a2 * b2 + a3 * b3)), 1e-30))
-        bodies[o + U] = 0.5 * (a2 * b3 - a3 * b2) / half
-        bodies[o + U + 1] = 0.5 * (a3 * b1 - a1 * b3) / half
-        bodies[o + U + 2] = 0.5 * (a1 * b2 - a2 * b1) / half
-        bodies[o + W] = half
+        bodies[o + TURN] = 0.5 * (a2 * b3 - a3 * b2) / half
+        bodies[o + TURN + 1] = 0.5 * (a3 * b1 - a1 * b3) / half
+        bodies[o + TURN + 2] = 0.5 * (a1 * b2 - a2 * b1) / half
+        bodies[o + TURN_SCALAR] = half
         return
     # q qs*
-    bodies[o + U] = s * x - w * p - (y * r - z * q)
-    bodies[o + U + 1] = s * y - w * q - (z * p - x * r)
-    bodies[o + U + 2] = s * z - w * r - (x * q - y * p)
-    bodies[o + W] = w * s + x * p + y * q + z * r
+    bodies[o + TURN] = s * x - w * p - (y * r - z * q)
+    bodies[o + TURN + 1] = s * y - w * q - (z * p - x * r)
+    bodies[o + TURN + 2] = s * z - w * r - (x * q - y * p)
+    bodies[o + TURN_SCALAR] = w * s + x * p + y * q + z * r
 
 
 @kernel
 def hand_back(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
     """Write the momenta back."""
-    o = i * BODY
+    o = i * SIZE
     k = at(i, TRANSLATION)
     for axis in range(3):
-        translation[k + PX + 64 * axis] = bodies[o + P + axis]
+        translation[k + PX + 64 * axis] = bodies[o + MOMENTUM + axis]
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            rotation[k + LX + 64 * axis] = bodies[o + L + axis]
+            rotation[k + LX + 64 * axis] = bodies[o + ANGULAR_MOMENTUM + axis]
 
 
 @kernel
 def let_go(i: int, bodies: Array) -> None:
     """Forget the loads of a body, before they are added up anew."""
     for axis in range(6):
-        bodies[i * BODY + P_HELD + axis] = 0.0
+        bodies[i * SIZE + WARM_IMPULSE + axis] = 0.0

@@ -30,17 +30,25 @@ from typing import Any
 
 from rigid_body_sim.physics.compile.kernels import kernel, specialise, unbound
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision import narrow_phase, neighbour_list, swept_aabbs
+from rigid_body_sim.physics.contact.collision import (
+    manifold_record,
+    narrow_phase,
+    neighbour_list,
+    swept_aabbs,
+)
 from rigid_body_sim.physics.contact.energy import (
     account,
     attribution,
     projection,
     restitution_bound,
 )
-from rigid_body_sim.physics.contact.solver import assembly, forces_of_state
+from rigid_body_sim.physics.contact.solver import (
+    assembly,
+    cache_record,
+    constraint,
+    forces_of_state,
+)
 from rigid_body_sim.physics.contact.solver import impulse_cache as memory_of
-from rigid_body_sim.physics.contact.solver.constraint import A, B
-from rigid_body_sim.physics.contact.solver_bodies import BODY
 from rigid_body_sim.physics.integration.schemes.steps import (
     finite,
     kick,
@@ -100,9 +108,9 @@ def _mark_touching(manifolds, n_moving, records, rows, touching, marks):
     for i in range(n_moving + 1):
         marks[i] = 0
     for m in range(manifolds):
-        place = int(records[m * narrow_phase.RECORD + narrow_phase.LANE])
-        marks[int(rows[place + A]) // BODY] = 1
-        marks[int(rows[place + B]) // BODY] = 1
+        place = int(records[m * manifold_record.SIZE + manifold_record.LANE])
+        marks[int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE] = 1
+        marks[int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE] = 1
     count = 0
     for i in range(n_moving):
         if marks[i] == 1:
@@ -160,8 +168,8 @@ def _advance(
             solver_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
             if BOUNCES:
                 solver_bodies.accelerate(i, n_rigid, rotation, bodies)
-        for entry in range(BODY):
-            bodies[n_bodies * BODY + entry] = 0.0
+        for entry in range(solver_bodies.SIZE):
+            bodies[n_bodies * solver_bodies.SIZE + entry] = 0.0
         narrow_phase.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
         swept_aabbs.find_reaches(n, h, settings[MARGIN], table, bounds, poses, bodies, reaches)
         pairs = neighbour_list.find_pairs(
@@ -186,7 +194,7 @@ def _advance(
         if counts[PIECES] > 1 and counts[CUT] == 0:
             counts[SHORT] = TOO_LONG
             return 0.0
-        if 2 + manifolds * (2 + 4 * assembly.REMEMBERED) > counts[MEMORY_ROOM]:
+        if 2 + manifolds * (2 + 4 * cache_record.POINT_SIZE) > counts[MEMORY_ROOM]:
             counts[SHORT] = SHORT_OF_MEMORY
             return 0.0
         if counts[ASSEMBLED] == 0 or not assembly.is_same(manifolds, records, memory):

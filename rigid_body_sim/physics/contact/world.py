@@ -11,45 +11,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact import step
+from rigid_body_sim.physics.contact import solver_bodies, step
+from rigid_body_sim.physics.contact.collision import collider, manifold_record, swept_aabbs
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import (
     members,
     rolling,
     round_features,
 )
-from rigid_body_sim.physics.contact.collision.collider import (
-    BOUNDS,
-    CORE,
-    MATERIAL,
-    PLANE,
-    POSE,
-    TABLE,
-    TYPE,
-    Colliders,
-)
+from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
 from rigid_body_sim.physics.contact.collision.convexity_defect import hollow_meshes
-from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND
+from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.hash_grid import CELL, size_of_heads
-from rigid_body_sim.physics.contact.collision.narrow_phase import RECORD, manifold_finder
+from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.neighbour_list import size_of_list, size_of_rooms
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
-from rigid_body_sim.physics.contact.collision.swept_aabbs import ROW
-from rigid_body_sim.physics.contact.energy.groups import ACCOUNT
+from rigid_body_sim.physics.contact.energy import pressing_groups
+from rigid_body_sim.physics.contact.islands import sleep
 from rigid_body_sim.physics.contact.readout import read, together
 from rigid_body_sim.physics.contact.settings import ContactSettings
-from rigid_body_sim.physics.contact.solver import variable_mass
-from rigid_body_sim.physics.contact.solver.assembly import BATCH, COLOURS, MEMORY, REMEMBERED
-from rigid_body_sim.physics.contact.solver.constraint import (
-    LANES,
-    MANIFOLD,
-    POINT,
-    POINT_LONG,
-    SCRATCH,
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    cache_record,
+    constraint,
+    contact_point,
+    lane_scratch,
+    variable_mass,
 )
 from rigid_body_sim.physics.contact.solver.impulse_cache import end_of_memory
 from rigid_body_sim.physics.contact.solver.iterations import solver
-from rigid_body_sim.physics.contact.solver_bodies import AXIS, BODY, ROUND
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integration.integrator import Integrator
@@ -87,10 +77,12 @@ class ContactPlan:
         self.warnings = hollow_meshes(scene)
         self._order = order(scene, colliders)
         self._kinds = colliders.pairs()
-        materials = colliders.materials.reshape(-1, MATERIAL)
+        materials = colliders.materials.reshape(-1, collider.MATERIAL)
         self.angular = bool(np.any(materials[:, 2:] > 0.0))
         self.bounces = bool(np.any(materials[:, 0] > 0.0))
-        self._width = POINT_LONG if self.angular or self.bounces else POINT
+        self._width = (
+            contact_point.SIZE_LONG if self.angular or self.bounces else contact_point.SIZE
+        )
         self._take(colliders)
         self._flows = variable_mass.flows_of(layout, colliders.cores.tolist())
         self._sleepers: Any = None
@@ -114,19 +106,27 @@ class ContactPlan:
             return np.ascontiguousarray(array.reshape(-1, size)[self._order]).ravel()
 
         self.numbers = colliders.numbers
-        self.table = ordered(colliders.table, TABLE)
-        self.bounds = ordered(colliders.bounds, BOUNDS)
-        self.mounts = ordered(colliders.mounts, POSE)
-        self.materials = ordered(colliders.materials, MATERIAL)
-        self.poses = np.concatenate((ordered(colliders.poses, POSE), np.zeros(2 * POSE)))
-        self.reaches = np.zeros(max(1, n) * ROW)
-        self.found = np.zeros(FOUND)
-        self.bodies = _aligned((self._layout.n_moving + 1) * BODY)
-        table, mounts = self.table.reshape(-1, TABLE), self.mounts.reshape(-1, POSE)
-        for core, places in members(table[:, CORE]):
-            row = self.bodies[core * BODY : (core + 1) * BODY]
-            kinds = table[places, TYPE].tolist()
-            row[ROUND], row[AXIS : AXIS + 3] = rolling(kinds, mounts[places])
+        self.table = ordered(colliders.table, collider.TABLE)
+        self.bounds = ordered(colliders.bounds, collider.BOUNDS)
+        self.mounts = ordered(colliders.mounts, collider.POSE)
+        self.materials = ordered(colliders.materials, collider.MATERIAL)
+        self.poses = np.concatenate(
+            (ordered(colliders.poses, collider.POSE), np.zeros(2 * collider.POSE))
+        )
+        self.reaches = np.zeros(max(1, n) * swept_aabbs.ROW)
+        self.found = np.zeros(manifold.FOUND)
+        self.bodies = _aligned((self._layout.n_moving + 1) * solver_bodies.SIZE)
+        table, mounts = (
+            self.table.reshape(-1, collider.TABLE),
+            self.mounts.reshape(-1, collider.POSE),
+        )
+        for core, places in members(table[:, collider.CORE]):
+            row = self.bodies[core * solver_bodies.SIZE : (core + 1) * solver_bodies.SIZE]
+            kinds = table[places, collider.TYPE].tolist()
+            (
+                row[solver_bodies.SYMMETRY],
+                row[solver_bodies.SYMMETRY_AXIS : solver_bodies.SYMMETRY_AXIS + 3],
+            ) = rolling(kinds, mounts[places])
 
     def _make_room(self, n: int) -> None:
         """Make the lists that grow."""
@@ -135,20 +135,24 @@ class ContactPlan:
         self.heads = np.zeros(size_of_heads(n), dtype=np.int64)
         self.grid = np.zeros(max(1, n) * CELL, dtype=np.int64)
         self._make_room_for_pairs(16 * n + 16)
-        self.records = np.zeros((4 * n + 8) * RECORD)
-        self.memory = np.zeros(2 + (4 * n + 8) * (2 + 4 * REMEMBERED))
-        self.rows = _aligned(SCRATCH + (n // 2 + 40) * (MANIFOLD + 4 * self._width))
-        self.batches = np.zeros((4 * n + 64) * BATCH, dtype=np.int64)
+        self.records = np.zeros((4 * n + 8) * manifold_record.SIZE)
+        self.memory = np.zeros(2 + (4 * n + 8) * (2 + 4 * cache_record.POINT_SIZE))
+        self.rows = _aligned(
+            lane_scratch.SIZE + (n // 2 + 40) * (constraint.SIZE + 4 * self._width)
+        )
+        self.batches = np.zeros((4 * n + 64) * batch_record.SIZE, dtype=np.int64)
         self.colours = np.zeros(moving + 1, dtype=np.int64)
-        self.open_batches = np.zeros(3 * COLOURS + 3, dtype=np.int64)
+        self.open_batches = np.zeros(3 * batch_record.COLOURS + 3, dtype=np.int64)
         self.touching = np.zeros(moving + 1, dtype=np.int64)
-        self.accounts = np.zeros((moving + 1) * ACCOUNT)
+        self.accounts = np.zeros((moving + 1) * pressing_groups.ACCOUNT)
         self.workspace = np.zeros(max(1, blocks(moving)) * 384)
         self.counts = np.zeros(step.COUNTS, dtype=np.int64)
         self.counts[step.N_COLLIDERS] = n
-        self.counts[step.LANES_AT_ONCE] = LANES
-        self.counts[step.PLANES] = int(np.sum(self.table[TYPE::TABLE] == PLANE))
-        radii = self.bounds[7::BOUNDS]
+        self.counts[step.LANES_AT_ONCE] = constraint.LANES
+        self.counts[step.PLANES] = int(
+            np.sum(self.table[collider.TYPE :: collider.TABLE] == collider.PLANE)
+        )
+        radii = self.bounds[7 :: collider.BOUNDS]
         radii = radii[np.isfinite(radii) & (radii > 0.0)]
         radius = float(np.median(radii)) if radii.size else 1.0
         s = self.settings
@@ -170,9 +174,9 @@ class ContactPlan:
         counts = self.counts
         counts[step.ASSEMBLED] = 0
         counts[step.PAIR_ROOM] = len(self.keys)
-        counts[step.MANIFOLD_ROOM] = len(self.records) // RECORD
+        counts[step.MANIFOLD_ROOM] = len(self.records) // manifold_record.SIZE
         counts[step.ROW_ROOM] = len(self.rows)
-        counts[step.BATCH_ROOM] = len(self.batches) // BATCH
+        counts[step.BATCH_ROOM] = len(self.batches) // batch_record.SIZE
         counts[step.MEMORY_ROOM] = len(self.memory)
         self._arguments = tuple(
             argument(array)
@@ -195,7 +199,7 @@ class ContactPlan:
         if short == step.SHORT_OF_PAIRS:
             self._make_room_for_pairs(2 * int(self.counts[step.PAIRS]))
         elif short == step.SHORT_OF_MANIFOLDS:
-            self.records = np.zeros(2 * int(self.counts[step.MANIFOLDS]) * RECORD)
+            self.records = np.zeros(2 * int(self.counts[step.MANIFOLDS]) * manifold_record.SIZE)
         elif short == step.SHORT_OF_MEMORY:
             self.memory = np.concatenate((self.memory, np.zeros(len(self.memory))))
         else:
@@ -222,7 +226,7 @@ class ContactPlan:
             )
             self._put_memory(memory)
             self.records[: len(records)] = records
-            self.counts[step.MANIFOLDS] = len(records) // RECORD
+            self.counts[step.MANIFOLDS] = len(records) // manifold_record.SIZE
         self.counts[step.STALE] = 1
 
     def remembered(self) -> Array:
@@ -260,7 +264,7 @@ class ContactPlan:
         if len(numbers) > len(self.memory):
             self.memory = np.zeros(len(numbers))
             self._pack()
-        self.memory[:MEMORY] = 0.0
+        self.memory[: cache_record.HEAD] = 0.0
         self.memory[: len(numbers)] = numbers
         self.counts[step.ASSEMBLED] = 0
 
@@ -274,11 +278,11 @@ class ContactPlan:
     @property
     def _records(self) -> Array:
         """Records of the manifolds of the last tick or piece."""
-        return self.records[: self.counts[step.MANIFOLDS] * RECORD]
+        return self.records[: self.counts[step.MANIFOLDS] * manifold_record.SIZE]
 
     def _read(self, records: Array) -> tuple[Contacts, Array]:
         return read(
-            len(records) // RECORD,
+            len(records) // manifold_record.SIZE,
             width=self._width,
             bounces=self.bounces,
             table=self.table,
@@ -303,9 +307,7 @@ class ContactPlan:
             pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
             passes = solver(width=self._width, **flags, **round_features(self._kinds))
             if self._sleepers is not None:
-                from rigid_body_sim.physics.contact.islands.sleep import KERNELS
-
-                passes |= KERNELS
+                passes |= sleep.KERNELS
             if self._flows.size:
                 passes |= variable_mass.KERNELS
             compiled = step.tick_kernel(

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, specialise, unbound
+from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.collider import (
     BOUNDS,
     CORE,
@@ -28,9 +29,8 @@ from rigid_body_sim.physics.contact.collision.collider import (
     TABLE,
     TYPE,
 )
-from rigid_body_sim.physics.contact.collision.geometry.manifold import GAP, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.geometry.manifold import POINT, POINTS, SEPARATION
 from rigid_body_sim.physics.contact.collision.swept_aabbs import ROW, SPEED, TURN
-from rigid_body_sim.physics.contact.solver_bodies import BODY, II, X0, L
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -77,11 +77,27 @@ def _move(
     core = table[i * TABLE + CORE]
     if core < 0:
         return
-    o = core * BODY
-    x, y, z = bodies[o + L], bodies[o + L + 1], bodies[o + L + 2]
-    wx = bodies[o + II] * x + bodies[o + II + 1] * y + bodies[o + II + 2] * z
-    wy = bodies[o + II + 1] * x + bodies[o + II + 3] * y + bodies[o + II + 4] * z
-    wz = bodies[o + II + 2] * x + bodies[o + II + 4] * y + bodies[o + II + 5] * z
+    o = core * solver_bodies.SIZE
+    x, y, z = (
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM],
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1],
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2],
+    )
+    wx = (
+        bodies[o + solver_bodies.INVERSE_INERTIA] * x
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 1] * y
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 2] * z
+    )
+    wy = (
+        bodies[o + solver_bodies.INVERSE_INERTIA + 1] * x
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 3] * y
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 4] * z
+    )
+    wz = (
+        bodies[o + solver_bodies.INVERSE_INERTIA + 2] * x
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 4] * y
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 5] * z
+    )
     rate = math.sqrt(wx * wx + wy * wy + wz * wz)
     sine, cosine = 0.0, 1.0
     if rate > 0.0:
@@ -91,9 +107,9 @@ def _move(
     for column in range(4):  # arm of the origin, then the axes
         if column == 0:
             x, y, z = (
-                poses[p] - bodies[o + X0],
-                poses[p + 1] - bodies[o + X0 + 1],
-                poses[p + 2] - bodies[o + X0 + 2],
+                poses[p] - bodies[o + solver_bodies.START_POSITION],
+                poses[p + 1] - bodies[o + solver_bodies.START_POSITION + 1],
+                poses[p + 2] - bodies[o + solver_bodies.START_POSITION + 2],
             )
         else:
             x, y, z = poses[p + 2 + column], poses[p + 5 + column], poses[p + 8 + column]
@@ -105,9 +121,13 @@ def _move(
         )
         if column == 0:
             r = i * ROW + SPEED
-            poses[to] = bodies[o + X0] + (x + time * reaches[r])
-            poses[to + 1] = bodies[o + X0 + 1] + (y + time * reaches[r + 1])
-            poses[to + 2] = bodies[o + X0 + 2] + (z + time * reaches[r + 2])
+            poses[to] = bodies[o + solver_bodies.START_POSITION] + (x + time * reaches[r])
+            poses[to + 1] = bodies[o + solver_bodies.START_POSITION + 1] + (
+                y + time * reaches[r + 1]
+            )
+            poses[to + 2] = bodies[o + solver_bodies.START_POSITION + 2] + (
+                z + time * reaches[r + 2]
+            )
         else:
             poses[to + 2 + column] = x
             poses[to + 5 + column] = y
@@ -131,9 +151,9 @@ def _hits(
         )  # fmt: skip
         if points == 0:
             return False
-        gap = found[POINTS + GAP]
+        gap = found[POINTS + SEPARATION]
         for point in range(1, points):
-            gap = min(gap, found[POINTS + point * POINT + GAP])
+            gap = min(gap, found[POINTS + point * POINT + SEPARATION])
         if not gap > near:
             return True
         time += gap / motion * h

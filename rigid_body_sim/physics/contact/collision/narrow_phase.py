@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, specialise, unbound
+from rigid_body_sim.physics.contact.collision import manifold_record
 from rigid_body_sim.physics.contact.collision.collider import (
     BOUNDS,
     CORE,
@@ -39,10 +40,6 @@ from rigid_body_sim.physics.state.blocks import QW, QX, QY, QZ, ROTATION, RX, TR
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-KEY, BODY_A, BODY_B, COUNT, NORMAL, RECORD_POINTS = 0, 1, 2, 3, 4, 8
-LANE = 28  # where its lane begins in the rows
-RECORD = 32
 
 # bound for each link of the chain, and for each scene, by `specialise`
 TYPE_A, TYPE_B = 0, 0
@@ -159,15 +156,15 @@ def _find_manifolds(
         if points == 0:
             continue
         if count < room:
-            o = count * RECORD
-            records[o + KEY] = float(key)
-            records[o + BODY_A] = float(a)
-            records[o + BODY_B] = float(b)
-            records[o + COUNT] = float(points)
+            o = count * manifold_record.SIZE
+            records[o + manifold_record.PAIR_ID] = float(key)
+            records[o + manifold_record.COLLIDER_A] = float(a)
+            records[o + manifold_record.COLLIDER_B] = float(b)
+            records[o + manifold_record.POINT_COUNT] = float(points)
             for entry in range(3):
-                records[o + NORMAL + entry] = found[entry]
+                records[o + manifold_record.NORMAL + entry] = found[entry]
             for entry in range(POINT * min(points, MOST)):
-                records[o + RECORD_POINTS + entry] = found[POINTS + entry]
+                records[o + manifold_record.POINTS + entry] = found[POINTS + entry]
         count += 1
     return count
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.collider import (
     BOUNDS,
     CORE,
@@ -23,7 +24,6 @@ from rigid_body_sim.physics.contact.collision.collider import (
     TABLE,
     bounding_box,
 )
-from rigid_body_sim.physics.contact.solver_bodies import ACC, BODY, II, IM, X0, L, P
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -62,22 +62,46 @@ def find_reaches(
         core = table[i * TABLE + CORE]
         speed = 0.0
         if core >= 0:
-            m = core * BODY
-            u, v, w = bodies[m + P], bodies[m + P + 1], bodies[m + P + 2]
-            im = bodies[m + IM]
+            m = core * solver_bodies.SIZE
+            u, v, w = (
+                bodies[m + solver_bodies.MOMENTUM],
+                bodies[m + solver_bodies.MOMENTUM + 1],
+                bodies[m + solver_bodies.MOMENTUM + 2],
+            )
+            im = bodies[m + solver_bodies.INVERSE_MASS]
             u, v, w = u * im, v * im, w * im
             reaches[o + SPEED], reaches[o + SPEED + 1], reaches[o + SPEED + 2] = u, v, w
             speed = math.sqrt(u * u + v * v + w * w) * h
-            a, b2, c = bodies[m + L], bodies[m + L + 1], bodies[m + L + 2]
-            i1, i2, i3 = bodies[m + II], bodies[m + II + 1], bodies[m + II + 2]
-            i4, i5, i6 = bodies[m + II + 3], bodies[m + II + 4], bodies[m + II + 5]
+            a, b2, c = (
+                bodies[m + solver_bodies.ANGULAR_MOMENTUM],
+                bodies[m + solver_bodies.ANGULAR_MOMENTUM + 1],
+                bodies[m + solver_bodies.ANGULAR_MOMENTUM + 2],
+            )
+            i1, i2, i3 = (
+                bodies[m + solver_bodies.INVERSE_INERTIA],
+                bodies[m + solver_bodies.INVERSE_INERTIA + 1],
+                bodies[m + solver_bodies.INVERSE_INERTIA + 2],
+            )
+            i4, i5, i6 = (
+                bodies[m + solver_bodies.INVERSE_INERTIA + 3],
+                bodies[m + solver_bodies.INVERSE_INERTIA + 4],
+                bodies[m + solver_bodies.INVERSE_INERTIA + 5],
+            )
             p = i1 * a + i2 * b2 + i3 * c
             q = i2 * a + i4 * b2 + i5 * c
             r = i3 * a + i5 * b2 + i6 * c
-            u, v, w = x - bodies[m + X0], y - bodies[m + X0 + 1], z - bodies[m + X0 + 2]
+            u, v, w = (
+                x - bodies[m + solver_bodies.START_POSITION],
+                y - bodies[m + solver_bodies.START_POSITION + 1],
+                z - bodies[m + solver_bodies.START_POSITION + 2],
+            )
             lever = math.sqrt(u * u + v * v + w * w) + radius
             turn = math.sqrt(p * p + q * q + r * r) * lever * h
-            u, v, w = bodies[m + ACC], bodies[m + ACC + 1], bodies[m + ACC + 2]
+            u, v, w = (
+                bodies[m + solver_bodies.FREE_ACCELERATION],
+                bodies[m + solver_bodies.FREE_ACCELERATION + 1],
+                bodies[m + solver_bodies.FREE_ACCELERATION + 2],
+            )
             fall = math.sqrt(u * u + v * v + w * w) * h * h
             reaches[o + TURN] = min(turn, 2.0 * lever) + fall
         reaches[o + REACH] = 0.5 * small + speed + reaches[o + TURN]

@@ -15,20 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.collision.narrow_phase import COUNT, LANE, RECORD
-from rigid_body_sim.physics.contact.energy.groups import ACCOUNT, FREE, HELD, ORDER, PARENT
-from rigid_body_sim.physics.contact.solver.constraint import (
-    JN,
-    MANIFOLD,
-    SUM,
-    T2,
-    TOUCHED,
-    A,
-    B,
-    N,
-    T,
-)
-from rigid_body_sim.physics.contact.solver_bodies import BODY, P_HELD
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision import manifold_record
+from rigid_body_sim.physics.contact.energy import pressing_groups
+from rigid_body_sim.physics.contact.solver import constraint, contact_point
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -47,24 +37,29 @@ def hang(
     a group that hangs on nothing hangs on its first body. List the bodies in this order, and
     return how many they are.
     """
-    accounts[nothing * ACCOUNT + PARENT] = HUNG
+    accounts[nothing * pressing_groups.ACCOUNT + pressing_groups.PARENT] = HUNG
     for t in range(touched):
         i = touching[t]
-        held = accounts[groups[i] * ACCOUNT + HELD]
-        on_none = held == FREE and groups[i] == i
-        accounts[i * ACCOUNT + PARENT] = HUNG if on_none or held < FREE else LOOSE
+        held = accounts[groups[i] * pressing_groups.ACCOUNT + pressing_groups.HELD]
+        on_none = held == pressing_groups.FREE and groups[i] == i
+        accounts[i * pressing_groups.ACCOUNT + pressing_groups.PARENT] = (
+            HUNG if on_none or held < pressing_groups.FREE else LOOSE
+        )
     count, before = 0, -1
     while count > before:
         before = count
         for m in range(manifolds):
-            place = int(records[m * RECORD + LANE])
-            a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-            a_hangs = accounts[a * ACCOUNT + PARENT] != LOOSE
-            b_hangs = accounts[b * ACCOUNT + PARENT] != LOOSE
-            if a_hangs != b_hangs and rows[place + TOUCHED] > 0.0:
+            place = int(records[m * manifold_record.SIZE + manifold_record.LANE])
+            a, b = (
+                int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
+                int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
+            )
+            a_hangs = accounts[a * pressing_groups.ACCOUNT + pressing_groups.PARENT] != LOOSE
+            b_hangs = accounts[b * pressing_groups.ACCOUNT + pressing_groups.PARENT] != LOOSE
+            if a_hangs != b_hangs and rows[place + constraint.TOUCHED] > 0.0:
                 i = b if a_hangs else a
-                accounts[i * ACCOUNT + PARENT] = float(m)
-                accounts[count * ACCOUNT + ORDER] = float(i)
+                accounts[i * pressing_groups.ACCOUNT + pressing_groups.PARENT] = float(m)
+                accounts[count * pressing_groups.ACCOUNT + pressing_groups.ORDER] = float(i)
                 count += 1
     return count
 
@@ -79,32 +74,44 @@ def charge(
     contacts are read with the whole change of momentum.
     """
     for k in range(count):
-        i = int(accounts[(count - 1 - k) * ACCOUNT + ORDER])
-        m = int(accounts[i * ACCOUNT + PARENT])
-        place = int(records[m * RECORD + LANE])
-        a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
+        i = int(accounts[(count - 1 - k) * pressing_groups.ACCOUNT + pressing_groups.ORDER])
+        m = int(accounts[i * pressing_groups.ACCOUNT + pressing_groups.PARENT])
+        place = int(records[m * manifold_record.SIZE + manifold_record.LANE])
+        a, b = (
+            int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
+            int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
+        )
         other = a if i == b else b
         x, y, z = (
-            bodies[i * BODY + P_HELD],
-            bodies[i * BODY + P_HELD + 1],
-            bodies[i * BODY + P_HELD + 2],
+            bodies[i * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE],
+            bodies[i * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + 1],
+            bodies[i * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + 2],
         )
         if other != nothing:
-            bodies[other * BODY + P_HELD] += x
-            bodies[other * BODY + P_HELD + 1] += y
-            bodies[other * BODY + P_HELD + 2] += z
-        normal, first, second = place + N, place + T, place + T2
+            bodies[other * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE] += x
+            bodies[other * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + 1] += y
+            bodies[other * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + 2] += z
+        normal, first, second = (
+            place + constraint.NORMAL,
+            place + constraint.TANGENT_1,
+            place + constraint.TANGENT_2,
+        )
         sign = 1.0 if i == b else -1.0
         along = sign * (x * rows[normal] + y * rows[normal + 8] + z * rows[normal + 16])
         across = sign * (x * rows[first] + y * rows[first + 8] + z * rows[first + 16])
         other_way = sign * (x * rows[second] + y * rows[second + 8] + z * rows[second + 16])
-        begin, points = place + MANIFOLD, int(records[m * RECORD + COUNT])
+        begin, points = (
+            place + constraint.SIZE,
+            int(records[m * manifold_record.SIZE + manifold_record.POINT_COUNT]),
+        )
         total = 0.0
         for q in range(begin, begin + points * width, width):
-            total += rows[q + SUM] + rows[q + JN]
+            total += rows[q + contact_point.TOTAL_IMPULSE] + rows[q + contact_point.NORMAL_IMPULSE]
         for q in range(begin, begin + points * width, width):
-            pressing = rows[q + SUM] + rows[q + JN]
+            pressing = (
+                rows[q + contact_point.TOTAL_IMPULSE] + rows[q + contact_point.NORMAL_IMPULSE]
+            )
             share = pressing / total if total > 0.0 else 1.0 / points
-            rows[q + SUM] += share * along
-            rows[q + SUM + 8] += share * across
-            rows[q + SUM + 16] += share * other_way
+            rows[q + contact_point.TOTAL_IMPULSE] += share * along
+            rows[q + contact_point.TOTAL_IMPULSE + 8] += share * across
+            rows[q + contact_point.TOTAL_IMPULSE + 16] += share * other_way

@@ -40,28 +40,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.energy import pressing_groups
 from rigid_body_sim.physics.contact.energy.account import kinetic, twice
-from rigid_body_sim.physics.contact.energy.groups import (
-    ACCOUNT,
-    BODIES,
-    CALM,
-    DOWN,
-    FALL,
-    FORCE,
-    FREE,
-    GAIN,
-    HELD,
-    MOVING,
-    PRESS,
-    SLIDING,
-    UNHELD,
-    find_held,
-    join_pressing,
-)
+from rigid_body_sim.physics.contact.energy.pressing_groups import find_held, join_pressing
 from rigid_body_sim.physics.contact.energy.rigid_motion import find_rigid_motions, rigid_momenta
-from rigid_body_sim.physics.contact.solver.assembly import BATCH, OFFSET, POINTS, USED
-from rigid_body_sim.physics.contact.solver.constraint import GAP, MANIFOLD, A, B, N
-from rigid_body_sim.physics.contact.solver_bodies import BODY, ENERGY, IM, P_HELD, D, L, P
+from rigid_body_sim.physics.contact.solver import batch_record, constraint, contact_point
 from rigid_body_sim.physics.state.blocks import FX, RX, TRANSLATION, at
 
 Array = NDArray[np.float64]
@@ -80,7 +64,9 @@ def _fall(i: int, h: float, translation: Array, bodies: Array) -> Any:
     """Kinetic energy of a body that falls for a substep from rest [J]."""
     k = at(i, TRANSLATION)
     x, y, z = h * translation[k + FX], h * translation[k + FX + 64], h * translation[k + FX + 128]
-    return 0.5 * bodies[i * BODY + IM] * (x * x + y * y + z * z)
+    return (
+        0.5 * bodies[i * solver_bodies.SIZE + solver_bodies.INVERSE_MASS] * (x * x + y * y + z * z)
+    )
 
 
 @inline
@@ -97,28 +83,34 @@ def _find_gains(
 ) -> bool:  # fmt: skip
     """Open the accounts of the groups, and tell whether any has gained."""
     for t in range(touched):
-        g = touching[t] * ACCOUNT
-        for entry in range(HELD):
+        g = touching[t] * pressing_groups.ACCOUNT
+        for entry in range(pressing_groups.HELD):
             accounts[g + entry] = 0.0
-        accounts[g + MOVING] = 0.0
+        accounts[g + pressing_groups.MOVING] = 0.0
     for t in range(touched):
         i = touching[t]
-        g, k = groups[i] * ACCOUNT, at(i, TRANSLATION)
-        accounts[g + GAIN] += bodies[i * BODY + ENERGY]
-        accounts[g + BODIES] += 1.0
-        accounts[g + FALL] += _fall(i, h, translation, bodies)
-        accounts[g + MOVING] += kinetic(bodies, i * BODY)
+        g, k = groups[i] * pressing_groups.ACCOUNT, at(i, TRANSLATION)
+        accounts[g + pressing_groups.GAIN] += bodies[i * solver_bodies.SIZE + solver_bodies.ENERGY]
+        accounts[g + pressing_groups.BODIES] += 1.0
+        accounts[g + pressing_groups.FALL] += _fall(i, h, translation, bodies)
+        accounts[g + pressing_groups.MOVING] += kinetic(bodies, i * solver_bodies.SIZE)
         for axis in range(3):
-            accounts[g + FORCE + axis] += translation[k + FX + 64 * axis]
+            accounts[g + pressing_groups.FORCE + axis] += translation[k + FX + 64 * axis]
     found = False
     for t in range(touched):
-        g = touching[t] * ACCOUNT
-        gains = groups[touching[t]] == touching[t] and accounts[g + GAIN] > _allowed(
-            accounts[g + BODIES], accounts[g + FALL], accounts[g + MOVING]
+        g = touching[t] * pressing_groups.ACCOUNT
+        gains = groups[touching[t]] == touching[t] and accounts[
+            g + pressing_groups.GAIN
+        ] > _allowed(
+            accounts[g + pressing_groups.BODIES],
+            accounts[g + pressing_groups.FALL],
+            accounts[g + pressing_groups.MOVING],
         )
         found = found or gains
-        accounts[g + HELD] = UNHELD if gains else CALM
-        for entry in range(HELD + 1, ACCOUNT):
+        accounts[g + pressing_groups.HELD] = (
+            pressing_groups.UNHELD if gains else pressing_groups.CALM
+        )
+        for entry in range(pressing_groups.HELD + 1, pressing_groups.ACCOUNT):
             accounts[g + entry] = 0.0
     return found
 
@@ -131,19 +123,27 @@ def _find_moving(
     """Add up the kinetic energy of each group relative to its rigid motion."""
     for t in range(touched):
         i = touching[t]
-        o, g = i * BODY, groups[i] * ACCOUNT
-        if accounts[g + HELD] >= FREE:
+        o, g = i * solver_bodies.SIZE, groups[i] * pressing_groups.ACCOUNT
+        if accounts[g + pressing_groups.HELD] >= pressing_groups.FREE:
             x, y, z, u, v, w = rigid_momenta(i, g, translation, bodies, accounts)
-            x, y, z = bodies[o + P] - x, bodies[o + P + 1] - y, bodies[o + P + 2] - z
-            u, v, w = bodies[o + L] - u, bodies[o + L + 1] - v, bodies[o + L + 2] - w
-            accounts[g + MOVING] += 0.5 * twice(bodies, o, x, y, z, u, v, w)
+            x, y, z = (
+                bodies[o + solver_bodies.MOMENTUM] - x,
+                bodies[o + solver_bodies.MOMENTUM + 1] - y,
+                bodies[o + solver_bodies.MOMENTUM + 2] - z,
+            )
+            u, v, w = (
+                bodies[o + solver_bodies.ANGULAR_MOMENTUM] - u,
+                bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] - v,
+                bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2] - w,
+            )
+            accounts[g + pressing_groups.MOVING] += 0.5 * twice(bodies, o, x, y, z, u, v, w)
 
 
 @inline
 def _pays_with_its_place(g: int, accounts: Array) -> bool:
     """Tell whether a group is a body alone that is slow but does not rest."""
-    moving, fall = accounts[g + MOVING], accounts[g + FALL]
-    return accounts[g + BODIES] == 1.0 and STILL * fall < moving < SLOW * fall
+    moving, fall = accounts[g + pressing_groups.MOVING], accounts[g + pressing_groups.FALL]
+    return accounts[g + pressing_groups.BODIES] == 1.0 and STILL * fall < moving < SLOW * fall
 
 
 @inline
@@ -153,12 +153,16 @@ def _let_down(g: int, accounts: Array) -> Any:
 
     returns : d / |impulse| [m/(N s)], negative or 0
     """
-    rest = accounts[g + GAIN]
+    rest = accounts[g + pressing_groups.GAIN]
     if not _pays_with_its_place(g, accounts):
-        rest -= accounts[g + MOVING]
-    if not rest > 0.0 or accounts[g + BODIES] > 1.0 or accounts[g + HELD] < SLIDING:
+        rest -= accounts[g + pressing_groups.MOVING]
+    if (
+        not rest > 0.0
+        or accounts[g + pressing_groups.BODIES] > 1.0
+        or accounts[g + pressing_groups.HELD] < pressing_groups.SLIDING
+    ):
         return 0.0
-    i, j = g + PRESS, g + FORCE
+    i, j = g + pressing_groups.PRESS, g + pressing_groups.FORCE
     x, y, z = accounts[i], accounts[i + 1], accounts[i + 2]
     u, v, w = accounts[j], accounts[j + 1], accounts[j + 2]
     along = x * u + y * v + z * w
@@ -166,7 +170,11 @@ def _let_down(g: int, accounts: Array) -> Any:
         return 0.0
     size = math.sqrt((x * x + y * y + z * z) * (u * u + v * v + w * w))
     # h^2 |F| / m = 2 `FALL` / |F|
-    return rest / along if rest * size <= -2.0 * LIFT * accounts[g + FALL] * along else 0.0
+    return (
+        rest / along
+        if rest * size <= -2.0 * LIFT * accounts[g + pressing_groups.FALL] * along
+        else 0.0
+    )
 
 
 @kernel
@@ -176,40 +184,69 @@ def _let_gaps_follow(
 ) -> None:  # fmt: skip
     """Let the gaps of those that were let down be those of their new places."""
     for batch in range(count):
-        begin = batches[batch * BATCH + OFFSET]
-        length = batches[batch * BATCH + POINTS] * width
-        for place in range(begin, begin + batches[batch * BATCH + USED]):
-            a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-            g = groups[b if a == nothing else a] * ACCOUNT
-            if accounts[g + HELD] == CALM or accounts[g + DOWN] == 0.0:
+        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
+        length = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT] * width
+        for place in range(
+            begin, begin + batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
+        ):
+            a, b = (
+                int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
+                int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
+            )
+            g = groups[b if a == nothing else a] * pressing_groups.ACCOUNT
+            if (
+                accounts[g + pressing_groups.HELD] == pressing_groups.CALM
+                or accounts[g + pressing_groups.DOWN] == 0.0
+            ):
                 continue
             closer = 0.0
             for axis in range(3):
-                closer += accounts[g + PRESS + axis] * rows[place + N + 8 * axis]
-            closer *= accounts[g + DOWN] if a == nothing else -accounts[g + DOWN]
-            first = place + MANIFOLD
+                closer += (
+                    accounts[g + pressing_groups.PRESS + axis]
+                    * rows[place + constraint.NORMAL + 8 * axis]
+                )
+            closer *= (
+                accounts[g + pressing_groups.DOWN]
+                if a == nothing
+                else -accounts[g + pressing_groups.DOWN]
+            )
+            first = place + constraint.SIZE
             for q in range(first, first + length, width):
-                rows[q + GAP] += closer
+                rows[q + contact_point.SEPARATION] += closer
 
 
 @inline
 def _slow_down(i: int, g: int, translation: Array, bodies: Array, accounts: Array) -> None:
     """Let a body pay with its motion; P_HELD becomes the change of its momentum."""
-    o = i * BODY
-    moving = accounts[g + MOVING]
+    o = i * solver_bodies.SIZE
+    moving = accounts[g + pressing_groups.MOVING]
     if not moving > 0.0:
         return
-    s = math.sqrt(max(0.0, 1.0 - accounts[g + GAIN] / moving))
+    s = math.sqrt(max(0.0, 1.0 - accounts[g + pressing_groups.GAIN] / moving))
     x, y, z, u, v, w = rigid_momenta(i, g, translation, bodies, accounts)
-    x, y, z = x - bodies[o + P], y - bodies[o + P + 1], z - bodies[o + P + 2]
+    x, y, z = (
+        x - bodies[o + solver_bodies.MOMENTUM],
+        y - bodies[o + solver_bodies.MOMENTUM + 1],
+        z - bodies[o + solver_bodies.MOMENTUM + 2],
+    )
     x, y, z = (1.0 - s) * x, (1.0 - s) * y, (1.0 - s) * z
-    bodies[o + P_HELD], bodies[o + P_HELD + 1], bodies[o + P_HELD + 2] = x, y, z
-    bodies[o + P] += x
-    bodies[o + P + 1] += y
-    bodies[o + P + 2] += z
-    bodies[o + L] = u + s * (bodies[o + L] - u)
-    bodies[o + L + 1] = v + s * (bodies[o + L + 1] - v)
-    bodies[o + L + 2] = w + s * (bodies[o + L + 2] - w)
+    (
+        bodies[o + solver_bodies.WARM_IMPULSE],
+        bodies[o + solver_bodies.WARM_IMPULSE + 1],
+        bodies[o + solver_bodies.WARM_IMPULSE + 2],
+    ) = x, y, z
+    bodies[o + solver_bodies.MOMENTUM] += x
+    bodies[o + solver_bodies.MOMENTUM + 1] += y
+    bodies[o + solver_bodies.MOMENTUM + 2] += z
+    bodies[o + solver_bodies.ANGULAR_MOMENTUM] = u + s * (
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM] - u
+    )
+    bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] = v + s * (
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] - v
+    )
+    bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2] = w + s * (
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2] - w
+    )
 
 
 @kernel
@@ -231,10 +268,10 @@ def take_back(
     any_gain = False
     for t in range(touched):
         i = touching[t]
-        o = i * BODY
+        o = i * solver_bodies.SIZE
         moving = kinetic(bodies, o)
-        gain = moving - bodies[o + ENERGY]
-        bodies[o + ENERGY] = gain
+        gain = moving - bodies[o + solver_bodies.ENERGY]
+        bodies[o + solver_bodies.ENERGY] = gain
         if gain > _allowed(1.0, _fall(i, h, translation, bodies), moving):
             any_gain = True
     if not any_gain:
@@ -248,17 +285,19 @@ def take_back(
     let_down = False
     for t in range(touched):
         i = touching[t]
-        g, k = groups[i] * ACCOUNT, at(i, TRANSLATION)
+        g, k = groups[i] * pressing_groups.ACCOUNT, at(i, TRANSLATION)
         for axis in range(3):
-            bodies[i * BODY + P_HELD + axis] = 0.0
-        if accounts[g + HELD] < FREE:
+            bodies[i * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + axis] = 0.0
+        if accounts[g + pressing_groups.HELD] < pressing_groups.FREE:
             continue
         down = _let_down(g, accounts)
-        accounts[g + DOWN] = down
+        accounts[g + pressing_groups.DOWN] = down
         let_down = let_down or down < 0.0
         for axis in range(3):
-            translation[k + RX + 64 * axis] += down * accounts[g + PRESS + axis]
-            bodies[i * BODY + D + axis] += down * accounts[g + PRESS + axis]
+            translation[k + RX + 64 * axis] += down * accounts[g + pressing_groups.PRESS + axis]
+            bodies[i * solver_bodies.SIZE + solver_bodies.DISPLACEMENT + axis] += (
+                down * accounts[g + pressing_groups.PRESS + axis]
+            )
         if not (down < 0.0 and _pays_with_its_place(g, accounts)):
             _slow_down(i, g, translation, bodies, accounts)
     if let_down:

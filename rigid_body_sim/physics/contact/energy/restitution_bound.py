@@ -30,29 +30,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision.narrow_phase import COUNT, LANE, RECORD
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision import manifold_record
+from rigid_body_sim.physics.contact.energy import pressing_groups
 from rigid_body_sim.physics.contact.energy.account import kinetic, twice
-from rigid_body_sim.physics.contact.energy.groups import (
-    ACCOUNT,
-    FACTOR,
-    LINEAR,
-    SHARE,
-    SQUARE,
-    TAKEN,
-    join_pressing,
-)
-from rigid_body_sim.physics.contact.solver.constraint import (
-    APPROACH,
-    BN,
-    BO,
-    BOUNCE,
-    BT,
-    MANIFOLD,
-    TOUCHED,
-    A,
-    B,
-)
-from rigid_body_sim.physics.contact.solver_bodies import BODY, ENERGY, L_HELD, P_HELD, L, P
+from rigid_body_sim.physics.contact.energy.pressing_groups import join_pressing
+from rigid_body_sim.physics.contact.solver import constraint, contact_point
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -61,10 +44,12 @@ Indices = NDArray[np.int64]
 @kernel
 def before_bounce(i: int, bodies: Array) -> None:
     """Keep the momenta from which the bounce starts."""
-    o = i * BODY
+    o = i * solver_bodies.SIZE
     for axis in range(3):
-        bodies[o + P_HELD + axis] = bodies[o + P + axis]
-        bodies[o + L_HELD + axis] = bodies[o + L + axis]
+        bodies[o + solver_bodies.WARM_IMPULSE + axis] = bodies[o + solver_bodies.MOMENTUM + axis]
+        bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + axis] = bodies[
+            o + solver_bodies.ANGULAR_MOMENTUM + axis
+        ]
 
 
 @inline
@@ -97,52 +82,96 @@ def limit(
     """
     join_pressing(count, touched, nothing, touching, batches, rows, groups)
     for t in range(touched):
-        g = touching[t] * ACCOUNT
-        for entry in range(TAKEN, FACTOR):
+        g = touching[t] * pressing_groups.ACCOUNT
+        for entry in range(pressing_groups.TAKEN, pressing_groups.FACTOR):
             accounts[g + entry] = 0.0
-        accounts[g + FACTOR] = 1.0
+        accounts[g + pressing_groups.FACTOR] = 1.0
     for m in range(manifolds):
-        place = int(records[m * RECORD + LANE])
-        a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-        g = groups[b if a == nothing else a] * ACCOUNT
-        begin = place + MANIFOLD
-        for point in range(int(records[m * RECORD + COUNT])):
+        place = int(records[m * manifold_record.SIZE + manifold_record.LANE])
+        a, b = (
+            int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
+            int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
+        )
+        g = groups[b if a == nothing else a] * pressing_groups.ACCOUNT
+        begin = place + constraint.SIZE
+        for point in range(int(records[m * manifold_record.SIZE + manifold_record.POINT_COUNT])):
             q = begin + point * width
-            if rows[place + TOUCHED] > 0.0 and rows[q + APPROACH] < 0.0:
-                accounts[g + SHARE] = max(accounts[g + SHARE], rows[place + BOUNCE])
+            if (
+                rows[place + constraint.TOUCHED] > 0.0
+                and rows[q + contact_point.APPROACH_VELOCITY] < 0.0
+            ):
+                accounts[g + pressing_groups.SHARE] = max(
+                    accounts[g + pressing_groups.SHARE], rows[place + constraint.RESTITUTION]
+                )
     for t in range(touched):
-        o = touching[t] * BODY
-        g = groups[touching[t]] * ACCOUNT
-        x, y, z = bodies[o + P_HELD], bodies[o + P_HELD + 1], bodies[o + P_HELD + 2]
-        u, v, w = bodies[o + L_HELD], bodies[o + L_HELD + 1], bodies[o + L_HELD + 2]
+        o = touching[t] * solver_bodies.SIZE
+        g = groups[touching[t]] * pressing_groups.ACCOUNT
+        x, y, z = (
+            bodies[o + solver_bodies.WARM_IMPULSE],
+            bodies[o + solver_bodies.WARM_IMPULSE + 1],
+            bodies[o + solver_bodies.WARM_IMPULSE + 2],
+        )
+        u, v, w = (
+            bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE],
+            bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + 1],
+            bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + 2],
+        )
         before = 0.5 * twice(bodies, o, x, y, z, u, v, w)
-        x, y, z = bodies[o + P] - x, bodies[o + P + 1] - y, bodies[o + P + 2] - z
-        u, v, w = bodies[o + L] - u, bodies[o + L + 1] - v, bodies[o + L + 2] - w
+        x, y, z = (
+            bodies[o + solver_bodies.MOMENTUM] - x,
+            bodies[o + solver_bodies.MOMENTUM + 1] - y,
+            bodies[o + solver_bodies.MOMENTUM + 2] - z,
+        )
+        u, v, w = (
+            bodies[o + solver_bodies.ANGULAR_MOMENTUM] - u,
+            bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] - v,
+            bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2] - w,
+        )
         square = 0.5 * twice(bodies, o, x, y, z, u, v, w)
-        accounts[g + TAKEN] += bodies[o + ENERGY] - before
-        accounts[g + SQUARE] += square
-        accounts[g + LINEAR] += kinetic(bodies, o) - before - square
+        accounts[g + pressing_groups.TAKEN] += bodies[o + solver_bodies.ENERGY] - before
+        accounts[g + pressing_groups.SQUARE] += square
+        accounts[g + pressing_groups.LINEAR] += kinetic(bodies, o) - before - square
     for t in range(touched):
-        g = touching[t] * ACCOUNT
+        g = touching[t] * pressing_groups.ACCOUNT
         if groups[touching[t]] == touching[t]:
-            taken = accounts[g + SHARE] * accounts[g + SHARE] * accounts[g + TAKEN]
-            accounts[g + FACTOR] = _factor(taken, accounts[g + LINEAR], accounts[g + SQUARE])
+            taken = (
+                accounts[g + pressing_groups.SHARE]
+                * accounts[g + pressing_groups.SHARE]
+                * accounts[g + pressing_groups.TAKEN]
+            )
+            accounts[g + pressing_groups.FACTOR] = _factor(
+                taken, accounts[g + pressing_groups.LINEAR], accounts[g + pressing_groups.SQUARE]
+            )
     for t in range(touched):
-        o = touching[t] * BODY
-        s = accounts[groups[touching[t]] * ACCOUNT + FACTOR]
+        o = touching[t] * solver_bodies.SIZE
+        s = accounts[groups[touching[t]] * pressing_groups.ACCOUNT + pressing_groups.FACTOR]
         if s < 1.0:
             for axis in range(3):
-                p, j = bodies[o + P_HELD + axis], bodies[o + L_HELD + axis]
-                bodies[o + P + axis] = p + s * (bodies[o + P + axis] - p)
-                bodies[o + L + axis] = j + s * (bodies[o + L + axis] - j)
+                p, j = (
+                    bodies[o + solver_bodies.WARM_IMPULSE + axis],
+                    bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + axis],
+                )
+                bodies[o + solver_bodies.MOMENTUM + axis] = p + s * (
+                    bodies[o + solver_bodies.MOMENTUM + axis] - p
+                )
+                bodies[o + solver_bodies.ANGULAR_MOMENTUM + axis] = j + s * (
+                    bodies[o + solver_bodies.ANGULAR_MOMENTUM + axis] - j
+                )
     for m in range(manifolds):
-        place = int(records[m * RECORD + LANE])
-        a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-        s = accounts[groups[b if a == nothing else a] * ACCOUNT + FACTOR]
-        begin = place + MANIFOLD
+        place = int(records[m * manifold_record.SIZE + manifold_record.LANE])
+        a, b = (
+            int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
+            int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
+        )
+        s = accounts[
+            groups[b if a == nothing else a] * pressing_groups.ACCOUNT + pressing_groups.FACTOR
+        ]
+        begin = place + constraint.SIZE
         if s < 1.0:
-            for point in range(int(records[m * RECORD + COUNT])):
+            for point in range(
+                int(records[m * manifold_record.SIZE + manifold_record.POINT_COUNT])
+            ):
                 q = begin + point * width
-                rows[q + BN] *= s
-                rows[q + BT] *= s
-                rows[q + BO] *= s
+                rows[q + contact_point.RESTITUTION_NORMAL] *= s
+                rows[q + contact_point.RESTITUTION_TANGENT_1] *= s
+                rows[q + contact_point.RESTITUTION_TANGENT_2] *= s

@@ -18,18 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision.collider import CORE, TABLE
+from rigid_body_sim.physics.contact.collision import collider, manifold_record
 from rigid_body_sim.physics.contact.collision.conservative_advancement import motion_of
-from rigid_body_sim.physics.contact.collision.geometry.manifold import GAP, POINT
-from rigid_body_sim.physics.contact.collision.narrow_phase import (
-    BODY_A,
-    BODY_B,
-    COUNT,
-    RECORD,
-    RECORD_POINTS,
-)
+from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.islands.union_find import join, root_of
-from rigid_body_sim.physics.contact.solver.assembly import MEMORY, NORM, REMEMBERED
+from rigid_body_sim.physics.contact.solver import cache_record
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -38,11 +31,16 @@ Indices = NDArray[np.int64]
 @inline
 def may_touch(m: int, h: float, reaches: Array, records: Array) -> bool:
     """Tell whether the bodies of a manifold may touch before a tick of free motion is over."""
-    o = m * RECORD
-    a, b = int(records[o + BODY_A]), int(records[o + BODY_B])
-    gap = records[o + RECORD_POINTS + GAP]
-    for point in range(1, int(records[o + COUNT])):
-        gap = min(gap, records[o + RECORD_POINTS + point * POINT + GAP])
+    o = m * manifold_record.SIZE
+    a, b = (
+        int(records[o + manifold_record.COLLIDER_A]),
+        int(records[o + manifold_record.COLLIDER_B]),
+    )
+    gap = records[o + manifold_record.POINTS + manifold.SEPARATION]
+    for point in range(1, int(records[o + manifold_record.POINT_COUNT])):
+        gap = min(
+            gap, records[o + manifold_record.POINTS + point * manifold.POINT + manifold.SEPARATION]
+        )
     return gap <= motion_of(reaches, a, b, h)
 
 
@@ -64,15 +62,29 @@ def find_islands(
     for i in range(n_moving):
         join(i, groups[i], parents)
     for turn in range(2):  # first all that joins, then what holds
-        at = MEMORY
+        at = cache_record.HEAD
         for m in range(manifolds):
             count = int(memory[at + 1])
             pushes = False
             for point in range(count):
-                pushes = pushes or memory[at + 2 + point * REMEMBERED + NORM] > 0.0
-            at += 2 + count * REMEMBERED
-            a = table[int(records[m * RECORD + BODY_A]) * TABLE + CORE]
-            b = table[int(records[m * RECORD + BODY_B]) * TABLE + CORE]
+                pushes = (
+                    pushes
+                    or memory[
+                        at + 2 + point * cache_record.POINT_SIZE + cache_record.NORMAL_IMPULSE
+                    ]
+                    > 0.0
+                )
+            at += 2 + count * cache_record.POINT_SIZE
+            a = table[
+                int(records[m * manifold_record.SIZE + manifold_record.COLLIDER_A])
+                * collider.TABLE
+                + collider.CORE
+            ]
+            b = table[
+                int(records[m * manifold_record.SIZE + manifold_record.COLLIDER_B])
+                * collider.TABLE
+                + collider.CORE
+            ]
             if turn == 0:
                 if a >= 0 and b >= 0 and (pushes or may_touch(m, h, reaches, records)):
                     join(a, b, parents)

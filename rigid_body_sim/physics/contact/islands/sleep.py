@@ -35,12 +35,13 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision import narrow_phase
-from rigid_body_sim.physics.contact.collision.collider import CORE, TABLE
-from rigid_body_sim.physics.contact.collision.narrow_phase import BODY_A, BODY_B, RECORD
-from rigid_body_sim.physics.contact.collision.swept_aabbs import ROW, SPEED
+from rigid_body_sim.physics.contact.collision import (
+    collider,
+    manifold_record,
+    narrow_phase,
+    swept_aabbs,
+)
 from rigid_body_sim.physics.contact.islands.islands import find_islands, may_touch
-from rigid_body_sim.physics.contact.solver_bodies import BODY, E0, II, IM, Q0, X0, L, P
 from rigid_body_sim.physics.state.blocks import (
     EX,
     FX,
@@ -111,14 +112,16 @@ def lay_down(
 ) -> None:  # fmt: skip
     """Give sleepers the poses they keep, and let the table say who sleeps: core -2 - core."""
     for i in range(n):
-        table[i * TABLE + CORE] = _home(table[i * TABLE + CORE])
+        table[i * collider.TABLE + collider.CORE] = _home(
+            table[i * collider.TABLE + collider.CORE]
+        )
     narrow_phase.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
     for i in range(n):
-        core = table[i * TABLE + CORE]
+        core = table[i * collider.TABLE + collider.CORE]
         if core >= 0 and asleep(core, slumber):
-            table[i * TABLE + CORE] = -2 - core
+            table[i * collider.TABLE + collider.CORE] = -2 - core
             for entry in range(4):  # velocity, and what turning adds
-                reaches[i * ROW + SPEED + entry] = 0.0
+                reaches[i * swept_aabbs.ROW + swept_aabbs.SPEED + entry] = 0.0
     for i in range(n_bodies):
         if asleep(i, slumber):
             solver_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
@@ -193,8 +196,14 @@ def reached(
     """Tell whether something awake may touch a sleeper within the tick, and mark whom."""
     some = False
     for m in range(manifolds):
-        a = table[int(records[m * RECORD + BODY_A]) * TABLE + CORE]
-        b = table[int(records[m * RECORD + BODY_B]) * TABLE + CORE]
+        a = table[
+            int(records[m * manifold_record.SIZE + manifold_record.COLLIDER_A]) * collider.TABLE
+            + collider.CORE
+        ]
+        b = table[
+            int(records[m * manifold_record.SIZE + manifold_record.COLLIDER_B]) * collider.TABLE
+            + collider.CORE
+        ]
         if (a < -1 or b < -1) and may_touch(m, h, reaches, records):
             o = _home(min(a, b)) * SLEEPER
             slumber[o + ISLAND] = -abs(slumber[o + ISLAND])
@@ -210,16 +219,16 @@ def keep_still(
     restless = _part(RESTLESS, n_bodies)
     for j in range(ward[0]):
         i = ward[restless + j]
-        o = i * BODY
+        o = i * solver_bodies.SIZE
         _stop(i, n_rigid, translation, rotation)
         k = at(i, TRANSLATION)
         for axis in range(3):
-            translation[k + RX + 64 * axis] = bodies[o + X0 + axis]
-            translation[k + EX + 64 * axis] = bodies[o + E0 + axis]
+            translation[k + RX + 64 * axis] = bodies[o + solver_bodies.START_POSITION + axis]
+            translation[k + EX + 64 * axis] = bodies[o + solver_bodies.START_RESIDUAL + axis]
         if i < n_rigid:
             k = at(i, ROTATION)
             for entry in range(4):
-                rotation[k + QX + 64 * entry] = bodies[o + Q0 + entry]
+                rotation[k + QX + 64 * entry] = bodies[o + solver_bodies.START_ORIENTATION + entry]
 
 
 @inline
@@ -237,13 +246,33 @@ def _stop(i, n_rigid, translation, rotation):
 
 @inline
 def _is_slow(i, radius, limit, bodies):
-    o = i * BODY
-    u, v, w = bodies[o + P], bodies[o + P + 1], bodies[o + P + 2]
-    speed = bodies[o + IM] * math.sqrt(u * u + v * v + w * w)
-    x, y, z = bodies[o + L], bodies[o + L + 1], bodies[o + L + 2]
-    p = bodies[o + II] * x + bodies[o + II + 1] * y + bodies[o + II + 2] * z
-    q = bodies[o + II + 1] * x + bodies[o + II + 3] * y + bodies[o + II + 4] * z
-    r = bodies[o + II + 2] * x + bodies[o + II + 4] * y + bodies[o + II + 5] * z
+    o = i * solver_bodies.SIZE
+    u, v, w = (
+        bodies[o + solver_bodies.MOMENTUM],
+        bodies[o + solver_bodies.MOMENTUM + 1],
+        bodies[o + solver_bodies.MOMENTUM + 2],
+    )
+    speed = bodies[o + solver_bodies.INVERSE_MASS] * math.sqrt(u * u + v * v + w * w)
+    x, y, z = (
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM],
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1],
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2],
+    )
+    p = (
+        bodies[o + solver_bodies.INVERSE_INERTIA] * x
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 1] * y
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 2] * z
+    )
+    q = (
+        bodies[o + solver_bodies.INVERSE_INERTIA + 1] * x
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 3] * y
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 4] * z
+    )
+    r = (
+        bodies[o + solver_bodies.INVERSE_INERTIA + 2] * x
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 4] * y
+        + bodies[o + solver_bodies.INVERSE_INERTIA + 5] * z
+    )
     return speed < limit and radius * math.sqrt(p * p + q * q + r * r) < limit
 
 

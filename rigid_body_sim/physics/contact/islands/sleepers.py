@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact.collision.collider import BOUNDS, CORE, POSE, TABLE
-from rigid_body_sim.physics.contact.collision.narrow_phase import BODY_A, BODY_B, COUNT, RECORD
-from rigid_body_sim.physics.contact.islands.sleep import ISLAND, SLEEPER, ward_of
+from rigid_body_sim.physics.contact.collision import collider, manifold_record
+from rigid_body_sim.physics.contact.islands import sleep
+from rigid_body_sim.physics.contact.islands.sleep import ward_of
 from rigid_body_sim.physics.contact.settings import ContactSettings
-from rigid_body_sim.physics.contact.solver.assembly import MEMORY, NORM, REMEMBERED, SLIP, TWIST
+from rigid_body_sim.physics.contact.solver import cache_record
 from rigid_body_sim.physics.integration.schemes.implicit.coupling import components, neighbours
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.contacts import Contacts
@@ -32,7 +32,11 @@ Indices = NDArray[np.int64]
 
 KEPT = 12  # of a contact: bodies (2), point (3), normal (3), gap, force (3) [N]
 HEAD = 3  # of an island
-IMPULSES = (NORM, *range(SLIP, SLIP + 3), *range(TWIST, TWIST + 3))  # of a remembered point
+IMPULSES = (
+    cache_record.NORMAL_IMPULSE,
+    *range(cache_record.FRICTION_IMPULSE, cache_record.FRICTION_IMPULSE + 3),
+    *range(cache_record.ANGULAR_IMPULSE, cache_record.ANGULAR_IMPULSE + 3),
+)  # of a remembered point
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +67,13 @@ class Sleepers:
         for members in components(neighbours(scene, layout)):
             groups[members] = min(members)
         radii = np.zeros(layout.n_moving)
-        arms = bounds.reshape(-1, BOUNDS)[:, :3] - mounts.reshape(-1, POSE)[:, :3]
-        reach = np.sqrt(np.sum(arms * arms, axis=1)) + bounds[7::BOUNDS]
-        moving = table[CORE::TABLE] >= 0
-        np.maximum.at(radii, table[CORE::TABLE][moving], reach[moving])
-        self._slumber = np.zeros(layout.n_moving * SLEEPER)
+        arms = (
+            bounds.reshape(-1, collider.BOUNDS)[:, :3] - mounts.reshape(-1, collider.POSE)[:, :3]
+        )
+        reach = np.sqrt(np.sum(arms * arms, axis=1)) + bounds[7 :: collider.BOUNDS]
+        moving = table[collider.CORE :: collider.TABLE] >= 0
+        np.maximum.at(radii, table[collider.CORE :: collider.TABLE][moving], reach[moving])
+        self._slumber = np.zeros(layout.n_moving * sleep.SLEEPER)
         self._islands: dict[int, Island] = {}
         self.arguments = (
             argument(self._slumber),
@@ -78,7 +84,7 @@ class Sleepers:
     @property
     def _names(self) -> Array:
         """Island of each body, see `sleeping.ISLAND`: a view."""
-        return self._slumber[ISLAND::SLEEPER]
+        return self._slumber[sleep.ISLAND :: sleep.SLEEPER]
 
     def fall_asleep(
         self, memory: Array, *, table: Indices, records: Array, h: float,
@@ -91,16 +97,20 @@ class Sleepers:
             read            : reads the contacts of some of the records
             returns         : what is left of the two
         """
-        records = records.reshape(-1, RECORD)
+        records = records.reshape(-1, manifold_record.SIZE)
         names = np.append(self._names, 0.0).astype(np.int64)
         fresh = np.append(~np.isin(names[:-1], list(self._islands)) & (names[:-1] > 0), False)
-        cores = table[CORE::TABLE][records[:, [BODY_A, BODY_B]].astype(np.int64)]
+        cores = table[collider.CORE :: collider.TABLE][
+            records[:, [manifold_record.COLLIDER_A, manifold_record.COLLIDER_B]].astype(np.int64)
+        ]
         cores = np.where(cores < -1, -2 - cores, cores)  # the last row is of what cannot move
         awake = (cores >= 0) & (names[cores] == 0)
         owner = np.where(fresh[cores[:, 0]], names[cores[:, 0]], names[cores[:, 1]])
         moves = fresh[cores].any(axis=1) & ~awake.any(axis=1)
-        sizes = 2 + records[:, COUNT].astype(np.int64) * REMEMBERED
-        starts = MEMORY + np.cumsum(sizes) - sizes
+        sizes = (
+            2 + records[:, manifold_record.POINT_COUNT].astype(np.int64) * cache_record.POINT_SIZE
+        )
+        starts = cache_record.HEAD + np.cumsum(sizes) - sizes
         for name in np.unique(names[fresh]).tolist():
             own = np.flatnonzero(moves & (owner == name))
             self._islands[name] = Island(
@@ -115,14 +125,14 @@ class Sleepers:
         names = self._names
         woken = sorted({-int(name) for name in names if name < 0.0})
         awake = np.isin(np.abs(names), woken)
-        self._slumber.reshape(-1, SLEEPER)[awake] = 0.0
+        self._slumber.reshape(-1, sleep.SLEEPER)[awake] = 0.0
         found = [memory, *(self._islands.pop(name).memory for name in woken)]
         substep = float(next(part[0] for part in found if part[1] > 0.0 or part is found[-1]))
         for k, part in enumerate(found[1:], start=1):
             found[k] = part = part.copy()
             starts, sizes = _entries(part)
-            points = np.repeat(starts + 2, (sizes - 2) // REMEMBERED)
-            points += REMEMBERED * _count_up((sizes - 2) // REMEMBERED)
+            points = np.repeat(starts + 2, (sizes - 2) // cache_record.POINT_SIZE)
+            points += cache_record.POINT_SIZE * _count_up((sizes - 2) // cache_record.POINT_SIZE)
             part[np.add.outer(points, IMPULSES)] *= substep / part[0]
         ends = np.cumsum([0, *(len(part) for part in found)])
         places = [_entries(part) for part in found]
@@ -183,10 +193,10 @@ class Sleepers:
 
 def _entries(memory: Array) -> tuple[Indices, Indices]:
     """Tell where the numbers of each manifold begin in a memory, and how many they are."""
-    starts, at = [], MEMORY
+    starts, at = [], cache_record.HEAD
     for _ in range(int(memory[1])):
         starts.append(at)
-        at += 2 + int(memory.item(at + 1)) * REMEMBERED
+        at += 2 + int(memory.item(at + 1)) * cache_record.POINT_SIZE
     ends = np.array([*starts, at], dtype=np.int64)
     return ends[:-1], np.diff(ends)
 

@@ -22,75 +22,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision.collider import (
-    BOUNDS,
-    CORE,
-    FRICTION,
-    MATERIAL,
-    POSE,
-    RESTITUTION,
-    ROLLING,
-    TABLE,
-    TORSIONAL,
-)
-from rigid_body_sim.physics.contact.collision.geometry.manifold import FEATURE
-from rigid_body_sim.physics.contact.collision.geometry.manifold import GAP as FOUND_GAP
-from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST as MOST_POINTS
-from rigid_body_sim.physics.contact.collision.geometry.manifold import POINT as FOUND_POINT
-from rigid_body_sim.physics.contact.collision.narrow_phase import (
-    BODY_A,
-    BODY_B,
-    COUNT,
-    KEY,
-    LANE,
-    NORMAL,
-    RECORD,
-    RECORD_POINTS,
-)
-from rigid_body_sim.physics.contact.solver.constraint import (
-    BN,
-    BO,
-    BOUNCE,
-    BT,
-    GAP0,
-    JN,
-    KEEP,
-    LANES,
-    LAYER_A,
-    LAYER_B,
-    MANIFOLD,
-    MU,
-    POINT,
-    RA,
-    RATE,
-    RB,
-    ROLL,
-    ROUND_PAIR,
-    SCALE,
-    SCRATCH,
-    SPIN,
-    SUM,
-    TOUCHED,
-    WEIGHT,
-    A,
-    B,
-    N,
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision import collider, manifold_record
+from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    cache_record,
+    constraint,
+    contact_point,
+    lane_scratch,
 )
 from rigid_body_sim.physics.contact.solver.surfaces import layer, round_pair, weight
-from rigid_body_sim.physics.contact.solver_bodies import BODY
 from rigid_body_sim.physics.state.blocks import RX, TRANSLATION, at
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-COLOURS = 60  # beyond these a manifold gets a batch of its own
-# of a batch: where it begins in the rows, points, lanes in use, 1: balls among themselves
-OFFSET, POINTS, USED, KIND = 0, 1, 2, 3
-BATCH = 4
-
-MEMORY = 2  # numbers before the first manifold of the memory: substep, manifolds
-FEAT, NORM, SLIP, ANCHOR, TWIST = 0, 1, 2, 5, 8  # of a remembered point
-REMEMBERED = 11
 NOWHERE = 1e9  # [m] gap of a point that a manifold does not have
 SAME_PLACE = 0.2  # [-] of the radius: an anchor that moved less is the same point
 
@@ -98,7 +45,7 @@ SAME_PLACE = 0.2  # [-] of the radius: an anchor that moved less is the same poi
 @inline
 def _first_free(used: int) -> int:
     colour = 0
-    while colour < COLOURS and (used >> colour) & 1:
+    while colour < batch_record.COLOURS and (used >> colour) & 1:
         colour += 1
     return colour
 
@@ -108,12 +55,15 @@ def is_same(manifolds: int, records: Array, memory: Array) -> bool:
     """Tell whether the manifolds are those of the memory, with as many points."""
     if memory[1] != float(manifolds):
         return False
-    old = MEMORY
+    old = cache_record.HEAD
     for m in range(manifolds):
-        o = m * RECORD
-        if memory[old] != records[o + KEY] or memory[old + 1] != records[o + COUNT]:
+        o = m * manifold_record.SIZE
+        if (
+            memory[old] != records[o + manifold_record.PAIR_ID]
+            or memory[old + 1] != records[o + manifold_record.POINT_COUNT]
+        ):
             return False
-        old += 2 + int(memory[old + 1]) * REMEMBERED
+        old += 2 + int(memory[old + 1]) * cache_record.POINT_SIZE
     return True
 
 
@@ -130,46 +80,58 @@ def make_batches(
     """
     for i in range(n_moving + 1):
         colours[i] = 0
-    for i in range(3 * COLOURS + 3):
+    for i in range(3 * batch_record.COLOURS + 3):
         open_batches[i] = -1
     count = 0
-    end = SCRATCH
+    end = lane_scratch.SIZE
     for m in range(manifolds):
-        o = m * RECORD
-        a = table[int(records[o + BODY_A]) * TABLE + CORE]
-        b = table[int(records[o + BODY_B]) * TABLE + CORE]
+        o = m * manifold_record.SIZE
+        a = table[int(records[o + manifold_record.COLLIDER_A]) * collider.TABLE + collider.CORE]
+        b = table[int(records[o + manifold_record.COLLIDER_B]) * collider.TABLE + collider.CORE]
         a = a if a >= 0 else n_moving
         b = b if b >= 0 else n_moving
         used = (colours[a] if a < n_moving else 0) | (colours[b] if b < n_moving else 0)
         colour = _first_free(used)
-        points = int(records[o + COUNT])
+        points = int(records[o + manifold_record.POINT_COUNT])
         size = 1 if points == 1 else 4
         kind = int(
-            round_pair(int(records[o + BODY_A]), int(records[o + BODY_B]), table, bodies) > 0.0
+            round_pair(
+                int(records[o + manifold_record.COLLIDER_A]),
+                int(records[o + manifold_record.COLLIDER_B]),
+                table,
+                bodies,
+            )
+            > 0.0
         )
         slot = 3 * colour + (kind if points == 1 else 2)
         batch = open_batches[slot]
-        if batch < 0 or colour == COLOURS or batches[batch * BATCH + USED] == LANES:
+        if (
+            batch < 0
+            or colour == batch_record.COLOURS
+            or batches[batch * batch_record.SIZE + batch_record.LANE_COUNT] == constraint.LANES
+        ):
             batch = count
-            if batch >= most or end + MANIFOLD + size * width > room:
+            if batch >= most or end + constraint.SIZE + size * width > room:
                 return -1
-            batches[batch * BATCH + OFFSET] = end
-            batches[batch * BATCH + POINTS] = 0
-            batches[batch * BATCH + USED] = 0
-            batches[batch * BATCH + KIND] = kind
-            end += MANIFOLD + size * width
+            batches[batch * batch_record.SIZE + batch_record.BEGIN] = end
+            batches[batch * batch_record.SIZE + batch_record.POINT_COUNT] = 0
+            batches[batch * batch_record.SIZE + batch_record.LANE_COUNT] = 0
+            batches[batch * batch_record.SIZE + batch_record.KIND] = kind
+            end += constraint.SIZE + size * width
             open_batches[slot] = batch
             count += 1
-        if colour < COLOURS:
+        if colour < batch_record.COLOURS:
             colours[a] |= 1 << colour
             colours[b] |= 1 << colour
-        lane = batches[batch * BATCH + USED]
-        batches[batch * BATCH + USED] = lane + 1
-        batches[batch * BATCH + POINTS] = max(batches[batch * BATCH + POINTS], points)
-        place = batches[batch * BATCH + OFFSET] + lane
-        records[o + LANE] = float(place)
-        rows[place + A] = float(a * BODY)
-        rows[place + B] = float(b * BODY)
+        lane = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
+        batches[batch * batch_record.SIZE + batch_record.LANE_COUNT] = lane + 1
+        batches[batch * batch_record.SIZE + batch_record.POINT_COUNT] = max(
+            batches[batch * batch_record.SIZE + batch_record.POINT_COUNT], points
+        )
+        place = batches[batch * batch_record.SIZE + batch_record.BEGIN] + lane
+        records[o + manifold_record.LANE] = float(place)
+        rows[place + constraint.BODY_A] = float(a * solver_bodies.SIZE)
+        rows[place + constraint.BODY_B] = float(b * solver_bodies.SIZE)
     _empty_what_is_left(count, n_moving, width, records, manifolds, rows, batches)
     return count
 
@@ -181,22 +143,28 @@ def _empty_what_is_left(count, n_moving, width, records, manifolds, rows, batche
     points than its batch: they push nothing.
     """
     for batch in range(count):
-        begin = batches[batch * BATCH + OFFSET]
-        end = begin + MANIFOLD + batches[batch * BATCH + POINTS] * width
-        for lane in range(batches[batch * BATCH + USED], LANES):
-            for row in range(begin + lane, end, LANES):
+        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
+        end = (
+            begin
+            + constraint.SIZE
+            + batches[batch * batch_record.SIZE + batch_record.POINT_COUNT] * width
+        )
+        for lane in range(
+            batches[batch * batch_record.SIZE + batch_record.LANE_COUNT], constraint.LANES
+        ):
+            for row in range(begin + lane, end, constraint.LANES):
                 rows[row] = 0.0
-            rows[begin + lane + A] = float(n_moving * BODY)
-            rows[begin + lane + B] = float(n_moving * BODY)
+            rows[begin + lane + constraint.BODY_A] = float(n_moving * solver_bodies.SIZE)
+            rows[begin + lane + constraint.BODY_B] = float(n_moving * solver_bodies.SIZE)
     for m in range(manifolds):
-        points = int(records[m * RECORD + COUNT])
+        points = int(records[m * manifold_record.SIZE + manifold_record.POINT_COUNT])
         if points > 1:
-            place = int(records[m * RECORD + LANE])
-            for point in range(points, MOST_POINTS):
-                begin = place + MANIFOLD + point * width
-                for row in range(begin, begin + width, LANES):
+            place = int(records[m * manifold_record.SIZE + manifold_record.LANE])
+            for point in range(points, manifold.MOST):
+                begin = place + constraint.SIZE + point * width
+                for row in range(begin, begin + width, constraint.LANES):
                     rows[row] = 0.0
-                rows[begin + GAP0] = NOWHERE
+                rows[begin + contact_point.INITIAL_SEPARATION] = NOWHERE
 
 
 @kernel
@@ -212,26 +180,40 @@ def fill_materials(
              would be thrown up by the overlap with which it rests
     """
     for m in range(manifolds):
-        o = m * RECORD
-        place = int(records[o + LANE])
-        a, b = int(records[o + BODY_A]), int(records[o + BODY_B])
-        ma, mb = a * MATERIAL, b * MATERIAL
-        rows[place + MU] = math.sqrt(materials[ma + FRICTION] * materials[mb + FRICTION])
-        rows[place + BOUNCE] = max(materials[ma + RESTITUTION], materials[mb + RESTITUTION])
-        rows[place + ROLL] = max(materials[ma + ROLLING], materials[mb + ROLLING])
-        rows[place + SPIN] = max(materials[ma + TORSIONAL], materials[mb + TORSIONAL])
-        rows[place + WEIGHT] = weight(a, b, table, bodies)
-        rows[place + ROUND_PAIR] = round_pair(a, b, table, bodies)
-        rows[place + LAYER_A] = layer(a, bounds)
-        rows[place + LAYER_B] = layer(b, bounds)
-        still = table[a * TABLE + CORE] < 0 or table[b * TABLE + CORE] < 0
+        o = m * manifold_record.SIZE
+        place = int(records[o + manifold_record.LANE])
+        a, b = (
+            int(records[o + manifold_record.COLLIDER_A]),
+            int(records[o + manifold_record.COLLIDER_B]),
+        )
+        ma, mb = a * collider.MATERIAL, b * collider.MATERIAL
+        rows[place + constraint.FRICTION] = math.sqrt(
+            materials[ma + collider.FRICTION] * materials[mb + collider.FRICTION]
+        )
+        rows[place + constraint.RESTITUTION] = max(
+            materials[ma + collider.RESTITUTION], materials[mb + collider.RESTITUTION]
+        )
+        rows[place + constraint.ROLLING_FRICTION] = max(
+            materials[ma + collider.ROLLING], materials[mb + collider.ROLLING]
+        )
+        rows[place + constraint.TORSIONAL_FRICTION] = max(
+            materials[ma + collider.TORSIONAL], materials[mb + collider.TORSIONAL]
+        )
+        rows[place + constraint.SURFACE_WEIGHT] = weight(a, b, table, bodies)
+        rows[place + constraint.ROUNDNESS] = round_pair(a, b, table, bodies)
+        rows[place + constraint.RADIUS_A] = layer(a, bounds)
+        rows[place + constraint.RADIUS_B] = layer(b, bounds)
+        still = (
+            table[a * collider.TABLE + collider.CORE] < 0
+            or table[b * collider.TABLE + collider.CORE] < 0
+        )
         omega = (math.pi if still else 0.5 * math.pi) / (h * pieces)
         a1 = 2.0 * zeta + h * omega
         a2 = h * omega * a1
         keep = 1.0 / (1.0 + a2)
-        rows[place + RATE] = omega / a1
-        rows[place + SCALE] = a2 * keep
-        rows[place + KEEP] = keep
+        rows[place + constraint.BIAS_RATE] = omega / a1
+        rows[place + constraint.MASS_SCALE] = a2 * keep
+        rows[place + constraint.IMPULSE_SCALE] = keep
 
 
 @inline
@@ -250,7 +232,9 @@ def _same_feature(feature: float, old: int, count: int, taken: int, memory: Arra
     """Find a feature among the points in memory that are not taken; -1: it is new."""
     best = -1
     for i in range(count):
-        same = (memory[old + 2 + i * REMEMBERED + FEAT] == feature) & (not (taken >> i) & 1)
+        same = (
+            memory[old + 2 + i * cache_record.POINT_SIZE + cache_record.FEATURE] == feature
+        ) & (not (taken >> i) & 1)
         best = i if same else best
     return best
 
@@ -264,7 +248,7 @@ def _nearest(
     x, y, z = anchor_of(poses, pose, records[point], records[point + 1], records[point + 2])
     best, least = -1, near
     for i in range(count):
-        anchor = old + 2 + i * REMEMBERED + ANCHOR
+        anchor = old + 2 + i * cache_record.POINT_SIZE + cache_record.ANCHOR
         dx, dy, dz = x - memory[anchor], y - memory[anchor + 1], z - memory[anchor + 2]
         distance = dx * dx + dy * dy + dz * dz
         if not (taken >> i) & 1 and distance < least:
@@ -284,21 +268,35 @@ def fill_rows(
     before = memory[0]
     factor = h / before if before > 0.0 and before != h else 1.0
     left = int(memory[1])
-    old = MEMORY
+    old = cache_record.HEAD
     for m in range(manifolds):
-        o = m * RECORD
-        place = int(records[o + LANE])
-        nx, ny, nz = records[o + NORMAL], records[o + NORMAL + 1], records[o + NORMAL + 2]
-        rows[place + N], rows[place + N + 8], rows[place + N + 16] = nx, ny, nz
-        rows[place + TOUCHED] = 0.0
-        key = records[o + KEY]
+        o = m * manifold_record.SIZE
+        place = int(records[o + manifold_record.LANE])
+        nx, ny, nz = (
+            records[o + manifold_record.NORMAL],
+            records[o + manifold_record.NORMAL + 1],
+            records[o + manifold_record.NORMAL + 2],
+        )
+        (
+            rows[place + constraint.NORMAL],
+            rows[place + constraint.NORMAL + 8],
+            rows[place + constraint.NORMAL + 16],
+        ) = nx, ny, nz
+        rows[place + constraint.TOUCHED] = 0.0
+        key = records[o + manifold_record.PAIR_ID]
         while left > 0 and memory[old] < key:
-            old += 2 + int(memory[old + 1]) * REMEMBERED
+            old += 2 + int(memory[old + 1]) * cache_record.POINT_SIZE
             left -= 1
         count = int(memory[old + 1]) if left > 0 and memory[old] == key else 0
-        a, b = int(records[o + BODY_A]), int(records[o + BODY_B])
-        core_a, core_b = table[a * TABLE + CORE], table[b * TABLE + CORE]
-        i, k = a * POSE, b * POSE
+        a, b = (
+            int(records[o + manifold_record.COLLIDER_A]),
+            int(records[o + manifold_record.COLLIDER_B]),
+        )
+        core_a, core_b = (
+            table[a * collider.TABLE + collider.CORE],
+            table[b * collider.TABLE + collider.CORE],
+        )
+        i, k = a * collider.POSE, b * collider.POSE
         ux, uy, uz, vx, vy, vz = (
             poses[i], poses[i + 1], poses[i + 2], poses[k], poses[k + 1], poses[k + 2],
         )  # fmt: skip
@@ -311,27 +309,39 @@ def fill_rows(
         # on the surface of the body that moves: the point midway serves the balance of angular
         # momentum, which what cannot move does not keep
         shift = -0.5 if core_b < 0 else (0.5 if core_a < 0 else 0.0)
-        radius = min(bounds[a * BOUNDS + 7], bounds[b * BOUNDS + 7])
+        radius = min(bounds[a * collider.BOUNDS + 7], bounds[b * collider.BOUNDS + 7])
         near = SAME_PLACE * SAME_PLACE * radius * radius
         taken = 0
-        for point in range(int(records[o + COUNT])):
-            found = o + RECORD_POINTS + point * FOUND_POINT
-            p = place + MANIFOLD + point * width
-            gap = records[found + FOUND_GAP]
+        for point in range(int(records[o + manifold_record.POINT_COUNT])):
+            found = o + manifold_record.POINTS + point * manifold.POINT
+            p = place + constraint.SIZE + point * width
+            gap = records[found + manifold.SEPARATION]
             x = records[found] + shift * gap * nx
             y = records[found + 1] + shift * gap * ny
             z = records[found + 2] + shift * gap * nz
-            rows[p + RA], rows[p + RA + 8], rows[p + RA + 16] = x - ux, y - uy, z - uz
-            rows[p + RB], rows[p + RB + 8], rows[p + RB + 16] = x - vx, y - vy, z - vz
-            rows[p + GAP0] = gap
-            i = _same_feature(records[found + FEATURE], old, count, taken, memory)
+            (
+                rows[p + contact_point.ARM_A],
+                rows[p + contact_point.ARM_A + 8],
+                rows[p + contact_point.ARM_A + 16],
+            ) = x - ux, y - uy, z - uz
+            (
+                rows[p + contact_point.ARM_B],
+                rows[p + contact_point.ARM_B + 8],
+                rows[p + contact_point.ARM_B + 16],
+            ) = x - vx, y - vy, z - vz
+            rows[p + contact_point.INITIAL_SEPARATION] = gap
+            i = _same_feature(records[found + manifold.FEATURE], old, count, taken, memory)
             if i < 0 and count > 0:
-                i = _nearest(found, old, count, taken, near, a * POSE, poses, records, memory)
+                i = _nearest(
+                    found, old, count, taken, near, a * collider.POSE, poses, records, memory
+                )
             if i >= 0:
                 taken |= 1 << i
-            _recall(p, old + 2 + i * REMEMBERED if i >= 0 else -1, factor, memory, rows)
-            if width > POINT:
-                known = old + 2 + i * REMEMBERED if i >= 0 and angular else -1
+            _recall(
+                p, old + 2 + i * cache_record.POINT_SIZE if i >= 0 else -1, factor, memory, rows
+            )
+            if width > contact_point.SIZE:
+                known = old + 2 + i * cache_record.POINT_SIZE if i >= 0 and angular else -1
                 _recall_twist(p, known, factor, memory, rows)
 
 
@@ -339,21 +349,39 @@ def fill_rows(
 def _recall(p: int, i: int, factor: float, memory: Array, rows: Array) -> None:
     """Give a point the impulses that memory holds at i; -1: none."""
     if i < 0:
-        rows[p + JN] = 0.0
-        rows[p + SUM], rows[p + SUM + 8], rows[p + SUM + 16] = 0.0, 0.0, 0.0
+        rows[p + contact_point.NORMAL_IMPULSE] = 0.0
+        (
+            rows[p + contact_point.TOTAL_IMPULSE],
+            rows[p + contact_point.TOTAL_IMPULSE + 8],
+            rows[p + contact_point.TOTAL_IMPULSE + 16],
+        ) = 0.0, 0.0, 0.0
     else:
-        rows[p + JN] = factor * memory[i + NORM]
-        rows[p + SUM] = factor * memory[i + SLIP]
-        rows[p + SUM + 8] = factor * memory[i + SLIP + 1]
-        rows[p + SUM + 16] = factor * memory[i + SLIP + 2]
+        rows[p + contact_point.NORMAL_IMPULSE] = factor * memory[i + cache_record.NORMAL_IMPULSE]
+        rows[p + contact_point.TOTAL_IMPULSE] = factor * memory[i + cache_record.FRICTION_IMPULSE]
+        rows[p + contact_point.TOTAL_IMPULSE + 8] = (
+            factor * memory[i + cache_record.FRICTION_IMPULSE + 1]
+        )
+        rows[p + contact_point.TOTAL_IMPULSE + 16] = (
+            factor * memory[i + cache_record.FRICTION_IMPULSE + 2]
+        )
 
 
 @inline
 def _recall_twist(p: int, i: int, factor: float, memory: Array, rows: Array) -> None:
     """Give a point the angular impulses that memory holds at i; -1: none."""
     if i < 0:
-        rows[p + BN], rows[p + BT], rows[p + BO] = 0.0, 0.0, 0.0
+        (
+            rows[p + contact_point.RESTITUTION_NORMAL],
+            rows[p + contact_point.RESTITUTION_TANGENT_1],
+            rows[p + contact_point.RESTITUTION_TANGENT_2],
+        ) = 0.0, 0.0, 0.0
     else:
-        rows[p + BN] = factor * memory[i + TWIST]
-        rows[p + BT] = factor * memory[i + TWIST + 1]
-        rows[p + BO] = factor * memory[i + TWIST + 2]
+        rows[p + contact_point.RESTITUTION_NORMAL] = (
+            factor * memory[i + cache_record.ANGULAR_IMPULSE]
+        )
+        rows[p + contact_point.RESTITUTION_TANGENT_1] = (
+            factor * memory[i + cache_record.ANGULAR_IMPULSE + 1]
+        )
+        rows[p + contact_point.RESTITUTION_TANGENT_2] = (
+            factor * memory[i + cache_record.ANGULAR_IMPULSE + 2]
+        )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.solver_bodies import BODY, CARRIED, L_HELD, P_HELD
+from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.state.blocks import (
     FX,
     FY,
@@ -75,13 +75,15 @@ def lean(
     Let forces that depend on velocity see a carried body with the second half of its loads, which
     it gets later (sign 1), and take that back (sign -1).
     """
-    o = i * BODY
-    if not bodies[o + CARRIED] > 0.0:
+    o = i * solver_bodies.SIZE
+    if not bodies[o + solver_bodies.CARRIED] > 0.0:
         return
     k = at(i, TRANSLATION)
     for axis in range(3):
-        translation[k + PX + 64 * axis] += sign * bodies[o + P_HELD + axis]
+        translation[k + PX + 64 * axis] += sign * bodies[o + solver_bodies.WARM_IMPULSE + axis]
     if i < n_rigid:
         k = at(i, ROTATION)
         for axis in range(3):
-            rotation[k + LX + 64 * axis] += sign * bodies[o + L_HELD + axis]
+            rotation[k + LX + 64 * axis] += (
+                sign * bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + axis]
+            )

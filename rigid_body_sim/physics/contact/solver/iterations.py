@@ -20,7 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, specialise, unbound
+from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    constraint,
+    lane_scratch,
     prepare,
     restitution,
     rolling_frame,
@@ -29,9 +33,6 @@ from rigid_body_sim.physics.contact.solver import (
     solve,
     warm_start,
 )
-from rigid_body_sim.physics.contact.solver.assembly import BATCH, KIND, OFFSET, POINTS, USED
-from rigid_body_sim.physics.contact.solver.constraint import ACTIVE, CHANGE, MANIFOLD, SCRATCH
-from rigid_body_sim.physics.contact.solver_bodies import P_HELD, P
 from rigid_body_sim.physics.state.blocks import wide
 
 Array = NDArray[np.float64]
@@ -61,13 +62,13 @@ def _changes(used: int, g: Array) -> bool:
     """Tell whether a visit has changed more than is calm; let calm lanes stand still then."""
     largest = 0.0
     for k in range(used):
-        change = g[k + CHANGE]
+        change = g[k + lane_scratch.NORMAL_CHANGE]
         largest = change if change > largest else largest
     if not largest > 0.0:
         return False
     for k in range(used):
-        g[k + ACTIVE] = 1.0 if g[k + CHANGE] > 0.0 else 0.0
-        g[k + CHANGE] = 0.0
+        g[k + lane_scratch.ACTIVE] = 1.0 if g[k + lane_scratch.NORMAL_CHANGE] > 0.0 else 0.0
+        g[k + lane_scratch.NORMAL_CHANGE] = 0.0
     return True
 
 
@@ -79,14 +80,14 @@ def _prepare(
 
     threshold : [m/s] slower impacts do not bounce
     """
-    g = rows[0:SCRATCH]
+    g = rows[0 : lane_scratch.SIZE]
     for batch in range(count):
-        points = batches[batch * BATCH + POINTS]
-        used = batches[batch * BATCH + USED]
+        points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
+        used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
         lanes = min(wide(used), most)
-        begin = batches[batch * BATCH + OFFSET]
-        s = rows[begin : begin + MANIFOLD]
-        begin += MANIFOLD
+        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
+        s = rows[begin : begin + constraint.SIZE]
+        begin += constraint.SIZE
         prepare.frames(lanes, s)
         warm_start.clear(lanes, g)
         for point in range(points):
@@ -94,7 +95,7 @@ def _prepare(
             warm_start.turn(lanes, s, q, g)
             if ANGULAR:
                 warm_start.turn_twist(lanes, s, q, g)
-        warm_start.give(used, P_HELD, s, g, bodies)
+        warm_start.give(used, solver_bodies.WARM_IMPULSE, s, g, bodies)
         solve.gather_inertia(used, s, bodies)
         solve.gather(lanes, used, s, g, bodies)
         for point in range(points):
@@ -114,14 +115,14 @@ def _push(
     batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
     """Visit the normals of all batches, softly."""
-    g = rows[0:SCRATCH]
+    g = rows[0 : lane_scratch.SIZE]
     for batch in range(count):
-        points = batches[batch * BATCH + POINTS]
-        used = batches[batch * BATCH + USED]
+        points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
+        used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
         lanes = min(wide(used), most)
-        begin = batches[batch * BATCH + OFFSET]
-        s = rows[begin : begin + MANIFOLD]
-        begin += MANIFOLD
+        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
+        s = rows[begin : begin + constraint.SIZE]
+        begin += constraint.SIZE
         solve.gather(lanes, used, s, g, bodies)
         visits = VISITS if points > 1 else 1
         for visit in range(visits):
@@ -139,18 +140,18 @@ def _push(
 
 def _follow(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
     """Move points, arms and gaps of all batches with the bodies; give the second half of loads."""
-    g = rows[0:SCRATCH]
+    g = rows[0 : lane_scratch.SIZE]
     for batch in range(count):
-        points = batches[batch * BATCH + POINTS]
-        used = batches[batch * BATCH + USED]
+        points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
+        used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
         lanes = min(wide(used), most)
-        begin = batches[batch * BATCH + OFFSET]
-        s = rows[begin : begin + MANIFOLD]
-        begin += MANIFOLD
+        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
+        s = rows[begin : begin + constraint.SIZE]
+        begin += constraint.SIZE
         if TURNS:
             solve.gather_inertia(used, s, bodies)
         warm_start.clear(lanes, g)
-        if batches[batch * BATCH + KIND] > 0:
+        if batches[batch * batch_record.SIZE + batch_record.KIND] > 0:
             separation.gather_way(used, s, g, bodies)
             separation.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
             if ANGULAR:
@@ -164,7 +165,7 @@ def _follow(most: int, count: int, rows: Array, batches: Indices, bodies: Array)
                 follow_points(lanes, s, q, g)
                 if ANGULAR:
                     rolling_friction.load(lanes, s, q, g)
-        warm_start.give(used, P, s, g, bodies)
+        warm_start.give(used, solver_bodies.MOMENTUM, s, g, bodies)
 
 
 def _relax(
@@ -177,15 +178,19 @@ def _relax(
     first : visit all; else those in which the last pass has changed something
     last  : add up the loads from which the next substep starts
     """
-    g = rows[0:SCRATCH]
+    g = rows[0 : lane_scratch.SIZE]
     for batch in range(count):
-        points = batches[batch * BATCH + POINTS]
-        used = batches[batch * BATCH + USED]
+        points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
+        used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
         lanes = min(wide(used), most)
-        begin = batches[batch * BATCH + OFFSET]
-        s = rows[begin : begin + MANIFOLD]
-        begin += MANIFOLD
-        visits = VISITS if points > 1 or batches[batch * BATCH + KIND] == 0 else 1
+        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
+        s = rows[begin : begin + constraint.SIZE]
+        begin += constraint.SIZE
+        visits = (
+            VISITS
+            if points > 1 or batches[batch * batch_record.SIZE + batch_record.KIND] == 0
+            else 1
+        )
         solve.gather(lanes, used, s, g, bodies)
         if not first and not solve.wait(used, s, g):
             visits = 0
@@ -208,28 +213,28 @@ def _relax(
                 warm_start.carry_on(lanes, s, q, g)
                 if ANGULAR:
                     warm_start.carry_twist_on(lanes, s, q, g)
-            warm_start.give(used, P_HELD, s, g, bodies)
+            warm_start.give(used, solver_bodies.WARM_IMPULSE, s, g, bodies)
 
 
 def _bounce(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> Any:
     """Let bounce what bounces, sweep by sweep until nothing changes; return the sweeps."""
-    g = rows[0:SCRATCH]
+    g = rows[0 : lane_scratch.SIZE]
     for sweep in range(SWEEPS):
         change = 0.0
         for batch in range(count):
-            points = batches[batch * BATCH + POINTS]
-            used = batches[batch * BATCH + USED]
+            points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
+            used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
             lanes = min(wide(used), most)
-            begin = batches[batch * BATCH + OFFSET]
-            s = rows[begin : begin + MANIFOLD]
-            begin += MANIFOLD
+            begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
+            s = rows[begin : begin + constraint.SIZE]
+            begin += constraint.SIZE
             solve.gather(lanes, used, s, g, bodies)
             for point in range(points):
                 q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
                 restitution.bounce(lanes, s, q, g)
             solve.scatter(used, s, g, bodies)
             for k in range(used):
-                change = max(change, g[CHANGE + k])
+                change = max(change, g[lane_scratch.NORMAL_CHANGE + k])
         if not change > 0.0:
             return sweep + 1
     return SWEEPS

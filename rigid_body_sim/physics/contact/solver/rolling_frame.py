@@ -27,10 +27,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import FLAT
-from rigid_body_sim.physics.contact.solver.constraint import ROUND_PAIR, UA, UB, A, B, N
+from rigid_body_sim.physics.contact.solver import constraint, lane_scratch
 from rigid_body_sim.physics.contact.solver.wide_lanes import cross, shift, vector
-from rigid_body_sim.physics.contact.solver_bodies import AXIS, QS, U, W
 from rigid_body_sim.physics.state.blocks import rotate
 
 Array = NDArray[np.float64]
@@ -44,18 +44,22 @@ TURNED, TILTED = 0.0, 0.1
 def go_round(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Let the points of the rims of a batch turn with the frame of their lowest points."""
     for k in range(used):
-        whose = s[k + ROUND_PAIR]
+        whose = s[k + constraint.ROUNDNESS]
         if whose >= 0.0:
             continue
-        o = int(s[k + A] if whose == -1.0 else s[k + B])
+        o = int(s[k + constraint.BODY_A] if whose == -1.0 else s[k + constraint.BODY_B])
         ax, ay, az = rotate(
-            bodies[o + QS], bodies[o + QS + 1], bodies[o + QS + 2], bodies[o + QS + 3],
-            bodies[o + AXIS], bodies[o + AXIS + 1], bodies[o + AXIS + 2],
+            bodies[o + solver_bodies.SUBSTEP_ORIENTATION], bodies[o + solver_bodies.SUBSTEP_ORIENTATION + 1], bodies[o + solver_bodies.SUBSTEP_ORIENTATION + 2], bodies[o + solver_bodies.SUBSTEP_ORIENTATION + 3],
+            bodies[o + solver_bodies.SYMMETRY_AXIS], bodies[o + solver_bodies.SYMMETRY_AXIS + 1], bodies[o + solver_bodies.SYMMETRY_AXIS + 2],
         )  # fmt: skip
-        ux, uy, uz = bodies[o + U], bodies[o + U + 1], bodies[o + U + 2]
-        ux, uy, uz = shift(ux, uy, uz, bodies[o + W], ax, ay, az)
+        ux, uy, uz = (
+            bodies[o + solver_bodies.TURN],
+            bodies[o + solver_bodies.TURN + 1],
+            bodies[o + solver_bodies.TURN + 2],
+        )
+        ux, uy, uz = shift(ux, uy, uz, bodies[o + solver_bodies.TURN_SCALAR], ax, ay, az)
         bx, by, bz = ax + ux, ay + uy, az + uz
-        nx, ny, nz = vector(s, k + N)
+        nx, ny, nz = vector(s, k + constraint.NORMAL)
         px, py, pz = cross(nx, ny, nz, ax, ay, az)
         qx, qy, qz = cross(nx, ny, nz, bx, by, bz)
         before = math.sqrt(px * px + py * py + pz * pz)
@@ -77,7 +81,7 @@ def go_round(used: int, s: Array, g: Array, bodies: Array) -> None:
         d = 0.5 * (after * up - before * now) / c
         tx, ty, tz = cross(nx, ny, nz, px, py, pz)
         along, about, both = d * big_c, c * big_s, d * big_s
-        to = k + (UA if whose == -1.0 else UB)
+        to = k + (lane_scratch.TURN_A if whose == -1.0 else lane_scratch.TURN_B)
         g[to] = along * px + (about * nx + both * tx)
         g[to + 8] = along * py + (about * ny + both * ty)
         g[to + 16] = along * pz + (about * nz + both * tz)

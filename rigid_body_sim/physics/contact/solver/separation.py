@@ -20,37 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, specialise
-from rigid_body_sim.physics.contact.collision.geometry.manifold import TINY
-from rigid_body_sim.physics.contact.solver.constraint import (
-    APPROACH,
-    BOUNCE,
-    DA,
-    DB,
-    GAP,
-    HN,
-    HO,
-    HT,
-    JN,
-    LAYER_A,
-    LAYER_B,
-    MASS_A,
-    MASS_B,
-    RA,
-    RB,
-    ROUND_PAIR,
-    SA,
-    SB,
-    T2,
-    UA,
-    UB,
-    WEIGHT,
-    A,
-    B,
-    N,
-    T,
-)
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
 from rigid_body_sim.physics.contact.solver.wide_lanes import arms, shift, strike, vector
-from rigid_body_sim.physics.contact.solver_bodies import D
 
 Array = NDArray[np.float64]
 
@@ -61,10 +34,13 @@ LAYERED = False  # whether anything is a ball or a capsule; bound by `specialise
 def gather_motion(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Fetch how the bodies of a batch have moved over the substep."""
     for k in range(used):
-        a, b = int(s[k + A]) + D, int(s[k + B]) + D
+        a, b = (
+            int(s[k + constraint.BODY_A]) + solver_bodies.DISPLACEMENT,
+            int(s[k + constraint.BODY_B]) + solver_bodies.DISPLACEMENT,
+        )
         for row in range(7):
-            g[k + DA + 8 * row] = bodies[a + row]
-            g[k + DB + 8 * row] = bodies[b + row]
+            g[k + lane_scratch.DISPLACEMENT_A + 8 * row] = bodies[a + row]
+            g[k + lane_scratch.DISPLACEMENT_B + 8 * row] = bodies[b + row]
 
 
 @inline
@@ -74,15 +50,23 @@ def _load(s, q, g, k, nx, ny, nz, tx, ty, tz, ox, oy, oz, ax, ay, az, bx, by, bz
 
     A point that did not press during the motion has none.
     """
-    presses = q[k + JN] > 0.0
-    new = q[k + HN] if presses else 0.0
-    t = q[k + HT] if presses else 0.0
-    o = q[k + HO] if presses else 0.0
+    presses = q[k + contact_point.NORMAL_IMPULSE] > 0.0
+    new = q[k + contact_point.WARM_NORMAL] if presses else 0.0
+    t = q[k + contact_point.WARM_TANGENT_1] if presses else 0.0
+    o = q[k + contact_point.WARM_TANGENT_2] if presses else 0.0
     x = new * nx + (t * tx + o * ox)
     y = new * ny + (t * ty + o * oy)
     z = new * nz + (t * tz + o * oz)
-    q[k + RA], q[k + RA + 8], q[k + RA + 16] = ax, ay, az
-    q[k + RB], q[k + RB + 8], q[k + RB + 16] = bx, by, bz
+    q[k + contact_point.ARM_A], q[k + contact_point.ARM_A + 8], q[k + contact_point.ARM_A + 16] = (
+        ax,
+        ay,
+        az,
+    )
+    q[k + contact_point.ARM_B], q[k + contact_point.ARM_B + 8], q[k + contact_point.ARM_B + 16] = (
+        bx,
+        by,
+        bz,
+    )
     strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
 
 
@@ -100,36 +84,42 @@ def _follow(lanes: int, s: Array, q: Array, g: Array) -> None:
     """
     for k in range(lanes):
         ax, ay, az, bx, by, bz = arms(q, k)
-        fixed = (s[k + MASS_A] == 0.0) | (s[k + MASS_B] == 0.0)
-        stays = fixed & (s[k + BOUNCE] > 0.0) & (q[k + APPROACH] < 0.0)
-        f = 0.0 if stays else 1.0
-        nx, ny, nz = vector(s, k + N)
-        ux, uy, uz = vector(g, k + UA)
-        vx, vy, vz = vector(g, k + UB)
-        if LAYERED:
-            c, d = s[k + LAYER_A], s[k + LAYER_B]
-            x, y, z = ax - c * nx, ay - c * ny, az - c * nz
-            ux, uy, uz = shift(ux, uy, uz, g[k + SA], x, y, z)
-            x, y, z = bx + d * nx, by + d * ny, bz + d * nz
-            vx, vy, vz = shift(vx, vy, vz, g[k + SB], x, y, z)
-        else:
-            ux, uy, uz = shift(ux, uy, uz, g[k + SA], ax, ay, az)
-            vx, vy, vz = shift(vx, vy, vz, g[k + SB], bx, by, bz)
-        x, y, z = (
-            g[k + DB] - g[k + DA],
-            g[k + DB + 8] - g[k + DA + 8],
-            g[k + DB + 16] - g[k + DA + 16],
+        fixed = (s[k + constraint.INVERSE_MASS_A] == 0.0) | (
+            s[k + constraint.INVERSE_MASS_B] == 0.0
         )
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
+        stays = (
+            fixed
+            & (s[k + constraint.RESTITUTION] > 0.0)
+            & (q[k + contact_point.APPROACH_VELOCITY] < 0.0)
+        )
+        f = 0.0 if stays else 1.0
+        nx, ny, nz = vector(s, k + constraint.NORMAL)
+        ux, uy, uz = vector(g, k + lane_scratch.TURN_A)
+        vx, vy, vz = vector(g, k + lane_scratch.TURN_B)
+        if LAYERED:
+            c, d = s[k + constraint.RADIUS_A], s[k + constraint.RADIUS_B]
+            x, y, z = ax - c * nx, ay - c * ny, az - c * nz
+            ux, uy, uz = shift(ux, uy, uz, g[k + lane_scratch.TURN_SCALAR_A], x, y, z)
+            x, y, z = bx + d * nx, by + d * ny, bz + d * nz
+            vx, vy, vz = shift(vx, vy, vz, g[k + lane_scratch.TURN_SCALAR_B], x, y, z)
+        else:
+            ux, uy, uz = shift(ux, uy, uz, g[k + lane_scratch.TURN_SCALAR_A], ax, ay, az)
+            vx, vy, vz = shift(vx, vy, vz, g[k + lane_scratch.TURN_SCALAR_B], bx, by, bz)
+        x, y, z = (
+            g[k + lane_scratch.DISPLACEMENT_B] - g[k + lane_scratch.DISPLACEMENT_A],
+            g[k + lane_scratch.DISPLACEMENT_B + 8] - g[k + lane_scratch.DISPLACEMENT_A + 8],
+            g[k + lane_scratch.DISPLACEMENT_B + 16] - g[k + lane_scratch.DISPLACEMENT_A + 16],
+        )
+        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
+        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
         x, y, z = x + (vx - ux), y + (vy - uy), z + (vz - uz)
-        gap = q[k + GAP]
+        gap = q[k + contact_point.SEPARATION]
         gap += nx * x + ny * y + nz * z
-        w = s[k + WEIGHT]
+        w = s[k + constraint.SURFACE_WEIGHT]
         ax, ay, az = ax + f * (ux + w * x), ay + f * (uy + w * y), az + f * (uz + w * z)
         w = 1.0 - w
         bx, by, bz = bx + f * (vx - w * x), by + f * (vy - w * y), bz + f * (vz - w * z)
-        q[k + GAP] = gap
+        q[k + contact_point.SEPARATION] = gap
         _load(s, q, g, k, nx, ny, nz, tx, ty, tz, ox, oy, oz, ax, ay, az, bx, by, bz)
 
 
@@ -142,9 +132,12 @@ def follower(*, layered: bool) -> Callable[..., Any]:
 def gather_way(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Fetch how far the bodies of a batch have moved over the substep."""
     for k in range(used):
-        a, b = int(s[k + A]) + D, int(s[k + B]) + D
+        a, b = (
+            int(s[k + constraint.BODY_A]) + solver_bodies.DISPLACEMENT,
+            int(s[k + constraint.BODY_B]) + solver_bodies.DISPLACEMENT,
+        )
         for axis in range(3):
-            g[k + DA + 8 * axis] = bodies[b + axis] - bodies[a + axis]
+            g[k + lane_scratch.DISPLACEMENT_A + 8 * axis] = bodies[b + axis] - bodies[a + axis]
 
 
 @kernel
@@ -159,15 +152,15 @@ def follow_balls(lanes: int, s: Array, q: Array, g: Array) -> None:
     """
     for k in range(lanes):
         ax, ay, az, bx, by, bz = arms(q, k)
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
-        vx, vy, vz = vector(g, k + DA)
-        gap = q[k + GAP]
-        w = s[k + WEIGHT]
+        nx, ny, nz = vector(s, k + constraint.NORMAL)
+        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
+        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
+        vx, vy, vz = vector(g, k + lane_scratch.DISPLACEMENT_A)
+        gap = q[k + contact_point.SEPARATION]
+        w = s[k + constraint.SURFACE_WEIGHT]
         x, y, z = ax - bx + vx, ay - by + vy, az - bz + vz
         square = x * x + y * y + z * z
-        balls = (s[k + ROUND_PAIR] > 1.0) & (square > TINY)
+        balls = (s[k + constraint.ROUNDNESS] > 1.0) & (square > manifold.TINY)
         now = math.sqrt(square if balls else 1.0)
         before = nx * (ax - bx) + ny * (ay - by) + nz * (az - bz)
         closer = now - before if balls else nx * vx + ny * vy + nz * vz
@@ -178,15 +171,27 @@ def follow_balls(lanes: int, s: Array, q: Array, g: Array) -> None:
         ax = arm * ux if balls else ax + w * vx
         ay = arm * uy if balls else ay + w * vy
         az = arm * uz if balls else az + w * vz
-        q[k + GAP] = gap + closer
+        q[k + contact_point.SEPARATION] = gap + closer
         bx, by, bz = ax - x, ay - y, az - z
-        s[k + N], s[k + N + 8], s[k + N + 16] = ux, uy, uz
+        s[k + constraint.NORMAL], s[k + constraint.NORMAL + 8], s[k + constraint.NORMAL + 16] = (
+            ux,
+            uy,
+            uz,
+        )
         share = 1.0 / (1.0 + (nx * ux + ny * uy + nz * uz))
         nx, ny, nz = nx + ux, ny + uy, nz + uz
         turn = share * (tx * ux + ty * uy + tz * uz)
         tx, ty, tz = tx - turn * nx, ty - turn * ny, tz - turn * nz
         turn = share * (ox * ux + oy * uy + oz * uz)
         ox, oy, oz = ox - turn * nx, oy - turn * ny, oz - turn * nz
-        s[k + T], s[k + T + 8], s[k + T + 16] = tx, ty, tz
-        s[k + T2], s[k + T2 + 8], s[k + T2 + 16] = ox, oy, oz
+        (
+            s[k + constraint.TANGENT_1],
+            s[k + constraint.TANGENT_1 + 8],
+            s[k + constraint.TANGENT_1 + 16],
+        ) = tx, ty, tz
+        (
+            s[k + constraint.TANGENT_2],
+            s[k + constraint.TANGENT_2 + 8],
+            s[k + constraint.TANGENT_2 + 16],
+        ) = ox, oy, oz
         _load(s, q, g, k, ux, uy, uz, tx, ty, tz, ox, oy, oz, ax, ay, az, bx, by, bz)

@@ -24,45 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.solver.constraint import (
-    ACTIVE,
-    BOUNCE,
-    CHANGE,
-    COUPLE_O,
-    COUPLE_T,
-    GAIN,
-    GAP,
-    HN,
-    HO,
-    HT,
-    IA,
-    IB,
-    JN,
-    JO,
-    JT,
-    KEEP,
-    LA,
-    LARGEST,
-    LB,
-    MASS_A,
-    MASS_B,
-    MU,
-    PS,
-    PUSHED,
-    RATE,
-    SCALE,
-    SLIP_GAIN,
-    T2,
-    TOUCHED,
-    UNREST,
-    A,
-    B,
-    N,
-    T,
-    V,
-)
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
 from rigid_body_sim.physics.contact.solver.wide_lanes import arms, disc, relative, strike, vector
-from rigid_body_sim.physics.contact.solver_bodies import CARRIED, II, IM, L, P
 
 Array = NDArray[np.float64]
 
@@ -71,46 +35,61 @@ Array = NDArray[np.float64]
 def gather_inertia(used: int, s: Array, bodies: Array) -> None:
     """Fetch the inverse masses and inertias of the bodies of a batch."""
     for k in range(used):
-        a, b = int(s[k + A]), int(s[k + B])
-        s[k + MASS_A] = bodies[a + IM]
-        s[k + MASS_B] = bodies[b + IM]
+        a, b = int(s[k + constraint.BODY_A]), int(s[k + constraint.BODY_B])
+        s[k + constraint.INVERSE_MASS_A] = bodies[a + solver_bodies.INVERSE_MASS]
+        s[k + constraint.INVERSE_MASS_B] = bodies[b + solver_bodies.INVERSE_MASS]
         for entry in range(6):
-            s[k + IA + 8 * entry] = bodies[a + II + entry]
-            s[k + IB + 8 * entry] = bodies[b + II + entry]
+            s[k + constraint.INVERSE_INERTIA_A + 8 * entry] = bodies[
+                a + solver_bodies.INVERSE_INERTIA + entry
+            ]
+            s[k + constraint.INVERSE_INERTIA_B + 8 * entry] = bodies[
+                b + solver_bodies.INVERSE_INERTIA + entry
+            ]
 
 
 @kernel
 def gather(lanes: int, used: int, s: Array, g: Array, bodies: Array) -> None:
     """Fetch the momenta of the bodies of a batch; what empty lanes hold does not matter."""
     for k in range(lanes):
-        g[k + PS] = 0.0
-        g[k + PS + 8] = 0.0
-        g[k + PS + 16] = 0.0
-        g[k + PUSHED] = 0.0
-        g[k + CHANGE] = 0.0
-        g[k + LARGEST] = 0.0
-        g[k + ACTIVE] = 1.0
+        g[k + lane_scratch.IMPULSE] = 0.0
+        g[k + lane_scratch.IMPULSE + 8] = 0.0
+        g[k + lane_scratch.IMPULSE + 16] = 0.0
+        g[k + lane_scratch.PUSHES] = 0.0
+        g[k + lane_scratch.NORMAL_CHANGE] = 0.0
+        g[k + lane_scratch.LARGEST_CHANGE] = 0.0
+        g[k + lane_scratch.ACTIVE] = 1.0
     for k in range(used):
-        a, b = int(s[k + A]), int(s[k + B])
-        m, n = s[k + MASS_A], s[k + MASS_B]
+        a, b = int(s[k + constraint.BODY_A]), int(s[k + constraint.BODY_B])
+        m, n = s[k + constraint.INVERSE_MASS_A], s[k + constraint.INVERSE_MASS_B]
         for axis in range(3):
             row = k + 8 * axis
-            g[row + V] = n * bodies[b + P + axis] - m * bodies[a + P + axis]
-            g[row + LA] = bodies[a + L + axis]
-            g[row + LB] = bodies[b + L + axis]
+            g[row + lane_scratch.RELATIVE_VELOCITY] = (
+                n * bodies[b + solver_bodies.MOMENTUM + axis]
+                - m * bodies[a + solver_bodies.MOMENTUM + axis]
+            )
+            g[row + lane_scratch.ANGULAR_MOMENTUM_A] = bodies[
+                a + solver_bodies.ANGULAR_MOMENTUM + axis
+            ]
+            g[row + lane_scratch.ANGULAR_MOMENTUM_B] = bodies[
+                b + solver_bodies.ANGULAR_MOMENTUM + axis
+            ]
 
 
 @kernel
 def scatter(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Give the bodies of a batch what a pass has changed."""
     for k in range(used):
-        a, b = int(s[k + A]), int(s[k + B])
+        a, b = int(s[k + constraint.BODY_A]), int(s[k + constraint.BODY_B])
         for axis in range(3):
             row = k + 8 * axis
-            bodies[a + P + axis] -= g[row + PS]
-            bodies[b + P + axis] += g[row + PS]
-            bodies[a + L + axis] = g[row + LA]
-            bodies[b + L + axis] = g[row + LB]
+            bodies[a + solver_bodies.MOMENTUM + axis] -= g[row + lane_scratch.IMPULSE]
+            bodies[b + solver_bodies.MOMENTUM + axis] += g[row + lane_scratch.IMPULSE]
+            bodies[a + solver_bodies.ANGULAR_MOMENTUM + axis] = g[
+                row + lane_scratch.ANGULAR_MOMENTUM_A
+            ]
+            bodies[b + solver_bodies.ANGULAR_MOMENTUM + axis] = g[
+                row + lane_scratch.ANGULAR_MOMENTUM_B
+            ]
 
 
 @inline
@@ -118,8 +97,8 @@ def wait(used: int, s: Array, g: Array) -> bool:
     """Let the lanes stand still that the last pass left at rest; tell whether any is left."""
     left = False
     for k in range(used):
-        g[k + ACTIVE] = s[k + UNREST]
-        left = left or s[k + UNREST] > 0.0
+        g[k + lane_scratch.ACTIVE] = s[k + constraint.UNSETTLED]
+        left = left or s[k + constraint.UNSETTLED] > 0.0
     return left
 
 
@@ -127,19 +106,19 @@ def wait(used: int, s: Array, g: Array) -> bool:
 def note_unrest(used: int, s: Array, g: Array) -> None:
     """Note which lanes this pass has changed by more than rest."""
     for k in range(used):
-        s[k + UNREST] = 1.0 if g[k + LARGEST] > 0.0 else 0.0
-        if g[k + LARGEST] > 0.0:
-            s[k + TOUCHED] = 1.0
+        s[k + constraint.UNSETTLED] = 1.0 if g[k + lane_scratch.LARGEST_CHANGE] > 0.0 else 0.0
+        if g[k + lane_scratch.LARGEST_CHANGE] > 0.0:
+            s[k + constraint.TOUCHED] = 1.0
 
 
 @kernel
 def mark_carried(used: int, s: Array, g: Array, bodies: Array) -> None:
     """Mark the bodies that some point of a batch pushes."""
     for k in range(used):
-        if g[k + PUSHED] > 0.0:
-            s[k + TOUCHED] = 1.0
-            bodies[int(s[k + A]) + CARRIED] = 1.0
-            bodies[int(s[k + B]) + CARRIED] = 1.0
+        if g[k + lane_scratch.PUSHES] > 0.0:
+            s[k + constraint.TOUCHED] = 1.0
+            bodies[int(s[k + constraint.BODY_A]) + solver_bodies.CARRIED] = 1.0
+            bodies[int(s[k + constraint.BODY_B]) + solver_bodies.CARRIED] = 1.0
 
 
 @kernel
@@ -155,33 +134,41 @@ def push(
 ) -> None:
     """Visit the normals of one point of each lane, soft where the surfaces overlap."""
     for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
+        nx, ny, nz = vector(s, k + constraint.NORMAL)
+        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
+        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
         ax, ay, az, bx, by, bz = arms(q, k)
         x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
         vn = nx * x + ny * y + nz * z
-        gap = q[k + GAP]
-        old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
-        gain, largest = q[k + GAIN], g[k + CHANGE]
-        pushed = g[k + PUSHED]
+        gap = q[k + contact_point.SEPARATION]
+        old, old_t, old_o = (
+            q[k + contact_point.NORMAL_IMPULSE],
+            q[k + contact_point.TANGENT_IMPULSE_1],
+            q[k + contact_point.TANGENT_IMPULSE_2],
+        )
+        gain, largest = q[k + contact_point.NORMAL_MASS], g[k + lane_scratch.NORMAL_CHANGE]
+        pushed = g[k + lane_scratch.PUSHES]
         is_open = gap > 0.0
         depth = gap + slop
         depth = depth if depth < 0.0 else 0.0
-        soft = s[k + RATE] * depth
+        soft = s[k + constraint.BIAS_RATE] * depth
         soft = soft if soft > -cap else -cap
         bias = gap * inverse_h if is_open else soft
-        scale = 1.0 if is_open else s[k + SCALE]
-        keep = 0.0 if is_open else s[k + KEEP]
+        scale = 1.0 if is_open else s[k + constraint.MASS_SCALE]
+        keep = 0.0 if is_open else s[k + constraint.IMPULSE_SCALE]
         # half of the load is still to come, of what presses
         pressed = old > 0.0
-        hn, ht, ho = q[k + HN], q[k + HT], q[k + HO]
+        hn, ht, ho = (
+            q[k + contact_point.WARM_NORMAL],
+            q[k + contact_point.WARM_TANGENT_1],
+            q[k + contact_point.WARM_TANGENT_2],
+        )
         before = old - hn if pressed else 0.0
         before_t = old_t - ht if pressed else 0.0
         before_o = old_o - ho if pressed else 0.0
         now = before - gain * scale * (vn + bias) - keep * old
         now = now if now > 0.0 else 0.0
-        active = g[k + ACTIVE] > 0.0
+        active = g[k + lane_scratch.ACTIVE] > 0.0
         now = now if active else before
         presses = now > 0.0
         # friction of the last substep is none of this one where less presses: it keeps its share
@@ -196,12 +183,12 @@ def push(
         t = t + ht if presses else 0.0
         o = o + ho if presses else 0.0
         # a lane that is not visited keeps its bits
-        q[k + JN] = new if active else old
-        q[k + JT] = t if active else old_t
-        q[k + JO] = o if active else old_o
+        q[k + contact_point.NORMAL_IMPULSE] = new if active else old
+        q[k + contact_point.TANGENT_IMPULSE_1] = t if active else old_t
+        q[k + contact_point.TANGENT_IMPULSE_2] = o if active else old_o
         size = abs(change) - calm * gain
-        g[k + CHANGE] = size if size > largest else largest
-        g[k + PUSHED] = 1.0 if presses else pushed
+        g[k + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        g[k + lane_scratch.PUSHES] = 1.0 if presses else pushed
         strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
 
 
@@ -217,28 +204,40 @@ def relax(
     still apart, would take energy of first order in h.
     """
     for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
+        nx, ny, nz = vector(s, k + constraint.NORMAL)
+        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
+        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
         ax, ay, az, bx, by, bz = arms(q, k)
         x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
-        gap = q[k + GAP]
-        old, old_t, old_o = q[k + JN], q[k + JT], q[k + JO]
-        gain, slip_gain, largest = q[k + GAIN], q[k + SLIP_GAIN], g[k + CHANGE]
-        unrest = g[k + LARGEST]
+        gap = q[k + contact_point.SEPARATION]
+        old, old_t, old_o = (
+            q[k + contact_point.NORMAL_IMPULSE],
+            q[k + contact_point.TANGENT_IMPULSE_1],
+            q[k + contact_point.TANGENT_IMPULSE_2],
+        )
+        gain, slip_gain, largest = (
+            q[k + contact_point.NORMAL_MASS],
+            q[k + contact_point.TANGENT_MASS],
+            g[k + lane_scratch.NORMAL_CHANGE],
+        )
+        unrest = g[k + lane_scratch.LARGEST_CHANGE]
         is_open = gap > 0.0
-        bias = gap * inverse_h if is_open & (q[k + HN] <= 0.0) else 0.0
+        bias = gap * inverse_h if is_open & (q[k + contact_point.WARM_NORMAL] <= 0.0) else 0.0
         new = old - gain * ((nx * x + ny * y + nz * z) + bias)
         new = new if new > 0.0 else 0.0
         # what touches in the next substep bounces there: at the end of a tick here is too early
-        waits = is_open & (s[k + BOUNCE] > 0.0) & (old <= 0.0)
+        waits = is_open & (s[k + constraint.RESTITUTION] > 0.0) & (old <= 0.0)
         new = 0.0 if waits else new
-        active = g[k + ACTIVE] > 0.0
+        active = g[k + lane_scratch.ACTIVE] > 0.0
         new = new if active else old
         change = new - old
-        t = old_t - slip_gain * ((tx * x + ty * y + tz * z) + q[k + COUPLE_T] * change)
-        o = old_o - slip_gain * ((ox * x + oy * y + oz * z) + q[k + COUPLE_O] * change)
-        t, o = disc(t, o, s[k + MU] * new)
+        t = old_t - slip_gain * (
+            (tx * x + ty * y + tz * z) + q[k + contact_point.CROSS_TERM_1] * change
+        )
+        o = old_o - slip_gain * (
+            (ox * x + oy * y + oz * z) + q[k + contact_point.CROSS_TERM_2] * change
+        )
+        t, o = disc(t, o, s[k + constraint.FRICTION] * new)
         t, o = (t, o) if active else (old_t, old_o)
         dt, do = t - old_t, o - old_o
         x = change * nx + (dt * tx + do * ox)
@@ -247,7 +246,11 @@ def relax(
         size, slip = abs(change), abs(dt) + abs(do)
         either = (size if size > slip else slip) - rest * gain
         size = size - calm * gain
-        g[k + CHANGE] = size if size > largest else largest
-        g[k + LARGEST] = either if either > unrest else unrest
-        q[k + JN], q[k + JT], q[k + JO] = new, t, o
+        g[k + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        g[k + lane_scratch.LARGEST_CHANGE] = either if either > unrest else unrest
+        (
+            q[k + contact_point.NORMAL_IMPULSE],
+            q[k + contact_point.TANGENT_IMPULSE_1],
+            q[k + contact_point.TANGENT_IMPULSE_2],
+        ) = new, t, o
         strike(g, k, ax, ay, az, bx, by, bz, x, y, z)

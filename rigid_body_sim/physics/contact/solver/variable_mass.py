@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.solver_bodies import BODY, II, IM, L_HELD, P_HELD, L, P
+from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.model.variable_mass import end_of_flow, flow_of
 from rigid_body_sim.physics.state.layout import Layout
 
@@ -53,11 +53,11 @@ def weigh(time: float, flows: Array) -> None:
 @inline
 def _multiply(b, momentum, inverse, bodies):
     for axis in range(3):
-        bodies[b + P + axis] *= momentum
-        bodies[b + L + axis] *= momentum
-    bodies[b + IM] *= inverse
+        bodies[b + solver_bodies.MOMENTUM + axis] *= momentum
+        bodies[b + solver_bodies.ANGULAR_MOMENTUM + axis] *= momentum
+    bodies[b + solver_bodies.INVERSE_MASS] *= inverse
     for entry in range(6):
-        bodies[b + II + entry] *= inverse
+        bodies[b + solver_bodies.INVERSE_INERTIA + entry] *= inverse
 
 
 @kernel
@@ -65,7 +65,7 @@ def enter(flows: Array, bodies: Array) -> None:
     """Bring rows to the masses of now."""
     for k in range(len(flows) // FLOW):
         s = flows[k * FLOW + SCALE]
-        _multiply(int(flows[k * FLOW + CORE]) * BODY, 1.0 / s, s, bodies)
+        _multiply(int(flows[k * FLOW + CORE]) * solver_bodies.SIZE, 1.0 / s, s, bodies)
 
 
 @kernel
@@ -73,7 +73,7 @@ def leave(flows: Array, bodies: Array) -> None:
     """Bring rows back to the masses of the start."""
     for k in range(len(flows) // FLOW):
         s = flows[k * FLOW + SCALE]
-        _multiply(int(flows[k * FLOW + CORE]) * BODY, s, 1.0 / s, bodies)
+        _multiply(int(flows[k * FLOW + CORE]) * solver_bodies.SIZE, s, 1.0 / s, bodies)
 
 
 @kernel
@@ -81,10 +81,10 @@ def hold(flows: Array, bodies: Array) -> None:
     """Bring what contacts hold of the rows to the masses of the start."""
     for k in range(len(flows) // FLOW):
         s = flows[k * FLOW + SCALE]
-        b = int(flows[k * FLOW + CORE]) * BODY
+        b = int(flows[k * FLOW + CORE]) * solver_bodies.SIZE
         for axis in range(3):
-            bodies[b + P_HELD + axis] *= s
-            bodies[b + L_HELD + axis] *= s
+            bodies[b + solver_bodies.WARM_IMPULSE + axis] *= s
+            bodies[b + solver_bodies.WARM_ANGULAR_IMPULSE + axis] *= s
 
 
 KERNELS = {'weigh': weigh, 'enter': enter, 'leave': leave, 'hold_flowing': hold}

@@ -18,37 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.solver.constraint import (
-    BN,
-    BO,
-    BT,
-    GAIN,
-    GAP,
-    GAP0,
-    HN,
-    HO,
-    HQ,
-    HR,
-    HS,
-    HT,
-    JN,
-    JO,
-    JQ,
-    JR,
-    JS,
-    JT,
-    LA,
-    LB,
-    MOST,
-    MU,
-    PS,
-    SUM,
-    T2,
-    A,
-    B,
-    N,
-    T,
-)
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
 from rigid_body_sim.physics.contact.solver.wide_lanes import arms, disc, strike, twist, vector
 
 Array = NDArray[np.float64]
@@ -65,8 +35,8 @@ def lasting(q: Array, p: int) -> Any:
     is taken back. A load changes the velocity of the point by less than LOAD, or is at most eight
     times what this substep started from.
     """
-    limit = max(16.0 * q[p + HN], LOAD * q[p + GAIN])
-    new = q[p + JN]
+    limit = max(16.0 * q[p + contact_point.WARM_NORMAL], LOAD * q[p + contact_point.NORMAL_MASS])
+    new = q[p + contact_point.NORMAL_IMPULSE]
     return limit / new if new > limit else 1.0
 
 
@@ -75,22 +45,38 @@ def carry_on(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Let the loads of one point of each lane go on; add what it gave to the sums of the tick."""
     for k in range(lanes):
         ax, ay, az, bx, by, bz = arms(q, k)
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
-        new, t, o = q[k + JN], q[k + JT], q[k + JO]
-        most = q[k + MOST]
-        x, y, z = vector(q, k + SUM)
-        q[k + MOST] = new if new > most else most
-        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = x + new, y + t, z + o
+        nx, ny, nz = vector(s, k + constraint.NORMAL)
+        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
+        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
+        new, t, o = (
+            q[k + contact_point.NORMAL_IMPULSE],
+            q[k + contact_point.TANGENT_IMPULSE_1],
+            q[k + contact_point.TANGENT_IMPULSE_2],
+        )
+        most = q[k + contact_point.LARGEST_NORMAL_IMPULSE]
+        x, y, z = vector(q, k + contact_point.TOTAL_IMPULSE)
+        q[k + contact_point.LARGEST_NORMAL_IMPULSE] = new if new > most else most
+        (
+            q[k + contact_point.TOTAL_IMPULSE],
+            q[k + contact_point.TOTAL_IMPULSE + 8],
+            q[k + contact_point.TOTAL_IMPULSE + 16],
+        ) = x + new, y + t, z + o
         keep = lasting(q, k)
         new, t, o = keep * new, keep * t, keep * o
-        q[k + JN], q[k + JT], q[k + JO] = new, t, o
+        (
+            q[k + contact_point.NORMAL_IMPULSE],
+            q[k + contact_point.TANGENT_IMPULSE_1],
+            q[k + contact_point.TANGENT_IMPULSE_2],
+        ) = new, t, o
         new, t, o = 0.5 * new, 0.5 * t, 0.5 * o
         x = new * nx + (t * tx + o * ox)
         y = new * ny + (t * ty + o * oy)
         z = new * nz + (t * tz + o * oz)
-        q[k + HN], q[k + HT], q[k + HO] = new, t, o
+        (
+            q[k + contact_point.WARM_NORMAL],
+            q[k + contact_point.WARM_TANGENT_1],
+            q[k + contact_point.WARM_TANGENT_2],
+        ) = new, t, o
         strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
 
 
@@ -98,11 +84,19 @@ def carry_on(lanes: int, s: Array, q: Array, g: Array) -> None:
 def carry_twist_on(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Do the same with the angular impulses of one point of each lane."""
     for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
-        r, p, turn = 0.5 * q[k + JR], 0.5 * q[k + JQ], 0.5 * q[k + JS]
-        q[k + HR], q[k + HQ], q[k + HS] = r, p, turn
+        nx, ny, nz = vector(s, k + constraint.NORMAL)
+        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
+        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
+        r, p, turn = (
+            0.5 * q[k + contact_point.ROLLING_IMPULSE_1],
+            0.5 * q[k + contact_point.ROLLING_IMPULSE_2],
+            0.5 * q[k + contact_point.TWIST_IMPULSE],
+        )
+        (
+            q[k + contact_point.WARM_ROLLING_1],
+            q[k + contact_point.WARM_ROLLING_2],
+            q[k + contact_point.WARM_TWIST],
+        ) = r, p, turn
         x = r * tx + p * ox + turn * nx
         y = r * ty + p * oy + turn * ny
         z = r * tz + p * oz + turn * nz
@@ -116,22 +110,32 @@ def turn(lanes: int, s: Array, q: Array, g: Array) -> None:
     are to its bodies.
     """
     for k in range(lanes):
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
+        nx, ny, nz = vector(s, k + constraint.NORMAL)
+        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
+        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = vector(q, k + SUM)
-        normal = q[k + JN]
-        t, o = disc(tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, s[k + MU] * normal)
-        q[k + JT], q[k + JO] = t, o
+        x, y, z = vector(q, k + contact_point.TOTAL_IMPULSE)
+        normal = q[k + contact_point.NORMAL_IMPULSE]
+        t, o = disc(
+            tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, s[k + constraint.FRICTION] * normal
+        )
+        q[k + contact_point.TANGENT_IMPULSE_1], q[k + contact_point.TANGENT_IMPULSE_2] = t, o
         normal, t, o = 0.5 * normal, 0.5 * t, 0.5 * o
         x = normal * nx + (t * tx + o * ox)
         y = normal * ny + (t * ty + o * oy)
         z = normal * nz + (t * tz + o * oz)
-        q[k + HN], q[k + HT], q[k + HO] = normal, t, o
-        q[k + SUM], q[k + SUM + 8], q[k + SUM + 16] = 0.0, 0.0, 0.0
-        q[k + MOST] = 0.0
-        q[k + GAP] = q[k + GAP0]
+        (
+            q[k + contact_point.WARM_NORMAL],
+            q[k + contact_point.WARM_TANGENT_1],
+            q[k + contact_point.WARM_TANGENT_2],
+        ) = normal, t, o
+        (
+            q[k + contact_point.TOTAL_IMPULSE],
+            q[k + contact_point.TOTAL_IMPULSE + 8],
+            q[k + contact_point.TOTAL_IMPULSE + 16],
+        ) = 0.0, 0.0, 0.0
+        q[k + contact_point.LARGEST_NORMAL_IMPULSE] = 0.0
+        q[k + contact_point.SEPARATION] = q[k + contact_point.INITIAL_SEPARATION]
         strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
 
 
@@ -139,14 +143,26 @@ def turn(lanes: int, s: Array, q: Array, g: Array) -> None:
 def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Do the same with the angular impulses of one point of each lane."""
     for k in range(lanes):
-        x, y, z = vector(q, k + BN)
-        nx, ny, nz = vector(s, k + N)
-        tx, ty, tz = vector(s, k + T)
-        ox, oy, oz = vector(s, k + T2)
+        x, y, z = vector(q, k + contact_point.RESTITUTION_NORMAL)
+        nx, ny, nz = vector(s, k + constraint.NORMAL)
+        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
+        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
         r, p, turn = tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, nx * x + ny * y + nz * z
-        q[k + JR], q[k + JQ], q[k + JS] = r, p, turn
-        q[k + HR], q[k + HQ], q[k + HS] = 0.5 * r, 0.5 * p, 0.5 * turn
-        q[k + BN], q[k + BT], q[k + BO] = 0.0, 0.0, 0.0
+        (
+            q[k + contact_point.ROLLING_IMPULSE_1],
+            q[k + contact_point.ROLLING_IMPULSE_2],
+            q[k + contact_point.TWIST_IMPULSE],
+        ) = r, p, turn
+        (
+            q[k + contact_point.WARM_ROLLING_1],
+            q[k + contact_point.WARM_ROLLING_2],
+            q[k + contact_point.WARM_TWIST],
+        ) = 0.5 * r, 0.5 * p, 0.5 * turn
+        (
+            q[k + contact_point.RESTITUTION_NORMAL],
+            q[k + contact_point.RESTITUTION_TANGENT_1],
+            q[k + contact_point.RESTITUTION_TANGENT_2],
+        ) = 0.0, 0.0, 0.0
         twist(g, k, 0.5 * x, 0.5 * y, 0.5 * z)
 
 
@@ -154,13 +170,13 @@ def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
 def give(used: int, place: int, s: Array, g: Array, bodies: Array) -> None:
     """Give the bodies of a batch the loads of its points, as momenta at `place`."""
     for k in range(used):
-        a, b = int(s[k + A]), int(s[k + B])
+        a, b = int(s[k + constraint.BODY_A]), int(s[k + constraint.BODY_B])
         for axis in range(3):
             row = k + 8 * axis
-            bodies[a + place + axis] -= g[row + PS]
-            bodies[b + place + axis] += g[row + PS]
-            bodies[a + place + 3 + axis] += g[row + LA]
-            bodies[b + place + 3 + axis] += g[row + LB]
+            bodies[a + place + axis] -= g[row + lane_scratch.IMPULSE]
+            bodies[b + place + axis] += g[row + lane_scratch.IMPULSE]
+            bodies[a + place + 3 + axis] += g[row + lane_scratch.ANGULAR_MOMENTUM_A]
+            bodies[b + place + 3 + axis] += g[row + lane_scratch.ANGULAR_MOMENTUM_B]
 
 
 @kernel
@@ -168,6 +184,6 @@ def clear(lanes: int, g: Array) -> None:
     """Begin the sums of a batch."""
     for k in range(lanes):
         for axis in range(3):
-            g[k + PS + 8 * axis] = 0.0
-            g[k + LA + 8 * axis] = 0.0
-            g[k + LB + 8 * axis] = 0.0
+            g[k + lane_scratch.IMPULSE + 8 * axis] = 0.0
+            g[k + lane_scratch.ANGULAR_MOMENTUM_A + 8 * axis] = 0.0
+            g[k + lane_scratch.ANGULAR_MOMENTUM_B + 8 * axis] = 0.0

@@ -11,18 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline
-from rigid_body_sim.physics.contact.solver.constraint import (
-    IA,
-    IB,
-    LA,
-    LB,
-    MASS_A,
-    MASS_B,
-    PS,
-    RA,
-    RB,
-    V,
-)
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
 
 Array = NDArray[np.float64]
 
@@ -37,7 +26,7 @@ def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> A
 def arms(q: Array, k: int) -> Any:
     """Arms of the point from the centres of A and B."""
     return (
-        q[k + RA], q[k + RA + 8], q[k + RA + 16], q[k + RB], q[k + RB + 8], q[k + RB + 16],
+        q[k + contact_point.ARM_A], q[k + contact_point.ARM_A + 8], q[k + contact_point.ARM_A + 16], q[k + contact_point.ARM_B], q[k + contact_point.ARM_B + 8], q[k + contact_point.ARM_B + 16],
     )  # fmt: skip
 
 
@@ -70,13 +59,20 @@ def turning(s: Array, i: int, g: Array, m: int) -> Any:
 @inline
 def relative(s, g, k, ax, ay, az, bx, by, bz):
     """Velocity of B relative to A at a point: v_B - v_A + w_B x r_B - w_A x r_A [m/s]."""
-    ux, uy, uz = turning(s, k + IA, g, k + LA)
-    wx, wy, wz = turning(s, k + IB, g, k + LB)
-    m = s[k + MASS_A] + s[k + MASS_B]
+    ux, uy, uz = turning(
+        s, k + constraint.INVERSE_INERTIA_A, g, k + lane_scratch.ANGULAR_MOMENTUM_A
+    )
+    wx, wy, wz = turning(
+        s, k + constraint.INVERSE_INERTIA_B, g, k + lane_scratch.ANGULAR_MOMENTUM_B
+    )
+    m = s[k + constraint.INVERSE_MASS_A] + s[k + constraint.INVERSE_MASS_B]
     return (
-        (g[k + V] + m * g[k + PS]) + ((wy * bz - wz * by) - (uy * az - uz * ay)),
-        (g[k + V + 8] + m * g[k + PS + 8]) + ((wz * bx - wx * bz) - (uz * ax - ux * az)),
-        (g[k + V + 16] + m * g[k + PS + 16]) + ((wx * by - wy * bx) - (ux * ay - uy * ax)),
+        (g[k + lane_scratch.RELATIVE_VELOCITY] + m * g[k + lane_scratch.IMPULSE])
+        + ((wy * bz - wz * by) - (uy * az - uz * ay)),
+        (g[k + lane_scratch.RELATIVE_VELOCITY + 8] + m * g[k + lane_scratch.IMPULSE + 8])
+        + ((wz * bx - wx * bz) - (uz * ax - ux * az)),
+        (g[k + lane_scratch.RELATIVE_VELOCITY + 16] + m * g[k + lane_scratch.IMPULSE + 16])
+        + ((wx * by - wy * bx) - (ux * ay - uy * ax)),
     )
 
 
@@ -92,14 +88,26 @@ def disc(t: float, o: float, limit: float) -> Any:
 @inline
 def strike(g, k, ax, ay, az, bx, by, bz, x, y, z):
     """Give B of a lane the impulse (x, y, z) [N s] at arm b, and A its opposite at arm a."""
-    px, py, pz = vector(g, k + PS)
-    hx, hy, hz = vector(g, k + LA)
-    lx, ly, lz = vector(g, k + LB)
+    px, py, pz = vector(g, k + lane_scratch.IMPULSE)
+    hx, hy, hz = vector(g, k + lane_scratch.ANGULAR_MOMENTUM_A)
+    lx, ly, lz = vector(g, k + lane_scratch.ANGULAR_MOMENTUM_B)
     ax, ay, az = cross(ax, ay, az, x, y, z)
     bx, by, bz = cross(bx, by, bz, x, y, z)
-    g[k + PS], g[k + PS + 8], g[k + PS + 16] = px + x, py + y, pz + z
-    g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - ax, hy - ay, hz - az
-    g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + bx, ly + by, lz + bz
+    (
+        g[k + lane_scratch.IMPULSE],
+        g[k + lane_scratch.IMPULSE + 8],
+        g[k + lane_scratch.IMPULSE + 16],
+    ) = px + x, py + y, pz + z
+    (
+        g[k + lane_scratch.ANGULAR_MOMENTUM_A],
+        g[k + lane_scratch.ANGULAR_MOMENTUM_A + 8],
+        g[k + lane_scratch.ANGULAR_MOMENTUM_A + 16],
+    ) = hx - ax, hy - ay, hz - az
+    (
+        g[k + lane_scratch.ANGULAR_MOMENTUM_B],
+        g[k + lane_scratch.ANGULAR_MOMENTUM_B + 8],
+        g[k + lane_scratch.ANGULAR_MOMENTUM_B + 16],
+    ) = lx + bx, ly + by, lz + bz
 
 
 @inline
@@ -114,7 +122,15 @@ def shift(ux, uy, uz, w, x, y, z):
 @inline
 def twist(g: Array, k: int, x: float, y: float, z: float) -> None:
     """Give B of a lane the angular impulse (x, y, z), and A its opposite [N m s]."""
-    hx, hy, hz = vector(g, k + LA)
-    lx, ly, lz = vector(g, k + LB)
-    g[k + LA], g[k + LA + 8], g[k + LA + 16] = hx - x, hy - y, hz - z
-    g[k + LB], g[k + LB + 8], g[k + LB + 16] = lx + x, ly + y, lz + z
+    hx, hy, hz = vector(g, k + lane_scratch.ANGULAR_MOMENTUM_A)
+    lx, ly, lz = vector(g, k + lane_scratch.ANGULAR_MOMENTUM_B)
+    (
+        g[k + lane_scratch.ANGULAR_MOMENTUM_A],
+        g[k + lane_scratch.ANGULAR_MOMENTUM_A + 8],
+        g[k + lane_scratch.ANGULAR_MOMENTUM_A + 16],
+    ) = hx - x, hy - y, hz - z
+    (
+        g[k + lane_scratch.ANGULAR_MOMENTUM_B],
+        g[k + lane_scratch.ANGULAR_MOMENTUM_B + 8],
+        g[k + lane_scratch.ANGULAR_MOMENTUM_B + 16],
+    ) = lx + x, ly + y, lz + z

@@ -24,7 +24,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rigid_body_sim.physics.compile.kernels import kernel, specialise, unbound
+from rigid_body_sim.physics.compile.kernels import kernel, slot, specialise
 from rigid_body_sim.physics.integration.schemes import steps
 from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
 from rigid_body_sim.physics.integration.schemes.steps import (

@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 POINTS = 3  # where the points begin in `found`
 POINT = 5  # numbers of a point: x, y, z, gap, feature
-GAP, FEATURE = 3, 4
+SEPARATION, FEATURE = 3, 4
 MOST = 4  # [-] points of a manifold
 SCRATCH = POINTS + MOST * POINT  # where a kernel may keep what it likes
 FOUND = 512  # numbers in `found`
@@ -62,7 +62,7 @@ def put_point(
     found[at] = x
     found[at + 1] = y
     found[at + 2] = z
-    found[at + GAP] = gap
+    found[at + SEPARATION] = gap
     found[at + FEATURE] = feature
 
 
@@ -110,7 +110,7 @@ def keep_four(found: Array, first: int, count: int) -> int:
     deepest = first
     for k in range(1, count):
         at = first + k * POINT
-        if found[at + GAP] < found[deepest + GAP] - tie:
+        if found[at + SEPARATION] < found[deepest + SEPARATION] - tie:
             deepest = at
     farthest, reach = deepest, SAME * extent * (SAME * extent)
     for k in range(count):

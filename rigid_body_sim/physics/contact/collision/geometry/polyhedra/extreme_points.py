@@ -14,11 +14,11 @@ from __future__ import annotations
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    GAP,
     LEAD,
     MOST,
     POINT,
     POINTS,
+    SEPARATION,
 )
 
 DEEPER = 1e-4  # [-] of the extent: so much deeper a point must be to take the place of another
@@ -54,7 +54,7 @@ def keep_extremes(found, first: int, count: int, ux: float, uy: float, uz: float
             abs(found[at + 1] - found[first + 1]),
             abs(found[at + 2] - found[first + 2]),
         )
-        if found[at + GAP] < found[deepest + GAP]:
+        if found[at + SEPARATION] < found[deepest + SEPARATION]:
             deepest = at
     lead = LEAD * extent * (abs(ux) + abs(uy) + abs(uz))
     nx, ny, nz = found[0], found[1], found[2]
@@ -74,10 +74,10 @@ def keep_extremes(found, first: int, count: int, ux: float, uy: float, uz: float
             _move(found, POINTS + kept * POINT, best)
             kept += 1
         ux, uy, uz = ny * uz - nz * uy, nz * ux - nx * uz, nx * uy - ny * ux
-    least = found[POINTS + GAP]
+    least = found[POINTS + SEPARATION]
     for k in range(1, kept):
-        least = min(least, found[POINTS + k * POINT + GAP])
-    if found[deepest + GAP] < least - DEEPER * extent:
+        least = min(least, found[POINTS + k * POINT + SEPARATION])
+    if found[deepest + SEPARATION] < least - DEEPER * extent:
         nearest, reach = POINTS, -1.0
         for k in range(kept):
             at = POINTS + k * POINT

@@ -13,21 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.islands.union_find import join, root_of
-from rigid_body_sim.physics.contact.solver.assembly import BATCH, OFFSET, POINTS, USED
-from rigid_body_sim.physics.contact.solver.constraint import (
-    JN,
-    MANIFOLD,
-    MU,
-    ROLL,
-    SPIN,
-    SUM,
-    TOUCHED,
-    A,
-    B,
-    N,
-)
-from rigid_body_sim.physics.contact.solver_bodies import BODY
+from rigid_body_sim.physics.contact.solver import batch_record, constraint, contact_point
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -67,10 +55,15 @@ def join_pressing(
     for t in range(touched):
         groups[touching[t]] = touching[t]
     for batch in range(count):
-        begin = batches[batch * BATCH + OFFSET]
-        for place in range(begin, begin + batches[batch * BATCH + USED]):
-            a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
-            if a != nothing and b != nothing and rows[place + TOUCHED] > 0.0:
+        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
+        for place in range(
+            begin, begin + batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
+        ):
+            a, b = (
+                int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
+                int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
+            )
+            if a != nothing and b != nothing and rows[place + constraint.TOUCHED] > 0.0:
                 join(a, b, groups)
     for t in range(touched):
         groups[touching[t]] = root_of(touching[t], groups)
@@ -79,8 +72,17 @@ def join_pressing(
 @inline
 def _note_plane(place: int, g: int, rows: Array, accounts: Array) -> None:
     """Note one manifold of a group with something that cannot move."""
-    x, y, z = rows[place + N], rows[place + N + 8], rows[place + N + 16]
-    slides = rows[place + MU] + rows[place + ROLL] + rows[place + SPIN] == 0.0
+    x, y, z = (
+        rows[place + constraint.NORMAL],
+        rows[place + constraint.NORMAL + 8],
+        rows[place + constraint.NORMAL + 16],
+    )
+    slides = (
+        rows[place + constraint.FRICTION]
+        + rows[place + constraint.ROLLING_FRICTION]
+        + rows[place + constraint.TORSIONAL_FRICTION]
+        == 0.0
+    )
     if slides and accounts[g + HELD] == SLIDING:
         i = g + NORMAL
         c = x * accounts[i] + y * accounts[i + 1] + z * accounts[i + 2]
@@ -96,9 +98,9 @@ def _note_press(place: int, first: int, end: int, width: int, sign: float, g: in
     """Add up what the points of a manifold gave to its group, from `first` to `end`."""
     press = 0.0
     for q in range(first, end, width):
-        press += rows[q + SUM] + rows[q + JN]
+        press += rows[q + contact_point.TOTAL_IMPULSE] + rows[q + contact_point.NORMAL_IMPULSE]
     for axis in range(3):
-        accounts[g + PRESS + axis] += sign * press * rows[place + N + 8 * axis]
+        accounts[g + PRESS + axis] += sign * press * rows[place + constraint.NORMAL + 8 * axis]
 
 
 @kernel
@@ -113,13 +115,16 @@ def find_held(
         width : numbers of a point
     """
     for batch in range(count):
-        begin = batches[batch * BATCH + OFFSET]
-        length = batches[batch * BATCH + POINTS] * width
-        for lane in range(batches[batch * BATCH + USED]):
+        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
+        length = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT] * width
+        for lane in range(batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]):
             place = begin + lane
-            if not rows[place + TOUCHED] > 0.0:
+            if not rows[place + constraint.TOUCHED] > 0.0:
                 continue
-            a, b = int(rows[place + A]) // BODY, int(rows[place + B]) // BODY
+            a, b = (
+                int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
+                int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
+            )
             g = groups[b if a == nothing else a] * ACCOUNT
             if accounts[g + HELD] == CALM:
                 continue
@@ -127,6 +132,6 @@ def find_held(
                 accounts[g + HELD] = max(accounts[g + HELD], FREE)
                 continue
             _note_plane(place, g, rows, accounts)
-            first = place + MANIFOLD
+            first = place + constraint.SIZE
             sign = 1.0 if a == nothing else -1.0
             _note_press(place, first, first + length, width, sign, g, rows, accounts)
