@@ -39,7 +39,7 @@ import numpy as np
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.exact import attitude, free_asymmetric_top, heavy_top
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 
 RATE = 2.0 * math.pi  # [rad/s] of the oscillator
 TILT, PRECESSION, ARM, WEIGHT = math.pi / 6.0, 2.0, 0.5, 9.81  # [rad] [rad/s] [m] [N]

@@ -31,7 +31,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.report.problems import PROBLEMS
 

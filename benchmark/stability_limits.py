@@ -27,7 +27,7 @@ from tqdm import tqdm
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics.errors import SimulationDiverged
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 # [rad] of a step
 GRID = (

@@ -23,8 +23,8 @@ from functools import partial
 import numpy as np
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics import kernels
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 # ns per body and tick, measured with bare kernels on a 2-core AVX-512 machine: the figures to stay
 # within a factor of

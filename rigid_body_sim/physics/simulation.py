@@ -17,24 +17,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics import auto
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact_readout import Contacts
+from rigid_body_sim.physics.diagnostics.invariants import Invariants
+from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
 from rigid_body_sim.physics.errors import SimulationDiverged
-from rigid_body_sim.physics.held_wrenches import FOREVER, HeldWrenches, Slot
-from rigid_body_sim.physics.invariants import Invariants
-from rigid_body_sim.physics.layout import Layout, as_vector
-from rigid_body_sim.physics.model import Scene, Vector
-from rigid_body_sim.physics.stability import StabilityWatch
-from rigid_body_sim.physics.state import State, StateReader
+from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
+from rigid_body_sim.physics.integration import choose
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.scene import Scene, Vector
+from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
+from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
+from rigid_body_sim.physics.state.contacts import Contacts
+from rigid_body_sim.physics.state.layout import Layout, as_vector
+from rigid_body_sim.physics.state.snapshot import State, StateReader
 from rigid_body_sim.physics.stepper import Stepper
-from rigid_body_sim.physics.tick_length import tick_nanoseconds
-from rigid_body_sim.physics.variable_mass import end_of_mass, mass_at
 
 Array = NDArray[np.float64]
 
@@ -69,8 +70,13 @@ class Simulation:
     ) -> None:
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
-        self.integrator, self.choice = auto.resolve(
-            scene, integrator, integrator_options, dt_ns=self.dt_ns, progress=progress
+        self.integrator, self.choice = choose.resolve(
+            scene,
+            integrator,
+            integrator_options,
+            dt_ns=self.dt_ns,
+            pilot=partial(_end_of_pilot, scene, self.dt_ns),
+            progress=progress,
         )
         self.tick = 0
         self.invariants = Invariants(scene)
@@ -387,3 +393,17 @@ class Simulation:
         self._held.slots = dict(slots)
         self._held_changed = True
         self._read = None
+
+
+def _end_of_pilot(
+    scene: Scene, dt_ns: int, integrator: str, substeps: int, ticks: int
+) -> State | None:
+    """Run the beginning of a scene for `auto`; None where it diverges."""
+    simulation = Simulation(
+        scene, integrator=integrator, integrator_options={'substeps': substeps}, dt=dt_ns / 1e9
+    )
+    try:
+        simulation.step(ticks)
+    except SimulationDiverged:
+        return None
+    return simulation.state

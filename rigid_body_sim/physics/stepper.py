@@ -18,9 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.accelerations import accelerations_now
-from rigid_body_sim.physics.acting_elements import ActingElements
-from rigid_body_sim.physics.blocks import (
+from rigid_body_sim.physics.compile.kernels import argument, left_the_numbers
+from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
+from rigid_body_sim.physics.forces.acting_elements import ActingElements
+from rigid_body_sim.physics.forces.schedule import SNAP
+from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import for_points
+from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
+from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.state.blocks import (
     FX,
     HX,
     KX,
@@ -35,13 +41,8 @@ from rigid_body_sim.physics.blocks import (
     rows,
     scatter,
 )
-from rigid_body_sim.physics.contact_readout import NO_CONTACTS, Contacts
-from rigid_body_sim.physics.integrators.integrator import DID_NOT_CONVERGE, Integrator
-from rigid_body_sim.physics.kernels import argument, left_the_numbers
-from rigid_body_sim.physics.layout import Layout
-from rigid_body_sim.physics.model import Scene
-from rigid_body_sim.physics.schedule import SNAP
-from rigid_body_sim.physics.schemes.no_rotation import for_points
+from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
+from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
 
@@ -362,6 +363,6 @@ def _contact_plan(scene: Scene, layout: Layout, integrator: Integrator) -> Any:
     """Make the plan of the contact mode of a scene; None where nothing touches."""
     if scene.contact.get('mode', 'none') == 'none':
         return None
-    from rigid_body_sim.physics import contact  # only what a scene needs
+    from rigid_body_sim.physics.contact.world import ContactPlan  # only what a scene needs
 
-    return contact.prepare(scene, layout, integrator)
+    return ContactPlan(scene, layout, integrator)

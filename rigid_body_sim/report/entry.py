@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from rigid_body_sim import __version__
-from rigid_body_sim.physics.invariants import Drift, DriftMeter
-from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.diagnostics.invariants import Drift, DriftMeter
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.report.evaluations import evaluations_per_step
 from rigid_body_sim.report.method import Method

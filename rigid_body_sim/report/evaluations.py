@@ -17,15 +17,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigid_body_sim.physics.integrators.integrator import Integrator
-from rigid_body_sim.physics.model import Scene
-from rigid_body_sim.physics.schemes.implicit_midpoint import ImplicitMidpoint
-from rigid_body_sim.physics.schemes.lie_group import LieRungeKutta4
-from rigid_body_sim.physics.schemes.linear_propagator import LinearPropagator
-from rigid_body_sim.physics.schemes.linearly_implicit import LinearlyImplicit
-from rigid_body_sim.physics.schemes.runge_kutta import RungeKutta
-from rigid_body_sim.physics.schemes.splitting import Splitting
-from rigid_body_sim.physics.variable_mass import flow_of
+from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.schemes.implicit.linearly_implicit import LinearlyImplicit
+from rigid_body_sim.physics.integration.schemes.implicit.midpoint import ImplicitMidpoint
+from rigid_body_sim.physics.integration.schemes.lie_group import LieRungeKutta4
+from rigid_body_sim.physics.integration.schemes.linear_propagator import LinearPropagator
+from rigid_body_sim.physics.integration.schemes.runge_kutta import RungeKutta
+from rigid_body_sim.physics.integration.schemes.splitting import Splitting
+from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.model.variable_mass import flow_of
 
 
 def evaluations_per_step(integrator: Integrator, scene: Scene) -> int | None:

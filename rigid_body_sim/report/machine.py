@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rigid_body_sim import __version__
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 
 
 def processor() -> str:

@@ -16,8 +16,8 @@ import yaml
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.integrators import INTEGRATORS
-from rigid_body_sim.physics.integrators.integrator import Integrator
+from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.report.names import chosen
 
 

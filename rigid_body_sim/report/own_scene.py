@@ -25,7 +25,7 @@ import numpy as np
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact.attitude import angle_between
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
-from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.report.measure import Progress
 from rigid_body_sim.report.method import method

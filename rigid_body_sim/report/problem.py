@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.exact.attitude import angle_between
-from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.scene import load_scene
 
 Array = NDArray[np.float64]

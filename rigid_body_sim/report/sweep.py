@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.report.entry import Entry, Setting, our_entry
 from rigid_body_sim.report.method import Method
 from rigid_body_sim.report.point import REFUSED, Point

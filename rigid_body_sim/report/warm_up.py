@@ -16,7 +16,7 @@ import sys
 import time
 from collections.abc import Sequence
 
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.report.measure import Progress

@@ -11,8 +11,8 @@ from itertools import count
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.run import Run, TickOutput
-from rigid_body_sim.run_recorder import RunRecorder
+from rigid_body_sim.runs.recorder import RunRecorder
+from rigid_body_sim.runs.run import Run, TickOutput
 
 
 class Bags:

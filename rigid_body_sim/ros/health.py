@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
-from rigid_body_sim.error_estimate import ErrorEstimate
-from rigid_body_sim.physics.invariants import Drift
+from rigid_body_sim.physics.diagnostics.invariants import Drift
+from rigid_body_sim.runs.error_estimate import ErrorEstimate
 
 BEHIND = 0.95  # share of the requested real-time factor below which a run is called slow
 OK, WARN, ERROR = 0, 1, 2

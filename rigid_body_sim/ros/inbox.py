@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Mapping
 
-from rigid_body_sim.commands import Command, CommandRules, decode
 from rigid_body_sim.recording.cdr import CdrError
+from rigid_body_sim.runs.commands import Command, CommandRules, decode
 
 ROOM = 100_000  # [commands] that may wait; only a paused simulation lets so many come together
 _REASONS = (

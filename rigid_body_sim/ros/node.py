@@ -23,16 +23,16 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 from std_srvs.srv import SetBool, Trigger
 
-from rigid_body_sim.commands import KINDS
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.topics import CLOCK_TOPIC, COMMAND_TYPES, Topic, body_topic
-from rigid_body_sim.ros import conversions, parameters, quality
+from rigid_body_sim.ros import conversions, parameters, qos
 from rigid_body_sim.ros.bags import Bags
 from rigid_body_sim.ros.health import Health
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.listener import Listener, NotForExecutors
 from rigid_body_sim.ros.requests import Answer
 from rigid_body_sim.ros.run_loop import RunLoop
+from rigid_body_sim.runs.commands import KINDS
 
 NAME = 'rigid_body_sim'
 ARRIVAL = 0.5  # [s] for the last messages to arrive, all together
@@ -54,8 +54,8 @@ class SimNode(Node):
 
     def open_topics(self, topics: Sequence[Topic], bodies: Sequence[str], inbox: Inbox) -> None:
         """Publish the states and take commands."""
-        state = quality.of_states()
-        command = quality.of_commands(self.settings.command_reliability)
+        state = qos.of_states()
+        command = qos.of_commands(self.settings.command_reliability)
         publishers = {
             topic.name: self.create_publisher(
                 conversions.MESSAGE_TYPES[topic.type], topic.name, state
@@ -78,7 +78,7 @@ class SimNode(Node):
                 )
                 takers[subscription] = partial(self._receive, inbox, body, kind)
         self.listener = Listener(self.context, takers)
-        self._events = quality.NowAndThen()
+        self._events = qos.NowAndThen()
         self._events.adopt([*publishers.values(), *takers])
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', state)
         self._reported = self.create_guard_condition(self._publish_health)

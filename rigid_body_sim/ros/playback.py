@@ -19,11 +19,11 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
-from rigid_body_sim.commands import Command, encode
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.topics import COMMAND_TYPES, Topic, body_topic
-from rigid_body_sim.ros import conversions, quality
+from rigid_body_sim.ros import conversions, qos
+from rigid_body_sim.runs.commands import Command, encode
 
 MATCHING = 10.0  # [s] for a subscriber to be found; discovery takes up to 2.5 s on a quiet machine
 LOOK_EVERY = 0.02  # [s] between looks for it
@@ -68,7 +68,7 @@ class Sender:
         for topic in topics:
             kind = conversions.MESSAGE_TYPES[topic.type]
             self._publishers[topic.name] = self._node.create_publisher(
-                kind, topic.name, quality.of_commands()
+                kind, topic.name, qos.of_commands()
             )
         deadline = time.monotonic() + MATCHING
         while lonely := [n for n, p in self._publishers.items() if not p.get_subscription_count()]:

@@ -23,7 +23,7 @@ from rigid_body_sim.ros.health import Health
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.pacer import Pacer
 from rigid_body_sim.ros.requests import Answer, Request, RequestQueue
-from rigid_body_sim.run import Run
+from rigid_body_sim.runs.run import Run
 
 LONGEST_SLEEP = 20_000_000  # [ns] without looking at requests
 BREATH_EVERY = (

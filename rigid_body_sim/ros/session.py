@@ -26,10 +26,10 @@ from rigid_body_sim.ros.node import SimNode
 from rigid_body_sim.ros.parameters import Settings
 from rigid_body_sim.ros.run_loop import Ending, RunLoop
 from rigid_body_sim.ros.signals import Signals, Stopped
-from rigid_body_sim.run import Run, RunSettings, publish_every
+from rigid_body_sim.runs.run import Run, RunSettings, publish_every
+from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
-from rigid_body_sim.shipped_scenes import find_scene
-from rigid_body_sim.simulation_of_scene import simulation_of
+from rigid_body_sim.scene.shipped_scenes import find_scene
 
 SPIN = 0.1  # [s] between looks whether the run has ended or a signal came
 SWITCH_INTERVAL = 5e-4  # [s] that a thread may keep the interpreter; Python's 5 ms make ticks late

@@ -25,12 +25,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics import mass_properties, rotation
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.mass_properties import MassProperties
-from rigid_body_sim.physics.model import Body, MassFlow, Material, Motion, Quaternion, Vector
-from rigid_body_sim.physics.shapes import Particle, Particles, Plane, Shape, Union
-from rigid_body_sim.physics.variable_mass import check_flow
+from rigid_body_sim.physics.model import mass_properties, rotation
+from rigid_body_sim.physics.model.mass_properties import MassProperties
+from rigid_body_sim.physics.model.scene import Body, MassFlow, Material, Motion, Quaternion, Vector
+from rigid_body_sim.physics.model.shapes import Particle, Particles, Plane, Shape, Union
+from rigid_body_sim.physics.model.variable_mass import check_flow
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.pivots import with_pivot
 from rigid_body_sim.scene.repeat import repeated

@@ -16,8 +16,8 @@ from typing import Any
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Body, Origin, Scene
-from rigid_body_sim.physics.tick_length import tick_nanoseconds
+from rigid_body_sim.physics.model.scene import Body, Origin, Scene
+from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.scene import document
 from rigid_body_sim.scene.bodies import NAME, read_bodies
 from rigid_body_sim.scene.contact import read_contact
@@ -161,15 +161,15 @@ def _integrator(scene: Value) -> dict[str, Any]:
     if value is None and orientation is None:
         return {}
     # compiled kernels come with them: only when an integrator is named
-    from rigid_body_sim.physics import auto
-    from rigid_body_sim.physics.integrators import INTEGRATORS
+    from rigid_body_sim.physics.integration import choose
+    from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
     name, options = Scene.integrator, {}
-    names = (*INTEGRATORS, auto.NAME)
+    names = (*INTEGRATORS, choose.NAME)
     if value is not None and isinstance(value.content, dict):
         named = value.at('name', what='the name of an integrator')
         name = named.choice(names, what='integrator')
-        known = auto.OPTIONS if name == auto.NAME else INTEGRATORS[name].options
+        known = choose.OPTIONS if name == choose.NAME else INTEGRATORS[name].options
         value.need_known(('name', *known))
         options = {key: _option(given, known[key]) for key in known if (given := value.find(key))}
     elif value is not None:

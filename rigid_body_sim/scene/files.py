@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.shapes import Mesh
+from rigid_body_sim.physics.model.shapes import Mesh
 
 PACKAGE = 'package://'
 MESH_FORMATS = ('off', 'stl', 'obj', 'ply')

@@ -21,9 +21,7 @@ WORLD = 'world'
 
 def read_force(value: Value, bodies: Collection[str]) -> Any:
     """Return one force element."""
-    from rigid_body_sim.physics.forces import (
-        FORCES,
-    )  # compiled kernels come with it: only when a force is named
+    from rigid_body_sim.physics.forces.elements import FORCES
 
     value.need_mapping('a mapping such as {type: drag, body: ball, linear: 0.1}')
     kind = value.at('type', what=f'one of {", ".join(FORCES)}').choice(FORCES, what='force')

@@ -14,10 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.layout import as_vector
-from rigid_body_sim.physics.model import Body, Pivot, Vector
-from rigid_body_sim.physics.pivot import arm_of, check_pivot
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.pivot import arm_of, check_pivot
+from rigid_body_sim.physics.model.scene import Body, Pivot, Vector
+from rigid_body_sim.physics.state.layout import as_vector
 from rigid_body_sim.scene.values import Value
 
 AGREEMENT = 1e-6  # [-] of the numbers: what is given twice is often rounded by hand

@@ -16,7 +16,7 @@ from typing import Any
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.scene import document
 from rigid_body_sim.scene.values import Value
 

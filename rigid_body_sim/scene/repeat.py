@@ -23,8 +23,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rigid_body_sim.physics.model import Body
-from rigid_body_sim.physics.shapes import Plane
+from rigid_body_sim.physics.model.scene import Body
+from rigid_body_sim.physics.model.shapes import Plane
 from rigid_body_sim.scene.values import Value
 
 MOST = 100_000  # [-] copies; more is a slip of the pen, and would fill the memory

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.shapes import (
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
     ConvexHull,

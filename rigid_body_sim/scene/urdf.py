@@ -29,10 +29,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics import mass_properties, rotation
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Quaternion, Vector
-from rigid_body_sim.physics.shapes import Box, Cylinder, Mesh, Part, Shape, Sphere, Union
+from rigid_body_sim.physics.model import mass_properties, rotation
+from rigid_body_sim.physics.model.scene import Quaternion, Vector
+from rigid_body_sim.physics.model.shapes import Box, Cylinder, Mesh, Part, Shape, Sphere, Union
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.values import shown
 

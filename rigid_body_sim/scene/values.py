@@ -19,9 +19,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Quaternion, Vector
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.scene import Quaternion, Vector
 from rigid_body_sim.scene.document import Document, Path
 
 DECIMAL = re.compile(

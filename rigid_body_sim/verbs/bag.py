@@ -9,7 +9,7 @@ import json
 from dataclasses import asdict
 from typing import Any
 
-from rigid_body_sim.recorded_contacts import HOW_TO_RECORD, scene_has_contact, summarise
+from rigid_body_sim.analysis.recorded_contacts import HOW_TO_RECORD, scene_has_contact, summarise
 from rigid_body_sim.recording.bag_check import check
 from rigid_body_sim.recording.bag_diff import Difference, compare
 from rigid_body_sim.recording.bag_reader import Bag

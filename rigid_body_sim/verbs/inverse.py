@@ -21,17 +21,17 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rigid_body_sim import __version__
+from rigid_body_sim.analysis.inverse_dynamics import Derived, Estimate, derive
+from rigid_body_sim.analysis.recorded_poses import Poses, from_bag, from_csv
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.inverse_dynamics import Derived, Estimate, derive
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Body, Scene
-from rigid_body_sim.recorded_poses import Poses, from_bag, from_csv
+from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, BagWriter
 from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.scene import load_scene
-from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.scene.shipped_scenes import find_scene
 
 SUMMARY = 'from positions to velocities, accelerations and the wrench that explains them'
 

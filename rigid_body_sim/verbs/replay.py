@@ -19,9 +19,9 @@ from pathlib import Path
 from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.recorded_run import RecordedRun
-from rigid_body_sim.replay import Comparison, Errors, Progress, compare, measure
-from rigid_body_sim.warning_lines import warning_printer
+from rigid_body_sim.runs.recorded_run import RecordedRun
+from rigid_body_sim.runs.replay import Comparison, Errors, Progress, compare, measure
+from rigid_body_sim.verbs.warning_lines import warning_printer
 
 SUMMARY = 're-run a bag from its own scene and commands and compare bit by bit'
 DIFFERS = 3

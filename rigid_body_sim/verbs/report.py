@@ -21,7 +21,7 @@ from typing import Any
 from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.report import own_scene, results
 from rigid_body_sim.report.entry import Peer
 from rigid_body_sim.report.machine import made
@@ -34,7 +34,7 @@ from rigid_body_sim.report.problems import PROBLEMS
 from rigid_body_sim.report.publish import publish
 from rigid_body_sim.report.warm_up import warm_up
 from rigid_body_sim.scene import load_scene
-from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.scene.shipped_scenes import find_scene
 
 SUMMARY = 'speed against error: tables, plots, one HTML page'
 ALL = 'all'

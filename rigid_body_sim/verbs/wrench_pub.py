@@ -13,9 +13,9 @@ import math
 import re
 from pathlib import Path
 
-from rigid_body_sim.commands import NO_VECTOR, Command
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.ros.playback import play_bag, publish_command
+from rigid_body_sim.runs.commands import NO_VECTOR, Command
 
 SUMMARY = 'publish commands to a body, or those of a bag'
 TAKES_ROS_ARGUMENTS = True  # a launch file adds some; none means anything here

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.recorded_contacts import contact_topics, read_points
+from rigid_body_sim.analysis.recorded_contacts import contact_topics, read_points
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE, GAP, NORMAL, OTHER, POINT
 

@@ -23,9 +23,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics import rotation, shapes
-from rigid_body_sim.physics.model import Body, Scene
-from rigid_body_sim.physics.placed_parts import placed_parts
+from rigid_body_sim.physics.model import rotation, shapes
+from rigid_body_sim.physics.model.placed_parts import placed_parts
+from rigid_body_sim.physics.model.scene import Body, Scene
 
 Array = NDArray[np.float64]
 
@@ -156,7 +156,7 @@ def _from_center(part: Body) -> Array:
 
 
 def _leaves_empty(mesh: shapes.Mesh) -> bool:
-    from rigid_body_sim.physics.contact.hollow import TOLERATED, empty_share
+    from rigid_body_sim.physics.contact.collision.convexity_defect import TOLERATED, empty_share
 
     return not empty_share(mesh) <= TOLERATED
 

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.invariants import Invariants
-from rigid_body_sim.physics.model import Scene
-from rigid_body_sim.physics.state import COLUMNS, State
-from rigid_body_sim.physics.variable_mass import mass_at, masses_at
+from rigid_body_sim.physics.diagnostics.invariants import Invariants
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.model.variable_mass import mass_at, masses_at
+from rigid_body_sim.physics.state.snapshot import COLUMNS, State
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
 
 Array = NDArray[np.float64]

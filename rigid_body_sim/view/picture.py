@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from rigid_body_sim.recorded_contacts import HOW_TO_RECORD
+from rigid_body_sim.analysis.recorded_contacts import HOW_TO_RECORD
 from rigid_body_sim.view.energy_history import EnergyHistory
 from rigid_body_sim.view.line_styles import NAMED_BODIES, OTHERS, style
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track

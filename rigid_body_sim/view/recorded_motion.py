@@ -15,8 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from rigid_body_sim.analysis.recorded_contacts import (
+    contact_topics,
+    read_points,
+    scene_has_contact,
+)
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.recorded_contacts import contact_topics, read_points, scene_has_contact
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.view.line_styles import NAMED_BODIES, style
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
 

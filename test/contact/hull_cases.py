@@ -8,14 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, HULL, NAMES, SPHERE
-from rigid_body_sim.physics.contact.geometry import hulls
-from rigid_body_sim.physics.contact.geometry.hull_records import packed
-from rigid_body_sim.physics.contact.geometry.hulls import Polyhedron
-from rigid_body_sim.physics.contact.geometry.manifold import FOUND, POINT, POINTS
-from rigid_body_sim.physics.contact.pairs import collide_kernel
-from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision.collider import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    HULL,
+    NAMES,
+    SPHERE,
+)
+from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import packed
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import Polyhedron
+from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
+from rigid_body_sim.physics.model import rotation as so3
 
 PAIRS = (
     (SPHERE, HULL),

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact.collider import (
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision.collider import (
     BOX,
     CAPSULE,
     CYLINDER,
@@ -15,9 +15,9 @@ from rigid_body_sim.physics.contact.collider import (
     PLANE,
     SPHERE,
 )
-from rigid_body_sim.physics.contact.geometry.manifold import FOUND, POINT, POINTS
-from rigid_body_sim.physics.contact.pairs import collide_kernel
-from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
+from rigid_body_sim.physics.model import rotation as so3
 
 COUNT = {SPHERE: 1, CAPSULE: 2, BOX: 3, CYLINDER: 2, PLANE: 4}  # sizes of each type
 ANALYTIC = (

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact.collider import (
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision.collider import (
     BOUNDS,
     BOX,
     CAPSULE,
@@ -26,13 +26,12 @@ from rigid_body_sim.physics.contact.collider import (
     Colliders,
     bounding_box,
 )
-from rigid_body_sim.physics.contact.geometry import hulls
-from rigid_body_sim.physics.contact.pairs import collide_kernel
-from rigid_body_sim.physics.kernels import argument
-from rigid_body_sim.physics.layout import Layout
-from rigid_body_sim.physics.mass_properties import of_shape
-from rigid_body_sim.physics.model import Body, Material, Motion, Scene
-from rigid_body_sim.physics.shapes import (
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
+from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.mass_properties import of_shape
+from rigid_body_sim.physics.model.scene import Body, Material, Motion, Scene
+from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
     ConvexHull,
@@ -43,6 +42,7 @@ from rigid_body_sim.physics.shapes import (
     Plane,
     Sphere,
 )
+from rigid_body_sim.physics.state.layout import Layout
 
 TURN = (0.1, 0.7, -0.5, 0.5)  # xyzw; made a unit quaternion below
 CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.2], [0.1, 0.9, 0.0], [0.2, 0.1, 0.8]])
@@ -214,9 +214,9 @@ def test_pair_in_the_wrong_order_is_refused(pair):
 def test_only_the_pair_that_is_asked_for_is_imported():
     program = (
         'import sys\n'
-        'from rigid_body_sim.physics.contact.pairs import collide_kernel\n'
+        'from rigid_body_sim.physics.contact.collision.pairs import collide_kernel\n'
         'collide_kernel(0, 5)\n'
-        'start = "rigid_body_sim.physics.contact.pairs."\n'
+        'start = "rigid_body_sim.physics.contact.collision.pairs."\n'
         'print([name[len(start):] for name in sys.modules if name.startswith(start)])\n'
         'print("scipy.spatial" in sys.modules)\n'
     )

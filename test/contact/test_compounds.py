@@ -9,10 +9,18 @@ import math
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import mass_properties
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.model import Body, Material
-from rigid_body_sim.physics.shapes import Box, ConvexHull, Cylinder, Part, Particle, Sphere, Union
+from rigid_body_sim.physics.model import mass_properties
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.scene import Body, Material
+from rigid_body_sim.physics.model.shapes import (
+    Box,
+    ConvexHull,
+    Cylinder,
+    Part,
+    Particle,
+    Sphere,
+    Union,
+)
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import G, H, ball, box, ground, lean, motion

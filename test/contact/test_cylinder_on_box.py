@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics.contact.collider import BOX, CYLINDER, PLANE
-from rigid_body_sim.physics.contact.geometry import cylinder_on_face
-from rigid_body_sim.physics.contact.geometry.cylinder_on_face import UNDECIDED, on_face
-from rigid_body_sim.physics.contact.geometry.manifold import FOUND, POINT, POINTS
-from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision.collider import BOX, CYLINDER, PLANE
+from rigid_body_sim.physics.contact.collision.geometry.cylinders import on_face as on_face_module
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.on_face import UNDECIDED, on_face
+from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, POINT, POINTS
 
 from .hard_shapes import LENGTHS, OFFSETS, SHARES, TURNS
 from .pair_cases import Found, Oracle, Placed, collide, random_pairs
@@ -133,11 +133,11 @@ def test_what_it_decides_is_the_distance_or_the_depth_by_coal():
             continue
         decided += 1
         smallest = min(box.sizes.min(), solid.sizes.min())
-        share, lead = cylinder_on_face.SHARE, cylinder_on_face.LEAD
+        share, lead = on_face_module.SHARE, on_face_module.LEAD
         deeper = (lead * smallest + share * abs(found.gap)) / (1.0 - share)
         # coal iterates on the round rim: 1e-5; what hangs over may be higher by HANGING
         assert found.gap > truth - 1e-5 - (deeper if truth < 0.0 else 0.0), (box, solid)
-        higher = cylinder_on_face.HANGING * solid.sizes[0]
+        higher = on_face_module.HANGING * solid.sizes[0]
         assert found.gap < truth + 1e-5 + higher, (box, solid)
     assert decided > 400
 

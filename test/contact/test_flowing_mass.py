@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics.model import MassFlow
+from rigid_body_sim.physics.model.scene import MassFlow
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import G, H, ball, box, ground, lean

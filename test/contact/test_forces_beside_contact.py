@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.exact.oscillator import oscillation
-from rigid_body_sim.physics.forces.drag import Drag
-from rigid_body_sim.physics.forces.gravity import Gravity
-from rigid_body_sim.physics.forces.spring import Spring
-from rigid_body_sim.physics.forces.time import TimeTable
+from rigid_body_sim.physics.forces.elements.drag import Drag
+from rigid_body_sim.physics.forces.elements.gravity import Gravity
+from rigid_body_sim.physics.forces.elements.spring import Spring
+from rigid_body_sim.physics.forces.elements.time import TimeTable
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import DT, G, H, ball, box, ground, lean, scene

@@ -10,9 +10,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact.geometry import hulls
-from rigid_body_sim.physics.contact.geometry.hull_records import (
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CLIP,
     COUNT,
     EDGES,
@@ -24,8 +23,9 @@ from rigid_body_sim.physics.contact.geometry.hull_records import (
     record,
 )
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.mass_properties import of_shape
-from rigid_body_sim.physics.shapes import ConvexHull, Cylinder, Mesh
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.mass_properties import of_shape
+from rigid_body_sim.physics.model.shapes import ConvexHull, Cylinder, Mesh
 
 ROUND_OFF = 1e-14  # [-] relative: sums of some hundred products
 CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))

@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, PLANE
-from rigid_body_sim.physics.contact.geometry import rim
-from rigid_body_sim.physics.contact.geometry.manifold import (
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE
+from rigid_body_sim.physics.contact.collision.geometry.cylinders import rim
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FOUND,
     LEAD,
     POINT,
@@ -21,7 +22,6 @@ from rigid_body_sim.physics.contact.geometry.manifold import (
     SCRATCH,
     keep_four,
 )
-from rigid_body_sim.physics.kernels import argument
 
 from .pair_cases import Placed, collide, random_turns
 

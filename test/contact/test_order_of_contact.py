@@ -11,9 +11,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.model import Body, Material
-from rigid_body_sim.physics.shapes import Capsule
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.scene import Body, Material
+from rigid_body_sim.physics.model.shapes import Capsule
 from rigid_body_sim.physics.simulation import Simulation
 
 from .test_rolling_and_spinning import R, wheel

@@ -12,9 +12,26 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics.contact import tick
-from rigid_body_sim.physics.contact.collider import BOUNDS, CORE, PLANE, SIZES, SPHERE, TABLE
-from rigid_body_sim.physics.contact.finding.broad_phase import (
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact import step
+from rigid_body_sim.physics.contact.collision.collider import (
+    BOUNDS,
+    CORE,
+    PLANE,
+    SIZES,
+    SPHERE,
+    TABLE,
+)
+from rigid_body_sim.physics.contact.collision.hash_grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.collision.neighbour_list import (
+    AGE,
+    BRUTE,
+    KEPT,
+    find_pairs,
+    size_of_list,
+    size_of_rooms,
+)
+from rigid_body_sim.physics.contact.collision.swept_aabbs import (
     HALF,
     REACH,
     ROW,
@@ -24,16 +41,6 @@ from rigid_body_sim.physics.contact.finding.broad_phase import (
     may_meet,
     meets_plane,
 )
-from rigid_body_sim.physics.contact.finding.grid import CELL, size_of_heads
-from rigid_body_sim.physics.contact.finding.pair_list import (
-    AGE,
-    BRUTE,
-    KEPT,
-    find_pairs,
-    size_of_list,
-    size_of_rooms,
-)
-from rigid_body_sim.physics.kernels import argument
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import ball, box, ground, heap, scene
@@ -233,7 +240,7 @@ class Watched:
         self.plan._in_pieces = self._watch_pieces
 
     def _watch_pieces(self, *arguments):
-        self._pieces = int(self.plan.counts[tick.PIECES])
+        self._pieces = int(self.plan.counts[step.PIECES])
         self.cut += 1
         return self._in_pieces(*arguments)
 
@@ -243,8 +250,8 @@ class Watched:
             self._pieces = 1
             self.simulation.step()
             h = self.simulation.dt / self._pieces
-            found = plan.keys[: counts[tick.PAIRS]].tolist()
-            n, planes = int(counts[tick.N_COLLIDERS]), int(counts[tick.PLANES])
+            found = plan.keys[: counts[step.PAIRS]].tolist()
+            n, planes = int(counts[step.N_COLLIDERS]), int(counts[step.PLANES])
             of_plan = (plan.numbers, plan.table, plan.bounds, plan.reaches)
             assert found == all_pairs(n, planes, h, *of_plan)
             self.made += plan.kept[AGE] == 1

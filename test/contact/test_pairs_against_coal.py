@@ -7,12 +7,12 @@ Gap and normal of the analytic pairs are those of the library coal, on 1e5 pairs
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, SPHERE
-from rigid_body_sim.physics.contact.geometry import two_boxes
-from rigid_body_sim.physics.contact.geometry.box_edges import EDGES, nearest_points
-from rigid_body_sim.physics.contact.geometry.manifold import FOUND, GAP, POINTS
-from rigid_body_sim.physics.contact.pairs import box_box, capsule_box
-from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, SPHERE
+from rigid_body_sim.physics.contact.collision.geometry.boxes import two_boxes
+from rigid_body_sim.physics.contact.collision.geometry.boxes.edges import EDGES, nearest_points
+from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, POINTS, SEPARATION
+from rigid_body_sim.physics.contact.collision.pairs import box_box, capsule_box
 
 from .pair_cases import ANALYTIC, Oracle, collide, name, random_pairs
 
@@ -105,6 +105,6 @@ def test_nearest_points_of_boxes_that_are_apart_are_those_of_coal():
         poses = np.concatenate((a.origin, a.turn.ravel(), b.origin, b.turn.ravel()))
         two_boxes.load(numbers, 0, 3, argument(poses), 0, 12, found)
         assert nearest_points(argument(poses), 0, 10.0, found) == 1
-        assert abs(found[POINTS + GAP] - truth) < ITERATED, (a, b)
+        assert abs(found[POINTS + SEPARATION] - truth) < ITERATED, (a, b)
         assert normal @ np.array(found[:3]) > 1.0 - 1e-5, (a, b)
     assert apart > 2000

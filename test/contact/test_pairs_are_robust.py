@@ -15,7 +15,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, PLANE, SPHERE
+from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE, SPHERE
 
 from .hard_shapes import LENGTHS, OFFSETS, SHARES, TURNS, turned
 from .pair_cases import ANALYTIC, COUNT, Placed, collide, name, random_pairs

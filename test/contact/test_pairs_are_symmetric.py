@@ -7,8 +7,8 @@ What two shapes find of each other depends neither on the axes of the world nor 
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, PLANE, SPHERE
-from rigid_body_sim.physics.contact.pairs import box_box
+from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, PLANE, SPHERE
+from rigid_body_sim.physics.contact.collision.pairs import box_box
 
 from .pair_cases import ANALYTIC, collide, name, random_pairs, random_turns
 

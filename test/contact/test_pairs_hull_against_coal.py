@@ -7,13 +7,25 @@ Distance, depth and manifold of polyhedra are those of the library coal, on 1e5 
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics.contact.collider import BOX, CYLINDER, HULL
-from rigid_body_sim.physics.contact.geometry import gjk, polyhedra, separating_axes
-from rigid_body_sim.physics.contact.geometry.extreme_points import DEEPER
-from rigid_body_sim.physics.contact.geometry.hull_records import COUNT, PRISM, VERTICES, packed
-from rigid_body_sim.physics.contact.geometry.manifold import FOUND, TIE
-from rigid_body_sim.physics.contact.geometry.relative_pose import near_of, place
-from rigid_body_sim.physics.kernels import argument
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision.collider import BOX, CYLINDER, HULL
+from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, TIE
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra import (
+    gjk,
+    separating_axes,
+    two_polyhedra,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import DEEPER
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
+    COUNT,
+    PRISM,
+    VERTICES,
+    packed,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.relative_pose import (
+    near_of,
+    place,
+)
 
 from .hull_cases import PAIRS, Oracle, collide, name, random_cases, separation
 
@@ -38,14 +50,14 @@ def test_smallest_gap_of_the_manifold_is_the_distance_of_coal(pair):
         tie = DEEPER * (2.0 * min(a.reach, b.reach) + half) if a.solid is not None else TIE
         is_core = a.solid is None
         if truth > -a.radius:
-            lead = 0.0 if is_core else polyhedra.EDGE_GAIN * half
+            lead = 0.0 if is_core else two_polyhedra.EDGE_GAIN * half
             assert truth - lead - EXACT * abs(truth) - 1e-14 < found.gap < truth + tie, case
             apart += 1
         else:
             # The core of a capsule overlaps as the polyhedra do: gaps and depths before its layer.
             depth = -truth - a.radius
-            lead = (polyhedra.EDGE_GAIN + polyhedra.FACE_GAIN) * half
-            lead += polyhedra.EDGE_SHARE / (1.0 - polyhedra.EDGE_SHARE) * depth + ITERATED
+            lead = (two_polyhedra.EDGE_GAIN + two_polyhedra.FACE_GAIN) * half
+            lead += two_polyhedra.EDGE_SHARE / (1.0 - two_polyhedra.EDGE_SHARE) * depth + ITERATED
             assert truth - lead - ITERATED < found.gap < truth + lead + tie, case
             s = separation(a, b, pose_a, pose_b, found.normal)
             assert truth - lead < s < truth + ITERATED, (*case, s)
@@ -94,7 +106,7 @@ def exact(a, b, pose_a, pose_b):
         work,
     )
     if state == gjk.GAP:
-        return state, polyhedra.nearest_to_axis(work)
+        return state, two_polyhedra.nearest_to_axis(work)
     _, _, s, known = separating_axes.best_face(of_a, 0, of_b, 0, work, corners, 0.0)
     _, _, s = separating_axes.best_edges(of_a, 0, of_b, 0, work, known, s)
     return state, s

@@ -15,12 +15,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics import kernels
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact.collider import BOX, CAPSULE, CYLINDER, HULL, PLANE, SPHERE
-from rigid_body_sim.physics.contact.geometry.hull_records import NEAR, packed
-from rigid_body_sim.physics.contact.geometry.hulls import hull as hull_of
+from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.contact.collision.collider import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    HULL,
+    PLANE,
+    SPHERE,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import NEAR, packed
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import hull as hull_of
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model import rotation as so3
 
 from .hull_cases import PAIRS, Shape, box, capsule, collide, cylinder, hull, name, sphere
 

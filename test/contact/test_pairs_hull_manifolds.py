@@ -7,11 +7,11 @@ import itertools
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.contact.collider import CYLINDER, HULL, PLANE
-from rigid_body_sim.physics.contact.geometry import hulls, polyhedra
-from rigid_body_sim.physics.contact.geometry.extreme_points import DEEPER
-from rigid_body_sim.physics.contact.geometry.hull_records import packed
+from rigid_body_sim.physics.contact.collision.collider import CYLINDER, HULL, PLANE
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls, two_polyhedra
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import DEEPER
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import packed
+from rigid_body_sim.physics.model import rotation as so3
 
 from .hull_cases import (
     PAIRS,
@@ -143,9 +143,9 @@ def test_exchanging_the_two_shapes_turns_the_normal(pair):
             continue
         # A face of B must beat one of A by FACE_GAIN, so the two may choose differently.
         half = min(a.half_width, b.half_width)
-        lead = (polyhedra.EDGE_GAIN + 2.0 * polyhedra.FACE_GAIN) * half
+        lead = (two_polyhedra.EDGE_GAIN + 2.0 * two_polyhedra.FACE_GAIN) * half
         lead += 3.0 * DEEPER * min(a.reach, b.reach)
-        lead += 2.2 * polyhedra.EDGE_SHARE * max(0.0, -one.gap)
+        lead += 2.2 * two_polyhedra.EDGE_SHARE * max(0.0, -one.gap)
         assert abs(one.gap - other.gap) < lead
         hits += 1
         same += np.allclose(one.normal, -other.normal, rtol=0.0, atol=1e-9)
@@ -194,8 +194,8 @@ def test_small_motion_changes_the_smallest_gap_by_as_little():
             moved = pose_b + np.r_[direction * step, np.zeros(9)]
             gap = collide(a, b, pose_a, moved, 10.0).gap
             if before is not None:
-                lead = (polyhedra.EDGE_GAIN + polyhedra.FACE_GAIN) * half
-                lead += 1.1 * polyhedra.EDGE_SHARE * max(0.0, -gap)
+                lead = (two_polyhedra.EDGE_GAIN + two_polyhedra.FACE_GAIN) * half
+                lead += 1.1 * two_polyhedra.EDGE_SHARE * max(0.0, -gap)
                 lead += 3.0 * DEEPER * min(a.reach, b.reach)
                 assert abs(gap - before) < 0.0005 * (1 + 1e-9) + lead, (a, b, step)
             before = gap

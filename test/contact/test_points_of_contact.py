@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.model import Body, Material
-from rigid_body_sim.physics.shapes import Box, Capsule, Cylinder, Plane, Sphere
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.scene import Body, Material
+from rigid_body_sim.physics.model.shapes import Box, Capsule, Cylinder, Plane, Sphere
 
 from .touching import ball, box, ground, lean, motion
 

@@ -20,9 +20,9 @@ import math
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.model import Body, Material
-from rigid_body_sim.physics.shapes import Cylinder
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.scene import Body, Material
+from rigid_body_sim.physics.model.shapes import Cylinder
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import G, H, box, ground, lean, motion, scene

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import mass_properties
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.forces.spring import Spring
-from rigid_body_sim.physics.shapes import Box, Part, Union
+from rigid_body_sim.physics.forces.elements.spring import Spring
+from rigid_body_sim.physics.model import mass_properties
+from rigid_body_sim.physics.model.shapes import Box, Part, Union
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import DT, G, ball, box, ground, heap, lean, scene, stack

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from rigid_body_sim.physics.mass_properties import of_shape
-from rigid_body_sim.physics.model import Body, Material
-from rigid_body_sim.physics.shapes import ConvexHull, Plane
+from rigid_body_sim.physics.model.mass_properties import of_shape
+from rigid_body_sim.physics.model.scene import Body, Material
+from rigid_body_sim.physics.model.shapes import ConvexHull, Plane
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import DT, G, ball, box, ground, lean, motion, scene

@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from rigid_body_sim.physics.model import Body, Material, Motion, Scene
-from rigid_body_sim.physics.shapes import Box, Plane, Sphere
+from rigid_body_sim.physics.model.scene import Body, Material, Motion, Scene
+from rigid_body_sim.physics.model.shapes import Box, Plane, Sphere
 
 G = 9.81  # [m/s^2]
 DT = 1.0 / 240.0  # [s]

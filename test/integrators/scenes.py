@@ -3,7 +3,7 @@
 """Scenes on which integrators are judged."""
 
 from rigid_body_sim import load_scene
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 
 def scene(bodies, *, forces=(), dt=0.001, gravity=(0.0, 0.0, 0.0)):

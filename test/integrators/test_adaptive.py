@@ -14,7 +14,7 @@ from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact import ballistic, free_asymmetric_top, oscillator
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
-from rigid_body_sim.physics.rotation import angle_between
+from rigid_body_sim.physics.model.rotation import angle_between
 
 from . import scenes
 

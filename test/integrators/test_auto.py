@@ -9,7 +9,7 @@ import pytest
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.exact import oscillator
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 from . import scenes
 

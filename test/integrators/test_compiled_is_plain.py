@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics import kernels
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 from . import scenes
 
@@ -80,7 +80,7 @@ import numba
 if sys.argv[2] == 'unknown':
     numba.__version__ = '0.0'
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics.blocks import rotate
+from rigid_body_sim.physics.state.blocks import rotate
 import scenes
 sim = Simulation(getattr(scenes, sys.argv[3])(), integrator='rk4')
 sim.step(50)

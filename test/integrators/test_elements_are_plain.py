@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 
 ROOT = str(Path(__file__).parents[2])
 

@@ -9,13 +9,18 @@ import pytest
 
 from rigid_body_sim import Simulation
 from rigid_body_sim.exact import free_asymmetric_top, free_symmetric_top
-from rigid_body_sim.physics import integrators, rotation
-from rigid_body_sim.physics.drifts import exact_rotor, five_rotations, taylor
-from rigid_body_sim.physics.drifts.moser_veselov_series import ORDERS, series, series_rows
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.integrators import INTEGRATORS, blanes_moan4
-from rigid_body_sim.physics.integrators.integrator import Integrator
-from rigid_body_sim.physics.schemes.splitting import Splitting
+from rigid_body_sim.physics.integration import integrators
+from rigid_body_sim.physics.integration.free_rotation import exact_rotor, five_rotations, taylor
+from rigid_body_sim.physics.integration.free_rotation.moser_veselov_series import (
+    ORDERS,
+    series,
+    series_rows,
+)
+from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS, blanes_moan4
+from rigid_body_sim.physics.integration.schemes.splitting import Splitting
+from rigid_body_sim.physics.model import rotation
 
 from . import scenes
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import RK45
 from scipy.integrate._ivp import dop853_coefficients
 
-from rigid_body_sim.physics.integrators import rk8, rk45
+from rigid_body_sim.physics.integration.integrators import rk8, rk45
 
 TABLEAUX = [(rk8.A, rk8.B, 8), (rk45.A, rk45.B, 5)]
 # sums of terms up to 43 that cancel: some ulps of the largest

@@ -11,9 +11,9 @@ import pytest
 from rigid_body_sim import Simulation
 from rigid_body_sim.exact import free_asymmetric_top, oscillator
 from rigid_body_sim.physics.errors import SimulationDiverged
-from rigid_body_sim.physics.forces import FORCES
-from rigid_body_sim.physics.rotation import angle_between
-from rigid_body_sim.physics.schemes import implicit_stage
+from rigid_body_sim.physics.forces.elements import FORCES
+from rigid_body_sim.physics.integration.schemes.implicit import stage
+from rigid_body_sim.physics.model.rotation import angle_between
 
 from . import scenes
 
@@ -273,6 +273,6 @@ def test_cayley_half_of_the_midpoint_rule_is_half_of_the_rotation():
     """q0 (c, 1) with c = u / (1 + |(u, 1)|) twice is q0 (u, 1)."""
     u = np.array([0.3, -0.7, 0.2])
     c = u / (1.0 + math.sqrt(1.0 + u @ u))
-    half = implicit_stage.turned(0.0, 0.0, 0.0, 1.0, *c.tolist())
-    whole = implicit_stage.turned(*half, *c.tolist())
+    half = stage.turned(0.0, 0.0, 0.0, 1.0, *c.tolist())
+    whole = stage.turned(*half, *c.tolist())
     assert angle_between(whole, (*u, 1.0) / np.sqrt(1.0 + u @ u)) < 1e-15

@@ -36,7 +36,7 @@ SHAPES = [
 
 PROGRAM = """
 import sys
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 
 class Strict:
     def __init__(self, array):
@@ -60,7 +60,7 @@ class Strict:
 
 kernels.argument = Strict
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 assert not kernels.COMPILED
 folder, most, *texts = sys.argv[1:]

@@ -7,8 +7,8 @@ import pytest
 
 from rigid_body_sim import Simulation
 from rigid_body_sim.exact import free_asymmetric_top
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.model import rotation
 
 from . import scenes
 

@@ -10,8 +10,8 @@ import pytest
 
 from rigid_body_sim import Simulation
 from rigid_body_sim.exact import oscillator
-from rigid_body_sim.physics import linear_motion
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.integration.schemes import linear_motion
 
 from . import scenes
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics.model import rotation
 
 from . import scenes
 

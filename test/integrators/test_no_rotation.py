@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics import kernels
-from rigid_body_sim.physics.integrators import INTEGRATORS
-from rigid_body_sim.physics.kernels import plain
-from rigid_body_sim.physics.schemes import no_rotation
+from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.compile.kernels import plain
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
 
 from . import scenes
 

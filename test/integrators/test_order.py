@@ -10,8 +10,8 @@ import pytest
 
 from rigid_body_sim import Simulation
 from rigid_body_sim.exact import drag, free_asymmetric_top, free_symmetric_top, oscillator
-from rigid_body_sim.physics.integrators import INTEGRATORS
-from rigid_body_sim.physics.rotation import angle_between
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.physics.model.rotation import angle_between
 
 from . import scenes
 

@@ -11,8 +11,8 @@ import pytest
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact import free_asymmetric_top
-from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.physics.model import rotation
 
 from . import scenes
 

@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics import coupling, rotation
-from rigid_body_sim.physics.blocks import (
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.forces.derivatives import BLOCK, DAMPING
+from rigid_body_sim.physics.forces.elements import FORCES
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.schemes.implicit import coupling
+from rigid_body_sim.physics.integration.schemes.steps import start_evaluation
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.state.blocks import (
     FX,
     LX,
     PX,
@@ -19,11 +25,6 @@ from rigid_body_sim.physics.blocks import (
     gather,
     scatter,
 )
-from rigid_body_sim.physics.derivatives import BLOCK, DAMPING
-from rigid_body_sim.physics.forces import FORCES
-from rigid_body_sim.physics.integrators import INTEGRATORS
-from rigid_body_sim.physics.kernels import argument
-from rigid_body_sim.physics.schemes.steps import start_evaluation
 
 STEP = 1e-6  # of the differences
 

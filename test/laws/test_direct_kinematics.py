@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics.body_points import motion_of
+from rigid_body_sim.physics.diagnostics.point_motion import motion_of
 from rigid_body_sim.physics.errors import InvalidModel
 
 ROUND_OFF = 1e-13  # [-] some ten products

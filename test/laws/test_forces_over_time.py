@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 # those whose error the tick length sets, not a tolerance
 FIXED_STEP = sorted(name for name in INTEGRATORS if not INTEGRATORS[name].controls_its_error)

@@ -8,11 +8,11 @@ error foretold.
 import numpy as np
 import pytest
 
+from rigid_body_sim.analysis.inverse_dynamics import continuous, derive
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact import free_asymmetric_top, oscillator, rocket
-from rigid_body_sim.inverse_dynamics import continuous, derive
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.model import Body, MassFlow
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.scene import Body, MassFlow
 
 INERTIA = np.diag([1.0, 2.0, 3.0])
 FORETOLD = 3.0  # [-] how far an estimate may be from the error itself, either way

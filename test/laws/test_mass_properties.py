@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.inertia_tensor import MOMENT_TOLERANCE
-from rigid_body_sim.physics.mass_properties import (
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.inertia_tensor import MOMENT_TOLERANCE
+from rigid_body_sim.physics.model.mass_properties import (
     MassProperties,
     check_inertia,
     moment_about,
@@ -23,7 +23,7 @@ from rigid_body_sim.physics.mass_properties import (
     principal_axes,
     union,
 )
-from rigid_body_sim.physics.shapes import (
+from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
     ConvexHull,

@@ -10,8 +10,8 @@ import pytest
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.exact import ballistic, held_wrench
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.integrators import INTEGRATORS
-from rigid_body_sim.physics.rotation import angle_between, rotate
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.physics.model.rotation import angle_between, rotate
 
 ROUND_OFF = (
     1e-12  # relative; 1e4 additions of compensated sums leave some ulps of the largest value

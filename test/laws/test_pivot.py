@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.exact import free_asymmetric_top, heavy_top, pendulum
-from rigid_body_sim.physics import body_points, rotation
+from rigid_body_sim.physics.diagnostics import point_motion
+from rigid_body_sim.physics.model import rotation
 
 G = 9.81
 ACROSS, AXIAL, MOMENT = 0.35, 0.15, G * 0.5  # of the top below, about its pivot
@@ -341,15 +342,15 @@ def test_a_stiff_spring_on_a_pivoted_body_stays_bounded_at_any_step():
         scene(body, dt=0.01, forces=[spring, drag]), integrator='linearly_implicit'
     )
     simulation.step(200)
-    tip = body_points.motion_of(simulation, 'arm', (0, 0, -0.25)).position
+    tip = point_motion.motion_of(simulation, 'arm', (0, 0, -0.25)).position
     assert np.linalg.norm(tip - (0, 0, 0.5)) < 1e-4  # (h |w|)^2 |arm| / 2
 
 
 def test_the_pivot_stays_where_it_is_and_its_body_moves_about_it():
     simulation = commanded(Simulation(jointed(0.001), integrator='rk8'))
     before = simulation.state
-    acceleration = body_points.motion_of(simulation, 'arm', CENTER).acceleration
-    joint = body_points.motion_of(simulation, 'arm', POINT)
+    acceleration = point_motion.motion_of(simulation, 'arm', CENTER).acceleration
+    joint = point_motion.motion_of(simulation, 'arm', POINT)
     assert np.allclose(joint.position, AT, atol=1e-15)
     assert np.allclose(joint.velocity, 0.0, atol=1e-15)
     assert np.allclose(joint.acceleration, 0.0, atol=1e-13)  # of 40 m/s^2

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model import rotation
 
 ROUND_OFF = 4e-15  # a few dozen operations on numbers of order one
 

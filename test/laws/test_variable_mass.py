@@ -10,8 +10,8 @@ import pytest
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.exact import rocket
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
-from rigid_body_sim.physics.integrators import INTEGRATORS
-from rigid_body_sim.physics.model import Body, MassFlow, Scene
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.physics.model.scene import Body, MassFlow, Scene
 
 # those whose error the tick length sets, not a tolerance
 FIXED_STEP = sorted(name for name in INTEGRATORS if not INTEGRATORS[name].controls_its_error)

@@ -10,16 +10,16 @@ import pytest
 
 from rigid_body_sim import load_scene
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics import quadrature
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.mass_properties import (
+from rigid_body_sim.physics.model import quadrature
+from rigid_body_sim.physics.model.mass_properties import (
     of_density,
     of_linear_density,
     of_shape,
     parallel_axes,
     union,
 )
-from rigid_body_sim.physics.shapes import (
+from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
     ConvexHull,

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics.forces.drag import Drag
-from rigid_body_sim.physics.forces.spring import Spring
-from rigid_body_sim.physics.invariants import DriftMeter, Invariants
-from rigid_body_sim.physics.model import Body, Scene
-from rigid_body_sim.physics.shapes import Particles, Plane, Sphere
-from rigid_body_sim.physics.state import COLUMNS, State
+from rigid_body_sim.physics.diagnostics.invariants import DriftMeter, Invariants
+from rigid_body_sim.physics.forces.elements.drag import Drag
+from rigid_body_sim.physics.forces.elements.spring import Spring
+from rigid_body_sim.physics.model.scene import Body, Scene
+from rigid_body_sim.physics.model.shapes import Particles, Plane, Sphere
+from rigid_body_sim.physics.state.snapshot import COLUMNS, State
 
 BALL = Body('ball', Sphere(0.1), mass=2.0, inertia=0.01 * np.eye(3))
 OTHER = Body('other', Sphere(0.1), mass=1.0, inertia=0.01 * np.eye(3))

@@ -23,9 +23,9 @@ FORCE = '''
 
 from dataclasses import dataclass
 
-from rigid_body_sim.physics.blocks import add_force, velocity
+from rigid_body_sim.physics.state.blocks import add_force, velocity
 from rigid_body_sim.physics.forces.element import key, pushed
-from rigid_body_sim.physics.kernels import inline
+from rigid_body_sim.physics.compile.kernels import inline
 
 
 @inline
@@ -71,8 +71,8 @@ ELEMENT = Lorentz
 INTEGRATOR = '''
 """The three stages of Ralston, order three."""
 
-from rigid_body_sim.physics.integrators.integrator import Integrator
-from rigid_body_sim.physics.schemes.runge_kutta import RungeKutta
+from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.schemes.runge_kutta import RungeKutta
 
 INTEGRATOR = Integrator(
     name='ralston3',
@@ -116,8 +116,8 @@ def extended(tmp_path_factory):
     folder = tmp_path_factory.mktemp('extended')
     copy = folder / 'rigid_body_sim'
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns('__pycache__'))
-    (copy / 'physics' / 'forces' / 'lorentz.py').write_text(FORCE)
-    (copy / 'physics' / 'integrators' / 'ralston3.py').write_text(INTEGRATOR)
+    (copy / 'physics' / 'forces' / 'elements' / 'lorentz.py').write_text(FORCE)
+    (copy / 'physics' / 'integration' / 'integrators' / 'ralston3.py').write_text(INTEGRATOR)
     (folder / 'circle.yaml').write_text(SCENE)
     return folder
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from rigid_body_sim import load_scene
-from rigid_body_sim.physics.contact.collider import (
+from rigid_body_sim.physics.contact.collision.collider import (
     BOX,
     CAPSULE,
     CYLINDER,
@@ -28,10 +28,13 @@ from rigid_body_sim.physics.contact.collider import (
     TABLE,
     Colliders,
 )
-from rigid_body_sim.physics.contact.geometry.hull_records import CENTER, COUNT, VERTICES
-from rigid_body_sim.physics.layout import Layout
-from rigid_body_sim.physics.model import Body, Motion, Scene
-from rigid_body_sim.physics.shapes import (
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
+    CENTER,
+    COUNT,
+    VERTICES,
+)
+from rigid_body_sim.physics.model.scene import Body, Motion, Scene
+from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
     ConvexHull,
@@ -43,6 +46,7 @@ from rigid_body_sim.physics.shapes import (
     Sphere,
     Union,
 )
+from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.verbs import simulate, view
 from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_planes, reach
 

@@ -14,7 +14,7 @@ import json
 import numpy as np
 import pytest
 
-from rigid_body_sim.recorded_contacts import summarise
+from rigid_body_sim.analysis.recorded_contacts import summarise
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.bag_writer import BagWriter
 from rigid_body_sim.recording.contact_packing import ContactPacker

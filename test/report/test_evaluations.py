@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from rigid_body_sim import load_scene
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.report.evaluations import evaluations_per_step
 
 METHODS = (

@@ -9,7 +9,7 @@ import signal
 
 import pytest
 
-from rigid_body_sim.recorded_contacts import contact_topics
+from rigid_body_sim.analysis.recorded_contacts import contact_topics
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE, OTHER, cloud_points

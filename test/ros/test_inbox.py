@@ -11,9 +11,9 @@ import pytest
 from geometry_msgs.msg import WrenchStamped
 from rclpy.serialization import serialize_message
 
-from rigid_body_sim.commands import Command, CommandRules, encode
 from rigid_body_sim.ros import inbox as inbox_module
 from rigid_body_sim.ros.inbox import OTHER, Inbox
+from rigid_body_sim.runs.commands import Command, CommandRules, encode
 from rigid_body_sim.scene import load_scene
 
 SCENE = {

@@ -9,15 +9,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigid_body_sim.commands import Command
+from rigid_body_sim.analysis.recorded_contacts import contact_topics, read_points
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.recorded_contacts import contact_topics, read_points
-from rigid_body_sim.recorded_run import RecordedRun
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE, GAP, NORMAL, OTHER, POINT
-from rigid_body_sim.replay import compare
-from rigid_body_sim.run import Run, RunSettings
-from rigid_body_sim.run_recorder import RunRecorder
+from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.runs.recorded_run import RecordedRun
+from rigid_body_sim.runs.recorder import RunRecorder
+from rigid_body_sim.runs.replay import compare
+from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.scene import load_scene
 
 WEIGHT = 9.81  # [N] of each box

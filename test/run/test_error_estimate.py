@@ -10,11 +10,11 @@ import pytest
 import yaml
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.commands import Command
 from rigid_body_sim.exact import free_asymmetric_top, heavy_top, oscillator
-from rigid_body_sim.physics.rotation import angle_between
+from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.recording.bag_reader import Bag
-from rigid_body_sim.run import Run, RunSettings
+from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.runs.run import Run, RunSettings
 
 from .conftest import SCENES
 

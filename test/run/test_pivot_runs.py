@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 

@@ -4,12 +4,12 @@
 
 import pytest
 
-from rigid_body_sim.commands import Command
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.recorded_run import RecordedRun
-from rigid_body_sim.replay import compare
-from rigid_body_sim.run import Run, RunSettings
-from rigid_body_sim.run_recorder import RunRecorder
+from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.runs.recorded_run import RecordedRun
+from rigid_body_sim.runs.recorder import RunRecorder
+from rigid_body_sim.runs.replay import compare
+from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.scene import load_scene
 
 SCENE = {

@@ -10,10 +10,10 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.commands import Command
-from rigid_body_sim.physics.integrators import INTEGRATORS
-from rigid_body_sim.run import Run, RunSettings
-from rigid_body_sim.run_recorder import RunRecorder
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.runs.recorder import RunRecorder
+from rigid_body_sim.runs.run import Run, RunSettings
 
 from .conftest import SCENES
 

@@ -5,8 +5,8 @@
 import pytest
 
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.run import Run, RunSettings
-from rigid_body_sim.run_recorder import RunRecorder
+from rigid_body_sim.runs.recorder import RunRecorder
+from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.scene import load_scene
 
 SCENE = """

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.commands import Command
 from rigid_body_sim.recording import cdr
-from rigid_body_sim.run import Run, RunSettings
+from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.runs.run import Run, RunSettings
 
 SCENE = {
     'version': 1,

@@ -11,9 +11,9 @@ import json
 import pytest
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.recording.bag_reader import Bag
-from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.scene.shipped_scenes import find_scene
 
 from .conftest import SCENES
 

@@ -12,8 +12,8 @@ from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.__main__ import main
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene.refusal import refusal
-from rigid_body_sim.simulation_of_scene import simulation_of
 
 STATED = 'mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}, center_of_mass: [0.5, 0.5, 0]'
 FLAT = 'shape: {type: convex_hull, vertices: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]}'

@@ -12,8 +12,8 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
-from rigid_body_sim.simulation_of_scene import simulation_of
 
 GROUND = '{name: ground, shape: {type: plane, normal: [0, 0, 1]}, friction: 0.5}'
 BOX = '{name: box, shape: {type: box, size: [0.2, 0.2, 0.2]}, mass: 1.0}'

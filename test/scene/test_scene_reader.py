@@ -19,10 +19,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics import rotation
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Scene
-from rigid_body_sim.physics.shapes import Capsule, Mesh, Particles, Plane
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.model.shapes import Capsule, Mesh, Particles, Plane
 from rigid_body_sim.scene import load_scene
 
 ROUND_OFF = 1e-14  # [-] relative: a few dozen operations
@@ -86,9 +86,11 @@ class Rope:
 @pytest.fixture(autouse=True)
 def registries(monkeypatch: pytest.MonkeyPatch) -> None:
     """Read against two small registries: the reader knows no force or integrator by name."""
-    monkeypatch.setattr('rigid_body_sim.physics.forces.FORCES', {'rope': Rope}, raising=False)
     monkeypatch.setattr(
-        'rigid_body_sim.physics.integrators.INTEGRATORS',
+        'rigid_body_sim.physics.forces.elements.FORCES', {'rope': Rope}, raising=False
+    )
+    monkeypatch.setattr(
+        'rigid_body_sim.physics.integration.integrators.INTEGRATORS',
         {'quick': None, 'exact': None},
         raising=False,
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.scene import load_scene
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rigid_body_sim.physics import rotation
+from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.physics.state import State
+from rigid_body_sim.physics.state.snapshot import State
 from rigid_body_sim.scene import load_scene
 
 FOLDER = Path(__file__).parents[2] / 'config' / 'scenes'

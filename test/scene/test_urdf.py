@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.contact.collider import Colliders
-from rigid_body_sim.physics.layout import Layout
-from rigid_body_sim.physics.model import Body
-from rigid_body_sim.physics.shapes import Box, Cylinder, Mesh, Sphere
+from rigid_body_sim.physics.contact.collision.collider import Colliders
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.scene import Body
+from rigid_body_sim.physics.model.shapes import Box, Cylinder, Mesh, Sphere
+from rigid_body_sim.physics.model.volume_integrals import volume_integrals
 from rigid_body_sim.physics.simulation import Simulation
-from rigid_body_sim.physics.volume_integrals import volume_integrals
+from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.scene import load_scene
 
 ROUND_OFF = 1e-15  # [-] relative: a product of three matrices

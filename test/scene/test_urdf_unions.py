@@ -16,15 +16,15 @@ from scipy.spatial.transform import Rotation
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics import rotation
-from rigid_body_sim.physics.contact.collider import POSE, Colliders
-from rigid_body_sim.physics.contact.geometry import hulls
-from rigid_body_sim.physics.contact.geometry.hulls import hull
-from rigid_body_sim.physics.contact.hollow import hollow_meshes
-from rigid_body_sim.physics.layout import Layout
-from rigid_body_sim.physics.model import Scene
-from rigid_body_sim.physics.shapes import Box, Cylinder, Mesh, Sphere, Union
-from rigid_body_sim.physics.volume_integrals import volume_integrals
+from rigid_body_sim.physics.contact.collision.collider import POSE, Colliders
+from rigid_body_sim.physics.contact.collision.convexity_defect import hollow_meshes
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import hull
+from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.model.shapes import Box, Cylinder, Mesh, Sphere, Union
+from rigid_body_sim.physics.model.volume_integrals import volume_integrals
+from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.scene import files
 from rigid_body_sim.scene.files import mesh_from_bytes
 

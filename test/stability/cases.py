@@ -9,7 +9,7 @@ import numpy as np
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics.errors import SimulationDiverged
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 _SCRIPT = Path(__file__).parents[2] / 'benchmark' / 'stability_limits.py'
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 from . import cases
 

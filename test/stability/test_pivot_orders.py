@@ -14,8 +14,8 @@ import pytest
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.exact import heavy_top
-from rigid_body_sim.physics.integrators import INTEGRATORS
-from rigid_body_sim.physics.rotation import angle_between
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.physics.model.rotation import angle_between
 
 ACROSS, AXIAL, MOMENT = 0.35, 0.15, 9.81 * 0.5
 TILT, PRECESSION = math.radians(30.0), 2.0

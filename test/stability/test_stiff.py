@@ -14,7 +14,7 @@ import pytest
 
 from rigid_body_sim import Simulation
 from rigid_body_sim.physics.errors import SimulationDiverged
-from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 from . import cases
 

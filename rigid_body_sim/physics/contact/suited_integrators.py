@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from rigid_body_sim.physics.integrators.integrator import Integrator
-from rigid_body_sim.physics.schemes.splitting import Splitting
+from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 
 METHODS = (
     'dmv2, dmv4, dmv6, dmv8, dmv10, five_rotations, five_rotations_kl6, exact_rotor, taylor16'

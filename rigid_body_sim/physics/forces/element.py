@@ -24,9 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Body, Vector
-
-WORLD = 'world'
+from rigid_body_sim.physics.model.place import WORLD, Place
+from rigid_body_sim.physics.model.scene import Body, Vector
 
 
 def key(
@@ -51,25 +50,6 @@ def key(
     if choices:
         metadata['choices'] = choices
     return field(default=default, metadata=metadata)
-
-
-@dataclass(frozen=True)
-class Place:
-    """
-    A point of a moving body, or of the world.
-
-    index  : place of the body among the moving ones, -1 for the world
-    turns  : the same among the rigid ones, -1 for a point mass or the world
-    offset : (3,) [m] from the centre of mass in principal axes; for the world the point itself
-    """
-
-    index: int
-    turns: int
-    offset: Vector
-
-    def numbers(self) -> tuple[float, ...]:
-        """Give the five columns of a table that describe this place."""
-        return (float(self.index), float(self.turns), *self.offset)
 
 
 class Places(Protocol):

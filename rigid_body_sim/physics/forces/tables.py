@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.forces.element import Places
-from rigid_body_sim.physics.schedule import Switch
+from rigid_body_sim.physics.forces.schedule import Switch
 
 
 def stacked(

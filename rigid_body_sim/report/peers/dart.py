@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid_body_sim.physics import rotation as so3
+from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.report.peers.engine import Way
 from rigid_body_sim.report.peers.task import End, Task
 

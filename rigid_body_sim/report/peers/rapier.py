@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from rigid_body_sim.physics import rotation as so3
-from rigid_body_sim.physics.model import Body
-from rigid_body_sim.physics.shapes import Box, Sphere
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.scene import Body
+from rigid_body_sim.physics.model.shapes import Box, Sphere
 from rigid_body_sim.report.peers.engine import Way
 from rigid_body_sim.report.peers.task import End, Task
 

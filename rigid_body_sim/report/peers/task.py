@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics import rotation as so3
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model import Body, Scene, Vector
-from rigid_body_sim.physics.shapes import Box, Plane, Sphere
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.scene import Body, Scene, Vector
+from rigid_body_sim.physics.model.shapes import Box, Plane, Sphere
 from rigid_body_sim.report.problem import Problem
 
 Array = NDArray[np.float64]

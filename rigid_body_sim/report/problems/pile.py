@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.report.problem import THROUGHPUT, Final, Problem, scene_document
 
 GRAVITY, SIZE, DROP, GAP = 9.81, 0.2, 0.05, 0.3  # [m/s^2], [m], [m], [m] from box to box

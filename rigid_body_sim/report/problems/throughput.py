@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.exact import free_asymmetric_top
 from rigid_body_sim.exact.attitude import angle_between
-from rigid_body_sim.physics.model import Scene
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.report.problem import (
     SEED,
     THROUGHPUT,

@@ -1,0 +1,166 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Poses over time from a bag or a CSV file, body by body, with nothing thinned out.
+
+Bag : every topic of type geometry_msgs/msg/PoseStamped, of whatever recorder; times are those of
+      the stamps
+CSV : columns time [s], body, px, py, pz [m] and, for bodies that turn, qx, qy, qz, qw; rows of one
+      body ascend in time
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model.rotation import IDENTITY
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_reader import Bag
+
+Array = NDArray[np.float64]
+
+CSV_POSITION = ('px', 'py', 'pz')
+CSV_ORIENTATION = ('qx', 'qy', 'qz', 'qw')
+LATEST = 2**31  # [s] of a ROS stamp
+WRENCH_BYTES = 48  # force and torque at the end of a WrenchStamped payload
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """
+    One body through time.
+
+    body        : name: the last part of the topic before `pose`
+    prefix      : what its other topics begin with: the topic without `/pose`
+    frame_id    : axes of the numbers
+    time_ns     : (k,) int [ns]
+    position    : (k, 3) [m]
+    orientation : (k, 4) [-] xyzw
+    jumps_ns    : instants [ns] at which a command to the body changed, as far as the recording
+                  tells
+    """
+
+    body: str
+    prefix: str
+    frame_id: str
+    time_ns: NDArray[np.int64]
+    position: Array
+    orientation: Array
+    jumps_ns: tuple[int, ...] = ()
+
+
+def from_bag(bag: Bag) -> list[Poses]:
+    """Read every pose topic of a bag; UserError if there is none."""
+    wanted = [
+        t.name
+        for t in bag.topics.values()
+        if t.type == cdr.PoseStamped.TYPE and bag.counts[t.name]
+    ]
+    if not wanted:
+        raise UserError(
+            f'{bag.path}: holds no poses; expected messages of {cdr.PoseStamped.TYPE}, '
+            'one topic for each body'
+        )
+    wrenches = {f'{_prefix(name)}/applied_wrench' for name in wanted} & set(bag.topics)
+    messages: dict[str, list[cdr.PoseStamped]] = {name: [] for name in wanted}
+    jumps: dict[str, list[int]] = {name: [] for name in wrenches}
+    acting: dict[str, bytes] = {}
+    for message in bag.messages({*wanted, *wrenches}):
+        if message.topic in wrenches:
+            now = message.data[-WRENCH_BYTES:]
+            if acting.get(message.topic, now) != now:
+                jumps[message.topic].append(message.log_time)
+            acting[message.topic] = now
+            continue
+        pose = cdr.decode(cdr.PoseStamped.TYPE, message.data)
+        assert isinstance(pose, cdr.PoseStamped)
+        messages[message.topic].append(pose)
+    return [
+        Poses(
+            body=_prefix(topic).rsplit('/', 1)[-1],
+            prefix=_prefix(topic),
+            frame_id=poses[0].frame_id,
+            time_ns=np.array([10**9 * pose.sec + pose.nanosec for pose in poses], dtype=np.int64),
+            position=np.array([pose.position for pose in poses]),
+            orientation=np.array([pose.orientation for pose in poses]),
+            jumps_ns=tuple(jumps.get(f'{_prefix(topic)}/applied_wrench', ())),
+        )
+        for topic, poses in messages.items()
+    ]
+
+
+def _prefix(topic: str) -> str:
+    return topic.removesuffix('/pose') or topic
+
+
+def from_csv(path: Path) -> list[Poses]:
+    """Read every body of a CSV file; UserError with the line of what is wrong."""
+    try:
+        with path.open(newline='', encoding='utf-8') as lines:
+            rows = list(_rows(path, lines))
+    except OSError as error:
+        raise UserError(
+            f'{path}: cannot be read ({error.strerror}); give a bag or a CSV file of poses'
+        ) from None
+    except UnicodeDecodeError:
+        raise UserError(f'{path}: is not UTF-8 text; give a bag or a CSV file of poses') from None
+    bodies: dict[str, list[tuple[float, ...]]] = {}
+    for body, numbers in rows:
+        bodies.setdefault(body, []).append(numbers)
+    if not bodies:
+        raise UserError(f'{path}: holds no rows; give a CSV file of poses')
+    found = []
+    for body, values in bodies.items():
+        table = np.array(values)
+        time_ns = np.round(table[:, 0] * 1e9).astype(np.int64)
+        found.append(Poses(body, f'/{body}', 'world', time_ns, table[:, 1:4], table[:, 4:8]))
+    return found
+
+
+def _rows(path: Path, lines: Iterator[str]) -> Iterator[tuple[str, tuple[float, ...]]]:
+    reader = csv.DictReader(lines)
+    columns = tuple(reader.fieldnames or ())
+    turning = set(CSV_ORIENTATION) <= set(columns)
+    allowed = ('time', 'body', *CSV_POSITION, *(CSV_ORIENTATION if turning else ()))
+    if set(columns) != set(allowed) or len(columns) != len(allowed):
+        raise UserError(
+            f'{path}: columns {", ".join(columns) or "none"}; needed: time, body, px, py, pz, '
+            'and for bodies that turn all of qx, qy, qz, qw'
+        )
+    for row in reader:
+        where = f'{path}: line {reader.line_num}'
+        if None in row or None in row.values():
+            raise UserError(f'{where}: has not as many values as the header has columns')
+        body = row['body']
+        if not body.isidentifier():
+            raise UserError(
+                f'{where}: body {body!r}; a name of letters, digits and underscores is needed'
+            )
+        time = _number(where, 'time', row['time'])
+        if not 0.0 <= time < LATEST:
+            raise UserError(f'{where}: time {time:g} s; allowed: 0 and more, below 2^31 s')
+        orientation = IDENTITY
+        if turning and any(row[name] for name in CSV_ORIENTATION):
+            orientation = tuple(_number(where, name, row[name]) for name in CSV_ORIENTATION)
+        yield (
+            body,
+            (time, *(_number(where, name, row[name]) for name in CSV_POSITION), *orientation),
+        )
+
+
+def _number(where: str, name: str, text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise UserError(f'{where}: {name} {text!r}; allowed: a finite number')
+    return number

@@ -1,0 +1,337 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How a plain Python function becomes a kernel: compiled by numba where it is present, itself where
+it is not.
+
+A kernel takes scalars and one-dimensional float64 arrays, writes into them, never raises and never
+prints. The same source runs both ways and gives the same bits: numba is used without fastmath, so
+no operation is reordered or fused.
+
+`specialise` makes a kernel for one scene out of a general one: it binds the slots that the general
+source leaves open (the drift of an integrator, the force elements of a scene), so that what a
+scene lacks is neither compiled nor called. A module declares its slots at its head,
+
+    STAGES = slot('[-] stages of a step')
+    evaluate = slot('kernel (place, time, …): adds the wrenches of all force elements')
+
+and a function that names one is no kernel before `specialise` has bound it. How numba is spared
+work is in `compiler`.
+
+The compiled code is cached under a folder whose name is a digest of every kernel source, because
+numba itself does not see a change in a function that a cached kernel calls. The folder is, in this
+order: $RIGID_BODY_SIM_CACHE,
+$NUMBA_CACHE_DIR, $XDG_CACHE_HOME/rigid_body_sim, ~/.cache/rigid_body_sim. Where it cannot be
+written, kernels are compiled anew at each start: that costs time, not the run.
+
+$RIGID_BODY_SIM_COMPILE=0 runs the plain source.
+"""
+
+from __future__ import annotations
+
+import dis
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from types import CodeType, FunctionType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+try:
+    import numba
+except ImportError:  # numba is optional: the plain source runs instead
+    numba = None
+
+_config: Any = getattr(numba, 'config', None)  # numba's settings carry no types
+
+COMPILED = (
+    numba is not None
+    and os.environ.get('RIGID_BODY_SIM_COMPILE', '1') != '0'
+    and not _config.DISABLE_JIT
+)
+
+_ROOT = Path(__file__).parents[1]  # physics
+
+
+def _source_digest() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(_ROOT.rglob('*.py')):
+        digest.update(path.relative_to(_ROOT).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _cache_candidates() -> list[Path]:
+    environment = os.environ
+    named = [environment.get('RIGID_BODY_SIM_CACHE'), environment.get('NUMBA_CACHE_DIR')]
+    candidates = [Path(name) for name in named if name]
+    if environment.get('XDG_CACHE_HOME'):
+        candidates.append(Path(environment['XDG_CACHE_HOME']) / 'rigid_body_sim')
+    if environment.get('HOME'):
+        candidates.append(Path(environment['HOME']) / '.cache' / 'rigid_body_sim')
+    return candidates
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+def _choose_cache() -> Path | None:
+    if not COMPILED:
+        return None
+    digest = _source_digest()
+    for candidate in _cache_candidates():
+        folder = candidate / f'kernels-{digest}'
+        if _writable(folder):
+            return folder
+    return None
+
+
+CACHE = _choose_cache()
+
+
+# releases whose inside is what `compiler` expects; another one compiles the same, more slowly
+_KNOWN_INSIDE = ('0.68.',)
+
+
+def _jit(function: Callable[..., Any], *, inline: bool) -> Callable[..., Any]:
+    assert numba is not None
+    options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'forceinline': inline}
+    if numba.__version__.startswith(_KNOWN_INSIDE):
+        from rigid_body_sim.physics.compile.numba_pipeline import Kernel
+
+        return Kernel(function, options, _keep_compiled)
+    made = numba.njit(**options)(function)
+    _keep_compiled(made, '')
+    return made
+
+
+def _keep_compiled(made: Any, folder: str) -> None:
+    """Let a function keep what it compiles in a folder of the cache, if there is one."""
+    if CACHE is None:
+        return
+    before = _config.CACHE_DIR
+    _config.CACHE_DIR = str(CACHE / folder)  # read by numba in the next line
+    try:
+        made.enable_caching()
+    finally:
+        _config.CACHE_DIR = before
+
+
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a kernel (lazily, at its first call), or return it as it is."""
+    _want_no_slots(function)
+    return _jit(function, inline=False) if COMPILED else function
+
+
+def inline(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a small function that is to disappear inside its caller's loop."""
+    _want_no_slots(function)
+    return _jit(function, inline=True) if COMPILED else function
+
+
+class Slot:
+    """
+    A global name that `specialise` binds; whatever else is done with it is refused.
+
+    meaning : what is bound: `[unit] what the number says`, or `kernel (arguments): what it does`
+    """
+
+    __slots__ = ('meaning',)
+
+    def __init__(self, meaning: str) -> None:
+        self.meaning = meaning
+
+    def __repr__(self) -> str:
+        return f'<slot: {self.meaning}>'
+
+
+def _refuse(empty: Slot, *_arguments: Any, **_keywords: Any) -> Any:
+    raise TypeError(f'{empty!r} is empty: only what kernels.specialise makes can use it')
+
+
+_USES = (
+    'call bool int float complex index round trunc floor ceil len iter next getitem setitem '
+    'contains add radd sub rsub mul rmul truediv rtruediv floordiv rfloordiv mod rmod divmod '
+    'rdivmod pow rpow matmul rmatmul lshift rlshift rshift rrshift and rand or ror xor rxor '
+    'neg pos abs invert eq ne lt le gt ge'
+)
+for _use in _USES.split():
+    setattr(Slot, f'__{_use}__', _refuse)
+Slot.__hash__ = object.__hash__
+
+
+def slot(meaning: str) -> Any:
+    """Declare a global name that `specialise` binds, see `Slot`."""
+    return Slot(meaning)
+
+
+def slots_of(function: FunctionType) -> dict[str, Slot]:
+    """Give the slots that the source of a plain function names, in the order of their names."""
+    known = function.__globals__
+    named = {name for name in _names(function.__code__) if isinstance(known.get(name), Slot)}
+    if named:  # a name of the code may also be that of an attribute
+        named &= set(_globals_read(function.__code__))
+    return {name: known[name] for name in sorted(named)}
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    yield code
+    for part in code.co_consts:
+        if isinstance(part, CodeType):
+            yield from _codes(part)
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    for part in _codes(code):
+        yield from part.co_names
+
+
+def _globals_read(code: CodeType) -> Iterator[str]:
+    for part in _codes(code):
+        for instruction in dis.get_instructions(part):
+            if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME'):
+                yield instruction.argval
+
+
+def _want_no_slots(function: Any) -> None:
+    empty = slots_of(function)
+    if empty:
+        raise TypeError(
+            f'{function.__module__}.{function.__qualname__}: names {_listed(empty)}: bind with '
+            f'kernels.specialise, which makes the kernel'
+        )
+
+
+def _listed(slots: Mapping[str, Slot]) -> str:
+    return ', '.join(f'{name} {empty!r}' for name, empty in slots.items())
+
+
+def _checked(function: FunctionType, offered: Any, bindings: Any) -> dict[str, Any]:
+    """Give what is bound to the slots of a function: to all of them, and to nothing else."""
+    slots = slots_of(function)
+    if not slots and not any(isinstance(value, Slot) for value in function.__globals__.values()):
+        return {**offered, **bindings}  # of a module that declares none yet
+    where = f'specialise({function.__module__}.{function.__qualname__})'
+    unknown = sorted(bindings.keys() - slots.keys())
+    if unknown:
+        raise TypeError(
+            f'{where}: names no slot {", ".join(unknown)}; it has {_listed(slots) or "none"}'
+        )
+    found = {name: bindings[name] if name in bindings else offered[name]
+             for name in slots if name in bindings or name in offered}  # fmt: skip
+    missing = {name: empty for name, empty in slots.items() if name not in found}
+    if missing:
+        raise TypeError(f'{where}: nothing is bound to {_listed(missing)}')
+    empty = {name: value for name, value in found.items() if isinstance(value, Slot)}
+    if empty:
+        raise TypeError(f'{where}: what is bound is itself a slot: {_listed(empty)}')
+    return found
+
+
+def specialise(
+    function: FunctionType,
+    *,
+    name: str,
+    inlined: bool = False,
+    offered: Mapping[str, Any] | None = None,
+    **bindings: Any,
+) -> Callable[..., Any]:
+    """
+    Bind the slots of a plain function and make a kernel of the result.
+
+        function : plain Python function whose source names slots
+        name     : tells this kernel from the others made of the same source
+        inlined  : let it disappear inside its caller, see `inline`
+        offered  : constants of a whole family of functions, of which this one takes those that it
+                   names
+        bindings : what else it names, by name: constants, tuples of constants, or kernels
+
+    Each slot that the source names must be bound, and nothing else may be in `bindings`: a
+    TypeError says which.
+    """
+    bindings = _checked(function, offered or {}, bindings)
+    unique = f'{function.__name__}__{name}__{_digest(bindings)}'
+    known = _MADE.get((function.__module__, unique))
+    if known is not None:
+        return known
+    bound = FunctionType(
+        function.__code__, {**function.__globals__, **bindings}, unique, function.__defaults__
+    )
+    bound.__qualname__ = unique
+    bound.__module__ = function.__module__
+    bound.__doc__ = function.__doc__
+    made = inline(bound) if inlined else kernel(bound)
+    _MADE[function.__module__, unique] = made
+    return made
+
+
+_MADE: dict[tuple[str, str], Callable[..., Any]] = {}  # by module and unique name, as in the cache
+
+
+def _digest(bindings: dict[str, Any]) -> str:
+    """
+    Tell sets of bindings apart: numba finds a cached kernel by its name, whatever its globals
+    hold. Kernels of one name in two modules are two.
+    """
+    parts = (f'{key}={_identity(value)!r}' for key, value in sorted(bindings.items()))
+    return hashlib.sha256(','.join(parts).encode()).hexdigest()[:8]
+
+
+def _identity(value: Any) -> Any:
+    """Name a kernel with its module: drifts of several methods are called `drift`."""
+    name = getattr(value, '__name__', None)
+    return value if name is None else f'{value.__module__}.{name}'
+
+
+def unbound(*_arguments: Any) -> Any:
+    """Stand for a kernel that `specialise` binds."""
+    raise NotImplementedError(
+        'this name is bound by rigid_body_sim.physics.compile.kernels.specialise'
+    )
+
+
+def plain(function: Callable[..., Any]) -> FunctionType:
+    """Return the Python source function of a kernel."""
+    return getattr(function, 'py_func', function)
+
+
+def argument(array: NDArray[Any]) -> Any:
+    """
+    Prepare an array for a kernel call.
+
+    The compiled kernel takes the array. The plain one takes a view whose elements are Python
+    floats: the same bits, some ten times faster than numpy scalars, and silent about overflow.
+    """
+    return array if COMPILED else memoryview(array)
+
+
+def left_the_numbers(error: Exception) -> bool:
+    """
+    Tell whether a plain kernel met what a compiled one passes through as infinity or NaN: a
+    division by zero, an overflow, a function outside its domain. Any other error is a bug.
+    """
+    if COMPILED:
+        return False
+    if isinstance(error, ZeroDivisionError | OverflowError):
+        return True
+    said = str(error)  # Python has no narrower class; 3.14 says 'expected a …'
+    return said.startswith(('math domain', 'cannot convert float', 'expected a '))
+
+
+def versions() -> dict[str, str]:
+    """Name the software whose change may change a bit."""
+    found = {'python': sys.version.split()[0], 'numpy': np.__version__}
+    if COMPILED and numba is not None:
+        found['numba'] = numba.__version__
+    return found

@@ -1,0 +1,57 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Which point of a cylinder's round end is the lowest above a plane, and the points around it.
+
+    m normal out of the plane, a axis, tau = m - (m . a) a, |tau| sine of the tilt, u = tau / |tau|
+
+The lowest point of either end is at its middle - r u. Where the end is parallel to the plane u has
+no meaning: for |tau| < FLAT it is blended with the nearest of the four axes d fixed in the end,
+u ~ tau + (FLAT - |tau|) d. So a standing cylinder keeps its points, and above FLAT the lowest
+point is exact.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rigid_body_sim.physics.compile.kernels import inline
+
+FLAT = 1e-4  # [-] sine of the tilt below which an end keeps points fixed in it
+UPPER = 5.0  # features of the end at +z are larger by this, but for those of the lowest points
+FIXED = 10.0  # features of points fixed in an end begin here
+
+
+@inline
+def lowest_direction(tx: float, ty: float) -> Any:
+    """
+    Return u (2) in the axes of the end, and the axis d: 0 to 3 for +x, +y, -x, -y, or -1: exact.
+
+    tx, ty : tau in the axes of the end
+    """
+    sine = math.sqrt(tx * tx + ty * ty)
+    slot = -1
+    if sine < FLAT:
+        blend = FLAT - sine
+        if abs(ty) > abs(tx):
+            slot = 3 if ty < 0.0 else 1
+            ty += -blend if ty < 0.0 else blend
+        else:
+            slot = 2 if tx < 0.0 else 0
+            tx += -blend if tx < 0.0 else blend
+        sine = math.sqrt(tx * tx + ty * ty)
+    return tx / sine, ty / sine, slot
+
+
+@inline
+def rim_feature(k: int, slot: int, upper_end: bool) -> Any:
+    """
+    Name the point k of an end: 0 lowest, 1 and 2 a quarter turn to either side, 3 opposite.
+
+    The lowest points of the two ends, 0 and 1, keep their names while a cylinder rolls.
+    """
+    if slot >= 0:
+        step = k if k < 2 else 5 - k  # in quarter turns: 0, 1, 3, 2
+        return FIXED + (slot + step) % 4 + UPPER * upper_end
+    return 1.0 * upper_end if k == 0 else 1.0 + k + UPPER * upper_end

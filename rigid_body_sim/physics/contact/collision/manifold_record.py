@@ -1,0 +1,21 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A manifold as the narrow phase hands it to the solver: the pair, its normal, up to four points.
+"""
+
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT
+
+manifold = Record()
+PAIR_ID = manifold.number('-', 'key of the pair of colliders; manifolds are in its order')
+COLLIDER_A = manifold.number('-', 'number of collider A; type of A <= type of B')
+COLLIDER_B = manifold.number('-', 'number of collider B')
+POINT_COUNT = manifold.number('-', 'points, at most four')
+NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
+_UNUSED = manifold.number('-', 'unused')
+POINTS = manifold.numbers(
+    MOST * POINT, 'm', 'the points as the pair kernels give them: `manifold`'
+)
+LANE = manifold.number('-', 'where its lane begins in the rows of the solver')
+SIZE = manifold.padding(32)

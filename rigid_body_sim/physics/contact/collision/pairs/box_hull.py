@@ -1,0 +1,18 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A box, as a polyhedron, and a convex hull, see `polyhedra`."""
+
+from __future__ import annotations
+
+from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.box_record import write_box
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra import (
+    collide_records,
+)
+
+
+@kernel
+def collide(numbers, a: int, b: int, poses, pa: int, pb: int, margin: float, found) -> int:
+    """Find the manifold of a box and a hull."""
+    box = write_box(numbers, a, found)
+    return collide_records(found, box, numbers, b, poses, pa, pb, margin, found)

@@ -1,0 +1,48 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The contact constraint: what the solver knows of one manifold, in wide lanes.
+
+Constraints are kept in batches of eight manifolds that share no moving body. A batch has rows of
+eight numbers, one for each manifold ("lane"): first those of the manifold, here, then those of its
+points, one after the other (`contact_point`). Because the lanes of a batch share no body that can
+move, the solver may treat them at once, which the compiler turns into SIMD: the result is that of
+one after the other. An empty lane names the body that cannot move and has zeros elsewhere.
+
+At the head of the array lies one batch of scratch: the bodies of the lanes under way
+(`lane_scratch`).
+"""
+
+from rigid_body_sim.physics.arrays import Record
+
+LANES = 8  # [-] manifolds side by side
+
+constraint = Record(stride=LANES)
+BODY_A = constraint.number('-', 'where the row of body A begins (`solver_bodies`)')
+BODY_B = constraint.number('-', 'the same of B')
+NORMAL = constraint.vector('-', 'unit normal from A to B, world axes')
+TANGENT_1 = constraint.vector('-', 'first tangent, world axes')
+TANGENT_2 = constraint.vector('-', 'second tangent, normal x first')
+FRICTION = constraint.number('-', 'coefficient mu')
+BIAS_RATE = constraint.number('1/s', 'beta of the soft normal')
+MASS_SCALE = constraint.number('-', 'sigma of the soft normal')
+IMPULSE_SCALE = constraint.number('-', 'iota of the soft normal')
+RESTITUTION = constraint.number('-', 'coefficient e')
+ROLLING_FRICTION = constraint.number('m', 'rolling torque over normal force')
+TORSIONAL_FRICTION = constraint.number('m', 'twisting torque over normal force')
+ROLLING_MASS = constraint.number('kg m^2', 'effective mass: angular impulse per rolling velocity')
+TWIST_MASS = constraint.number('kg m^2', 'effective mass: angular impulse per twisting velocity')
+INVERSE_MASS_A = constraint.number('1/kg', 'of A')
+INVERSE_MASS_B = constraint.number('1/kg', 'of B')
+INVERSE_INERTIA_A = constraint.symmetric('1/(kg m^2)', 'of A now, world axes')
+INVERSE_INERTIA_B = constraint.symmetric('1/(kg m^2)', 'of B now, world axes')
+SURFACE_WEIGHT = constraint.number('-', 'share in which a point of A goes with B: `surfaces`')
+ROUNDNESS = constraint.number('-', 'what is round of the pair: one of the names below')
+UNSETTLED = constraint.number('-', '1: its points have changed in the last pass by more than rest')
+TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')
+RADIUS_A = constraint.number('m', 'of the ball or capsule that meets here as A, else 0')
+RADIUS_B = constraint.number('m', 'the same of B')
+SIZE = constraint.size
+
+# what is round of a pair
+TWO_BALLS, BALL_ON_FIXED, NOT_ROUND, RIM_OF_A, RIM_OF_B = 2.0, 1.0, 0.0, -1.0, -2.0

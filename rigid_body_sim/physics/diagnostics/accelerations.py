@@ -1,0 +1,48 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Accelerations at one instant, from the forces that act then.
+
+    a = F/m,   alpha_B = I^-1 (T_B - omega_B x L_B),   alpha = q alpha_B q*
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.forces.acting_elements import ActingElements
+from rigid_body_sim.physics.integration.schemes.steps import start_evaluation
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.state.blocks import FX, IM, LX, QX, ROTATION, TRANSLATION, TX, gather
+from rigid_body_sim.physics.state.layout import Layout
+
+Array = NDArray[np.float64]
+
+
+def accelerations_now(
+    layout: Layout, acting: ActingElements, translation: Array, rotation: Array, *, time: float
+) -> tuple[Array, Array]:
+    """
+    Evaluate everything that acts at a time [s]; the blocks stay as they are.
+
+    returns : linear (n_moving, 3) [m/s^2] and angular (n_rigid, 3) [rad/s^2], core order, world
+              axes
+    """
+    translation, rotation = translation.copy(), rotation.copy()
+    n, n_rigid = layout.n_moving, layout.n_rigid
+    arrays = (argument(translation), argument(rotation))
+    start_evaluation(n, n_rigid, *arrays)
+    acting.evaluate()(0, time, *arrays, *acting.arguments)
+    linear = gather(translation, TRANSLATION, FX, 3, n) * gather(
+        translation, TRANSLATION, IM, 1, n
+    )
+    q = gather(rotation, ROTATION, QX, 4, n_rigid)
+    momentum, torque = (
+        so3.rotate_back(q, gather(rotation, ROTATION, x, 3, n_rigid)) for x in (LX, TX)
+    )
+    omega = momentum / layout.moments
+    angular = so3.rotate(q, (torque - np.cross(omega, momentum)) / layout.moments)
+    acting.pivots.accelerate(linear, angular, q, so3.rotate(q, omega))
+    return linear, angular

@@ -1,0 +1,78 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Direct kinematics of a point of a body: from the motion of the body to that of the point.
+
+    x = r + R d,   v = r' + w x R d,   a = r'' + w' x R d + w x (w x R d)
+        d : [m] the point less the centre of mass, body axes     w : [rad/s] angular velocity,
+            world axes
+
+Points are given in shape coordinates, like the anchors of springs. Source: Goldstein, Classical
+Mechanics, section 4.9.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.state.snapshot import State
+
+Array = NDArray[np.float64]
+
+
+class PointMotion(NamedTuple):
+    """
+    Motion of points of a body, world axes.
+
+    position     : (..., 3) [m]
+    velocity     : (..., 3) [m/s]
+    acceleration : (..., 3) [m/s^2]  under all that acts at the start of the coming tick
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+
+class Moving(Protocol):
+    """What is asked of a simulation: `physics.simulation.Simulation`."""
+
+    scene: Scene
+
+    @property
+    def state(self) -> State:
+        """What moves, scene order."""
+        ...
+
+    def accelerations(self) -> tuple[Array, Array]:
+        """Linear [m/s^2] and angular [rad/s^2] accelerations now, scene order, world axes."""
+        ...
+
+    def body_index(self, body: str) -> int:
+        """Scene index of a body."""
+        ...
+
+
+def motion_of(simulation: Moving, body: str, point: ArrayLike) -> PointMotion:
+    """
+    Give the motion of points of a body now; InvalidModel for an unknown body.
+
+    point : (..., 3) [m]  shape coordinates
+    """
+    index = simulation.body_index(body)
+    state = simulation.state
+    linear, angular = simulation.accelerations()
+    arm = np.asarray(point, dtype=np.float64) - simulation.scene.bodies[index].center_of_mass
+    arm = so3.rotate(state.orientation[index], arm)
+    omega = state.angular_velocity[index]
+    spin = np.cross(omega, arm)
+    return PointMotion(
+        state.position[index] + arm,
+        state.velocity[index] + spin,
+        linear[index] + np.cross(angular[index], arm) + np.cross(omega, spin),
+    )

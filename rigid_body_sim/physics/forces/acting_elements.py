@@ -1,0 +1,119 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Everything that acts on the bodies of a scene, as tables of numbers and one kernel.
+
+The force elements of a type share one table; behind them follow the pivots, what is held and turns
+with the bodies, and the flows of mass. The chain of their kernels is evaluated in the order of
+`chain`; where an element begins or ends at an instant of its own, the schedule knows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench, pivot, variable_mass
+from rigid_body_sim.physics.forces.evaluator import derivatives, evaluator
+from rigid_body_sim.physics.forces.schedule import Schedule, Switch
+from rigid_body_sim.physics.forces.tables import stacked
+from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.model.variable_mass import end_of_flow, flow_of
+from rigid_body_sim.physics.state.layout import Layout
+
+Array = NDArray[np.float64]
+
+
+class ActingElements:
+    """
+    The elements of one scene.
+
+    numbers, ranges     : what the kernels read: the tables, and where each begins and how many
+                          rows it has
+    arguments           : both as a kernel takes them
+    schedule            : instants at which an element begins or ends; None: there are none
+    is_timed            : whether a wrench depends on time itself
+    depends_on_velocity : whether one depends on velocities
+    pivots              : bodies that turn about a fixed point
+    """
+
+    def __init__(self, scene: Scene, layout: Layout) -> None:
+        self._types = [kind for kind in FORCES if any(f.TYPE == kind for f in scene.forces)]
+        self.depends_on_velocity = any(f.depends_on_velocity() for f in scene.forces)
+        tables, self._ranges, self._switches = stacked(scene.forces, self._types, layout)
+        self.pivots = pivot.Pivots(layout)
+        self._ranges_of_pivots = [len(tables), self.pivots.count]
+        self._tables = np.concatenate((tables, self.pivots.table.reshape(-1)))
+        flowing = [body for body in scene.bodies if flow_of(body) is not None]
+        self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
+        self._ends_of_flow = [end_of_flow(body) for body in flowing]
+        self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
+        self._evaluate: Callable[..., Any] | None = None
+        self.hold(np.zeros((0, held_body_wrench.COLUMNS)))
+
+    def hold(self, table: Array) -> None:
+        """Take over the table of what is held and turns with the bodies."""
+        self.turning = len(table)
+        flows = np.array(self._flows, dtype=np.float64).reshape(-1)
+        last = len(self._tables) + table.size
+        self.numbers = np.concatenate((self._tables, table.reshape(-1), flows))
+        ranges = [*self._ranges, len(self._tables), len(table)]
+        if self.pivots.count and self._types:
+            ranges = [*self._ranges_of_pivots, *ranges]
+        ranges += [last, len(self._flows)] if self._flows else []
+        ranges += self._ranges_of_pivots
+        self.arguments = (argument(self.numbers), argument(np.array(ranges, dtype=np.int64)))
+        places = range(last + variable_mass.SWITCH, len(self.numbers), variable_mass.COLUMNS)
+        ends = [Switch(p, -math.inf, t) for p, t in zip(places, self._ends_of_flow, strict=True)]
+        self.schedule = Schedule([*self._switches, *ends]) if self.is_timed else None
+
+    @property
+    def names(self) -> list[str]:
+        """Name what depends on the state whatever is commanded."""
+        names = [*self._types, *([variable_mass.NAME] if self._flows else [])]
+        return names + ([pivot.NAME] if self.pivots.count else [])
+
+    @property
+    def do_nothing(self) -> bool:
+        """Whether nothing at all depends on the state."""
+        return not (self.names or self.turning)
+
+    def chain(self) -> list[tuple[str, Any]]:
+        """Give the elements of the scene, with those that no scene names, by name."""
+        chain: list[tuple[str, Any]] = [(kind, FORCES[kind]) for kind in self._types]
+        chain.append((held_body_wrench.NAME, held_body_wrench))
+        if self.pivots.count and self._types:
+            chain.insert(0, (f'{pivot.NAME}_first', pivot.FIRST))
+        if self._flows:
+            chain.append((variable_mass.NAME, variable_mass))
+        if self.pivots.count:
+            chain.append((pivot.NAME, pivot.LAST))
+        return chain
+
+    @property
+    def kernel_name(self) -> str:
+        """Tell the kernels for these elements from those for others."""
+        types = [name for name, _ in self.chain() if name != held_body_wrench.NAME]
+        return '_'.join(types) + ('_velocity' if self.depends_on_velocity else '')
+
+    def evaluate(self) -> Callable[..., Any]:
+        """Make the kernel that adds up all forces and torques."""
+        if self._evaluate is None:
+            self._evaluate = evaluator(
+                [(name, element.accumulate) for name, element in self.chain()]
+            )
+        return self._evaluate
+
+    def derivatives(self) -> Any:
+        """Make the kernel of their derivatives."""
+        chain = self.chain()
+        # the last word on all others is a derivative of theirs, if they have one
+        unknown = [name for name, element in chain if not hasattr(element, 'linearise')]
+        return derivatives(
+            chain, by_differences=bool(self._flows or (self.pivots.count and unknown))
+        )

@@ -1,0 +1,93 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+An elastic bumper between two points: Hooke's law while they are nearer than its length, nothing
+beyond.
+
+    d = x_b - x_a,  n = d / |d|                                                    [m]
+    force on a = k (|d| - l) n  where |d| < l, else 0;   force on b = -force on a   [N]
+    energy     = k (|d| - l)^2 / 2  where |d| < l, else 0                           [J]
+
+        k : stiffness [N/m]    l : length at which it touches [m]
+
+Two masses that meet head on rebound as in an elastic impact, whatever k is, once they have parted:
+the push lasts pi sqrt(mu / k), 1/mu = 1/m_a + 1/m_b, and the tick has to resolve it. The force has
+a kink at |d| = l, which lowers an integrator to order two there. Not a contact of shapes: points
+alone push each other.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key
+from rigid_body_sim.physics.forces.elements.spring import end, push
+from rigid_body_sim.physics.model.scene import Vector
+
+
+@inline
+def accumulate(elements, start, count, time, translation, rotation):
+    """Add the forces of all bumpers that touch."""
+    for e in range(count):
+        m = start + 12 * e
+        x, y, z, ax, ay, az = end(elements, m, translation, rotation)
+        p, q, r, bx, by, bz = end(elements, m + 5, translation, rotation)
+        dx, dy, dz = p - x, q - y, r - z
+        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+        if 0.0 < distance < elements[m + 11]:
+            f = elements[m + 10] * (distance - elements[m + 11]) / distance
+            fx, fy, fz = f * dx, f * dy, f * dz
+            push(elements, m, translation, rotation, ax, ay, az, fx, fy, fz)
+            push(elements, m + 5, translation, rotation, bx, by, bz, -fx, -fy, -fz)
+
+
+@dataclass(frozen=True)
+class Bumper:
+    """
+    A push between a point of `a` and a point of `b`, bodies or the world; without a point, the
+    centre of mass.
+    """
+
+    a: str = key('body_or_world')
+    b: str = key('body_or_world')
+    stiffness: float = key('number', unit='N/m', minimum=0.0)
+    length: float = key('number', unit='m', minimum=0.0)
+    a_point: Vector | None = key('point', unit='m', default=None)
+    b_point: Vector | None = key('point', unit='m', default=None)
+
+    TYPE = 'bumper'
+    COLUMNS = 12
+    accumulate = staticmethod(accumulate)
+
+    def row(self, places: Places) -> tuple[float, ...]:
+        """Both ends, then stiffness and length."""
+        a = places.place(self.a, self.a_point)
+        b = places.place(self.b, self.b_point)
+        return (*a.numbers(), *b.numbers(), self.stiffness, self.length)
+
+    def tie(self) -> Tie:
+        """Its stiffness while it touches."""
+        ends = ((self.a, self.a_point), (self.b, self.b_point))
+        return Tie(*ends, stiffness=self.stiffness)
+
+    def bodies(self) -> tuple[str, ...]:
+        """Both ends."""
+        return (self.a, self.b)
+
+    def depends_on_velocity(self) -> bool:
+        """Never."""
+        return False
+
+    def conserves_energy(self) -> bool:
+        """Always: what it takes in the approach it gives back."""
+        return True
+
+    def potential_energy(self, state: BodyState) -> float:
+        """k (|d| - l)^2 / 2 where the points are nearer than l [J]."""
+        distance = math.dist(state.point(self.a, self.a_point), state.point(self.b, self.b_point))
+        return 0.5 * self.stiffness * min(distance - self.length, 0.0) ** 2
+
+
+ELEMENT = Bumper

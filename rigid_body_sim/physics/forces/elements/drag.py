@@ -1,0 +1,118 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Drag at the centre of mass, linear and quadratic in the velocities relative to air at rest.
+
+    F = -(c1 + c2 |v|) v          c1 : linear [N s/m]      c2 : quadratic [N s^2/m^2]
+    torque = -(d1 + d2 |w|) w     d1 : angular [N m s]     d2 : angular_quadratic [N m s^2]
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.forces.derivatives import add_resistance
+from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, pushed
+from rigid_body_sim.physics.state.blocks import add_force, add_torque, angular_velocity, velocity
+
+
+@inline
+def accumulate(elements, start, count, time, translation, rotation):
+    """Add the drag of all bodies that have it."""
+    for e in range(count):
+        m = start + 6 * e
+        index = int(elements[m])
+        turns = int(elements[m + 1])
+        u, v, w = velocity(translation, index)
+        f = -(elements[m + 2] + elements[m + 3] * math.sqrt(u * u + v * v + w * w))
+        add_force(translation, index, f * u, f * v, f * w)
+        if turns >= 0:
+            a, b, c = angular_velocity(rotation, turns)
+            g = -(elements[m + 4] + elements[m + 5] * math.sqrt(a * a + b * b + c * c))
+            add_torque(rotation, turns, g * a, g * b, g * c)
+
+
+@inline
+def _ratio(coefficient, speed):
+    """Coefficient over speed, without speed nothing: then the product with v v^T is zero."""
+    return coefficient / speed if speed > 0.0 else 0.0
+
+
+@kernel
+def linearise(elements, start, count, time, translation, rotation, table, definite):
+    """
+    Add the derivatives of all drags: -(c1 + c2 |v|) 1 - (c2 / |v|) v v^T, and so for the torque.
+    """
+    for e in range(count):
+        m = start + 6 * e
+        index = int(elements[m])
+        turns = int(elements[m + 1])
+        u, v, w = velocity(translation, index)
+        speed = math.sqrt(u * u + v * v + w * w)
+        c1, c2 = elements[m + 2], elements[m + 3]
+        add_resistance(table, index, 0, -(c1 + c2 * speed), -_ratio(c2, speed), u, v, w)
+        if turns >= 0:
+            u, v, w = angular_velocity(rotation, turns)
+            speed = math.sqrt(u * u + v * v + w * w)
+            c1, c2 = elements[m + 4], elements[m + 5]
+            add_resistance(table, turns, 1, -(c1 + c2 * speed), -_ratio(c2, speed), u, v, w)
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Resistance of a fluid at rest to the motion of one body."""
+
+    body: str = key('body')
+    linear: float = key('number', unit='N s/m', minimum=0.0, default=0.0)
+    quadratic: float = key('number', unit='N s^2/m^2', minimum=0.0, default=0.0)
+    angular: float = key('number', unit='N m s', minimum=0.0, default=0.0)
+    angular_quadratic: float = key('number', unit='N m s^2', minimum=0.0, default=0.0)
+
+    TYPE = 'drag'
+    COLUMNS = 6
+    accumulate = staticmethod(accumulate)
+    linearise = staticmethod(linearise)
+
+    def row(self, places: Places) -> tuple[float, ...]:
+        """Body, its place among the rigid ones (-1: no torque), then the four coefficients."""
+        place = pushed(places, self.body)
+        if place.turns < 0 and (self.angular or self.angular_quadratic):
+            raise InvalidModel(
+                f'force drag: {self.body!r} is a point mass, which does not turn; leave angular '
+                'and angular_quadratic out'
+            )
+        coefficients = (self.linear, self.quadratic, self.angular, self.angular_quadratic)
+        turns = place.turns if self.angular or self.angular_quadratic else -1
+        return (float(place.index), float(turns), *coefficients)
+
+    def tie(self) -> Tie:
+        """Its four coefficients."""
+        return Tie(
+            (self.body, None),
+            damping=self.linear,
+            quadratic=self.quadratic,
+            angular=self.angular,
+            angular_quadratic=self.angular_quadratic,
+        )
+
+    def bodies(self) -> tuple[str, ...]:
+        """The one body; the fluid takes the counterforce."""
+        return (self.body,)
+
+    def depends_on_velocity(self) -> bool:
+        """Always."""
+        return True
+
+    def conserves_energy(self) -> bool:
+        """Only where every coefficient is zero."""
+        return not any((self.linear, self.quadratic, self.angular, self.angular_quadratic))
+
+    def potential_energy(self, state: BodyState) -> float:
+        """Drag stores nothing."""
+        return 0.0
+
+
+ELEMENT = Drag

@@ -1,0 +1,199 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A force and torque on one body given over time by a table, in world axes or in those of the body.
+
+    F(t) = c0 + c1 s + c2 s^2 + c3 s^3,   s = t - t_i,   t_i <= t < t_i+1; likewise the torque
+    F acts at a point of the body: torque about the centre of mass = arm x F + torque
+
+linear : straight from row to row; a kink at a row lowers an integrator to order two, unless it
+         lies on a tick boundary
+cubic  : the twice continuously differentiable spline through the rows (not-a-knot; scipy's
+         CubicSpline)
+
+Time counts from the start of the scene. Before the first and after the last row the wrench is
+zero, or with `outside: hold` that of the nearest row. It takes and gives energy from outside: none
+is conserved.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
+from rigid_body_sim.physics.model.scene import Vector
+from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
+
+HEAD = 9  # length, index, turns, arm (3), in body axes, acts, intervals
+INTERVAL = 25  # start, then c0 to c3 of each of the six components
+
+
+@inline
+def _value(elements, c, s):
+    """Cubic at s [s] after the start of its interval."""
+    return elements[c] + s * (elements[c + 1] + s * (elements[c + 2] + s * elements[c + 3]))
+
+
+@inline
+def accumulate(elements, start, count, time, translation, rotation):
+    """Add the wrenches of all tables."""
+    m = start
+    for _e in range(count):
+        if elements[m + 7] != 0.0:
+            index = int(elements[m + 1])
+            turns = int(elements[m + 2])
+            intervals = int(elements[m + 8])
+            low, high = 0, intervals
+            while high - low > 1:
+                middle = (low + high) // 2
+                if elements[m + 9 + 25 * middle] <= time:
+                    low = middle
+                else:
+                    high = middle
+            c = m + 9 + 25 * low
+            last = elements[m + 9 + 25 * intervals]
+            s = max(min(time, last) - elements[c], 0.0)
+            fx, fy, fz = (
+                _value(elements, c + 1, s),
+                _value(elements, c + 5, s),
+                _value(elements, c + 9, s),
+            )
+            if turns >= 0:
+                tx, ty, tz = (
+                    _value(elements, c + 13, s),
+                    _value(elements, c + 17, s),
+                    _value(elements, c + 21, s),
+                )
+                ax, ay, az = to_world(
+                    rotation, turns, elements[m + 3], elements[m + 4], elements[m + 5]
+                )
+                if elements[m + 6] != 0.0:
+                    fx, fy, fz = to_world(rotation, turns, fx, fy, fz)
+                    tx, ty, tz = to_world(rotation, turns, tx, ty, tz)
+                add_torque(
+                    rotation,
+                    turns,
+                    tx + (ay * fz - az * fy),
+                    ty + (az * fx - ax * fz),
+                    tz + (ax * fy - ay * fx),
+                )
+            add_force(translation, index, fx, fy, fz)
+        m += int(elements[m])
+
+
+@dataclass(frozen=True)
+class TimeTable:
+    """
+    A wrench over time; rows of `table` are (t, fx, fy, fz) or (t, fx, fy, fz, tx, ty, tz) [s, N, N
+    m].
+    """
+
+    body: str = key('body')
+    table: tuple[tuple[float, ...], ...] = key('table', unit='s, N, N m')
+    interpolation: str = key('choice', choices=('linear', 'cubic'), default='linear')
+    outside: str = key('choice', choices=('zero', 'hold'), default='zero')
+    frame: str = key('choice', choices=('world', 'body'), default='world')
+    point: Vector | None = key('point', unit='m', default=None)
+
+    TYPE = 'time'
+    COLUMNS = None
+    SWITCH = 7
+    accumulate = staticmethod(accumulate)
+
+    def __post_init__(self) -> None:
+        widths = {len(row) for row in self.table}
+        if len(self.table) < 2 or len(widths) != 1 or not widths <= {4, 7}:
+            raise InvalidModel(
+                f'a table of {len(self.table)} rows of {sorted(widths)} numbers; '
+                'at least two rows are needed, '
+                'all of (t, fx, fy, fz) or all of (t, fx, fy, fz, tx, ty, tz)'
+            )
+        numbers = np.array(self.table)
+        if not np.all(np.isfinite(numbers)):
+            raise InvalidModel('the table holds NaN or infinity; every number must be finite')
+        late = np.flatnonzero(np.diff(numbers[:, 0]) <= 0.0)
+        if late.size:
+            t = numbers[late[0] + 1, 0]
+            raise InvalidModel(
+                f'row {late[0] + 1} of the table, at {t:g} s, is not later than the one before; '
+                'times must ascend (for a jump give two forces, one that ends and one that begins)'
+            )
+
+    def _coefficients(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Times (n,) and coefficients (n - 1, 6, 4), c0 first."""
+        numbers = np.zeros((len(self.table), 7))
+        numbers[:, : len(self.table[0])] = self.table
+        t, values = numbers[:, 0], numbers[:, 1:]
+        found = np.zeros((len(t) - 1, 6, 4))
+        if self.interpolation == 'linear':
+            found[:, :, 0] = values[:-1]
+            found[:, :, 1] = np.diff(values, axis=0) / np.diff(t)[:, None]
+            return t, found
+        from scipy.interpolate import CubicSpline  # slow to import: only for those who ask
+
+        found[:] = np.moveaxis(CubicSpline(t, values, axis=0).c[::-1], 0, -1)
+        return t, found
+
+    def row(self, places: Places) -> tuple[float, ...]:
+        """
+        Width, place, frame, switch, then start and coefficients of each interval, and the last
+        time.
+        """
+        place = pushed(places, self.body, self.point)
+        t, coefficients = self._coefficients()
+        if place.turns < 0 and np.any(coefficients[:, 3:]):
+            raise InvalidModel(
+                f'a torque over time on the point mass {self.body!r}, which has no orientation'
+            )
+        if self.frame == 'body':
+            axes = np.array([places.principal_axes(self.body, _unit(i)) for i in range(3)])
+            turned = [
+                np.einsum('ji,kjl->kil', axes, part) for part in np.split(coefficients, 2, axis=1)
+            ]
+            coefficients = np.concatenate(turned, axis=1)
+        intervals = np.concatenate((t[:-1, None], coefficients.reshape(-1, 24)), axis=1)
+        in_body = 1.0 if self.frame == 'body' else 0.0
+        row = (
+            *place.numbers(),
+            in_body,
+            1.0,
+            float(len(intervals)),
+            *intervals.ravel().tolist(),
+            float(t[-1]),
+        )
+        return (float(len(row) + 1), *row)
+
+    def acts(self) -> tuple[float, float]:
+        """From the first row to the last, or always where the nearest row holds."""
+        if self.outside == 'hold':
+            return (-math.inf, math.inf)
+        return (self.table[0][0], self.table[-1][0])
+
+    def bodies(self) -> tuple[str, ...]:
+        """The one body; whatever pushes it is not in the scene."""
+        return (self.body,)
+
+    def depends_on_velocity(self) -> bool:
+        """Never."""
+        return False
+
+    def conserves_energy(self) -> bool:
+        """Never: it works on the body from outside."""
+        return False
+
+    def potential_energy(self, state: BodyState) -> float:
+        """A force over time stores nothing."""
+        return 0.0
+
+
+def _unit(axis: int) -> Vector:
+    return (float(axis == 0), float(axis == 1), float(axis == 2))
+
+
+ELEMENT = TimeTable

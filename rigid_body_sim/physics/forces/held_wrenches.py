@@ -1,0 +1,167 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Commands that hold: the force and torque each source last asked for, until it asks for something
+else or its time is up.
+
+A body has one slot per source ('force', 'torque', 'wrench'); slots add, in this order. A slot in
+world axes stays as it is; one in body axes turns with the body. Force acts at the centre of mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.scene import Vector
+from rigid_body_sim.physics.model.variable_mass import flow_of
+from rigid_body_sim.physics.state.blocks import HX, KX, ROTATION, TRANSLATION, scatter
+from rigid_body_sim.physics.state.layout import Layout
+
+Array = NDArray[np.float64]
+
+SOURCES = ('force', 'torque', 'wrench')
+FRAMES = ('world', 'body')
+FOREVER = 2**62  # [tick]
+
+
+@dataclass(frozen=True)
+class Slot:
+    """
+    One held command.
+
+    force, torque : [N], [N m]  world axes, or principal axes where `turns_with_body`
+    until         : [tick]      first tick on which it no longer acts
+    """
+
+    force: Vector
+    torque: Vector
+    turns_with_body: bool
+    until: int = FOREVER
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it asks for nothing."""
+        return not (any(self.force) or any(self.torque))
+
+
+class HeldWrenches:
+    """The slots of a scene."""
+
+    def __init__(self, layout: Layout, gravity: Vector) -> None:
+        self._layout = layout
+        self._weight = layout.masses[:, None] * np.asarray(gravity)
+        for core in range(layout.n_moving):
+            if flow_of(layout.body(core)) is not None:
+                self._weight[core] = 0.0  # `forces.variable_mass` adds it after its own factor
+        self.slots: dict[tuple[int, str], Slot] = {}
+
+    def checked(
+        self, body: str, force: Any, torque: Any, frame: str
+    ) -> tuple[int, Vector, Vector]:
+        """
+        Return the core index of a body and what is asked of it as vectors.
+
+        Raises InvalidModel for an unknown or fixed body, an unknown frame, anything but finite
+        numbers, a torque on a point mass.
+        """
+        core = self._layout.core(body)
+        if frame not in FRAMES:
+            raise InvalidModel(f"command to {body!r}: frame {frame!r}; allowed: 'world', 'body'")
+        force, torque = (
+            checked_vector(body, 'force', force),
+            checked_vector(body, 'torque', torque),
+        )
+        if core >= self._layout.n_rigid and any(torque):
+            raise InvalidModel(
+                f'command to {body!r}: torque {torque} on a point mass, which has no orientation; '
+                'give a force only, or give the body a shape with extent'
+            )
+        return core, force, torque
+
+    def hold(
+        self, body: str, source: str, *, force: Any, torque: Any, frame: str, until: int
+    ) -> None:
+        """Hold what one source asks of a body; see `Simulation.hold`."""
+        core, force, torque = self.checked(body, force, torque, frame)
+        if frame == 'body':
+            force = self._layout.principal_axes(body, force)
+            torque = self._layout.principal_axes(body, torque)
+        self.set(core, source, Slot(force, torque, frame == 'body', until))
+
+    def set(self, core: int, source: str, slot: Slot) -> None:
+        """Hold a command in place of the one that the same source gave before; zero lets go."""
+        if slot.is_zero:
+            self.slots.pop((core, source), None)
+        else:
+            self.slots[core, source] = slot
+
+    def drop_expired(self, tick: int) -> bool:
+        """Let go of what ends before this tick; tell whether there was any."""
+        expired = [key for key, slot in self.slots.items() if slot.until <= tick]
+        for key in expired:
+            del self.slots[key]
+        return bool(expired)
+
+    def next_expiry(self) -> int:
+        """First tick on which a slot ends."""
+        return min((slot.until for slot in self.slots.values()), default=FOREVER)
+
+    def _ordered(self) -> list[tuple[int, Slot]]:
+        return [
+            (core, self.slots[core, source])
+            for core in sorted({core for core, _ in self.slots})
+            for source in SOURCES
+            if (core, source) in self.slots
+        ]
+
+    def sums(self) -> tuple[Array, Array, Array]:
+        """
+        Add up the slots.
+
+        returns : force (m, 3) and torque (m, 3) in world axes without gravity, and the table of
+                  what turns with the bodies: rows of core index, index among the rigid, force (3),
+                  torque (3)
+        """
+        force = np.zeros((self._layout.n_moving, 3))
+        torque = np.zeros((self._layout.n_moving, 3))
+        turning: dict[int, Array] = {}
+        for core, slot in self._ordered():
+            if slot.turns_with_body:
+                row = turning.setdefault(
+                    core, np.array([core, core, 0, 0, 0, 0, 0, 0], dtype=float)
+                )
+                row[2:5] += slot.force
+                row[5:8] += slot.torque
+            else:
+                force[core] += slot.force
+                torque[core] += slot.torque
+        table = np.array(list(turning.values())).reshape(-1, 8)
+        return force, torque, table
+
+    def write(self, translation: Array, rotation: Array) -> Array:
+        """
+        Write what is held in world axes, gravity with it, into the blocks; return the table of
+        what turns.
+        """
+        force, torque, table = self.sums()
+        if self._layout.n_moving:
+            scatter(translation, TRANSLATION, HX, force + self._weight)
+        if self._layout.n_rigid:
+            scatter(rotation, ROTATION, KX, torque[: self._layout.n_rigid])
+        return table
+
+
+def checked_vector(body: str, what: str, values: Any) -> Vector:
+    """Return three finite numbers of a command; InvalidModel for anything else."""
+    numbers = np.asarray(values, dtype=np.float64)
+    if numbers.shape != (3,) or not np.all(np.isfinite(numbers)):
+        raise InvalidModel(
+            f'command to {body!r}: {what} {values!r}; allowed: three finite numbers'
+        )
+    x, y, z = numbers.tolist()
+    return (x, y, z)

@@ -1,0 +1,166 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Free rotation by Taylor series in time, any order.
+
+With omega = sum W[n] (t/h)^n in body axes and q = sum Q[n] (t/h)^n, Euler's equations and
+q' = q (omega, 0) / 2 give
+
+    W_1[n+1] = h/(n+1) (I2 - I3)/I1 sum_j W_2[j] W_3[n-j]        and cyclic
+    Q[n+1]   = h/(2(n+1)) sum_j Q[j] (W[n-j], 0)
+
+from Q[0] = q and W[0] = I^-1 R^T L; the new q is the sum of all Q[n],
+normalised. L is not touched and so kept to the last bit.
+
+At order 16 one step costs half a microsecond and is right to round-off up to h |omega| = 0.5 (at 1
+it would be wrong by 2e-6 rad after 100 rad on I = (1, 2, 3)); a longer step is divided. The scale
+is |omega|, or the rate at which omega changes where that is greater (a thin rod thrown about its
+unstable axis).
+
+Source: Moore, Interval Analysis (1966), chapter 11; Corliss & Chang, ACM TOMS 8 (1982).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import kernel, specialise, unbound
+from rigid_body_sim.physics.state.blocks import (
+    I1,
+    I2,
+    I3,
+    J1,
+    J2,
+    J3,
+    LX,
+    LY,
+    LZ,
+    QW,
+    QX,
+    QY,
+    QZ,
+    ROTATION,
+    TX,
+    TY,
+    TZ,
+    rotate,
+)
+
+LONGEST = 0.52  # [rad] of one series, a longer step is divided; 1 costs all but six digits
+FARTHEST = 1000.0  # [rad] beyond it a step has no meaning left
+ROOM = 2  # rows of the method block: the coefficients of one body, one body at a time
+METHOD = 64 * ROOM
+LENGTH = 18  # numbers of a coefficient series in that room: orders to 17
+
+# bound for each order by `specialise`
+ORDER = 16
+series: Callable[..., Any] = unbound
+
+
+def _series(x, y, z, w, a, b, c, h, k1, k2, k3, room):
+    """
+    Sum the series of q and omega over h.
+
+        x, y, z, w : q at the start        a, b, c : omega at the start, body axes
+        k1, k2, k3 : (I2 - I3) / I1 and cyclic
+    """
+    w1 = room[0:LENGTH]
+    w2 = room[LENGTH : 2 * LENGTH]
+    w3 = room[2 * LENGTH : 3 * LENGTH]
+    q1 = room[3 * LENGTH : 4 * LENGTH]
+    q2 = room[4 * LENGTH : 5 * LENGTH]
+    q3 = room[5 * LENGTH : 6 * LENGTH]
+    q4 = room[6 * LENGTH : 7 * LENGTH]
+    w1[0], w2[0], w3[0] = a, b, c
+    q1[0], q2[0], q3[0], q4[0] = x, y, z, w
+    for n in range(ORDER):
+        s1 = s2 = s3 = r1 = r2 = r3 = r4 = 0.0
+        for j in range(n + 1):
+            a = w1[n - j]
+            b = w2[n - j]
+            c = w3[n - j]
+            s1 += w2[j] * c
+            s2 += w3[j] * a
+            s3 += w1[j] * b
+            x = q1[j]
+            y = q2[j]
+            z = q3[j]
+            w = q4[j]
+            r1 += w * a + (y * c - z * b)
+            r2 += w * b + (z * a - x * c)
+            r3 += w * c + (x * b - y * a)
+            r4 -= x * a + (y * b + z * c)
+        f = h / (n + 1)
+        w1[n + 1] = f * k1 * s1
+        w2[n + 1] = f * k2 * s2
+        w3[n + 1] = f * k3 * s3
+        f = 0.5 * f
+        q1[n + 1] = f * r1
+        q2[n + 1] = f * r2
+        q3[n + 1] = f * r3
+        q4[n + 1] = f * r4
+    x = y = z = w = a = b = c = 0.0
+    for n in range(ORDER, -1, -1):
+        a += w1[n]
+        b += w2[n]
+        c += w3[n]
+        x += q1[n]
+        y += q2[n]
+        z += q3[n]
+        w += q4[n]
+    f = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
+    return x * f, y * f, z * f, w * f, a, b, c
+
+
+@kernel
+def _scale(a, b, c, k1, k2, k3):
+    """Rate at which a free body turns, or at which its omega changes [rad/s]."""
+    aa, bb, cc = a * a, b * b, c * c
+    change = abs(k2 * k3) * aa + abs(k3 * k1) * bb + abs(k1 * k2) * cc
+    return math.sqrt(max(aa + bb + cc, change))
+
+
+def _drift(block, lanes, kick, h, rotation, method):
+    """
+    Kick the angular momentum, then let one block of bodies turn freely.
+
+        L <- L + kick * torque
+        q <- attitude after free rotation over h
+    """
+    s = rotation[block * ROTATION : block * ROTATION + ROTATION]
+    room = method[block * METHOD : block * METHOD + METHOD]
+    for k in range(lanes):
+        l1 = s[k + LX] + kick * s[k + TX]
+        l2 = s[k + LY] + kick * s[k + TY]
+        l3 = s[k + LZ] + kick * s[k + TZ]
+        s[k + LX], s[k + LY], s[k + LZ] = l1, l2, l3
+        k1 = (s[k + I2] - s[k + I3]) * s[k + J1]
+        k2 = (s[k + I3] - s[k + I1]) * s[k + J2]
+        k3 = (s[k + I1] - s[k + I2]) * s[k + J3]
+        x, y, z, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+        a, b, c = rotate(-x, -y, -z, w, l1, l2, l3)
+        a, b, c = a * s[k + J1], b * s[k + J2], c * s[k + J3]
+        span = abs(h) * _scale(a, b, c, k1, k2, k3)
+        if span < FARTHEST:
+            parts = max(1, int(math.ceil(span / LONGEST)))
+            for _part in range(parts):
+                x, y, z, w, a, b, c = series(x, y, z, w, a, b, c, h / parts, k1, k2, k3, room)
+        else:
+            w = math.nan  # the check at the end of the call reports it
+        s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, y, z, w
+
+
+def drift(order: int) -> Callable[..., Any]:
+    """Make the drift kernel of an order, 1 to 17."""
+    name = f'taylor{order}'
+    return specialise(_drift, name=name, series=specialise(_series, name=name, ORDER=order))
+
+
+def coefficients(moments: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Make the room in which the drift keeps the series of a body."""
+    return np.zeros((len(moments), ROOM))

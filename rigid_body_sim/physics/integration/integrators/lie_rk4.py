@@ -1,0 +1,20 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Commutator-free Lie-group Runge–Kutta method of order four: every stage is a rotation, L is
+kept."""
+
+from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.limits import Limits
+from rigid_body_sim.physics.integration.schemes.lie_group import LieRungeKutta4
+
+INTEGRATOR = Integrator(
+    name='lie_rk4',
+    order=4,
+    free_order=4,
+    keeps='L to the last bit without torque; parabolas of free fall are exact',
+    stability='h |omega| <= 0.05 keeps the energy of any free body within 1 % over 5000 steps '
+    '(0.25 but for a thin rod); springs: h omega <= 2.82; drag: h k <= 2.78',
+    source='Celledoni, Marthinsen & Owren, Future Gener. Comput. Syst. 19 (2003)',
+    scheme=LieRungeKutta4(),
+    limits=Limits(rotation=0.05, oscillation=2.82, relaxation=2.78),
+)

@@ -1,0 +1,34 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A linearly implicit solve for the velocities, then the drift of `dmv6`: for bodies that stiff
+springs and dampers join.
+
+One linear solve a tick and no iteration; bounded at any stiffness and any step. Of order one, and
+it damps springs: for soft ones take `dmv6`, for trajectories on stiff ones `sdirk2`.
+"""
+
+from rigid_body_sim.physics.integration.free_rotation import moser_veselov
+from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.limits import Limits
+from rigid_body_sim.physics.integration.schemes.implicit import coupling
+from rigid_body_sim.physics.integration.schemes.implicit.linearly_implicit import (
+    LinearlyImplicit,
+    refuses,
+)
+
+INTEGRATOR = Integrator(
+    name='linearly_implicit',
+    order=1,
+    free_order=6,
+    keeps='L to the last bit and energy to rounding without torque; momentum',
+    stability='springs and damping: any step and stiffness; h |omega| <= 4 (free rotation, from '
+    '1 on the drift is divided)',
+    source='Baraff & Witkin, SIGGRAPH (1998); Hairer & Vilmart, J. Phys. A 39 (2006) 13225',
+    scheme=LinearlyImplicit(moser_veselov.drift(6)),
+    coefficients=moser_veselov.coefficients(6),
+    plan=coupling.plan,
+    wants_derivatives=True,
+    refuses=refuses,
+    limits=Limits(rotation=4.0),
+)

@@ -1,0 +1,24 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Reference: BDF of scipy, implicit, variable order up to five: for stiff scenes. See
+`schemes.scipy_reference`.
+"""
+
+from rigid_body_sim.physics.integration.integrator import Integrator, within_tolerances
+from rigid_body_sim.physics.integration.options import tolerances
+from rigid_body_sim.physics.integration.schemes.scipy_reference import ScipyReference
+
+INTEGRATOR = Integrator(
+    name='scipy_bdf',
+    order=5,
+    free_order=5,
+    keeps='nothing, each to within the tolerances',
+    stability='none',
+    source='Shampine & Reichelt, SIAM J. Sci. Comput. 18 (1997); scipy.integrate.solve_ivp',
+    scheme=ScipyReference('BDF'),
+    failure='the solver of scipy did not reach the end of the tick',
+    options=tolerances(1e-08, 1e-10),
+    configure=within_tolerances,
+    is_reference=True,
+)

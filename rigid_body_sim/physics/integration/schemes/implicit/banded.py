@@ -1,0 +1,71 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Systems of linear equations with a band of coefficients: Gaussian elimination with row pivoting, in
+a kernel.
+
+Row r of n keeps columns r - band … r + 2 band, 3 band + 1 numbers side by side: twice the band
+above the diagonal is what pivoting may fill. A full matrix is the one with band = n - 1. Cost: 2 n
+band^2 multiplications.
+
+Source: Golub & Van Loan, Matrix Computations, section 4.3.
+"""
+
+from __future__ import annotations
+
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+
+
+def size(n: int, band: int) -> int:
+    """Count the numbers of a matrix."""
+    return n * (3 * band + 1)
+
+
+@inline
+def entry(band, row, column):
+    """Place of an entry, |row - column| <= band."""
+    return row * (3 * band + 1) + column - row + band
+
+
+@kernel
+def solve(n, band, matrix, rhs):
+    """
+    Solve matrix x = rhs; x replaces rhs, the matrix is used up.
+
+        returns : 1, or 0 for a matrix that is singular or not finite
+    """
+    width = 3 * band + 1
+    for k in range(n):
+        below = min(k + band, n - 1)
+        right = min(k + 2 * band, n - 1)
+        pivot, largest = k, abs(matrix[k * width + band])
+        for row in range(k + 1, below + 1):
+            size = abs(matrix[row * width + k - row + band])
+            if size > largest:
+                pivot, largest = row, size
+        if not (0.0 < largest < 1e300):
+            return 0
+        top = k * width - k + band
+        if pivot != k:
+            other = pivot * width - pivot + band
+            for column in range(k, right + 1):
+                matrix[top + column], matrix[other + column] = (
+                    matrix[other + column],
+                    matrix[top + column],
+                )
+            rhs[k], rhs[pivot] = rhs[pivot], rhs[k]
+        over = 1.0 / matrix[top + k]
+        for row in range(k + 1, below + 1):
+            place = row * width - row + band
+            factor = matrix[place + k] * over
+            if factor != 0.0:
+                for column in range(k + 1, right + 1):
+                    matrix[place + column] -= factor * matrix[top + column]
+                rhs[row] -= factor * rhs[k]
+    for k in range(n - 1, -1, -1):
+        top = k * width - k + band
+        total = rhs[k]
+        for column in range(k + 1, min(k + 2 * band, n - 1) + 1):
+            total -= matrix[top + column] * rhs[column]
+        rhs[k] = total / matrix[top + k]
+    return 1

@@ -1,0 +1,207 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Reference solutions: each tick is one call of scipy.integrate.solve_ivp on (r, p, q, omega_body) of
+the whole scene.
+
+    r' = p / m,   p' = F,   q' = q (omega, 0) / 2,   omega' = I^-1 (R^T torque - omega x I omega)
+
+The same forces, an independent solver: for comparison, not for speed (about a millisecond a tick).
+q is scaled to unit length where forces are evaluated and after each tick. Nothing is remembered
+from tick to tick; scipy is imported when the first tick runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.integration.schemes.steps import finite, start_evaluation
+from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
+from rigid_body_sim.physics.state.blocks import (
+    FX,
+    I1,
+    IM,
+    J1,
+    LX,
+    PX,
+    QX,
+    ROTATION,
+    RX,
+    TRANSLATION,
+    TX,
+    gather,
+    scatter,
+)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ScipyReference:
+    """
+    A method of scipy.integrate.solve_ivp.
+
+    method : 'DOP853', 'Radau', 'BDF' or 'LSODA'
+    """
+
+    method: str
+
+    def free(self, name: str) -> Callable[..., Any]:
+        """Make the function for a scene without forces that depend on the state."""
+        return self.coupled(name, scene='', evaluate=_no_forces, velocity_dependent=False)
+
+    def coupled(
+        self, name: str, *, scene: str, evaluate: Callable[..., Any], velocity_dependent: bool
+    ) -> Callable[..., Any]:
+        """
+        Make the function for the force elements of a scene; it has the signature of a kernel.
+        """
+
+        def advance(ticks: int, tick: int, h: float, *arrays: Any) -> float:
+            equations = _Equations(evaluate, *arrays)
+            for passed in range(ticks):
+                if not equations.advance(self.method, tick + passed, h):
+                    return DID_NOT_CONVERGE
+            return equations.finite()
+
+        return advance
+
+    def workspace(self, blocks: int) -> int:
+        """Two numbers: rtol and atol."""
+        return 2
+
+
+def _no_forces(*_arguments: Any) -> None:
+    """Evaluate nothing."""
+
+
+class _Equations:
+    """The equations of motion of the bodies in the blocks, as scipy wants them: y' = f(t, y)."""
+
+    def __init__(
+        self,
+        evaluate: Callable[..., Any],
+        n_bodies: int,
+        n_rigid: int,
+        translation: Any,
+        rotation: Any,
+        method: Any,
+        workspace: Any,
+        elements: Any,
+        ranges: Any,
+    ) -> None:
+        self._evaluate = evaluate
+        self._sizes = (n_bodies, n_rigid)
+        self._split = 6 * n_bodies
+        self._arguments = (translation, rotation, elements, ranges)
+        self._blocks = (np.asarray(translation), np.asarray(rotation))
+        self._tolerances = {'rtol': workspace[0], 'atol': workspace[1]}
+        self._inverse_mass = gather(self._blocks[0], TRANSLATION, IM, 1, n_bodies)
+        self._moments = gather(self._blocks[1], ROTATION, I1, 3, n_rigid)
+        self._inverses = gather(self._blocks[1], ROTATION, J1, 3, n_rigid)
+
+    def _unpack(self, y: Array) -> tuple[Array, Array, Array]:
+        """
+        Position and momentum (n, 6), unit quaternion (n_rigid, 4), angular velocity in principal
+        axes (n_rigid, 3).
+        """
+        points, turns = y[: self._split].reshape(-1, 6), y[self._split :].reshape(-1, 7)
+        q = turns[:, :4] / np.linalg.norm(turns[:, :4], axis=1)[:, None]
+        return points, q, turns[:, 4:]
+
+    def _write(self, points: Array, q: Array, omega: Array) -> None:
+        translation, rotation = self._blocks
+        scatter(translation, TRANSLATION, RX, points[:, :3])
+        scatter(translation, TRANSLATION, PX, points[:, 3:])
+        if len(q):
+            scatter(rotation, ROTATION, QX, q)
+            scatter(rotation, ROTATION, LX, _rotate(q, self._moments * omega))
+
+    def _read(self) -> Array:
+        n_bodies, n_rigid = self._sizes
+        translation, rotation = self._blocks
+        points = np.hstack(
+            (
+                gather(translation, TRANSLATION, RX, 3, n_bodies),
+                gather(translation, TRANSLATION, PX, 3, n_bodies),
+            )
+        )
+        q = gather(rotation, ROTATION, QX, 4, n_rigid)
+        momentum = gather(rotation, ROTATION, LX, 3, n_rigid)
+        omega = _rotate(_conjugate(q), momentum) * self._inverses
+        return np.concatenate((points.ravel(), np.hstack((q, omega)).ravel()))
+
+    def slope(self, time: float, y: Array) -> Array:
+        """y' at a time [s]."""
+        points, q, omega = self._unpack(y)
+        self._write(points, q, omega)
+        translation, rotation, elements, ranges = self._arguments
+        n_bodies, n_rigid = self._sizes
+        start_evaluation(n_bodies, n_rigid, translation, rotation)
+        self._evaluate(0, float(time), translation, rotation, elements, ranges)
+        force = gather(self._blocks[0], TRANSLATION, FX, 3, n_bodies)
+        out = np.empty_like(y)
+        of_points, of_turns = out[: self._split].reshape(-1, 6), out[self._split :].reshape(-1, 7)
+        of_points[:, :3] = points[:, 3:] * self._inverse_mass
+        of_points[:, 3:] = force
+        if n_rigid:
+            torque = gather(self._blocks[1], ROTATION, TX, 3, n_rigid)
+            u, w = q[:, :3], q[:, 3:]
+            of_turns[:, :3] = 0.5 * (w * omega + _cross(u, omega))
+            of_turns[:, 3] = -0.5 * (u * omega).sum(axis=1)
+            gyroscopic = _cross(omega, self._moments * omega)
+            of_turns[:, 4:] = (_rotate(_conjugate(q), torque) - gyroscopic) * self._inverses
+        if not np.isfinite(out).all():  # scipy would look for a step for ever
+            raise FloatingPointError('a slope is not finite')
+        return out
+
+    def advance(self, method: str, tick: int, h: float) -> bool:
+        """Advance over one tick; tell whether the solver reached its end."""
+        from scipy.integrate import solve_ivp
+
+        start = self._read()
+        with np.errstate(
+            all='ignore'
+        ):  # a state that leaves the finite numbers shows in the result
+            try:
+                result = solve_ivp(
+                    self.slope,
+                    (tick * h, (tick + 1) * h),
+                    start,
+                    method=method,
+                    **self._tolerances,
+                )
+            except (
+                ArithmeticError,
+                ValueError,
+            ):  # `slope`, the solver or a plain kernel met infinity
+                return False
+        if not result.success:
+            return False
+        self._write(*self._unpack(result.y[:, -1]))
+        return True
+
+    def finite(self) -> float:
+        """Give 0, or NaN if a number left the finite ones."""
+        return finite(*self._sizes, *self._arguments[:2])
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """a x b of rows; np.cross is three times slower."""
+    return a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]
+
+
+def _conjugate(q: Array) -> Array:
+    return q * (-1.0, -1.0, -1.0, 1.0)
+
+
+def _rotate(q: Array, v: Array) -> Array:
+    """Rotate rows from body to world axes, see `blocks.rotate`."""
+    u, w = q[:, :3], q[:, 3:]
+    t = 2.0 * _cross(u, v)
+    return v + w * t + _cross(u, t)

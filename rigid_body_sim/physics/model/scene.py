@@ -1,0 +1,160 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What is simulated: bodies with mass properties and initial motion, forces, gravity, tick length.
+
+Plain frozen records without behaviour. SI units; world axes, z up; quaternions xyzw, body to
+world.
+
+Body axes are the axes in which the shape was given, unless `shape_orientation` turns it in them.
+The position of a body is the position of its centre of mass; points on a body (spring anchors) are
+given in body coordinates, whose origin lies at `-center_of_mass` as seen from the centre of mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.model.shapes import Shape
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """
+    Position, orientation and velocities of one body at one instant.
+
+    position         : (3,) [m]      centre of mass, world
+    orientation      : (4,) [-]      unit quaternion xyzw, body to world
+    velocity         : (3,) [m/s]    centre of mass, world
+    angular_velocity : (3,) [rad/s]  world axes
+    """
+
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    velocity: Vector = (0.0, 0.0, 0.0)
+    angular_velocity: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Material:
+    """Contact material [-]; rolling and torsional friction are lengths [m]."""
+
+    restitution: float = 0.0
+    friction: float = 0.5
+    rolling_friction: float = 0.0
+    torsional_friction: float = 0.0
+
+
+@dataclass(frozen=True)
+class MassFlow:
+    """
+    Mass that a body loses or gains at a steady rate, from the start of the scene on.
+
+    m(t) = m0 + rate t, until m is final_mass;   thrust = rate * exhaust_velocity
+        rate             : [kg/s]      negative: loses
+        exhaust_velocity : (3,) [m/s]  of that mass relative to the body as it leaves or before it
+                           joins; body axes, world axes for a point mass
+        final_mass       : [kg]        None: the flow never ends
+    """
+
+    rate: float
+    exhaust_velocity: Vector = (0.0, 0.0, 0.0)
+    final_mass: float | None = None
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """
+    A point of a body that stays where it is: a ball joint to the world.
+
+    point : (3,) [m]  shape coordinates
+    at    : (3,) [m]  world
+    """
+
+    point: Vector
+    at: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """
+    One body.
+
+    mass           : [kg]       > 0 (0 for a fixed body without mass)
+    center_of_mass : (3,) [m]   body coordinates
+    inertia        : (3, 3) [kg m^2]  about the centre of mass, body axes; None for a point mass
+    fixed          : immovable: its inverse mass and inertia are zero
+    mass_flow      : how the mass changes; then `mass` and `inertia` are those at the start
+    pivot          : the point about which it turns; then `initial` tells its orientation and
+                     angular velocity, and its position and velocity follow from them
+    shape_position, shape_orientation : where the shape lies: (3,) [m] its origin in body
+        coordinates, (4,) [-] unit quaternion xyzw, shape axes to body axes
+    """
+
+    name: str
+    shape: Shape | None
+    mass: float
+    center_of_mass: Vector = (0.0, 0.0, 0.0)
+    inertia: NDArray[np.float64] | None = None
+    fixed: bool = False
+    initial: Motion = Motion()
+    material: Material = Material()
+    mass_flow: MassFlow | None = None
+    pivot: Pivot | None = None
+    shape_position: Vector = (0.0, 0.0, 0.0)
+    shape_orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+    @property
+    def is_point(self) -> bool:
+        """Whether the body is a point mass: no orientation, no torque."""
+        return self.inertia is None and not self.fixed
+
+
+@dataclass(frozen=True)
+class Origin:
+    """
+    Where a scene comes from, for messages.
+
+    name      : what they call its text
+    has_lines : whether somebody wrote the text, and finds a line in it
+    """
+
+    name: str = 'scene'
+    has_lines: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """
+    One experiment, read and checked.
+
+    dt_ns      : int  tick length [ns]
+    integrator : name in the registry
+    integrator_options : what the scene sets of it, by name
+    gravity    : (3,) [m/s^2] uniform, world
+    forces     : force element records of `physics.forces`
+    contact    : {'mode': 'none'} or the settings of a contact mode
+    source     : the exact bytes the scene was read from
+    origin     : what messages call them
+    files      : further files the scene names (meshes): name -> bytes
+    """
+
+    name: str
+    dt_ns: int
+    bodies: tuple[Body, ...]
+    integrator: str = 'dmv6'
+    integrator_options: Mapping[str, Any] = field(default_factory=dict)
+    gravity: Vector = (0.0, 0.0, 0.0)
+    forces: tuple[Any, ...] = ()
+    contact: Mapping[str, Any] = field(default_factory=lambda: {'mode': 'none'})
+    source: bytes = b''
+    origin: Origin = Origin()
+    files: Mapping[str, bytes] = field(default_factory=dict)

@@ -1,0 +1,231 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+From the bodies of a scene to the arrays of the kernels, and back to names.
+
+The kernels keep moving bodies only, rigid ones first, then point masses, each in scene order
+("core order"), and turn rigid bodies about their principal axes. The principal frame is fixed in
+the body: q_principal = q_body V, where the columns of V are the principal axes in body axes. Where
+they coincide V = 1 and no bit is touched.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.errors import InvalidModel, blaming
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.inertia_tensor import principal_axes
+from rigid_body_sim.physics.model.pivot import arm_of, check_pivot, inertia_of
+from rigid_body_sim.physics.model.place import WORLD, Place
+from rigid_body_sim.physics.model.scene import Body, Scene, Vector
+from rigid_body_sim.physics.model.variable_mass import check_flow, end_of_flow, flow_of
+from rigid_body_sim.physics.state.blocks import (
+    I1,
+    IM,
+    J1,
+    LX,
+    PX,
+    QW,
+    QX,
+    ROTATION,
+    ROTATION_STATE,
+    RX,
+    TRANSLATION,
+    TRANSLATION_STATE,
+    blocks,
+    gather,
+    rows,
+    scatter,
+)
+
+Array = NDArray[np.float64]
+NO_VECTOR: Vector = (0.0, 0.0, 0.0)
+
+
+class Layout:
+    """
+    Where each body of a scene is kept.
+
+    moving     : (m,)   scene index of each body in core order
+    n_rigid    : the first so many of them are rigid
+    moments    : (n_rigid, 3) [kg m^2]  principal moments, about the pivot of a body that has one
+    principal  : (n_rigid, 4) [-]       quaternion of V, principal to body axes
+    pivoted    : core indices of the bodies that turn about a pivot
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.bodies = scene.bodies
+        self.names = tuple(body.name for body in scene.bodies)
+        self._index = {name: i for i, name in enumerate(self.names)}
+        for i, body in enumerate(scene.bodies):
+            if body.mass_flow is not None:
+                with blaming('bodies', i):
+                    check_flow(body)
+            if body.pivot is not None:
+                with blaming('bodies', i, 'pivot'):
+                    check_pivot(body, scene.contact)
+        movable = [i for i, body in enumerate(scene.bodies) if not body.fixed]
+        rigid = [i for i in movable if not scene.bodies[i].is_point]
+        self.moving = np.array(
+            rigid + [i for i in movable if scene.bodies[i].is_point], dtype=np.int64
+        )
+        self.n_moving = len(self.moving)
+        self.n_rigid = len(rigid)
+        self._core = {int(i): core for core, i in enumerate(self.moving)}
+        self.masses = np.array([scene.bodies[i].mass for i in self.moving], dtype=np.float64)
+        self.moments = np.zeros((self.n_rigid, 3))
+        self._axes = np.zeros((self.n_rigid, 3, 3))
+        for core, i in enumerate(rigid):
+            with blaming('bodies', i, 'inertia'):
+                self.moments[core], self._axes[core] = principal_axes(inertia_of(scene.bodies[i]))
+        self.pivoted = [core for core, i in enumerate(rigid) if scene.bodies[i].pivot is not None]
+        self.principal = so3.quaternion_from_matrix(self._axes).reshape(self.n_rigid, 4)
+
+    def index(self, name: str) -> int:
+        """Scene index of a body; InvalidModel for an unknown name."""
+        try:
+            return self._index[name]
+        except KeyError:
+            known = ', '.join(self.names[:8]) + (', …' if len(self.names) > 8 else '')
+            raise InvalidModel(f'no body is named {name!r}; the scene has: {known}') from None
+
+    def core(self, name: str) -> int:
+        """Core index of a moving body; InvalidModel for an unknown or a fixed one."""
+        core = self._core.get(self.index(name))
+        if core is None:
+            raise InvalidModel(
+                f'{name!r} is fixed and cannot be pushed; choose a body without `fixed: true`'
+            )
+        return core
+
+    def place(self, body: str, point: Vector | None) -> Place:
+        """
+        Find a point in shape coordinates of a body (None: its centre of mass), or in world
+        coordinates for 'world'.
+        """
+        if body == WORLD:
+            return Place(-1, -1, point or NO_VECTOR)
+        index = self.index(body)
+        record = self.bodies[index]
+        arm = np.subtract(point, record.center_of_mass) if point is not None else np.zeros(3)
+        core = self._core.get(index)
+        if core is None:
+            start = record.initial
+            return Place(-1, -1, as_vector(start.position + so3.rotate(start.orientation, arm)))
+        if core < self.n_rigid:
+            return Place(core, core, as_vector(self._axes[core].T @ arm))
+        if np.any(arm):
+            raise InvalidModel(
+                f'{body!r} is a point mass and has no point {tuple(point or ())}; leave the '
+                'point out'
+            )
+        return Place(core, -1, NO_VECTOR)
+
+    def start_position(self, core: int) -> Vector:
+        """Where the row of a body among the translations starts: see `physics.pivot`."""
+        body = self.body(core)
+        return body.initial.position if body.pivot is None else body.pivot.at
+
+    def arm(self, core: int) -> Vector:
+        """Arm from the pivot of a body to its centre of mass [m], principal axes."""
+        return as_vector(self._axes[core].T @ arm_of(self.body(core)))
+
+    def principal_axes(self, body: str, vector: Vector) -> Vector:
+        """Turn a vector from the axes of a body into its principal axes."""
+        core = self.core(body)
+        if core >= self.n_rigid:
+            raise InvalidModel(f'{body!r} is a point mass and has no axes; use the frame world')
+        return as_vector(self._axes[core].T @ np.asarray(vector))
+
+    def mass(self, body: str) -> tuple[float, float, float]:
+        """
+        Give the mass of a body at the start [kg], its rate [kg/s] and how long that lasts [s];
+        zero and zero if steady.
+        """
+        record = self.bodies[self.index(body)]
+        flow = flow_of(record)
+        return (
+            (record.mass, 0.0, 0.0)
+            if flow is None
+            else (record.mass, flow.rate, end_of_flow(record))
+        )
+
+    def to_body_axes(self, matrices: Array) -> Array:
+        """
+        Turn matrices (n_rigid, 3, 3) from principal axes to world into those from body axes to
+        world.
+        """
+        return matrices @ np.swapaxes(self._axes, 1, 2)
+
+    def translation(self) -> Array:
+        """Make the translation blocks at the start of the scene."""
+        array = np.zeros(blocks(self.n_moving) * TRANSLATION)
+        if self.n_moving:
+            starts = [self.start_position(core) for core in range(self.n_moving)]
+            scatter(array, TRANSLATION, RX, np.array(starts))
+            velocities = np.array([self.bodies[i].initial.velocity for i in self.moving])
+            velocities[self.pivoted] = 0.0
+            scatter(array, TRANSLATION, PX, self.masses[:, None] * velocities)
+            scatter(array, TRANSLATION, IM, 1.0 / self.masses[:, None])
+        return array
+
+    def rotation(self) -> Array:
+        """
+        Make the rotation blocks at the start of the scene; empty lanes hold a unit sphere at rest.
+        """
+        array = np.zeros(blocks(self.n_rigid) * ROTATION)
+        rows(array, ROTATION, QW, 1)[:] = 1.0
+        rows(array, ROTATION, I1, 3)[:] = 1.0
+        rows(array, ROTATION, J1, 3)[:] = 1.0
+        if self.n_rigid:
+            starts = [self.bodies[i].initial for i in self.moving[: self.n_rigid]]
+            q = np.array([s.orientation for s in starts])
+            turned = [not np.array_equal(v, np.eye(3)) for v in self._axes]
+            q[turned] = so3.normalise(so3.multiply(q[turned], self.principal[turned]))
+            omega = so3.rotate_back(q, np.array([s.angular_velocity for s in starts]))
+            scatter(array, ROTATION, QX, q)
+            scatter(array, ROTATION, LX, so3.rotate(q, self.moments * omega))
+            scatter(array, ROTATION, I1, self.moments)
+            scatter(array, ROTATION, J1, 1.0 / self.moments)
+        return array
+
+    def state_bytes(self, translation: Array, rotation: Array) -> bytes:
+        """
+        Give what a run must remember, core order, float64 little endian: r, p and their residuals,
+        then q, L.
+        """
+        points = gather(translation, TRANSLATION, 0, TRANSLATION_STATE // 64, self.n_moving)
+        turns = gather(rotation, ROTATION, 0, ROTATION_STATE // 64, self.n_rigid)
+        return points.astype('<f8').tobytes() + turns.astype('<f8').tobytes()
+
+    @property
+    def state_size(self) -> int:
+        """Count the bytes of `state_bytes`."""
+        return 8 * (
+            self.n_moving * (TRANSLATION_STATE // 64) + self.n_rigid * (ROTATION_STATE // 64)
+        )
+
+    def set_state_bytes(self, state: bytes, translation: Array, rotation: Array) -> None:
+        """Restore what `state_bytes` gave."""
+        point_rows, turn_rows = TRANSLATION_STATE // 64, ROTATION_STATE // 64
+        wanted = self.state_size
+        if len(state) != wanted:
+            raise InvalidModel(f'a state of this scene has {wanted} bytes, got {len(state)}')
+        numbers = np.frombuffer(state, dtype='<f8').astype(np.float64)
+        split = self.n_moving * point_rows
+        if self.n_moving:
+            scatter(translation, TRANSLATION, 0, numbers[:split].reshape(-1, point_rows))
+        if self.n_rigid:
+            scatter(rotation, ROTATION, 0, numbers[split:].reshape(-1, turn_rows))
+
+    def body(self, core: int) -> Body:
+        """Body at a place of the core order."""
+        return self.bodies[int(self.moving[core])]
+
+
+def as_vector(values: Array) -> Vector:
+    """Three numbers of an array as a tuple."""
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)

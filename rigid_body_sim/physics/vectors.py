@@ -1,0 +1,95 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Vectors of three numbers in kernels: tuples (x, y, z), in and out.
+
+They cost nothing: once inlined, the compiler keeps their numbers in registers. Sums are taken from
+left to right, so that a line with vectors has the bits of the same line written out.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import inline
+
+Array = NDArray[np.float64]
+
+
+@inline
+def load(array: Array, place: int) -> Any:
+    """Read three numbers that follow each other."""
+    return array[place], array[place + 1], array[place + 2]
+
+
+@inline
+def store(array: Array, place: int, v: Any) -> None:
+    """Write three numbers that follow each other."""
+    array[place], array[place + 1], array[place + 2] = v
+
+
+@inline
+def load_strided(array: Array, place: int, stride: int) -> Any:
+    """Read three numbers a stride apart: one lane of three rows."""
+    return array[place], array[place + stride], array[place + 2 * stride]
+
+
+@inline
+def store_strided(array: Array, place: int, stride: int, v: Any) -> None:
+    """Write three numbers a stride apart."""
+    array[place], array[place + stride], array[place + 2 * stride] = v
+
+
+@inline
+def dot(a: Any, b: Any) -> Any:
+    """Return a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inline
+def cross(a: Any, b: Any) -> Any:
+    """Return a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@inline
+def add(a: Any, b: Any) -> Any:
+    """Return a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@inline
+def subtract(a: Any, b: Any) -> Any:
+    """Return a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@inline
+def scale(factor: float, v: Any) -> Any:
+    """Return factor v."""
+    return factor * v[0], factor * v[1], factor * v[2]
+
+
+@inline
+def add_scaled(a: Any, factor: float, v: Any) -> Any:
+    """Return a + factor v."""
+    return a[0] + factor * v[0], a[1] + factor * v[1], a[2] + factor * v[2]
+
+
+@inline
+def negate(v: Any) -> Any:
+    """Return -v."""
+    return -v[0], -v[1], -v[2]
+
+
+@inline
+def apply_symmetric(m: Any, v: Any) -> Any:
+    """Return M v of a symmetric matrix (xx, xy, xz, yy, yz, zz)."""
+    return (
+        m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
+        m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
+        m[2] * v[0] + m[4] * v[1] + m[5] * v[2],
+    )

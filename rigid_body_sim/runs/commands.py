@@ -1,0 +1,190 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Commands to bodies as they come from a topic, a file or a recording, and which of them are refused.
+
+    kind      unit          lasts
+    force     N             until the next force, or the command timeout
+    torque    N m           until the next torque, or the command timeout
+    wrench    N, N m        until the next wrench, or the command timeout; force, torque and wrench
+    add impulse   N s, N m s    applied once, whatever the tick length
+
+`frame_id` is empty or the world frame (world axes), or the name of the body (axes that turn with
+it); anything else is refused. A force acts at the centre of mass.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model.scene import Scene, Vector
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.topics import COMMAND_TYPES, body_topic
+
+KINDS = tuple(COMMAND_TYPES)
+NO_VECTOR: Vector = (0.0, 0.0, 0.0)
+CSV_COLUMNS = ('time', 'body', 'kind', 'frame', 'fx', 'fy', 'fz', 'tx', 'ty', 'tz')
+
+
+@dataclass(frozen=True)
+class Command:
+    """
+    One command, before anybody judged it.
+
+    force, torque : of an impulse, N s and N m s
+    frame_id      : as it came
+    stamp_ns      : time stamp of the sender [ns]; recorded, not used
+    """
+
+    body: str
+    kind: str
+    force: Vector = NO_VECTOR
+    torque: Vector = NO_VECTOR
+    frame_id: str = ''
+    stamp_ns: int = 0
+
+
+class CommandRules:
+    """What a scene allows to be commanded."""
+
+    def __init__(self, scene: Scene, *, world_frame: str = 'world') -> None:
+        self._world_frame = world_frame
+        self._bodies = {body.name: body for body in scene.bodies}
+
+    def frame(self, command: Command) -> str:
+        """Axes of a command that was not refused: 'world' or 'body'."""
+        return 'body' if command.frame_id == command.body != self._world_frame else 'world'
+
+    def refusal(self, command: Command) -> str | None:
+        """Say why a command cannot be honoured, in one line; None if it can."""
+        body = self._bodies.get(command.body)
+        if body is None:
+            return f'no body is named {command.body!r}; the scene has: {", ".join(self._bodies)}'
+        if body.fixed:
+            return f'{body.name!r} is fixed; command a movable body'
+        if command.frame_id not in ('', self._world_frame, body.name):
+            return (
+                f'{command.kind} for {body.name!r} in frame {command.frame_id!r}; '
+                f"allowed: '', {self._world_frame!r}, {body.name!r}"
+            )
+        if not all(map(math.isfinite, (*command.force, *command.torque))):
+            return f'{command.kind} for {body.name!r} is not finite; send finite numbers'
+        if body.is_point and any(command.torque):
+            return (
+                f'torque on the point mass {body.name!r}, which has no orientation; send a force'
+            )
+        if body.is_point and self.frame(command) == 'body':
+            return (
+                f'{command.kind} in the axes of the point mass {body.name!r}, which has '
+                'none; use the world frame'
+            )
+        return None
+
+
+def encode(command: Command) -> bytes:
+    """Give the message of a command, padding zeroed."""
+    sec, nanosec = divmod(command.stamp_ns, 1_000_000_000)
+    if command.kind in ('force', 'torque'):
+        vector = command.force if command.kind == 'force' else command.torque
+        return cdr.encode(cdr.Vector3Stamped(sec, nanosec, command.frame_id, vector))
+    return cdr.encode(
+        cdr.WrenchStamped(sec, nanosec, command.frame_id, command.force, command.torque)
+    )
+
+
+def decode(body: str, kind: str, data: bytes) -> Command:
+    """Read the message of a command; CdrError if it is none."""
+    message = cdr.decode(COMMAND_TYPES[kind], data)
+    assert not isinstance(message, cdr.Clock)
+    stamp = message.sec * 1_000_000_000 + message.nanosec
+    if isinstance(message, cdr.Vector3Stamped):
+        force = message.vector if kind == 'force' else NO_VECTOR
+        torque = message.vector if kind == 'torque' else NO_VECTOR
+        return Command(body, kind, force, torque, message.frame_id, stamp)
+    assert isinstance(message, cdr.WrenchStamped)
+    return Command(body, kind, message.force, message.torque, message.frame_id, stamp)
+
+
+def topics_of(bodies: Sequence[str], *, namespace: str) -> dict[str, tuple[str, str]]:
+    """Name the command topics: topic -> (body, kind)."""
+    return {
+        body_topic(namespace, body, kind, '').name: (body, kind)
+        for body in bodies
+        for kind in KINDS
+    }
+
+
+def read_csv(path: Path, scene: Scene, *, dt_ns: int) -> list[tuple[int, Command]]:
+    """
+    Read timed commands: columns time [s], body, kind, frame (world or body), fx … tz; missing
+    numbers are zero.
+
+    returns : (tick, command), ascending; a command takes effect at the first tick boundary not
+              before its time
+    """
+    try:
+        with path.open(newline='', encoding='utf-8') as lines:
+            timed = list(_rows(path, lines, scene, dt_ns))
+    except OSError as error:
+        raise UserError(
+            f'{path}: cannot be read ({error.strerror}); give a CSV file of commands'
+        ) from None
+    except UnicodeDecodeError:
+        raise UserError(f'{path}: is not UTF-8 text; give a CSV file of commands') from None
+    return sorted(timed, key=lambda item: item[0])
+
+
+def _rows(
+    path: Path, lines: Iterator[str], scene: Scene, dt_ns: int
+) -> Iterator[tuple[int, Command]]:
+    reader = csv.DictReader(lines)
+    columns = tuple(reader.fieldnames or ())
+    unknown = set(columns) - set(CSV_COLUMNS)
+    missing = {'time', 'body', 'kind'} - set(columns)
+    if unknown or missing:
+        raise UserError(
+            f'{path}: columns {", ".join(columns) or "none"}; needed: time, body, kind; '
+            f'allowed: {", ".join(CSV_COLUMNS)}'
+        )
+    rules = CommandRules(scene)
+    for row in reader:
+        where = f'{path}: line {reader.line_num}'
+        if None in row or None in row.values():
+            raise UserError(f'{where}: has not as many values as the header has columns')
+        numbers = {
+            name: _number(where, name, row.get(name)) for name in ('time', *CSV_COLUMNS[4:])
+        }
+        if row['kind'] not in KINDS:
+            raise UserError(f'{where}: kind {row["kind"]!r}; allowed: {", ".join(KINDS)}')
+        if numbers['time'] < 0:
+            raise UserError(f'{where}: time {numbers["time"]:g} s; allowed: 0 and more')
+        frame = row.get('frame') or 'world'
+        command = Command(
+            body=row['body'],
+            kind=row['kind'],
+            force=(numbers['fx'], numbers['fy'], numbers['fz']),
+            torque=(numbers['tx'], numbers['ty'], numbers['tz']),
+            frame_id=row['body'] if frame == 'body' else frame,
+            stamp_ns=round(numbers['time'] * 1e9),
+        )
+        reason = rules.refusal(command)
+        if reason is not None:
+            raise UserError(f'{where}: {reason}')
+        yield -(-command.stamp_ns // dt_ns), command
+
+
+def _number(where: str, name: str, text: str | None) -> float:
+    if not text:
+        return 0.0
+    try:
+        number = float(text)
+    except ValueError:
+        raise UserError(f'{where}: {name} {text!r}; allowed: a number') from None
+    if not math.isfinite(number):
+        raise UserError(f'{where}: {name} {text!r}; allowed: a finite number')
+    return number

@@ -1,0 +1,187 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A run on disk: a bag that is a complete experiment.
+
+It holds the scene and the files it names, the state at the first recorded tick, what was held
+then, every command with the tick on which it first acted, and every published message. `replay`
+needs nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict
+from datetime import datetime, timezone
+from pathlib import Path
+
+from rigid_body_sim import __version__
+from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.forces.held_wrenches import Slot
+from rigid_body_sim.recording.bag_writer import BagWriter
+from rigid_body_sim.recording.topics import command_topics
+from rigid_body_sim.runs.commands import KINDS
+from rigid_body_sim.runs.run import Run, TickOutput
+
+SCENE_FILE = 'scene.yaml'
+START_FILE = 'start_state.bin'
+SCHEMA_VERSION = '1'
+TICK_SEMANTICS = (
+    '1'  # raised when a tick of `run` or a step of an integrator comes to mean something else
+)
+CHAIN_EVERY = 100  # published ticks between two links of the hash chain
+
+
+class RunRecorder:
+    """
+    Records one stretch of one run into one bag.
+
+    background : write in a thread of its own, at least every half second; for a run in real time
+    """
+
+    def __init__(self, run: Run, path: Path, *, background: bool = False) -> None:
+        self.path = path
+        self._run = run
+        self._dropped = 0
+        self._chain = hashlib.sha256()
+        self._wall_start = datetime.now(timezone.utc)
+        self._clock_start = time.monotonic()
+        scene = run.simulation.scene
+        names = [body.name for body in scene.bodies]
+        topics = [*run.topics, *command_topics(names, namespace=run.settings.namespace)]
+        start = run.simulation.state_bytes()
+        self.first_tick = run.simulation.tick
+        self._writer = BagWriter(
+            path,
+            topics=topics,
+            manifest=self._manifest(start),
+            attachments={SCENE_FILE: scene.source, START_FILE: start, **scene.files},
+            background=background,
+        )
+
+    def _manifest(self, start: bytes) -> dict[str, str]:
+        run, simulation = self._run, self._run.simulation
+        scene, settings = simulation.scene, run.settings
+        return {
+            'schema_version': SCHEMA_VERSION,
+            'tick_semantics': TICK_SEMANTICS,
+            'package_version': __version__,
+            'software': json.dumps(kernels.versions()),
+            'platform': f'{platform.machine()} {platform.system()} {platform.libc_ver()[0]}',
+            'scene': scene.name,
+            'scene_sha256': hashlib.sha256(scene.source).hexdigest(),
+            'scene_files': json.dumps(sorted(scene.files)),
+            'integrator': simulation.integrator.name,
+            'integrator_options': json.dumps(simulation.integrator.settings),
+            'integrator_choice': simulation.choice.reason if simulation.choice else '',
+            'dt_ns': str(simulation.dt_ns),
+            'first_tick': str(self.first_tick),
+            'start_state_sha256': hashlib.sha256(start).hexdigest(),
+            'held_at_start': json.dumps(held_as_json(simulation.held_slots)),
+            'publish_every': str(settings.publish_every),
+            'command_timeout_ns': str(run.command_timeout_ns),
+            'contact': json.dumps(dict(scene.contact)),
+            'publish_contacts': json.dumps(settings.publish_contacts),
+            'touching_at_start': json.dumps(_touching(run)),
+            'namespace': settings.namespace,
+            'world_frame': settings.world_frame,
+            'bodies': json.dumps([body.name for body in scene.bodies]),
+            'command_kinds': json.dumps(KINDS),
+            'gravity': json.dumps(scene.gravity),
+        }
+
+    def record(self, output: TickOutput, *, tick: int) -> None:
+        """
+        Record what came of `Run.advance` begun at `tick`.
+
+        Raises RunError when the disk takes no more; it says which ticks are safe.
+        """
+        for topic, message in output.consumed:
+            self._writer.write_message(topic, tick, tick * self._run.simulation.dt_ns, message)
+        for batch in output.batches:
+            self._writer.write(batch)
+        every = self._run.settings.publish_every
+        if output.tick % (every * CHAIN_EVERY) == 0:
+            self._chain.update(self._run.simulation.state_bytes())
+
+    def close(self, reason: str) -> None:
+        """
+        Finish the bag.
+
+        reason : duration, stop_time, signal, stopped, reset, replayed, diverged, error
+        """
+        simulation = self._run.simulation
+        self._chain.update(simulation.state_bytes())
+        self._run.sample_drift()
+        estimate = self._run.error_estimate()
+        drift = asdict(self._run.sample_drift())
+        gap = self._run.deepest_gap()
+        self._writer.close(
+            {
+                **({'error_estimate': json.dumps(asdict(estimate))} if estimate else {}),
+                **{
+                    f'{law}_drift' if law != 'energy_rise' else law: repr(value)
+                    for law, value in drift.items()
+                    if value is not None
+                },
+                **({'deepest_gap': repr(gap)} if gap is not None else {}),
+                'last_tick': str(simulation.tick),
+                'ticks': str(simulation.tick - self.first_tick),
+                'last_time_ns': str(simulation.tick * simulation.dt_ns),
+                'final_state_sha256': hashlib.sha256(simulation.state_bytes()).hexdigest(),
+                'state_chain_sha256': self._chain.hexdigest(),
+                'dropped': str(self._dropped),
+                'end_reason': reason,
+                'warnings': json.dumps(self._run.warnings, ensure_ascii=False),
+                'wall_start': self._wall_start.isoformat(timespec='seconds'),
+                'wall_seconds': f'{time.monotonic() - self._clock_start:.3f}',
+            }
+        )
+
+
+def _touching(run: Run) -> list[int]:
+    """Bodies of which an empty message of contacts is still to come when they let go."""
+    return sorted(run.contact_packer.touching) if run.contact_packer else []
+
+
+@contextmanager
+def recording(run: Run, path: Path | None, *, done: str) -> Iterator[RunRecorder | None]:
+    """
+    Record a run, if a bag is wanted, and close the bag however it ends.
+
+    done : the reason to write where nothing went wrong
+    """
+    if path is None:
+        yield None
+        return
+    recorder, reason = RunRecorder(run, path), 'stopped'
+    try:
+        yield recorder
+        reason = done
+    except SimulationDiverged:
+        reason = 'diverged'
+        raise
+    finally:
+        recorder.close(reason)
+
+
+def held_as_json(slots: Mapping[tuple[int, str], Slot]) -> list[list[object]]:
+    """Give held commands as plain lists; floats survive JSON to the bit."""
+    return [
+        [core, source, slot.force, slot.torque, slot.turns_with_body, slot.until]
+        for (core, source), slot in sorted(slots.items())
+    ]
+
+
+def held_from_json(text: str) -> dict[tuple[int, str], Slot]:
+    """Read what `held_as_json` gave."""
+    return {
+        (core, source): Slot(tuple(force), tuple(torque), turns, until)
+        for core, source, force, torque, turns, until in json.loads(text)
+    }

@@ -1,0 +1,387 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+One run: a simulation that takes commands at tick boundaries and gives messages. What a tick is, is
+said here alone.
+
+Tick k, from k dt to (k + 1) dt:
+    commands that arrived are taken in order: a held one replaces what its source asked before, an
+    impulse acts at once the physics advances by dt
+    applied wrenches of tick k and the states after it are packed: at each publish tick those of
+    all bodies, else the wrenches of the bodies whose command changed at k, so that the first
+    message with a new value names the tick on which it first acted
+
+The node, `simulate` and `replay` all run through `Run`; the recorder sees the same bytes that are
+published.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.diagnostics.invariants import Drift, DriftMeter
+from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot
+from rigid_body_sim.physics.model.scene import Vector
+from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.physics.state.snapshot import State
+from rigid_body_sim.recording.batch import Batch
+from rigid_body_sim.recording.contact_packing import ContactPacker
+from rigid_body_sim.recording.packing import StatePacker
+from rigid_body_sim.recording.topics import body_topic
+from rigid_body_sim.runs import commands as command_messages
+from rigid_body_sim.runs.commands import Command, CommandRules
+from rigid_body_sim.runs.error_estimate import ErrorEstimate, Shadow
+
+if TYPE_CHECKING:
+    from rigid_body_sim.physics.state.contacts import Contacts
+
+Array = NDArray[np.float64]
+
+_NOBODY = np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """
+    What turns a simulation into messages; recorded in the manifest.
+
+    namespace          : of the body topics
+    world_frame        : name of the world axes
+    command_timeout_ns : how long a held command lasts [ns]; 0: until changed
+    publish_every      : ticks between publish ticks
+    estimate_error     : whether a shadow runs along to tell how wrong the run is; it changes no
+                         message
+    publish_contacts   : whether contacts are packed too
+    """
+
+    namespace: str = ''
+    world_frame: str = 'world'
+    command_timeout_ns: int = 200_000_000
+    publish_every: int = 10
+    estimate_error: bool = False
+    publish_contacts: bool = False
+
+
+def publish_every(rate_hz: float, dt_ns: int) -> int:
+    """Count the ticks between published states; UserError unless the rate is positive."""
+    if not math.isfinite(rate_hz) or rate_hz <= 0:
+        raise UserError(f'publish rate {rate_hz:g} Hz; allowed: a positive number')
+    return max(1, round(1e9 / rate_hz / dt_ns))
+
+
+@dataclass(frozen=True)
+class TickOutput:
+    """
+    What came of one tick or of a stretch of them.
+
+    consumed : commands taken at the start, in order, with their messages
+    batches  : packed messages, in the order of the file
+    """
+
+    tick: int
+    consumed: Sequence[tuple[str, bytes]]
+    batches: tuple[Batch, ...] = ()
+
+
+class Run:
+    """
+    Takes commands, advances, packs. Knows neither clock nor file nor ROS.
+
+    warnings : what is wrong with the scene from the start (`Simulation.scene_warnings`), and where
+               the run was seen beyond a limit of its integrator (`physics.stability`), at the
+               start and whenever drift was sampled: a line each, every body once a limit
+    warn     : is given each of them when it is found
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        settings: RunSettings,
+        *,
+        warn: Callable[[str], None] | None = None,
+    ) -> None:
+        self.simulation = simulation
+        self.settings = settings
+        self.rules = CommandRules(simulation.scene, world_frame=settings.world_frame)
+        names = [body.name for body in simulation.scene.bodies]
+        self._index = {name: i for i, name in enumerate(names)}
+        self.packer = StatePacker(
+            names,
+            dt_ns=simulation.dt_ns,
+            namespace=settings.namespace,
+            frame_id=settings.world_frame,
+        )
+        self.contact_packer = self._make_contact_packer(names)
+        self.topics = self.packer.topics + (
+            self.contact_packer.topics if self.contact_packer else ()
+        )
+        self.command_timeout_ns = settings.command_timeout_ns
+        self._applied = np.array(simulation.applied_wrench())
+        self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
+        self._commanded = bool(simulation.held_slots)
+        self._deepest_gap = math.inf
+        if settings.estimate_error and self.has_contact:
+            raise UserError(
+                f'error estimate of the scene {simulation.scene.name!r}: a shadow in half steps '
+                'says nothing where bodies meet; replay the bag with half the dt instead'
+            )
+        self._shadow = Shadow(simulation) if settings.estimate_error else None
+        self._warn = warn
+        self._warn_anew()
+
+    def _warn_anew(self) -> None:
+        self.warnings: list[str] = []  # in the order in which they were first seen
+        self._warned: dict[str, set[int]] = {}
+        for text in self.simulation.scene_warnings:
+            self._say(text)
+        self._look_at_limits(self.simulation.state)
+
+    def _look_at_limits(self, state: State) -> None:
+        for excess in self.simulation.stability.look(state, self._warned):
+            self._warned.setdefault(excess.kind, set()).update(excess.bodies)
+            self._say(excess.text)
+
+    def _say(self, text: str) -> None:
+        self.warnings.append(text)
+        if self._warn is not None:
+            self._warn(text)
+
+    def _make_contact_packer(self, names: Sequence[str]) -> ContactPacker | None:
+        scene, settings = self.simulation.scene, self.settings
+        if not settings.publish_contacts:
+            return None
+        if not self.has_contact:
+            raise UserError(
+                f'contacts of the scene {scene.name!r}: asked for, but its bodies do not meet; '
+                'give the scene contact: {mode: timestep}, or do not ask'
+            )
+        return ContactPacker(
+            names,
+            movable=[not body.fixed for body in scene.bodies],
+            dt_ns=self.simulation.dt_ns,
+            namespace=settings.namespace,
+            frame_id=settings.world_frame,
+            first_channel_id=1 + len(self.packer.topics),
+        )
+
+    @property
+    def has_contact(self) -> bool:
+        """Whether bodies of the scene meet at all."""
+        return self.simulation.scene.contact.get('mode', 'none') != 'none'
+
+    def _step(self, ticks: int) -> None:
+        self.simulation.step(ticks)
+        if self._shadow is not None:
+            try:
+                self._shadow.simulation.step(ticks)
+            except SimulationDiverged:  # the run itself is well: only the estimate is lost
+                self._shadow = None
+
+    def error_estimate(self) -> ErrorEstimate | None:
+        """Estimate how wrong the states are by now; None where nobody asked for it."""
+        return self._shadow.estimate() if self._shadow is not None else None
+
+    def _take(self, commands: Sequence[Command]) -> list[tuple[str, bytes]]:
+        """Apply commands; give the topic and message of each. Impulses are left in `_struck`."""
+        consumed = []
+        for command in commands:
+            self._apply(command)
+            topic = body_topic(self.settings.namespace, command.body, command.kind, '').name
+            consumed.append((topic, command_messages.encode(command)))
+        return consumed
+
+    def _apply(self, command: Command) -> None:
+        struck = self._hand_on(command, self.simulation)
+        if struck is not None:
+            self._struck[:, self._index[command.body]] += np.array(struck) / self.simulation.dt
+            self._any_struck = True
+        if self._shadow is not None:
+            self._hand_on(command, self._shadow.simulation)
+
+    def _hand_on(self, command: Command, simulation: Simulation) -> tuple[Vector, Vector] | None:
+        """
+        Give a command to a simulation; what struck the body, in world axes, if it was an impulse.
+        """
+        frame = self.rules.frame(command)
+        if command.kind == 'impulse':
+            return simulation.apply_impulse(
+                command.body, linear=command.force, angular=command.torque, frame=frame
+            )
+        simulation.hold(
+            command.body,
+            command.kind,
+            force=command.force,
+            torque=command.torque,
+            frame=frame,
+            until=self._until(),
+        )
+        return None
+
+    def _until(self) -> int:
+        if self.command_timeout_ns == 0:
+            return FOREVER
+        ticks = -(-self.command_timeout_ns // self.simulation.dt_ns)
+        return self.simulation.tick + ticks
+
+    def advance(self, ticks: int, commands: Sequence[Command] = ()) -> TickOutput:
+        """
+        Take commands, then advance over ticks up to the next publish tick or expiry of a command,
+        at most `ticks`.
+
+        Raises SimulationDiverged; what was packed before is not lost, the ticks before are done.
+        """
+        simulation = self.simulation
+        tick = simulation.tick
+        changing = bool(commands) or simulation.next_expiry <= tick
+        if changing and not self._commanded:
+            self._sample(commanded=False)
+        self._struck = np.zeros_like(self._applied)
+        self._any_struck = False
+        held = simulation.held_slots if changing else {}
+        consumed = self._take(commands)
+        self._update_applied(changing)
+        changed = self._changed_since(held) if changing else _NOBODY
+        every = self.settings.publish_every
+        stop = min(tick + ticks, (tick // every + 1) * every)
+        if self._any_struck or changed.size:
+            stop = tick + 1
+        stop = min(stop, max(tick + 1, simulation.next_expiry))
+        if stop % every == 0 and stop > tick + 1:
+            self._step(stop - 1 - tick)
+            self._update_applied(False)
+            self._step(1)
+        else:
+            self._step(stop - tick)
+        if changing:
+            self._close_stretch()
+        if stop % every == 0:
+            return TickOutput(stop, consumed, self._pack_states())
+        if changed.size:
+            force, torque = self._applied + self._struck
+            batch = self.packer.pack_wrenches(changed, tick, force=force, torque=torque)
+            return TickOutput(stop, consumed, (batch,))
+        return TickOutput(stop, consumed)
+
+    def follow(
+        self, commands: Mapping[int, Sequence[Command]], last_tick: int
+    ) -> Iterator[tuple[int, TickOutput]]:
+        """
+        Advance to a tick, taking commands at theirs; yield the first tick of each stretch and what
+        came of it.
+        """
+        simulation = self.simulation
+        pending = sorted((k for k in commands if simulation.tick <= k < last_tick), reverse=True)
+        while simulation.tick < last_tick:
+            tick = simulation.tick
+            if pending and pending[-1] == tick:
+                pending.pop()
+            stop = pending[-1] if pending else last_tick
+            yield tick, self.advance(stop - tick, commands.get(tick, ()))
+
+    def _update_applied(self, changing: bool) -> None:
+        """Renew the applied wrenches where they may be others than before."""
+        if changing or self.simulation.has_turning_commands:
+            self._applied = np.array(self.simulation.applied_wrench())
+
+    def _changed_since(self, held: dict[tuple[int, str], Slot]) -> NDArray[np.int64]:
+        """
+        Tell which bodies are asked for something else than before, or were struck.
+
+        What is asked decides, not the wrench that comes of it: commands that turn with a body
+        change it in every tick, and whether by a bit or not must not depend on how many ticks are
+        done at once.
+        """
+        now = self.simulation.held_slots
+        different = self._struck.any(axis=(0, 2))
+        for key in held.keys() | now.keys():
+            if _asked(held.get(key)) != _asked(now.get(key)):
+                different[self.simulation.scene_index(key[0])] = True
+        return np.flatnonzero(different)
+
+    def _pack_states(self) -> tuple[Batch, ...]:
+        state = self.simulation.state
+        force, torque = self._applied + self._struck if self._any_struck else self._applied
+        batch = self.packer.pack(
+            self.simulation.tick,
+            position=state.position,
+            orientation=state.orientation,
+            velocity=state.velocity,
+            angular_velocity=state.angular_velocity,
+            force=force,
+            torque=torque,
+        )
+        contacts = self._pack_contacts() if self.contact_packer is not None else None
+        if contacts is None:
+            return (batch,)
+        wrenches, states = self.packer.split(batch)
+        return (wrenches, contacts, states)
+
+    def _pack_contacts(self) -> Batch | None:
+        assert self.contact_packer is not None
+        simulation = self.simulation
+        found = simulation.contacts()
+        self._look_at(found)
+        return self.contact_packer.pack(
+            simulation.tick,
+            bodies=found.bodies,
+            point=found.point,
+            normal=found.normal,
+            gap=found.gap,
+            force=found.impulse / simulation.dt,
+        )
+
+    def _close_stretch(self) -> None:
+        """
+        Begin to measure drift anew when no command acts any more; none counts while one does.
+        """
+        self._commanded = bool(self.simulation.held_slots)
+        if not self._commanded:
+            self._sample(commanded=True)
+
+    def sample_drift(self) -> Drift:
+        """Measure what should have stayed the same, give the worst so far; look at the limits."""
+        self._sample(commanded=self._commanded)
+        self._look_at_limits(self.simulation.state)
+        return self._meter.drift()
+
+    def deepest_gap(self) -> float | None:
+        """
+        Smallest distance [m] of two bodies in contact, at any look so far (of `sample_drift` and
+        of packed contacts); negative: they overlapped. None where nothing touched.
+        """
+        return self._deepest_gap if self._deepest_gap < math.inf else None
+
+    def _look_at(self, contacts: Contacts) -> None:
+        self._deepest_gap = min(self._deepest_gap, float(np.min(contacts.gap, initial=math.inf)))
+
+    def _sample(self, *, commanded: bool) -> None:
+        simulation = self.simulation
+        if self.has_contact:
+            self._look_at(simulation.contacts())
+        self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
+
+    def reset(self) -> None:
+        """Put every body back to the start of the scene; time goes on, drift is measured anew."""
+        self.simulation.reset()
+        if self.settings.estimate_error:
+            self._shadow = Shadow(self.simulation)
+        self._applied = np.zeros_like(self._applied)
+        self._commanded = False
+        self._deepest_gap = math.inf
+        self._meter = DriftMeter(
+            self.simulation.invariants, self.simulation.state, time=self.simulation.time
+        )
+        self._warn_anew()
+
+
+def _asked(slot: Slot | None) -> tuple[object, ...] | None:
+    """What a held command asks for, without how long."""
+    return None if slot is None else (slot.force, slot.torque, slot.turns_with_body)
