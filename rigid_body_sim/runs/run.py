@@ -35,9 +35,7 @@ from rigid_body_sim.physics.state.snapshot import State
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.contact_packing import ContactPacker
 from rigid_body_sim.recording.packing import StatePacker
-from rigid_body_sim.recording.topics import body_topic
-from rigid_body_sim.runs import commands as command_messages
-from rigid_body_sim.runs.commands import Command, CommandRules
+from rigid_body_sim.runs.commands import Command, CommandRules, topics_of
 from rigid_body_sim.runs.error_estimate import ErrorEstimate, Shadow
 
 if TYPE_CHECKING:
@@ -113,6 +111,8 @@ class Run:
         self.rules = CommandRules(simulation.scene, world_frame=settings.world_frame)
         names = [body.name for body in simulation.scene.bodies]
         self._index = {name: i for i, name in enumerate(names)}
+        topics = topics_of(names, namespace=settings.namespace)
+        self._command_topic = {body_and_kind: topic for topic, body_and_kind in topics.items()}
         self.packer = StatePacker(
             names,
             dt_ns=simulation.dt_ns,
@@ -194,8 +194,7 @@ class Run:
         consumed = []
         for command in commands:
             self._apply(command)
-            topic = body_topic(self.settings.namespace, command.body, command.kind, '').name
-            consumed.append((topic, command_messages.encode(command)))
+            consumed.append((self._command_topic[command.body, command.kind], command.message))
         return consumed
 
     def _apply(self, command: Command) -> None:
