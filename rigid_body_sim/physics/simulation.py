@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
 from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.model import rotation as so3
@@ -270,11 +271,11 @@ class Simulation:
         of_scene[0, self._layout.moving] = force
         of_scene[1, self._layout.moving] = torque
         for row in table:
-            core = int(row[0])
+            core = int(row[held_body_wrench.BODY])
             q = self._stepper.orientation(core)
             scene_index = int(self._layout.moving[core])
-            of_scene[0, scene_index] += so3.rotate(q, row[2:5])
-            of_scene[1, scene_index] += so3.rotate(q, row[5:8])
+            of_scene[0, scene_index] += so3.rotate(q, row[held_body_wrench.FORCES])
+            of_scene[1, scene_index] += so3.rotate(q, row[held_body_wrench.TORQUES])
         return of_scene[0], of_scene[1]
 
     def orientation_matrices(self) -> Array:

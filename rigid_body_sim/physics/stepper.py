@@ -344,7 +344,7 @@ class Stepper:
         block, lane = divmod(core, 64)
         if core < self._layout.n_rigid:
             q = self.orientation(core)
-            linear, angular = self._elements.pivots.strike(core, linear, angular, q)
+            linear, angular = self._elements.pivots.about_pivot(core, linear, angular, q)
         rows(self.translation, TRANSLATION, PX, 3)[block, :, lane] += linear
         if core < self._layout.n_rigid:
             rows(self.rotation, ROTATION, LX, 3)[block, :, lane] += angular

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.vectors import add_strided, load_strided, scale
 
 LANES = 64  # [-] bodies in a block
 
@@ -166,49 +167,59 @@ def add_compensated(total, lost, increment):
 
 
 @inline
+def rotated(q, v):
+    """Return R(q) v: `rotate` for tuples."""
+    return rotate(q[0], q[1], q[2], q[3], v[0], v[1], v[2])
+
+
+@inline
+def rotated_back(q, v):
+    """Return R(q)^T v, from world to body axes."""
+    return rotate(-q[0], -q[1], -q[2], q[3], v[0], v[1], v[2])
+
+
+@inline
 def position(translation, index):
-    """Position of the centre of mass [m], world."""
-    k = at(index, TRANSLATION)
-    return translation[k + RX], translation[k + RY], translation[k + RZ]
+    """Position of the centre of mass (x, y, z) [m], world."""
+    return load_strided(translation, at(index, TRANSLATION) + POSITION, LANES)
 
 
 @inline
 def velocity(translation, index):
-    """Velocity of the centre of mass [m/s], world."""
+    """Velocity of the centre of mass (x, y, z) [m/s], world."""
     k = at(index, TRANSLATION)
-    im = translation[k + IM]
-    return translation[k + PX] * im, translation[k + PY] * im, translation[k + PZ] * im
+    return scale(translation[k + INVERSE_MASS], load_strided(translation, k + MOMENTUM, LANES))
 
 
 @inline
-def to_world(rotation, index, a, b, c):
-    """Rotate a vector from the principal axes of a rigid body to world axes."""
+def orientation(rotation, index):
+    """Orientation (x, y, z, w) of the principal axes of a rigid body."""
     k = at(index, ROTATION)
-    return rotate(rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW], a, b, c)
+    return rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
+
+
+@inline
+def to_world(rotation, index, v):
+    """Rotate a vector from the principal axes of a rigid body to world axes."""
+    return rotated(orientation(rotation, index), v)
 
 
 @inline
 def angular_velocity(rotation, index):
-    """Angular velocity of a rigid body [rad/s], world axes: R I^-1 R^T L."""
+    """Angular velocity (x, y, z) of a rigid body [rad/s], world axes: R I^-1 R^T L."""
     k = at(index, ROTATION)
-    x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-    a, b, c = rotate(-x, -y, -z, w, rotation[k + LX], rotation[k + LY], rotation[k + LZ])
-    return rotate(x, y, z, w, a * rotation[k + J1], b * rotation[k + J2], c * rotation[k + J3])
+    q = orientation(rotation, index)
+    a, b, c = rotated_back(q, load_strided(rotation, k + ANGULAR_MOMENTUM, LANES))
+    return rotated(q, (a * rotation[k + J1], b * rotation[k + J2], c * rotation[k + J3]))
 
 
 @inline
-def add_force(translation, index, fx, fy, fz):
-    """Add a force that acts at the centre of mass [N], world axes."""
-    k = at(index, TRANSLATION)
-    translation[k + FX] += fx
-    translation[k + FY] += fy
-    translation[k + FZ] += fz
+def add_force(translation, index, force):
+    """Add a force (x, y, z) that acts at the centre of mass [N], world axes."""
+    add_strided(translation, at(index, TRANSLATION) + FORCE, LANES, force)
 
 
 @inline
-def add_torque(rotation, index, tx, ty, tz):
-    """Add a torque about the centre of mass [N m], world axes."""
-    k = at(index, ROTATION)
-    rotation[k + TX] += tx
-    rotation[k + TY] += ty
-    rotation[k + TZ] += tz
+def add_torque(rotation, index, torque):
+    """Add a torque (x, y, z) about the centre of mass [N m], world axes."""
+    add_strided(rotation, at(index, ROTATION) + TORQUE, LANES, torque)
