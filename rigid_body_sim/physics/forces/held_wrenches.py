@@ -90,18 +90,15 @@ class HeldWrenches:
             )
         return core, force, torque
 
-    def hold(
+    def put(
         self, body: str, source: str, *, force: Any, torque: Any, frame: str, until: int
     ) -> None:
-        """Hold what one source asks of a body; see `Simulation.hold`."""
+        """Put what one source asks of a body into its slot; see `Simulation.hold`."""
         core, force, torque = self.checked(body, force, torque, frame)
         if frame == 'body':
             force = self._layout.principal_axes(body, force)
             torque = self._layout.principal_axes(body, torque)
-        self.set(core, source, Slot(force, torque, frame == 'body', until))
-
-    def set(self, core: int, source: str, slot: Slot) -> None:
-        """Hold a command in place of the one that the same source gave before; zero lets go."""
+        slot = Slot(force, torque, frame == 'body', until)
         if slot.is_zero:
             self.slots.pop((core, source), None)
         else:
