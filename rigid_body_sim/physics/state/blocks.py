@@ -179,6 +179,19 @@ def rotated_back(q, v):
 
 
 @inline
+def select(condition, q, r):
+    """Return the quaternion q where the condition holds, else r: without a branch in a lane."""
+    x, y, z, w = r
+    a, b, c, d = q
+    return (
+        a if condition else x,
+        b if condition else y,
+        c if condition else z,
+        d if condition else w,
+    )
+
+
+@inline
 def position(translation, index):
     """Position of the centre of mass (x, y, z) [m], world."""
     return load_strided(translation, at(index, TRANSLATION) + POSITION, LANES)
