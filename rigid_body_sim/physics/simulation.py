@@ -28,6 +28,7 @@ from rigid_body_sim.physics.contact_readout import Contacts
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.invariants import Invariants
+from rigid_body_sim.physics.kernels import warn_if_plain
 from rigid_body_sim.physics.layout import Layout, as_vector
 from rigid_body_sim.physics.model import Scene, Vector
 from rigid_body_sim.physics.stability import StabilityWatch
@@ -67,6 +68,7 @@ class Simulation:
         dt: float | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
+        warn_if_plain()
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
         self.integrator, self.choice = auto.resolve(

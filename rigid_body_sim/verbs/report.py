@@ -22,6 +22,7 @@ from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.integrators import INTEGRATORS
+from rigid_body_sim.physics.kernels import warn_if_plain
 from rigid_body_sim.report import own_scene, results
 from rigid_body_sim.report.entry import Peer
 from rigid_body_sim.report.machine import made
@@ -35,6 +36,7 @@ from rigid_body_sim.report.publish import publish
 from rigid_body_sim.report.warm_up import warm_up
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.warning_lines import warning_printer
 
 SUMMARY = 'speed against error: tables, plots, one HTML page'
 ALL = 'all'
@@ -95,6 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure problem after problem; exit code 0, or 1 where it was interrupted."""
+    warn_if_plain(warning_printer('report'))
     wanted = _wanted(arguments)
     about = made(repetitions=wanted.repetitions, quick=wanted.quick, seed=SEED)
     done: list[dict[str, Any]] = []
