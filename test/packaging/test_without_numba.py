@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where numba is missing everything works, and one line says what that costs."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -26,8 +27,6 @@ COST = 'kernels run as plain Python, with the same bits but some 200 times slowe
 
 
 def run(code, *arguments, **environment):
-    import os
-
     known = {k: v for k, v in os.environ.items() if k != 'RIGID_BODY_SIM_COMPILE'}
     return subprocess.run(
         [sys.executable, '-c', code, *arguments],
@@ -67,8 +66,10 @@ def test_numba_is_installed_with_the_package():
 
 
 def test_the_node_logs_it():
-    """So that it reaches /rosout, whoever started the node."""
+    """Its log goes to standard error and to /rosout."""
     pytest.importorskip('rclpy')
-    session = (ROOT / 'rigid_body_sim' / 'ros' / 'session.py').read_text()
-    made = session.partition('def _make_run')[2]
-    assert 0 <= made.index('warn_if_plain(node.warn)') < made.index('simulation_of(')
+    done = run(VERB, 'sim_node', '--ros-args', '-p', 'scene:=free_fall', '-p', 'stop_time:=0.01')
+    (line,) = [line for line in done.stderr.splitlines() if 'numba' in line]
+    assert line.startswith('[WARN]')
+    assert 'numba cannot be imported' in line
+    assert COST in line
