@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
 from rigid_body_sim.physics.errors import SimulationDiverged
@@ -69,6 +70,7 @@ class Simulation:
         dt: float | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
+        warn_if_plain()
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
         self.integrator, self.choice = choose.resolve(
