@@ -5,7 +5,7 @@ What tests see of the inside of the package: the only module of the tests that n
 private there, so that a change inside is followed here and nowhere else.
 """
 
-from rigid_body_sim.physics.contact.collider import NAMES, Colliders
+from rigid_body_sim.physics.contact.collision.collider import NAMES, Colliders
 
 PAIRS = tuple((a, b) for a in range(len(NAMES) - 1) for b in range(a, len(NAMES)))
 

@@ -23,7 +23,7 @@ PROGRAM = """
 import hashlib, sys
 sys.path.insert(0, sys.argv[1])
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 import scenes
 print(kernels.COMPILED)
 for name in sys.argv[2:]:

@@ -30,7 +30,7 @@ PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 import scenes
 ball = {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 1.0}
 sim = Simulation(scenes.scene([ball]), integrator='dmv6')
