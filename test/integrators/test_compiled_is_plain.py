@@ -138,7 +138,7 @@ def doubled_three(x, n):
 
 def test_an_unwritable_cache_costs_time_but_not_the_run(tmp_path):
     program = (
-        'from rigid_body_sim.physics import kernels\n'
+        'from rigid_body_sim.physics.compile import kernels\n'
         'from rigid_body_sim import Simulation, load_scene\n'
         "s = load_scene({'version': 1, 'name': 'x', 'dt': 0.001, 'bodies':"
         " [{'name': 'b', 'mass': 1, 'shape': {'type': 'particle'}}]})\n"
