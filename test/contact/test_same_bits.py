@@ -15,6 +15,7 @@ import pytest
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.simulation import Simulation
 
+from .. import inside
 from .touching import H, ball, box, ground, heap, lean, scene
 
 RUN = """
@@ -109,12 +110,7 @@ def test_pairs_that_cannot_meet_change_no_bit(monkeypatch):
 
 def test_lists_that_are_too_short_grow_without_a_trace():
     sim, other = Simulation(scene(heap(6))), Simulation(scene(heap(6)))
-    plan = other._stepper.contact
-    plan.keys = plan.keys[:1]
-    plan.records = plan.records[:32]
-    plan.memory = plan.memory[:2]
-    plan.rows = plan.rows[:500]
-    plan._pack()
+    inside.shorten(other, keys=1, records=32, memory=2, rows=500)
     sim.step(300)
     other.step(300)
     assert other.state_bytes() == sim.state_bytes()
