@@ -93,3 +93,9 @@ def apply_symmetric(m: Any, v: Any) -> Any:
         m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
         m[2] * v[0] + m[4] * v[1] + m[5] * v[2],
     )
+
+
+@inline
+def divide(v: Any, divisor: float) -> Any:
+    """Return v / divisor, component by component."""
+    return v[0] / divisor, v[1] / divisor, v[2] / divisor
