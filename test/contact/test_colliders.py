@@ -118,7 +118,9 @@ def test_the_hull_of_a_shape_is_found_once_for_all_bodies_that_share_it(monkeypa
 def test_cylinder_is_given_as_a_prism_only_where_a_pair_needs_it():
     cylinder = body('c', SOLIDS[CYLINDER])
     ground = body('g', SOLIDS[PLANE], fixed=True)
-    assert colliders(cylinder, ground, body('s', SOLIDS[SPHERE])).shape_parameters.size == 2 + 4 + 1
+    assert (
+        colliders(cylinder, ground, body('s', SOLIDS[SPHERE])).shape_parameters.size == 2 + 4 + 1
+    )
     assert colliders(cylinder, body('h', SOLIDS[HULL])).shape_parameters.size > 100
 
 

@@ -238,7 +238,7 @@ def _sort(length: int, count: int, room: int, counts: Indices, neighbours: Indic
 
 @kernel
 def _make_list(query: Query, colliders: ColliderArrays, broad_phase: BroadPhase) -> int:
-    """Make fat AABBs and the list of those that overlap; return its length, also beyond the room."""
+    """Make fat AABBs and the list of those that overlap; return its length, even beyond room."""
     count, room, radius = query.count, query.room, query.radius
     fat_aabbs, neighbours = broad_phase.fat_aabbs, broad_phase.neighbours
     place = _skin_place(count)
@@ -277,7 +277,7 @@ def find_pairs(
 ) -> int:  # fmt: skip
     """
     Write the ids, later collider * count + earlier one, of the pairs that may meet in this tick,
-    in rising order; return how many there are, or, if the list is longer than its room, its length.
+    in rising order; return how many there are, or the length of the list, if beyond its room.
 
         count  : of colliders
         planes : so many of them at the head of the table are planes
