@@ -88,7 +88,6 @@ def _prepare(
         begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
         s = rows[begin : begin + constraint.SIZE]
         begin += constraint.SIZE
-        prepare.frames(lanes, s)
         warm_start.clear(lanes, g)
         for point in range(points):
             q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
@@ -110,7 +109,7 @@ def _prepare(
                 prepare.approach(lanes, threshold, s, q, g)
 
 
-def _push(
+def _solve_normals(
     most: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array,
     batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
@@ -138,7 +137,9 @@ def _push(
         solve.mark_carried(used, s, g, bodies)
 
 
-def _follow(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
+def _update_separation(
+    most: int, count: int, rows: Array, batches: Indices, bodies: Array
+) -> None:
     """Move points, arms and gaps of all batches with the bodies; give the second half of loads."""
     g = rows[0 : lane_scratch.SIZE]
     for batch in range(count):
@@ -216,7 +217,7 @@ def _relax(
             warm_start.give(used, solver_bodies.WARM_IMPULSE, s, g, bodies)
 
 
-def _bounce(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> Any:
+def _apply_restitution(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> Any:
     """Let bounce what bounces, sweep by sweep until nothing changes; return the sweeps."""
     g = rows[0 : lane_scratch.SIZE]
     for sweep in range(SWEEPS):
@@ -258,7 +259,12 @@ def solver(
         'RIMS': on_rims,
         'follow_points': separation.follower(layered=layered),
     }
-    made = {'prepare': _prepare, 'push': _push, 'follow': _follow, 'relax': _relax}
+    made = {
+        'prepare': _prepare,
+        'solve_normals': _solve_normals,
+        'update_separation': _update_separation,
+        'relax': _relax,
+    }
     if bounces:
-        made['bounce'] = _bounce
+        made['apply_restitution'] = _apply_restitution
     return {key: specialise(source, name=name, **bound) for key, source in made.items()}

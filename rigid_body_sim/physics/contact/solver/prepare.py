@@ -52,29 +52,6 @@ def _largest(k11: float, k12: float, k22: float) -> Any:
 
 
 @kernel
-def frames(lanes: int, s: Array) -> None:
-    """Find the tangents of each lane, the first across the axis x or z farther from the normal."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        flat = abs(nz) < 0.7
-        other = nx if flat else nz
-        square = ny * ny + other * other
-        length = math.sqrt(square if square > 0.0 else 1.0)
-        y, x = ny / length, other / length
-        tx, ty, tz = y if flat else 0.0, -x if flat else x, 0.0 if flat else -y
-        (
-            s[k + constraint.TANGENT_1],
-            s[k + constraint.TANGENT_1 + 8],
-            s[k + constraint.TANGENT_1 + 16],
-        ) = tx, ty, tz
-        (
-            s[k + constraint.TANGENT_2],
-            s[k + constraint.TANGENT_2 + 8],
-            s[k + constraint.TANGENT_2 + 16],
-        ) = cross(nx, ny, nz, tx, ty, tz)
-
-
-@kernel
 def gains(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Find the gains of one point of each lane."""
     for k in range(lanes):

@@ -114,10 +114,11 @@ def turn(lanes: int, s: Array, q: Array, g: Array) -> None:
         tx, ty, tz = vector(s, k + constraint.TANGENT_1)
         ox, oy, oz = vector(s, k + constraint.TANGENT_2)
         ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = vector(q, k + contact_point.TOTAL_IMPULSE)
         normal = q[k + contact_point.NORMAL_IMPULSE]
         t, o = disc(
-            tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, s[k + constraint.FRICTION] * normal
+            q[k + contact_point.TANGENT_IMPULSE_1],
+            q[k + contact_point.TANGENT_IMPULSE_2],
+            s[k + constraint.FRICTION] * normal,
         )
         q[k + contact_point.TANGENT_IMPULSE_1], q[k + contact_point.TANGENT_IMPULSE_2] = t, o
         normal, t, o = 0.5 * normal, 0.5 * t, 0.5 * o
@@ -143,7 +144,7 @@ def turn(lanes: int, s: Array, q: Array, g: Array) -> None:
 def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
     """Do the same with the angular impulses of one point of each lane."""
     for k in range(lanes):
-        x, y, z = vector(q, k + contact_point.RESTITUTION_NORMAL)
+        x, y, z = vector(q, k + contact_point.RECALLED_ANGULAR_IMPULSE)
         nx, ny, nz = vector(s, k + constraint.NORMAL)
         tx, ty, tz = vector(s, k + constraint.TANGENT_1)
         ox, oy, oz = vector(s, k + constraint.TANGENT_2)
@@ -158,11 +159,6 @@ def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
             q[k + contact_point.WARM_ROLLING_2],
             q[k + contact_point.WARM_TWIST],
         ) = 0.5 * r, 0.5 * p, 0.5 * turn
-        (
-            q[k + contact_point.RESTITUTION_NORMAL],
-            q[k + contact_point.RESTITUTION_TANGENT_1],
-            q[k + contact_point.RESTITUTION_TANGENT_2],
-        ) = 0.0, 0.0, 0.0
         twist(g, k, 0.5 * x, 0.5 * y, 0.5 * z)
 
 
