@@ -58,11 +58,7 @@ from numba.np import arrayobj
 _POWERS = {operator.pow, operator.ipow}  # of which numba knows some by their exponent
 _OPERATORS: dict[Any, Any] = {}
 
-_NOT_IN_KERNELS = {
-    'WithLifting', 'InlineClosureLikes', 'RewriteDynamicRaises', 'MakeFunctionToJitFunction',
-    'InlineInlinables', 'FindLiterallyCalls', 'LiteralUnroll', 'LiteralPropagationSubPipelinePass',
-    'InlineOverloads', 'NopythonRewrites', 'DumpParforDiagnostics', 'AnnotateTypes',
-}  # fmt: skip
+_NOT_IN_KERNELS = {'InlineClosureLikes', 'NopythonRewrites'}  # closures, array expressions
 
 
 class Kernel(CPUDispatcher):
@@ -233,14 +229,12 @@ class _Lowering(BaseNativeLowering):
         return _Lower
 
 
-_typing: list[Any] = []  # the one context of all kernels, once there is one
+_typing = cache(_Typing)  # one context for all kernels
 
 
 class _Compiler(CompilerBase):
     def __init__(self, typingctx: Any, *arguments: Any) -> None:
-        if not _typing:
-            _typing.append(_Typing(typingctx))
-        super().__init__(_typing[0], *arguments)
+        super().__init__(_typing(typingctx), *arguments)
 
     def define_pipelines(self) -> list[PassManager]:
         short = PassManager('kernel')
