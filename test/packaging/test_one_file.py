@@ -16,6 +16,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 PACKAGE = Path(__file__).parents[2] / 'rigid_body_sim'
 
 FORCE = '''
@@ -131,7 +133,7 @@ def called(folder, *words):
         env=environment,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=HANGING,
     )
 
 
