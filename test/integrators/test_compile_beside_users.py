@@ -14,6 +14,8 @@ import pytest
 
 from rigid_body_sim.physics.compile import kernels
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(
     not kernels.COMPILED, reason='numba is not installed: nothing is compiled'
@@ -118,7 +120,7 @@ def run(code, tmp_path):
         capture_output=True,
         text=True,
         check=False,
-        timeout=600,
+        timeout=HANGING,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()

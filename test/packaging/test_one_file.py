@@ -42,7 +42,8 @@ def accumulate(elements, start, count, time, translation, rotation):
     for number in range(count):
         row = start + SIZE * number
         body = int(elements[row + BODY])
-        add_force(translation, body, cross(velocity(translation, body), load(elements, row + FIELD)))
+        field = load(elements, row + FIELD)
+        add_force(translation, body, cross(velocity(translation, body), field))
 
 
 @dataclass(frozen=True)

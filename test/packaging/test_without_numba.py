@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 HIDE = "import sys\nsys.modules['numba'] = None\n"  # as if it were not installed
 SIMULATE = (
@@ -34,7 +36,7 @@ def run(code, *arguments, **environment):
         env=known | {'PYTHONPATH': str(ROOT)} | environment,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=HANGING,
         check=True,
     )
 
