@@ -16,6 +16,7 @@ from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 from .. import inside
+from ..patience import HANGING
 from . import scenes
 
 ROOT = str(Path(__file__).parents[2])
@@ -63,7 +64,7 @@ def digests(*, compiled: bool) -> list[str]:
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     first, *rest = result.stdout.splitlines()
     assert first == str(compiled)
@@ -100,7 +101,7 @@ def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     return result.stdout.split()
 
@@ -162,7 +163,7 @@ def test_an_unwritable_cache_costs_time_but_not_the_run(tmp_path):
         capture_output=True,
         text=True,
         check=True,
-        timeout=120,
+        timeout=HANGING,
     )
     assert result.stdout.split() == ['None', '10']
 

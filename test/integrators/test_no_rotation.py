@@ -17,6 +17,7 @@ from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
 
 from .. import inside
+from ..patience import HANGING
 from . import scenes
 
 ROOT = str(Path(__file__).parents[2])
@@ -109,7 +110,7 @@ def test_nothing_that_turns_is_compiled_for_point_masses(tmp_path):
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     names = result.stdout.splitlines()
     assert any(name.startswith('splitting._advance_free__points') for name in names)

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / 'docs' / 'how-to').glob('*.md'))
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
@@ -54,7 +56,7 @@ def test_the_example_of_the_page_works_as_the_page_says(page, tmp_path):
             env=os.environ | {'PYTHONPATH': str(tmp_path), 'RIGID_BODY_SIM_COMPILE': '0'},
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=HANGING,
         )
         assert result.returncode == 0, result.stdout + result.stderr
 
