@@ -73,6 +73,8 @@ class Stepper:
         self.contact = _contact_plan(scene, layout, integrator)
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
+        # methods that differ in how they turn bodies share one kernel where nothing turns
+        self._kernel_name = integrator.name if layout.n_rigid else 'points'
         size = self._scheme.workspace(blocks(layout.n_moving))
         self._workspace = np.zeros(size)
         self._workspace[: len(integrator.constants)] = integrator.constants
@@ -175,7 +177,7 @@ class Stepper:
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
             self._free = (
-                self._scheme.free(self._integrator.name)
+                self._scheme.free(self._kernel_name)
                 if self.contact is None
                 else self.contact.kernel('', None, False)
             )
@@ -201,7 +203,7 @@ class Stepper:
         if self._integrator.wants_derivatives:
             more['derivatives'] = elements.derivatives()
         return self._scheme.coupled(
-            self._integrator.name,
+            self._kernel_name,
             scene=elements.kernel_name,
             evaluate=elements.evaluate(),
             velocity_dependent=elements.depends_on_velocity,
