@@ -24,13 +24,16 @@ ROOT = str(Path(__file__).parents[2])
 WITHOUT = sorted(
     name for name, method in INTEGRATORS.items() if hasattr(method.scheme, 'for_points')
 )
-TURNING = ('drifts.', 'stages_of_turns', 'of_matrices', 'kick_rotation', 'substeps.error_of_turns')
+TURNING = (
+    'free_rotation.', 'state_space.quaternions', 'state_space.matrices', 'lie_group.',
+    'steps.kick_rotation',
+)  # fmt: skip
 
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 import scenes
 ball = {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 1.0}
 sim = Simulation(scenes.scene([ball]), integrator='dmv6')
