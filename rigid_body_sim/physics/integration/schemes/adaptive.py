@@ -34,8 +34,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Record
-from rigid_body_sim.physics.compile.kernels import slot, specialise
-from rigid_body_sim.physics.integration.schemes.lanes import block_count, lane_count
+from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.integration.schemes.runge_kutta import (
     no_forces,
     square,
@@ -43,15 +42,12 @@ from rigid_body_sim.physics.integration.schemes.runge_kutta import (
 )
 from rigid_body_sim.physics.integration.schemes.stages import SUBSTEP_SLOPES, substeps_of
 from rigid_body_sim.physics.integration.schemes.state_space import points
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import block_count, lane_count
 from rigid_body_sim.physics.integration.schemes.state_space.matrices import MATRICES
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import NO_ROTATION
 from rigid_body_sim.physics.integration.schemes.state_space.points import POINTS
 from rigid_body_sim.physics.integration.schemes.state_space.protocol import StateSpace, bound
 from rigid_body_sim.physics.integration.schemes.state_space.quaternions import QUATERNIONS
-from rigid_body_sim.physics.integration.schemes.step_size_control import (
-    after_acceptance,
-    after_refusal,
-)
 from rigid_body_sim.physics.integration.schemes.steps import finite, start_evaluation
 from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE, DONE
 from rigid_body_sim.physics.state.blocks import LANES, QX, ROTATION, RX, TRANSLATION, at
@@ -64,6 +60,9 @@ HEAD_SIZE = head.padding(LANES)
 SMALLEST = 1e-12  # [tick] substep at which the control gives up
 MOST_SUBSTEPS = 1_000_000  # of one tick, likewise
 ALL_OF_THE_REST = 0.999999  # [-] a substep of so much of the rest of a tick takes all of it
+SAFETY = 0.9  # [-] of the substep that would just be accepted; nearer to 1 more are refused
+LEAST, LARGEST = 0.2, 5.0  # [-] change of the substep at once
+SMALLEST_ERROR = 1e-10  # [-] a smaller one counts as this
 LEAST_BEFORE = 1e-4  # [-] a smaller error counts as this where it is the one before
 
 # bound for each pair
@@ -83,6 +82,25 @@ step_points = slot('kernel (lanes, h, state, work): steps points under a held fo
 advance_one = slot('kernel: `_advance` of a scene without forces that depend on the state')
 # bound for each scene
 evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
+
+
+@inline
+def _after_acceptance(error, before, refused):
+    """Factor of the substep after one with this error: 0.9 e^(-1/8) e_before^(1/16)."""
+    counted = max(error, SMALLEST_ERROR)
+    factor = SAFETY * math.sqrt(math.sqrt(math.sqrt(math.sqrt(before) / counted)))
+    factor = min(max(factor, LEAST), LARGEST)
+    return min(factor, 1.0) if refused else factor
+
+
+@inline
+def _after_refusal(error):
+    """
+    Factor of the substep after one refused with this error, which may be no number: 0.9 e^(-1/4).
+    """
+    if error < math.inf:
+        return max(LEAST, SAFETY / math.sqrt(math.sqrt(error)))
+    return LEAST
 
 
 def _advance(
@@ -129,10 +147,10 @@ def _advance(
             count += 1
             if accepted:
                 elapsed = 1.0 if last else elapsed + share
-                share *= after_acceptance(worst, before, refused)
+                share *= _after_acceptance(worst, before, refused)
                 before = max(worst, LEAST_BEFORE)
             else:
-                share *= after_refusal(worst)
+                share *= _after_refusal(worst)
             refused = not accepted
             if share < SMALLEST or count > MOST_SUBSTEPS:
                 if n_bodies > 0:

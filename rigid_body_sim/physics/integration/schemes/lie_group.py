@@ -26,7 +26,9 @@ from typing import Any
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.integration.free_rotation.euler import exponential
-from rigid_body_sim.physics.integration.schemes.lanes import (
+from rigid_body_sim.physics.integration.schemes.runge_kutta import coupled_kernel, free_kernel
+from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     multiply,
     normalised,
     read_quaternion,
@@ -35,8 +37,6 @@ from rigid_body_sim.physics.integration.schemes.lanes import (
     write_quaternion,
     write_vector,
 )
-from rigid_body_sim.physics.integration.schemes.runge_kutta import coupled_kernel, free_kernel
-from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import NO_ROTATION
 from rigid_body_sim.physics.integration.schemes.state_space.points import POINTS
 from rigid_body_sim.physics.integration.schemes.state_space.protocol import StateSpace

@@ -22,13 +22,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
-from rigid_body_sim.physics.integration.schemes.lanes import block_count, lane_count
 from rigid_body_sim.physics.integration.schemes.stages import stages_of
 from rigid_body_sim.physics.integration.schemes.state_space import (
     no_rotation,
     points,
     quaternions,
 )
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import block_count, lane_count
 from rigid_body_sim.physics.integration.schemes.state_space.matrices import MATRICES
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import NO_ROTATION
 from rigid_body_sim.physics.integration.schemes.state_space.points import POINTS

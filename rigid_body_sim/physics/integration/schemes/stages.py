@@ -14,7 +14,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from rigid_body_sim.physics.compile.kernels import slot, specialise
-from rigid_body_sim.physics.integration.schemes.lanes import block_count, copy_rows, lane_count
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
+    block_count,
+    copy_rows,
+    lane_count,
+)
 from rigid_body_sim.physics.integration.schemes.state_space.protocol import StateSpace, bound
 from rigid_body_sim.physics.state.blocks import LANES
 

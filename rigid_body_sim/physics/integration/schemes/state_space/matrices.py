@@ -22,7 +22,7 @@ import math
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, slot
-from rigid_body_sim.physics.integration.schemes.lanes import (
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     VECTOR,
     copy_rows,
     multiply,
@@ -36,7 +36,7 @@ from rigid_body_sim.physics.integration.schemes.state_space.protocol import (
     ErrorControl,
     StateSpace,
 )
-from rigid_body_sim.physics.integration.schemes.step_size_control import larger
+from rigid_body_sim.physics.integration.schemes.state_space.relative_error import larger
 from rigid_body_sim.physics.state.blocks import J1, LANES, LX, QX, ROTATION, TX
 from rigid_body_sim.physics.vectors import add, cross, dot, scale, subtract
 

@@ -9,7 +9,7 @@ y and each slope hold r and p in the rows where the state has them, RX to PZ.
 from __future__ import annotations
 
 from rigid_body_sim.physics.compile.kernels import inline, slot
-from rigid_body_sim.physics.integration.schemes.lanes import (
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     add_rows,
     add_to_vector,
     copy_rows,
@@ -21,7 +21,10 @@ from rigid_body_sim.physics.integration.schemes.state_space.protocol import (
     ErrorControl,
     StateSpace,
 )
-from rigid_body_sim.physics.integration.schemes.step_size_control import larger, relative_error
+from rigid_body_sim.physics.integration.schemes.state_space.relative_error import (
+    larger,
+    relative_error,
+)
 from rigid_body_sim.physics.state.blocks import EX, FX, GX, IM, PX, RX, TRANSLATION
 from rigid_body_sim.physics.vectors import add_scaled, scale
 

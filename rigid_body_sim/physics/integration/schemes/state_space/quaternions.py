@@ -16,7 +16,7 @@ import math
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, slot
-from rigid_body_sim.physics.integration.schemes.lanes import (
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     add_rows,
     copy_rows,
     multiply,
@@ -34,7 +34,10 @@ from rigid_body_sim.physics.integration.schemes.state_space.protocol import (
     ErrorControl,
     StateSpace,
 )
-from rigid_body_sim.physics.integration.schemes.step_size_control import larger, relative_error
+from rigid_body_sim.physics.integration.schemes.state_space.relative_error import (
+    larger,
+    relative_error,
+)
 from rigid_body_sim.physics.state.blocks import I1, J1, LANES, LX, QX, ROTATION, TX
 from rigid_body_sim.physics.vectors import add, add_scaled, cross, dot, scale, subtract
 
