@@ -93,3 +93,11 @@ def apply_symmetric(m: Any, v: Any) -> Any:
         m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
         m[2] * v[0] + m[4] * v[1] + m[5] * v[2],
     )
+
+
+@inline
+def add_strided(array: Array, place: int, stride: int, v: Any) -> None:
+    """Add a vector to three numbers a stride apart."""
+    array[place] += v[0]
+    array[place + stride] += v[1]
+    array[place + 2 * stride] += v[2]

@@ -78,8 +78,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--estimate-error',
         action='store_true',
-        help='let a shadow in half steps run along and report how wrong the run is; twice the '
-        'cost',
+        help='let a reference run in half steps run along and report how wrong the run is; twice '
+        'the cost',
     )
     parser.add_argument(
         '--contacts',

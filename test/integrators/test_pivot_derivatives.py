@@ -7,7 +7,7 @@ import pytest
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.forces.derivatives import BLOCK, DAMPING
+from rigid_body_sim.physics.forces.derivatives import BLOCK, DAMPING_MATRIX
 from rigid_body_sim.physics.forces.elements import FORCES
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.integration.schemes.implicit import coupling
@@ -123,8 +123,8 @@ def test_derivatives_of_wrenches_on_pivoted_bodies_are_their_differences():
     for i in range(n):
         for number in range(starts[i], starts[i + 1]):
             j = int(table[3 + n + number])
-            found[0, i, :, j] = blocks[number, :DAMPING].reshape(6, 6)
-            found[1, i, :, j] = blocks[number, DAMPING:].reshape(6, 6)
+            found[0, i, :, j] = blocks[number, :DAMPING_MATRIX].reshape(6, 6)
+            found[1, i, :, j] = blocks[number, DAMPING_MATRIX:].reshape(6, 6)
     for kind, (first, second) in enumerate((('moved', 'turned'), ('pushed', 'spun'))):
         for j in range(n):
             for axis in range(6):
