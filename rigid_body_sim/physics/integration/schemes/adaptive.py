@@ -42,7 +42,6 @@ from rigid_body_sim.physics.integration.schemes.runge_kutta import (
 )
 from rigid_body_sim.physics.integration.schemes.stages import SUBSTEP_SLOPES, substeps_of
 from rigid_body_sim.physics.integration.schemes.state_space import points
-from rigid_body_sim.physics.integration.schemes.state_space.lanes import block_count, lane_count
 from rigid_body_sim.physics.integration.schemes.state_space.matrices import MATRICES
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import NO_ROTATION
 from rigid_body_sim.physics.integration.schemes.state_space.points import POINTS
@@ -50,7 +49,16 @@ from rigid_body_sim.physics.integration.schemes.state_space.protocol import Stat
 from rigid_body_sim.physics.integration.schemes.state_space.quaternions import QUATERNIONS
 from rigid_body_sim.physics.integration.schemes.steps import finite, start_evaluation
 from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE, DONE
-from rigid_body_sim.physics.state.blocks import LANES, QX, ROTATION, RX, TRANSLATION, at
+from rigid_body_sim.physics.state.blocks import (
+    LANES,
+    ORIENTATION,
+    POSITION,
+    ROTATION,
+    TRANSLATION,
+    at,
+    block_count,
+    lanes_in,
+)
 
 head = Record()  # of the workspace
 RTOL = head.number('-', 'relative tolerance')
@@ -154,9 +162,9 @@ def _advance(
             refused = not accepted
             if share < SMALLEST or count > MOST_SUBSTEPS:
                 if n_bodies > 0:
-                    translation[at(max(culprit, 0), TRANSLATION) + RX] = math.nan
+                    translation[at(max(culprit, 0), TRANSLATION) + POSITION] = math.nan
                 else:
-                    rotation[at(max(culprit, 0), ROTATION) + QX] = math.nan
+                    rotation[at(max(culprit, 0), ROTATION) + ORIENTATION] = math.nan
                 return DID_NOT_CONVERGE
     return finite(n_bodies, n_rigid, translation, rotation)
 
@@ -169,7 +177,7 @@ def _advance_free(
     exact.
     """
     for block in range(block_count(n_bodies)):
-        lanes = lane_count(block, n_bodies)
+        lanes = lanes_in(block, n_bodies)
         state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
         for _tick in range(ticks):
             step_points(lanes, h, state, workspace)

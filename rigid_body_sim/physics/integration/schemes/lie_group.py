@@ -33,24 +33,31 @@ from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     normalised,
     read_quaternion,
     read_vector,
-    rotated_back,
     write_quaternion,
     write_vector,
 )
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import NO_ROTATION
 from rigid_body_sim.physics.integration.schemes.state_space.points import POINTS
 from rigid_body_sim.physics.integration.schemes.state_space.protocol import StateSpace
-from rigid_body_sim.physics.state.blocks import J1, LANES, LX, QX, ROTATION, TX
+from rigid_body_sim.physics.state.blocks import (
+    ANGULAR_MOMENTUM,
+    INVERSE_MOMENTS,
+    LANES,
+    ORIENTATION,
+    ROTATION,
+    TORQUE,
+    rotated_back,
+)
 from rigid_body_sim.physics.vectors import add, add_scaled, scale, subtract
 
 slope_rows = Record(stride=LANES)
-RATE = slope_rows.vector('rad/s', 'k, omega of the stage, body axes')
-TORQUE = slope_rows.vector('N m', 'of the stage, world axes')
+K_RATE = slope_rows.vector('rad/s', 'k, omega of the stage, body axes')
+K_TORQUE = slope_rows.vector('N m', 'of the stage, world axes')
 SLOPE_SIZE = slope_rows.size
 
 work_rows = Record(stride=LANES)
-ORIENTATION = work_rows.quaternion('-', 'q at the start of the step')
-ANGULAR_MOMENTUM = work_rows.vector('kg m^2/s', 'L at the start of the step, world axes')
+Y_ORIENTATION = work_rows.quaternion('-', 'q at the start of the step')
+Y_MOMENTUM = work_rows.vector('kg m^2/s', 'L at the start of the step, world axes')
 SECOND = work_rows.quaternion('-', 'q2')
 FIRST_SLOPE = work_rows.size  # where the slope of each stage begins
 SECOND_SLOPE = FIRST_SLOPE + SLOPE_SIZE
@@ -103,10 +110,10 @@ def step(lanes, h, state, work):
     """Step free or steadily torqued rotations."""
     half = 0.5 * h
     for lane in range(lanes):
-        start = read_quaternion(state, lane + QX)
-        momentum = read_vector(state, lane + LX)
-        inverses = read_vector(state, lane + J1)
-        kick = scale(h, read_vector(state, lane + TX))
+        start = read_quaternion(state, lane + ORIENTATION)
+        momentum = read_vector(state, lane + ANGULAR_MOMENTUM)
+        inverses = read_vector(state, lane + INVERSE_MOMENTS)
+        kick = scale(h, read_vector(state, lane + TORQUE))
         k1 = _rate(start, momentum, inverses)
         second = _after(start, scale(half, k1))
         half_way = add_scaled(momentum, 0.5, kick)
@@ -116,16 +123,16 @@ def step(lanes, h, state, work):
         fourth = _after(second, subtract(scale(h, k3), scale(half, k1)))
         momentum = add(momentum, kick)
         k4 = _rate(fourth, momentum, inverses)
-        write_quaternion(state, lane + QX, _last(start, h, k1, k2, k3, k4))
-        write_vector(state, lane + LX, momentum)
+        write_quaternion(state, lane + ORIENTATION, _last(start, h, k1, k2, k3, k4))
+        write_vector(state, lane + ANGULAR_MOMENTUM, momentum)
 
 
 @kernel
 def begin(lanes, state, work, memory):
     """Remember the state at the start of the step."""
     for lane in range(lanes):
-        write_quaternion(work, lane + ORIENTATION, read_quaternion(state, lane + QX))
-        write_vector(work, lane + ANGULAR_MOMENTUM, read_vector(state, lane + LX))
+        write_quaternion(work, lane + Y_ORIENTATION, read_quaternion(state, lane + ORIENTATION))
+        write_vector(work, lane + Y_MOMENTUM, read_vector(state, lane + ANGULAR_MOMENTUM))
 
 
 @kernel
@@ -133,12 +140,12 @@ def slope_of(lanes, state, work, slope):
     """Keep omega and torque of a stage."""
     for lane in range(lanes):
         rate = _rate(
-            read_quaternion(state, lane + QX),
-            read_vector(state, lane + LX),
-            read_vector(state, lane + J1),
+            read_quaternion(state, lane + ORIENTATION),
+            read_vector(state, lane + ANGULAR_MOMENTUM),
+            read_vector(state, lane + INVERSE_MOMENTS),
         )
-        write_vector(slope, lane + RATE, rate)
-        write_vector(slope, lane + TORQUE, read_vector(state, lane + TX))
+        write_vector(slope, lane + K_RATE, rate)
+        write_vector(slope, lane + K_TORQUE, read_vector(state, lane + TORQUE))
 
 
 @kernel
@@ -146,19 +153,19 @@ def _rotate_by(lanes, start, factor, slope, back, first, state):
     """Attitude of a stage: start exp(factor k - back k1)."""
     for lane in range(lanes):
         angle = subtract(
-            scale(factor, read_vector(slope, lane + RATE)),
-            scale(back, read_vector(first, lane + RATE)),
+            scale(factor, read_vector(slope, lane + K_RATE)),
+            scale(back, read_vector(first, lane + K_RATE)),
         )
-        write_quaternion(state, lane + QX, _after(read_quaternion(start, lane), angle))
+        write_quaternion(state, lane + ORIENTATION, _after(read_quaternion(start, lane), angle))
 
 
 @kernel
 def _kick_by(lanes, factor, slope, work, state):
     """L of a stage: L at the start + factor torque."""
     for lane in range(lanes):
-        momentum = read_vector(work, lane + ANGULAR_MOMENTUM)
-        torque = read_vector(slope, lane + TORQUE)
-        write_vector(state, lane + LX, add_scaled(momentum, factor, torque))
+        momentum = read_vector(work, lane + Y_MOMENTUM)
+        torque = read_vector(slope, lane + K_TORQUE)
+        write_vector(state, lane + ANGULAR_MOMENTUM, add_scaled(momentum, factor, torque))
 
 
 @kernel
@@ -170,12 +177,12 @@ def move(stage, lanes, h, state, work):
         _rotate_by(lanes, work[SECOND:FIRST_SLOPE], h, slope, 0.5 * h, first, state)
         _kick_by(lanes, h, slope, work, state)
     else:
-        start = work[ORIENTATION:ANGULAR_MOMENTUM]
+        start = work[Y_ORIENTATION:Y_MOMENTUM]
         _rotate_by(lanes, start, 0.5 * h, slope, 0.0, first, state)
         _kick_by(lanes, 0.5 * h, slope, work, state)
     if stage == 1:
         for lane in range(lanes):
-            write_quaternion(work, lane + SECOND, read_quaternion(state, lane + QX))
+            write_quaternion(work, lane + SECOND, read_quaternion(state, lane + ORIENTATION))
 
 
 @kernel
@@ -184,25 +191,25 @@ def end(lanes, h, state, work, memory):
     sixth = h / 6.0
     for lane in range(lanes):
         orientation = _last(
-            read_quaternion(work, lane + ORIENTATION),
+            read_quaternion(work, lane + Y_ORIENTATION),
             h,
-            read_vector(work, lane + FIRST_SLOPE + RATE),
-            read_vector(work, lane + SECOND_SLOPE + RATE),
-            read_vector(work, lane + THIRD_SLOPE + RATE),
-            read_vector(work, lane + LAST_SLOPE + RATE),
+            read_vector(work, lane + FIRST_SLOPE + K_RATE),
+            read_vector(work, lane + SECOND_SLOPE + K_RATE),
+            read_vector(work, lane + THIRD_SLOPE + K_RATE),
+            read_vector(work, lane + LAST_SLOPE + K_RATE),
         )
-        write_quaternion(state, lane + QX, orientation)
+        write_quaternion(state, lane + ORIENTATION, orientation)
         outer = add(
-            read_vector(work, lane + FIRST_SLOPE + TORQUE),
-            read_vector(work, lane + LAST_SLOPE + TORQUE),
+            read_vector(work, lane + FIRST_SLOPE + K_TORQUE),
+            read_vector(work, lane + LAST_SLOPE + K_TORQUE),
         )
         inner = add(
-            read_vector(work, lane + SECOND_SLOPE + TORQUE),
-            read_vector(work, lane + THIRD_SLOPE + TORQUE),
+            read_vector(work, lane + SECOND_SLOPE + K_TORQUE),
+            read_vector(work, lane + THIRD_SLOPE + K_TORQUE),
         )
-        momentum = read_vector(work, lane + ANGULAR_MOMENTUM)
+        momentum = read_vector(work, lane + Y_MOMENTUM)
         total = add_scaled(outer, 2.0, inner)
-        write_vector(state, lane + LX, add_scaled(momentum, sixth, total))
+        write_vector(state, lane + ANGULAR_MOMENTUM, add_scaled(momentum, sixth, total))
 
 
 ROTATIONS = StateSpace(

@@ -28,7 +28,6 @@ from rigid_body_sim.physics.integration.schemes.state_space import (
     points,
     quaternions,
 )
-from rigid_body_sim.physics.integration.schemes.state_space.lanes import block_count, lane_count
 from rigid_body_sim.physics.integration.schemes.state_space.matrices import MATRICES
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import NO_ROTATION
 from rigid_body_sim.physics.integration.schemes.state_space.points import POINTS
@@ -38,7 +37,7 @@ from rigid_body_sim.physics.integration.schemes.state_space.quaternions import (
     QUATERNIONS,
 )
 from rigid_body_sim.physics.integration.schemes.steps import finite, start_evaluation
-from rigid_body_sim.physics.state.blocks import ROTATION, TRANSLATION
+from rigid_body_sim.physics.state.blocks import ROTATION, TRANSLATION, block_count, lanes_in
 
 # bound for each tableau
 STAGES = slot('[-] stages of a step')
@@ -64,12 +63,12 @@ def _advance_free(
     ones.
     """
     for block in range(block_count(n_bodies)):
-        lanes = lane_count(block, n_bodies)
+        lanes = lanes_in(block, n_bodies)
         state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
         for _tick in range(ticks):
             step_points(lanes, h, state, workspace)
     for block in range(block_count(n_rigid)):
-        lanes = lane_count(block, n_rigid)
+        lanes = lanes_in(block, n_rigid)
         state = rotation[block * ROTATION : (block + 1) * ROTATION]
         for _tick in range(ticks):
             step_rotation(lanes, h, state, workspace)

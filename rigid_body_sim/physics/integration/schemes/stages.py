@@ -14,13 +14,9 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from rigid_body_sim.physics.compile.kernels import slot, specialise
-from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
-    block_count,
-    copy_rows,
-    lane_count,
-)
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import copy_rows
 from rigid_body_sim.physics.integration.schemes.state_space.protocol import StateSpace, bound
-from rigid_body_sim.physics.state.blocks import LANES
+from rigid_body_sim.physics.state.blocks import LANES, block_count, lanes_in
 
 # bound for each tableau
 STAGES = slot('[-] stages of a step, without the slope at the new state')
@@ -43,7 +39,7 @@ error_of = slot('kernel (lanes, h, state, work, tolerances, first, worst, culpri
 def _prepare(stage, h, bodies, states, workspace, memories):
     """Make the state of a stage of all bodies."""
     for block in range(block_count(bodies)):
-        lanes = lane_count(block, bodies)
+        lanes = lanes_in(block, bodies)
         state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
         work = workspace[block * WORK_SIZE : (block + 1) * WORK_SIZE]
         if stage == 0:
@@ -58,7 +54,7 @@ def _take_slopes(stage, bodies, states, workspace):
         state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
         work = workspace[block * WORK_SIZE : (block + 1) * WORK_SIZE]
         slope = work[SLOPES_AT + SLOPE_SIZE * stage : SLOPES_AT + SLOPE_SIZE * (stage + 1)]
-        slope_of(lane_count(block, bodies), state, work, slope)
+        slope_of(lanes_in(block, bodies), state, work, slope)
 
 
 def _finish(h, bodies, states, workspace, memories):
@@ -67,7 +63,7 @@ def _finish(h, bodies, states, workspace, memories):
         state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
         work = workspace[block * WORK_SIZE : (block + 1) * WORK_SIZE]
         memory = memories[block * MEMORY_SIZE : (block + 1) * MEMORY_SIZE]
-        end(lane_count(block, bodies), h, state, work, memory)
+        end(lanes_in(block, bodies), h, state, work, memory)
 
 
 def _prepare_substep(stage, h, bodies, states, workspace, memories):
@@ -75,7 +71,7 @@ def _prepare_substep(stage, h, bodies, states, workspace, memories):
     Make the state of a stage of a substep of all bodies; stage STAGES is that after the substep.
     """
     for block in range(block_count(bodies)):
-        lanes = lane_count(block, bodies)
+        lanes = lanes_in(block, bodies)
         state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
         work = workspace[block * WORK_SIZE : (block + 1) * WORK_SIZE]
         memory = memories[block * MEMORY_SIZE : (block + 1) * MEMORY_SIZE]
@@ -92,7 +88,7 @@ def _prepare_substep(stage, h, bodies, states, workspace, memories):
 def _largest_error(h, bodies, states, workspace, tolerances, worst, culprit):
     """Find the largest relative error of a substep of all bodies, and whose it is."""
     for block in range(block_count(bodies)):
-        lanes = lane_count(block, bodies)
+        lanes = lanes_in(block, bodies)
         state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
         work = workspace[block * WORK_SIZE : (block + 1) * WORK_SIZE]
         worst, culprit = error_of(lanes, h, state, work, tolerances, LANES * block, worst, culprit)
@@ -105,7 +101,7 @@ def _end_substep(accepted, bodies, states, workspace, memories):
     all to the start of a refused one.
     """
     for block in range(block_count(bodies)):
-        lanes = lane_count(block, bodies)
+        lanes = lanes_in(block, bodies)
         state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
         work = workspace[block * WORK_SIZE : (block + 1) * WORK_SIZE]
         memory = memories[block * MEMORY_SIZE : (block + 1) * MEMORY_SIZE]

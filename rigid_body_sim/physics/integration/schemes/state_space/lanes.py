@@ -4,8 +4,8 @@
 Vectors and quaternions of one body in a block: tuples (x, y, z) and (x, y, z, w), one lane of
 successive rows.
 
-`place` is the lane plus the offset of the first row: `read_vector(state, lane + PX)`. Sums and
-products are taken from left to right, as in `vectors`.
+`place` is the lane plus the offset of the first row: `read_vector(state, lane + MOMENTUM)`. Sums
+and products are taken from left to right, as in `vectors`.
 """
 
 from __future__ import annotations
@@ -13,21 +13,9 @@ from __future__ import annotations
 import math
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.state.blocks import LANES, add_compensated, rotate
+from rigid_body_sim.physics.state.blocks import LANES, add_compensated
 
 VECTOR = 3 * LANES  # numbers of a vector in a block
-
-
-@inline
-def block_count(bodies):
-    """Count the blocks that hold so many bodies."""
-    return (bodies + LANES - 1) // LANES
-
-
-@inline
-def lane_count(block, bodies):
-    """Count the bodies in a block."""
-    return min(LANES, bodies - LANES * block)
 
 
 @inline
@@ -58,20 +46,6 @@ def write_quaternion(block, place, q):
 def multiply(a, b):
     """Multiply component by component: a diagonal matrix times a vector."""
     return a[0] * b[0], a[1] * b[1], a[2] * b[2]
-
-
-@inline
-def rotated(q, v):
-    """Rotate a vector from body to world axes by a unit quaternion, see `blocks.rotate`."""
-    x, y, z, w = q
-    return rotate(x, y, z, w, v[0], v[1], v[2])
-
-
-@inline
-def rotated_back(q, v):
-    """Rotate a vector from world to body axes."""
-    x, y, z, w = q
-    return rotate(-x, -y, -z, w, v[0], v[1], v[2])
 
 
 @inline

@@ -37,13 +37,20 @@ from rigid_body_sim.physics.integration.schemes.state_space.protocol import (
     StateSpace,
 )
 from rigid_body_sim.physics.integration.schemes.state_space.relative_error import larger
-from rigid_body_sim.physics.state.blocks import J1, LANES, LX, QX, ROTATION, TX
+from rigid_body_sim.physics.state.blocks import (
+    ANGULAR_MOMENTUM,
+    INVERSE_MOMENTS,
+    LANES,
+    ORIENTATION,
+    ROTATION,
+    TORQUE,
+)
 from rigid_body_sim.physics.vectors import add, cross, dot, scale, subtract
 
 work_rows = Record(stride=LANES)
-MATRIX = work_rows.matrix('-', 'R at the start of the step')
+Y_MATRIX = work_rows.matrix('-', 'R at the start of the step')
 MATRIX_SIZE = work_rows.size  # numbers of R in a block
-ANGULAR_MOMENTUM = work_rows.vector('kg m^2/s', 'L at the start of the step, world axes')
+Y_MOMENTUM = work_rows.vector('kg m^2/s', 'L at the start of the step, world axes')
 SLOPE_SIZE = work_rows.size  # numbers of y, and of a slope, in a block
 STAGE_MATRIX = work_rows.matrix('-', 'R of the stage')
 SLOPES_AT = work_rows.size
@@ -134,10 +141,10 @@ def _write_orientation(lane, state, work, place):
     first, second, third = _read_matrix(work, place + lane)
     first, second, third = _nearest_rotation(first, second, third)
     x, y, z, w = _quaternion(first, second, third)
-    qx, qy, qz, qw = read_quaternion(state, lane + QX)
+    qx, qy, qz, qw = read_quaternion(state, lane + ORIENTATION)
     if x * qx + y * qy + z * qz + w * qw < 0.0:
         x, y, z, w = -x, -y, -z, -w
-    write_quaternion(state, lane + QX, (x, y, z, w))
+    write_quaternion(state, lane + ORIENTATION, (x, y, z, w))
 
 
 @inline
@@ -159,10 +166,10 @@ def matrix(x, y, z, w):
 @inline
 def begin(lanes, state, work, memory):
     """Start a step: y = (R, L)."""
-    copy_rows(lanes, MATRIX, MATRIX_SIZE, memory, work)
-    copy_rows(lanes, MATRIX, MATRIX_SIZE, memory, work[STAGE_MATRIX:])
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, memory, work)
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, memory, work[STAGE_MATRIX:])
     for lane in range(lanes):
-        write_vector(work, lane + ANGULAR_MOMENTUM, read_vector(state, lane + LX))
+        write_vector(work, lane + Y_MOMENTUM, read_vector(state, lane + ANGULAR_MOMENTUM))
 
 
 def move(stage, lanes, h, state, work):
@@ -176,10 +183,10 @@ def move(stage, lanes, h, state, work):
             for before in range(stage):
                 slope = SLOPES_AT + SLOPE_SIZE * before
                 total += h * A[stage * STAGES + before] * work[slope + place]
-            if place < ANGULAR_MOMENTUM:
+            if place < Y_MOMENTUM:
                 work[STAGE_MATRIX + place] = total
             else:
-                state[LX + place - ANGULAR_MOMENTUM] = total
+                state[ANGULAR_MOMENTUM + place - Y_MOMENTUM] = total
         _write_orientation(lane, state, work, STAGE_MATRIX)
 
 
@@ -194,9 +201,9 @@ def slope_of(lanes, state, work, slope):
     """Slope of a stage."""
     for lane in range(lanes):
         first, second, third = _read_matrix(work, lane + STAGE_MATRIX)
-        momentum = read_vector(state, lane + LX)
+        momentum = read_vector(state, lane + ANGULAR_MOMENTUM)
         rate = multiply(  # body axes
-            read_vector(state, lane + J1),
+            read_vector(state, lane + INVERSE_MOMENTS),
             (
                 first[0] * momentum[0] + second[0] * momentum[1] + third[0] * momentum[2],
                 first[1] * momentum[0] + second[1] * momentum[1] + third[1] * momentum[2],
@@ -205,11 +212,11 @@ def slope_of(lanes, state, work, slope):
         )
         wx, wy, wz = dot(first, rate), dot(second, rate), dot(third, rate)
         _write_matrix(
-            slope, lane + MATRIX,
+            slope, lane + Y_MATRIX,
             _combined(wy, third, wz, second), _combined(wz, first, wx, third),
             _combined(wx, second, wy, first),
         )  # fmt: skip
-        write_vector(slope, lane + ANGULAR_MOMENTUM, read_vector(state, lane + TX))
+        write_vector(slope, lane + Y_MOMENTUM, read_vector(state, lane + TORQUE))
 
 
 def end(lanes, h, state, work, memory):
@@ -220,36 +227,36 @@ def end(lanes, h, state, work, memory):
             for stage in range(STAGES):
                 total += B[stage] * work[SLOPES_AT + SLOPE_SIZE * stage + place]
             work[place] += h * total
-        _write_orientation(lane, state, work, MATRIX)
-        write_vector(state, lane + LX, read_vector(work, lane + ANGULAR_MOMENTUM))
+        _write_orientation(lane, state, work, Y_MATRIX)
+        write_vector(state, lane + ANGULAR_MOMENTUM, read_vector(work, lane + Y_MOMENTUM))
         if REORTHONORMALISE:
-            x, y, z, w = read_quaternion(state, lane + QX)
+            x, y, z, w = read_quaternion(state, lane + ORIENTATION)
             xx, xy, xz, yx, yy, yz, zx, zy, zz = matrix(x, y, z, w)
-            _write_matrix(work, lane + MATRIX, (xx, xy, xz), (yx, yy, yz), (zx, zy, zz))
-    copy_rows(lanes, MATRIX, MATRIX_SIZE, work, memory)
+            _write_matrix(work, lane + Y_MATRIX, (xx, xy, xz), (yx, yy, yz), (zx, zy, zz))
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, work, memory)
 
 
 @inline
 def renew(lanes, state, work):
     """Make the new matrix that of the next stage."""
-    copy_rows(lanes, MATRIX, MATRIX_SIZE, work, work[STAGE_MATRIX:])
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, work, work[STAGE_MATRIX:])
 
 
 @inline
 def keep(lanes, state, memory, kept):
     """Keep R and L."""
-    copy_rows(lanes, MATRIX, MATRIX_SIZE, memory, kept)
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, memory, kept)
     for lane in range(lanes):
-        write_vector(kept, lane + ANGULAR_MOMENTUM, read_vector(state, lane + LX))
+        write_vector(kept, lane + Y_MOMENTUM, read_vector(state, lane + ANGULAR_MOMENTUM))
 
 
 @inline
 def restore(lanes, kept, state, work):
     """Return to the start of the substep."""
-    copy_rows(lanes, MATRIX, SLOPE_SIZE, kept, work)
+    copy_rows(lanes, Y_MATRIX, SLOPE_SIZE, kept, work)
     for lane in range(lanes):
-        write_vector(state, lane + LX, read_vector(kept, lane + ANGULAR_MOMENTUM))
-        _write_orientation(lane, state, work, MATRIX)
+        write_vector(state, lane + ANGULAR_MOMENTUM, read_vector(kept, lane + Y_MOMENTUM))
+        _write_orientation(lane, state, work, Y_MATRIX)
 
 
 def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
@@ -264,7 +271,7 @@ def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
             total = 0.0
             for stage in range(STAGES + 1):
                 total += ERROR[stage] * work[SLOPES_AT + SLOPE_SIZE * stage + place]
-            if place < ANGULAR_MOMENTUM:
+            if place < Y_MOMENTUM:
                 of_matrix += total * total
             else:
                 of_momentum += total * total

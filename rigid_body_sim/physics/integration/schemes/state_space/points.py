@@ -3,7 +3,7 @@
 """
 The state space of points: r' = p / m, p' = F.
 
-y and each slope hold r and p in the rows where the state has them, RX to PZ.
+y and each slope hold r and p in the rows where the state has them, POSITION to PZ.
 """
 
 from __future__ import annotations
@@ -25,10 +25,18 @@ from rigid_body_sim.physics.integration.schemes.state_space.relative_error impor
     larger,
     relative_error,
 )
-from rigid_body_sim.physics.state.blocks import EX, FX, GX, IM, PX, RX, TRANSLATION
+from rigid_body_sim.physics.state.blocks import (
+    FORCE,
+    INVERSE_MASS,
+    MOMENTUM,
+    MOMENTUM_RESIDUAL,
+    POSITION,
+    POSITION_RESIDUAL,
+    TRANSLATION,
+)
 from rigid_body_sim.physics.vectors import add_scaled, scale
 
-ROWS_END = EX  # where the rows of r and p end
+ROWS_END = POSITION_RESIDUAL  # where the rows of r and p end
 # numbers of y, and of a slope, in a block: eight more than r and p so that the rows of one lane do
 # not all fall into the same few sets of the cache, which costs a single body a third of its time
 SLOPE_SIZE = ROWS_END + 8
@@ -49,23 +57,26 @@ ERROR = slot('[-] weights of the slopes in the error of a pair')
 def begin(lanes, state, work, memory):
     """Start a step: y = (r, p)."""
     for lane in range(lanes):
-        write_vector(work, lane + RX, read_vector(state, lane + RX))
-        write_vector(work, lane + PX, read_vector(state, lane + PX))
+        write_vector(work, lane + POSITION, read_vector(state, lane + POSITION))
+        write_vector(work, lane + MOMENTUM, read_vector(state, lane + MOMENTUM))
 
 
 def move(stage, lanes, h, state, work):
     """Make the state of a stage from the slopes of those before it."""
     if lanes < FEW:
         for lane in range(lanes):
-            position, momentum = read_vector(work, lane + RX), read_vector(work, lane + PX)
+            position, momentum = (
+                read_vector(work, lane + POSITION),
+                read_vector(work, lane + MOMENTUM),
+            )
             for before in range(stage):
                 factor = h * A[stage * STAGES + before]
                 if factor != 0.0:
                     place = SLOPES_AT + SLOPE_SIZE * before + lane
-                    position = add_scaled(position, factor, read_vector(work, place + RX))
-                    momentum = add_scaled(momentum, factor, read_vector(work, place + PX))
-            write_vector(state, lane + RX, position)
-            write_vector(state, lane + PX, momentum)
+                    position = add_scaled(position, factor, read_vector(work, place + POSITION))
+                    momentum = add_scaled(momentum, factor, read_vector(work, place + MOMENTUM))
+            write_vector(state, lane + POSITION, position)
+            write_vector(state, lane + MOMENTUM, momentum)
     else:
         start = True
         for before in range(stage):
@@ -73,9 +84,9 @@ def move(stage, lanes, h, state, work):
             if factor != 0.0:
                 slope = work[SLOPES_AT + SLOPE_SIZE * before :]
                 if start:
-                    add_rows(lanes, RX, ROWS_END, work, factor, slope, state)
+                    add_rows(lanes, POSITION, ROWS_END, work, factor, slope, state)
                 else:
-                    add_rows(lanes, RX, ROWS_END, state, factor, slope, state)
+                    add_rows(lanes, POSITION, ROWS_END, state, factor, slope, state)
                 start = False
 
 
@@ -83,15 +94,31 @@ def move(stage, lanes, h, state, work):
 def slope_of(lanes, state, work, slope):
     """Slope of a stage."""
     for lane in range(lanes):
-        write_vector(slope, lane + RX, scale(state[lane + IM], read_vector(state, lane + PX)))
-        write_vector(slope, lane + PX, read_vector(state, lane + FX))
+        write_vector(
+            slope,
+            lane + POSITION,
+            scale(state[lane + INVERSE_MASS], read_vector(state, lane + MOMENTUM)),
+        )
+        write_vector(slope, lane + MOMENTUM, read_vector(state, lane + FORCE))
 
 
 @inline
 def _finish(lane, h, state, work, velocity, force):
     """y + h K of one body."""
-    add_to_vector(state, lane + RX, lane + EX, read_vector(work, lane + RX), scale(h, velocity))
-    add_to_vector(state, lane + PX, lane + GX, read_vector(work, lane + PX), scale(h, force))
+    add_to_vector(
+        state,
+        lane + POSITION,
+        lane + POSITION_RESIDUAL,
+        read_vector(work, lane + POSITION),
+        scale(h, velocity),
+    )
+    add_to_vector(
+        state,
+        lane + MOMENTUM,
+        lane + MOMENTUM_RESIDUAL,
+        read_vector(work, lane + MOMENTUM),
+        scale(h, force),
+    )
 
 
 def end(lanes, h, state, work, memory):
@@ -103,18 +130,21 @@ def end(lanes, h, state, work, memory):
                 weight = B[stage]
                 if weight != 0.0:
                     place = SLOPES_AT + SLOPE_SIZE * stage + lane
-                    velocity = add_scaled(velocity, weight, read_vector(work, place + RX))
-                    force = add_scaled(force, weight, read_vector(work, place + PX))
+                    velocity = add_scaled(velocity, weight, read_vector(work, place + POSITION))
+                    force = add_scaled(force, weight, read_vector(work, place + MOMENTUM))
             _finish(lane, h, state, work, velocity, force)
     else:
         total = work[SLOPES_AT + SLOPE_SIZE * TOTAL :]
-        scale_rows(lanes, RX, ROWS_END, B[0], work[SLOPES_AT:], total)
+        scale_rows(lanes, POSITION, ROWS_END, B[0], work[SLOPES_AT:], total)
         for stage in range(1, STAGES):
             if B[stage] != 0.0:
                 slope = work[SLOPES_AT + SLOPE_SIZE * stage :]
-                add_rows(lanes, RX, ROWS_END, total, B[stage], slope, total)
+                add_rows(lanes, POSITION, ROWS_END, total, B[stage], slope, total)
         for lane in range(lanes):
-            velocity, force = read_vector(total, lane + RX), read_vector(total, lane + PX)
+            velocity, force = (
+                read_vector(total, lane + POSITION),
+                read_vector(total, lane + MOMENTUM),
+            )
             _finish(lane, h, state, work, velocity, force)
 
 
@@ -125,12 +155,15 @@ def step_under_held_force(lanes, h, state, work):
     r <- r + h p/m + h^2 (sum b_i c_i) F/m,   p <- p + h F
     """
     for lane in range(lanes):
-        over_mass = h * state[lane + IM]
-        position, momentum = read_vector(state, lane + RX), read_vector(state, lane + PX)
-        force = read_vector(state, lane + FX)
+        over_mass = h * state[lane + INVERSE_MASS]
+        position, momentum = (
+            read_vector(state, lane + POSITION),
+            read_vector(state, lane + MOMENTUM),
+        )
+        force = read_vector(state, lane + FORCE)
         moved = scale(over_mass, add_scaled(momentum, h * BC, force))
-        add_to_vector(state, lane + RX, lane + EX, position, moved)
-        add_to_vector(state, lane + PX, lane + GX, momentum, scale(h, force))
+        add_to_vector(state, lane + POSITION, lane + POSITION_RESIDUAL, position, moved)
+        add_to_vector(state, lane + MOMENTUM, lane + MOMENTUM_RESIDUAL, momentum, scale(h, force))
 
 
 @inline
@@ -141,14 +174,14 @@ def renew(lanes, state, work):
 @inline
 def keep(lanes, state, memory, kept):
     """Keep what rounding lost; r and p are in y."""
-    copy_rows(lanes, RX, ROWS_END, state[EX:], kept)
+    copy_rows(lanes, POSITION, ROWS_END, state[POSITION_RESIDUAL:], kept)
 
 
 @inline
 def restore(lanes, kept, state, work):
     """Return to the start of the substep."""
-    copy_rows(lanes, RX, ROWS_END, work, state)
-    copy_rows(lanes, RX, ROWS_END, kept, state[EX:])
+    copy_rows(lanes, POSITION, ROWS_END, work, state)
+    copy_rows(lanes, POSITION, ROWS_END, kept, state[POSITION_RESIDUAL:])
 
 
 def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
@@ -157,18 +190,22 @@ def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
         velocity = force = NONE
         for stage in range(STAGES + 1):
             place = SLOPES_AT + SLOPE_SIZE * stage + lane
-            velocity = add_scaled(velocity, ERROR[stage], read_vector(work, place + RX))
-            force = add_scaled(force, ERROR[stage], read_vector(work, place + PX))
+            velocity = add_scaled(velocity, ERROR[stage], read_vector(work, place + POSITION))
+            force = add_scaled(force, ERROR[stage], read_vector(work, place + MOMENTUM))
         error = larger(
             relative_error(
                 h,
                 velocity,
-                read_vector(work, lane + RX),
-                read_vector(state, lane + RX),
+                read_vector(work, lane + POSITION),
+                read_vector(state, lane + POSITION),
                 tolerances,
             ),
             relative_error(
-                h, force, read_vector(work, lane + PX), read_vector(state, lane + PX), tolerances
+                h,
+                force,
+                read_vector(work, lane + MOMENTUM),
+                read_vector(state, lane + MOMENTUM),
+                tolerances,
             ),
         )
         if error > worst or error != error:

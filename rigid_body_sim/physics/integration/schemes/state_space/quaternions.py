@@ -24,8 +24,6 @@ from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     normalised,
     read_quaternion,
     read_vector,
-    rotated,
-    rotated_back,
     scale_rows,
     write_quaternion,
     write_vector,
@@ -38,12 +36,22 @@ from rigid_body_sim.physics.integration.schemes.state_space.relative_error impor
     larger,
     relative_error,
 )
-from rigid_body_sim.physics.state.blocks import I1, J1, LANES, LX, QX, ROTATION, TX
+from rigid_body_sim.physics.state.blocks import (
+    ANGULAR_MOMENTUM,
+    INVERSE_MOMENTS,
+    LANES,
+    MOMENTS,
+    ORIENTATION,
+    ROTATION,
+    TORQUE,
+    rotated,
+    rotated_back,
+)
 from rigid_body_sim.physics.vectors import add, add_scaled, cross, dot, scale, subtract
 
 work_rows = Record(stride=LANES)
-ORIENTATION = work_rows.quaternion('-', 'q at the start of the step')
-RATE = work_rows.vector('rad/s', 'omega at the start of the step, body axes')
+Y_ORIENTATION = work_rows.quaternion('-', 'q at the start of the step')
+Y_RATE = work_rows.vector('rad/s', 'omega at the start of the step, body axes')
 ROWS_END = work_rows.size  # where y, and a slope, end
 STAGE_RATE = work_rows.vector('rad/s', 'omega of the stage, body axes')
 SLOPES_AT = work_rows.size
@@ -85,9 +93,9 @@ def _scaled(factor, q):
 @inline
 def _rate(lane, state):
     """Omega of a state, body axes: I^-1 R^T L."""
-    orientation = read_quaternion(state, lane + QX)
-    momentum = rotated_back(orientation, read_vector(state, lane + LX))
-    return multiply(momentum, read_vector(state, lane + J1))
+    orientation = read_quaternion(state, lane + ORIENTATION)
+    momentum = rotated_back(orientation, read_vector(state, lane + ANGULAR_MOMENTUM))
+    return multiply(momentum, read_vector(state, lane + INVERSE_MOMENTS))
 
 
 @inline
@@ -124,8 +132,8 @@ def begin(lanes, state, work, memory):
     """Start a step: y = (q, omega)."""
     for lane in range(lanes):
         rate = _rate(lane, state)
-        write_quaternion(work, lane + ORIENTATION, read_quaternion(state, lane + QX))
-        write_vector(work, lane + RATE, rate)
+        write_quaternion(work, lane + Y_ORIENTATION, read_quaternion(state, lane + ORIENTATION))
+        write_vector(work, lane + Y_RATE, rate)
         write_vector(work, lane + STAGE_RATE, rate)
 
 
@@ -139,39 +147,39 @@ def renew(lanes, state, work):
 @inline
 def _set_state(lane, state, orientation, rate):
     """Write q, and L = R I omega for the forces to read."""
-    write_quaternion(state, lane + QX, orientation)
-    momentum = multiply(read_vector(state, lane + I1), rate)
-    write_vector(state, lane + LX, rotated(orientation, momentum))
+    write_quaternion(state, lane + ORIENTATION, orientation)
+    momentum = multiply(read_vector(state, lane + MOMENTS), rate)
+    write_vector(state, lane + ANGULAR_MOMENTUM, rotated(orientation, momentum))
 
 
 @inline
 def _move_lane(lane, stage, h, state, work, tableau, stages, for_forces):
     """Make the state of a stage of one body, the sums in registers."""
-    orientation = read_quaternion(work, lane + ORIENTATION)
-    rate = read_vector(work, lane + RATE)
+    orientation = read_quaternion(work, lane + Y_ORIENTATION)
+    rate = read_vector(work, lane + Y_RATE)
     for before in range(stage):
         factor = h * tableau[stage * stages + before]
         if factor != 0.0:
             place = SLOPES_AT + SLOPE_SIZE * before + lane
-            orientation = _added(orientation, factor, read_quaternion(work, place + ORIENTATION))
-            rate = add_scaled(rate, factor, read_vector(work, place + RATE))
+            orientation = _added(orientation, factor, read_quaternion(work, place + Y_ORIENTATION))
+            rate = add_scaled(rate, factor, read_vector(work, place + Y_RATE))
     write_vector(work, lane + STAGE_RATE, rate)
     if for_forces:
         _set_state(lane, state, nearly_normalised(orientation), rate)
     else:
-        write_quaternion(state, lane + QX, orientation)
+        write_quaternion(state, lane + ORIENTATION, orientation)
 
 
 @inline
 def _move_by(lanes, factor, work, start, slope, state):
     """Add factor K to y, or to what was made of it before."""
-    stage_rate = work[STAGE_RATE - RATE :]
+    stage_rate = work[STAGE_RATE - Y_RATE :]
     if start:
-        add_rows(lanes, ORIENTATION, RATE, work, factor, slope, state)
-        add_rows(lanes, RATE, ROWS_END, work, factor, slope, stage_rate)
+        add_rows(lanes, Y_ORIENTATION, Y_RATE, work, factor, slope, state)
+        add_rows(lanes, Y_RATE, ROWS_END, work, factor, slope, stage_rate)
     else:
-        add_rows(lanes, ORIENTATION, RATE, state, factor, slope, state)
-        add_rows(lanes, RATE, ROWS_END, stage_rate, factor, slope, stage_rate)
+        add_rows(lanes, Y_ORIENTATION, Y_RATE, state, factor, slope, state)
+        add_rows(lanes, Y_RATE, ROWS_END, stage_rate, factor, slope, stage_rate)
 
 
 def move(stage, lanes, h, state, work):
@@ -189,7 +197,7 @@ def move(stage, lanes, h, state, work):
                 start = False
         if FOR_FORCES:
             for lane in range(lanes):
-                orientation = nearly_normalised(read_quaternion(state, lane + QX))
+                orientation = nearly_normalised(read_quaternion(state, lane + ORIENTATION))
                 _set_state(lane, state, orientation, read_vector(work, lane + STAGE_RATE))
 
 
@@ -199,34 +207,34 @@ def _write_slope(lane, orientation, state, work, slope):
     change, acceleration = _slope(
         orientation,
         read_vector(work, lane + STAGE_RATE),
-        read_vector(state, lane + TX),
-        read_vector(state, lane + I1),
-        read_vector(state, lane + J1),
+        read_vector(state, lane + TORQUE),
+        read_vector(state, lane + MOMENTS),
+        read_vector(state, lane + INVERSE_MOMENTS),
     )
-    write_quaternion(slope, lane + ORIENTATION, change)
-    write_vector(slope, lane + RATE, acceleration)
+    write_quaternion(slope, lane + Y_ORIENTATION, change)
+    write_vector(slope, lane + Y_RATE, acceleration)
 
 
 @inline
 def slope_of(lanes, state, work, slope):
     """Slope of a stage whose q has unit length."""
     for lane in range(lanes):
-        _write_slope(lane, read_quaternion(state, lane + QX), state, work, slope)
+        _write_slope(lane, read_quaternion(state, lane + ORIENTATION), state, work, slope)
 
 
 @inline
 def _slope_of_scaled(lanes, state, work, slope):
     """Slope of a stage whose q is about of unit length."""
     for lane in range(lanes):
-        orientation = nearly_normalised(read_quaternion(state, lane + QX))
+        orientation = nearly_normalised(read_quaternion(state, lane + ORIENTATION))
         _write_slope(lane, orientation, state, work, slope)
 
 
 @inline
 def _finish(lane, h, state, work, change, acceleration):
     """y + h K of one body, q normalised, L rebuilt."""
-    orientation = _added(read_quaternion(work, lane + ORIENTATION), h, change)
-    rate = add_scaled(read_vector(work, lane + RATE), h, acceleration)
+    orientation = _added(read_quaternion(work, lane + Y_ORIENTATION), h, change)
+    rate = add_scaled(read_vector(work, lane + Y_RATE), h, acceleration)
     _set_state(lane, state, _unit(orientation), rate)
 
 
@@ -239,21 +247,21 @@ def end(lanes, h, state, work, memory):
                 weight = B[stage]
                 if weight != 0.0:
                     place = SLOPES_AT + SLOPE_SIZE * stage + lane
-                    change = _added(change, weight, read_quaternion(work, place + ORIENTATION))
+                    change = _added(change, weight, read_quaternion(work, place + Y_ORIENTATION))
                     acceleration = add_scaled(
-                        acceleration, weight, read_vector(work, place + RATE)
+                        acceleration, weight, read_vector(work, place + Y_RATE)
                     )
             _finish(lane, h, state, work, change, acceleration)
     else:
         total = work[SLOPES_AT + SLOPE_SIZE * TOTAL :]
-        scale_rows(lanes, ORIENTATION, ROWS_END, B[0], work[SLOPES_AT:], total)
+        scale_rows(lanes, Y_ORIENTATION, ROWS_END, B[0], work[SLOPES_AT:], total)
         for stage in range(1, STAGES):
             if B[stage] != 0.0:
                 slope = work[SLOPES_AT + SLOPE_SIZE * stage :]
-                add_rows(lanes, ORIENTATION, ROWS_END, total, B[stage], slope, total)
+                add_rows(lanes, Y_ORIENTATION, ROWS_END, total, B[stage], slope, total)
         for lane in range(lanes):
-            change = read_quaternion(total, lane + ORIENTATION)
-            _finish(lane, h, state, work, change, read_vector(total, lane + RATE))
+            change = read_quaternion(total, lane + Y_ORIENTATION)
+            _finish(lane, h, state, work, change, read_vector(total, lane + Y_RATE))
 
 
 @inline
@@ -273,9 +281,9 @@ def step_on_a_ladder(lanes, h, state, work):
     through `work`.
     """
     for lane in range(lanes):
-        torque, moments = read_vector(state, lane + TX), read_vector(state, lane + I1)
-        inverses = read_vector(state, lane + J1)
-        start, rate = read_quaternion(state, lane + QX), _rate(lane, state)
+        torque, moments = read_vector(state, lane + TORQUE), read_vector(state, lane + MOMENTS)
+        inverses = read_vector(state, lane + INVERSE_MOMENTS)
+        start, rate = read_quaternion(state, lane + ORIENTATION), _rate(lane, state)
         change, acceleration = _slope(nearly_normalised(start), rate, torque, moments, inverses)
         changes, accelerations = _scaled(B[0], change), scale(B[0], acceleration)
         if STAGES > 1:
@@ -313,13 +321,13 @@ def step(lanes, h, state, work):
 @inline
 def keep(lanes, state, memory, kept):
     """Keep q and L."""
-    copy_rows(lanes, QX, TX, state, kept)
+    copy_rows(lanes, ORIENTATION, TORQUE, state, kept)
 
 
 @inline
 def restore(lanes, kept, state, work):
     """Return to the start of the substep."""
-    copy_rows(lanes, QX, TX, kept, state)
+    copy_rows(lanes, ORIENTATION, TORQUE, kept, state)
 
 
 def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
@@ -332,13 +340,15 @@ def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
         change, acceleration = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for stage in range(STAGES + 1):
             place = SLOPES_AT + SLOPE_SIZE * stage + lane
-            change = _added(change, ERROR[stage], read_quaternion(work, place + ORIENTATION))
-            acceleration = add_scaled(acceleration, ERROR[stage], read_vector(work, place + RATE))
+            change = _added(change, ERROR[stage], read_quaternion(work, place + Y_ORIENTATION))
+            acceleration = add_scaled(
+                acceleration, ERROR[stage], read_vector(work, place + Y_RATE)
+            )
         x, y, z, w = change
         error = larger(
             h * math.sqrt(x * x + y * y + z * z + w * w) / (atol + rtol),
             relative_error(
-                h, acceleration, read_vector(work, lane + RATE),
+                h, acceleration, read_vector(work, lane + Y_RATE),
                 read_vector(work, lane + STAGE_RATE), tolerances,
             ),
         )  # fmt: skip
