@@ -39,7 +39,7 @@ from rigid_body_sim.physics.contact.solver import (
     lane_scratch,
     variable_mass,
 )
-from rigid_body_sim.physics.contact.solver.impulse_cache import end_of_memory
+from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
 from rigid_body_sim.physics.errors import InvalidModel
@@ -137,14 +137,19 @@ class ContactPlan:
         self.grid = np.zeros(max(1, n) * CELL, dtype=np.int64)
         self._make_room_for_pairs(16 * n + 16)
         self.records = np.zeros((4 * n + 8) * manifold_record.SIZE)
-        self.memory = np.zeros(2 + (4 * n + 8) * (2 + 4 * cache_record.POINT_SIZE))
+        self.memory = np.zeros(
+            cache_record.HEAD
+            + (4 * n + 8) * (cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE)
+        )
         self.rows = _aligned(
             lane_scratch.SIZE + (n // 2 + 40) * (constraint.SIZE + 4 * self._width)
         )
         self.batches = np.zeros((4 * n + 64) * batch_record.SIZE, dtype=np.int64)
         self.colours = np.zeros(moving + 1, dtype=np.int64)
-        self.open_batches = np.zeros(3 * batch_record.COLOURS + 3, dtype=np.int64)
+        self.open_batches = np.zeros(batch_record.OPEN_BATCHES, dtype=np.int64)
         self.touching = np.zeros(moving + 1, dtype=np.int64)
+        self.marks = np.zeros(moving + 1, dtype=np.int64)
+        self.groups = np.zeros(moving + 1, dtype=np.int64)
         self.accounts = np.zeros((moving + 1) * pressing_groups.ACCOUNT)
         self.workspace = np.zeros(max(1, blocks(moving)) * 384)
         self.counts = np.zeros(step.COUNTS, dtype=np.int64)
@@ -187,6 +192,7 @@ class ContactPlan:
                 self.rows, self.records, self.memory, self.rooms, self.grid, self.heads, self.kept,
                 self.keys,
                 self.batches, self.colours, self.open_batches, self.touching,
+                self.marks, self.groups,
                 self.accounts,
             )
         )  # fmt: skip
@@ -214,7 +220,7 @@ class ContactPlan:
         if self._sleepers is None or short not in (step.WOKEN, step.FELL_ASLEEP):
             self._grow()
             return
-        memory = self.memory[: end_of_memory(self.memory)]
+        memory = self.memory[: size_in_use(self.memory)]
         if short == step.WOKEN:
             self._put_memory(self._sleepers.wake(memory))
         else:
@@ -231,8 +237,8 @@ class ContactPlan:
         self.counts[step.STALE] = 1
 
     def remembered(self) -> Array:
-        """Give what the next tick starts from beside the blocks, in one row: see `assembly`."""
-        memory = self.memory[: end_of_memory(self.memory)].copy()
+        """Give what the next tick starts from beside the blocks: see `cache_record`."""
+        memory = self.memory[: size_in_use(self.memory)].copy()
         if self._sleepers is None:
             return memory
         return np.concatenate((memory, self._sleepers.remembered()))
@@ -240,7 +246,7 @@ class ContactPlan:
     def recall(self, numbers: Array) -> None:
         """Restore what `remembered` gave; without numbers there is no memory of any contact."""
         if self._sleepers is not None:
-            end = end_of_memory(numbers) if len(numbers) else 0
+            end = size_in_use(numbers) if len(numbers) else 0
             self._sleepers.recall(numbers[end:])
             self.counts[step.STALE] = 1
             numbers = numbers[:end]
@@ -249,7 +255,7 @@ class ContactPlan:
 
     def snapshot(self) -> tuple[Any, ...]:
         """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
-        memory = self.memory[: end_of_memory(self.memory)].copy()
+        memory = self.memory[: size_in_use(self.memory)].copy()
         return memory, None if self._sleepers is None else self._sleepers.snapshot()
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:

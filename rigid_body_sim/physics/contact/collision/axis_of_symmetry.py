@@ -22,12 +22,11 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE, SPHERE
+from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, AS_IT_IS, BALL, CENTRED_BALL
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# how a body turns: `solver_bodies.SYMMETRY`
-AS_IT_IS, ABOUT_AXIS, BALL, CENTRED_BALL = 0.0, 1.0, 2.0, 3.0
 STRAIGHT = 1e-9  # [-] of the largest distance: parts this far off an axis still lie on it
 
 
