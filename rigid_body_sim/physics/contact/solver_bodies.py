@@ -62,22 +62,26 @@ INVERSE_INERTIA = body.symmetric('1/(kg m^2)', 'as the body stands now')
 DISPLACEMENT = body.vector('m', 'd: since the start of the substep')
 TURN = body.vector('-', 'u: vector part of the turn since the start of the substep')
 TURN_SCALAR = body.number('-', 'w: its scalar part')
-_UNUSED = body.number('-', 'unused')
 CARRIED = body.number('-', '1: some contact pushes it in this substep')
 ENERGY = body.number('J', 'kinetic at the start of the tick and the work of forces since')
-WARM_IMPULSE = body.vector('N s', 'half the loads; at the end of a tick, scratch')
-WARM_ANGULAR_IMPULSE = body.vector('N m s', 'half the angular loads; then scratch')
+WARM_IMPULSE = body.vector('N s', 'half the warm-start impulses of its contacts')
+WARM_ANGULAR_IMPULSE = body.vector('N m s', 'half the warm-start angular impulses')
 START_POSITION = body.vector('m', 'at the start of the tick')
 START_RESIDUAL = body.vector('m', 'what rounding lost of it')
 START_ORIENTATION = body.quaternion('-', 'at the start of the tick')
 SUBSTEP_POSITION = body.vector('m', 'at the start of the substep')
 SUBSTEP_RESIDUAL = body.vector('m', 'what rounding lost of it')
-SYMMETRY = body.number('-', 'how it turns: see `collision.axis_of_symmetry`')
+SYMMETRY = body.number('-', 'how it turns, by the names below: `collision.axis_of_symmetry`')
 SYMMETRY_AXIS = body.vector('-', 'principal axes')
 FREE_ACCELERATION = body.vector('m/s^2', 'without contact, at the start of the tick, where wanted')
 FREE_ANGULAR_ACCELERATION = body.vector('rad/s^2', 'the same')
 SUBSTEP_ORIENTATION = body.quaternion('-', 'at the start of the substep')
-SIZE = body.padding(64)
+MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m/s', 'from which restitution starts')
+ANGULAR_MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m^2/s', 'the same')
+SIZE = body.padding(64)  # eight cache lines
+
+# how a body turns, the rounder the larger
+FIXED, AS_IT_IS, ABOUT_AXIS, BALL, CENTRED_BALL = -1.0, 0.0, 1.0, 2.0, 3.0
 
 
 @inline
@@ -145,7 +149,7 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
 
 
 @kernel
-def accelerate(i: int, n_rigid: int, rotation: Array, bodies: Array) -> None:
+def find_free_acceleration(i: int, n_rigid: int, rotation: Array, bodies: Array) -> None:
     """Find the angular acceleration of free motion: alpha = I^-1 (torque - omega x L)."""
     o = i * SIZE
     for axis in range(3):
@@ -177,7 +181,7 @@ def accelerate(i: int, n_rigid: int, rotation: Array, bodies: Array) -> None:
 
 
 @kernel
-def kick(
+def kick_and_warm_start(
     i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """Let half of the forces of the instant act over a substep, and half of the loads."""
@@ -201,7 +205,9 @@ def kick(
 
 
 @kernel
-def before_turn(i: int, n_rigid: int, half: float, rotation: Array, bodies: Array) -> None:
+def scatter_angular_momentum(
+    i: int, n_rigid: int, half: float, rotation: Array, bodies: Array
+) -> None:
     """Give a carried body the momentum with which it turns, less the half kick of the drift."""
     o = i * SIZE
     if bodies[o + CARRIED] > 0.0 and i < n_rigid:
@@ -214,7 +220,7 @@ def before_turn(i: int, n_rigid: int, half: float, rotation: Array, bodies: Arra
 
 
 @kernel
-def after_turn(
+def integrate_position(
     i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """
@@ -246,7 +252,7 @@ def after_turn(
 
 
 @kernel
-def take_over(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
+def gather_body(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
     """Read momenta, inverse inertia and the motion over the substep."""
     o = i * SIZE
     k = at(i, TRANSLATION)
@@ -275,9 +281,9 @@ def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
         bodies[o + SUBSTEP_ORIENTATION + 3],
     )
     kind = bodies[o + SYMMETRY]
-    if kind == 3.0:
+    if kind == CENTRED_BALL:
         return
-    if kind == 1.0:
+    if kind == ABOUT_AXIS:
         i, j, m = (
             bodies[o + SYMMETRY_AXIS],
             bodies[o + SYMMETRY_AXIS + 1],
@@ -299,7 +305,9 @@ def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
 
 
 @kernel
-def hand_back(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
+def scatter_momenta(
+    i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array
+) -> None:
     """Write the momenta back."""
     o = i * SIZE
     k = at(i, TRANSLATION)
@@ -312,7 +320,7 @@ def hand_back(i: int, n_rigid: int, translation: Array, rotation: Array, bodies:
 
 
 @kernel
-def let_go(i: int, bodies: Array) -> None:
+def clear_warm_start(i: int, bodies: Array) -> None:
     """Forget the loads of a body, before they are added up anew."""
     for axis in range(6):
         bodies[i * SIZE + WARM_IMPULSE + axis] = 0.0

@@ -31,11 +31,13 @@ from typing import Any
 from rigid_body_sim.physics.compile.kernels import kernel, specialise, unbound
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import (
+    collider,
     manifold_record,
     narrow_phase,
     neighbour_list,
     swept_aabbs,
 )
+from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.energy import (
     account,
     attribution,
@@ -43,12 +45,13 @@ from rigid_body_sim.physics.contact.energy import (
     restitution_bound,
 )
 from rigid_body_sim.physics.contact.solver import (
-    assembly,
     cache_record,
+    colouring,
     constraint,
     forces_of_state,
+    impulse_cache,
+    manifold_constraints,
 )
-from rigid_body_sim.physics.contact.solver import impulse_cache as memory_of
 from rigid_body_sim.physics.integration.schemes.steps import (
     finite,
     kick,
@@ -84,22 +87,22 @@ drift_rotation: Callable[..., Any] = unbound
 evaluate: Callable[..., Any] = unbound
 find_manifolds: Callable[..., Any] = unbound
 prepare: Callable[..., Any] = unbound
-push: Callable[..., Any] = unbound
-follow: Callable[..., Any] = unbound
+solve_normals: Callable[..., Any] = unbound
+update_separation: Callable[..., Any] = unbound
 relax: Callable[..., Any] = unbound
-bounce: Callable[..., Any] = unbound
+apply_restitution: Callable[..., Any] = unbound
 asleep: Callable[..., Any] = unbound
-enter: Callable[..., Any] = unbound
-hold_flowing: Callable[..., Any] = unbound
+scale_to_present_mass: Callable[..., Any] = unbound
+scale_warm_start: Callable[..., Any] = unbound
 keep_still: Callable[..., Any] = unbound
 lay_down: Callable[..., Any] = unbound
-leave: Callable[..., Any] = unbound
+scale_to_start_mass: Callable[..., Any] = unbound
 note_wrenches: Callable[..., Any] = unbound
 reached: Callable[..., Any] = unbound
 settle: Callable[..., Any] = unbound
 stir: Callable[..., Any] = unbound
 stirs: Callable[..., Any] = unbound
-weigh: Callable[..., Any] = unbound
+find_mass_scale: Callable[..., Any] = unbound
 
 
 @kernel
@@ -123,7 +126,7 @@ def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges,
     settings, counts, numbers, table, bounds, mounts, materials, poses, reaches, found, bodies,
     rows, records, memory, rooms, grid, heads, kept, keys, batches, colours, open_batches,
-    touching, accounts, slumber, limits, ward, flows,
+    touching, marks, groups, accounts, slumber, limits, ward, flows,
 ):  # fmt: skip
     """
     Advance over ticks. Return 0, or NaN if a number left the finite ones; counts[DONE] tells how
@@ -139,6 +142,8 @@ def _advance(
     counts[SHORT] = NOTHING_SHORT
     status = finite(n_bodies, n_rigid, translation, rotation)
     fresh = False
+    colliders = collider.ColliderArrays(numbers, table, bounds, poses, reaches)
+    broad_phase = collider.BroadPhase(rooms, grid, heads, kept, keys)
     if SLEEPING and counts[STALE] == 1:
         counts[STALE] = 0
         kept[neighbour_list.AGE] = 0
@@ -167,22 +172,21 @@ def _advance(
                 continue
             solver_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
             if BOUNCES:
-                solver_bodies.accelerate(i, n_rigid, rotation, bodies)
+                solver_bodies.find_free_acceleration(i, n_rigid, rotation, bodies)
         for entry in range(solver_bodies.SIZE):
             bodies[n_bodies * solver_bodies.SIZE + entry] = 0.0
         narrow_phase.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
-        swept_aabbs.find_reaches(n, h, settings[MARGIN], table, bounds, poses, bodies, reaches)
+        swept_aabbs.find_swept_aabbs(n, h, settings[MARGIN], colliders, bodies)
         pairs = neighbour_list.find_pairs(
-            n, counts[PLANES], h, settings[RADIUS], counts[PAIR_ROOM], numbers, table, bounds,
-            reaches, rooms, grid, heads, kept, keys,
+            n, counts[PLANES], h, settings[RADIUS], counts[PAIR_ROOM], colliders, broad_phase
         )  # fmt: skip
         counts[PAIRS] = pairs
         if pairs > counts[PAIR_ROOM]:
             counts[SHORT] = SHORT_OF_PAIRS
             return 0.0
         manifolds = find_manifolds(
-            pairs, n, h, counts[MANIFOLD_ROOM], keys, numbers, table, bounds, reaches, poses,
-            found, records, bodies, counts[PIECES : PIECES + 1],
+            pairs, n, h, counts[MANIFOLD_ROOM], colliders, keys, found, records, bodies,
+            counts[PIECES : PIECES + 1],
         )  # fmt: skip
         counts[MANIFOLDS] = manifolds
         if manifolds > counts[MANIFOLD_ROOM]:
@@ -194,11 +198,17 @@ def _advance(
         if counts[PIECES] > 1 and counts[CUT] == 0:
             counts[SHORT] = TOO_LONG
             return 0.0
-        if 2 + manifolds * (2 + 4 * cache_record.POINT_SIZE) > counts[MEMORY_ROOM]:
+        if (
+            cache_record.HEAD
+            + manifolds * (cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE)
+            > counts[MEMORY_ROOM]
+        ):
             counts[SHORT] = SHORT_OF_MEMORY
             return 0.0
-        if counts[ASSEMBLED] == 0 or not assembly.is_same(manifolds, records, memory):
-            counts[BATCHES] = assembly.make_batches(
+        if counts[ASSEMBLED] == 0 or not impulse_cache.holds_same_manifolds(
+            manifolds, records, memory
+        ):
+            counts[BATCHES] = colouring.colour_constraints(
                 manifolds, n_bodies, WIDTH, counts[ROW_ROOM], counts[BATCH_ROOM], table, records,
                 bodies, colours, open_batches, rows, batches,
             )  # fmt: skip
@@ -207,8 +217,8 @@ def _advance(
                 counts[SHORT] = SHORT_OF_ROWS
                 return 0.0
         count = counts[BATCHES]
-        if counts[ASSEMBLED] == 0 or memory[0] != part:
-            assembly.fill_materials(
+        if counts[ASSEMBLED] == 0 or memory[cache_record.SUBSTEP] != part:
+            manifold_constraints.prepare_materials(
                 manifolds,
                 part,
                 max(1, counts[CUT]),
@@ -221,18 +231,18 @@ def _advance(
                 bodies,
             )
             counts[ASSEMBLED] = 1
-        assembly.fill_rows(
-            manifolds, WIDTH, part, ANGULAR, translation, table, bounds, poses, records, memory,
-            rows,
-        )  # fmt: skip
+        manifold_constraints.prepare_points(
+            manifolds, WIDTH, translation, table, poses, records, rows
+        )
+        impulse_cache.recall(manifolds, WIDTH, part, ANGULAR, bounds, poses, records, memory, rows)
         if FLOWS:
-            weigh((tick + passed) * h + 0.5 * h, flows)
-            enter(flows, bodies)
+            find_mass_scale((tick + passed) * h + 0.5 * h, flows)
+            scale_to_present_mass(flows, bodies)
         prepare(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
         if FLOWS:
-            leave(flows, bodies)
-            hold_flowing(flows, bodies)
-        touched = _mark_touching(manifolds, n_bodies, records, rows, touching, colours)
+            scale_to_start_mass(flows, bodies)
+            scale_warm_start(flows, bodies)
+        touched = _mark_touching(manifolds, n_bodies, records, rows, touching, marks)
         for i in range(touched):
             account.begin(touching[i], bodies)
             if not COUPLED:
@@ -243,10 +253,12 @@ def _advance(
                 start_evaluation(n_bodies, n_rigid, translation, rotation)
                 evaluate(0, time, translation, rotation, elements, ranges)
             for i in range(touched):
-                solver_bodies.kick(touching[i], n_rigid, part, translation, rotation, bodies)
+                solver_bodies.kick_and_warm_start(
+                    touching[i], n_rigid, part, translation, rotation, bodies
+                )
             if FLOWS:
-                enter(flows, bodies)
-            push(
+                scale_to_present_mass(flows, bodies)
+            solve_normals(
                 lanes_at_once,
                 count,
                 1.0 / part,
@@ -257,7 +269,7 @@ def _advance(
                 bodies,
             )
             if FLOWS:
-                leave(flows, bodies)
+                scale_to_start_mass(flows, bodies)
             for block in range((n_bodies + 63) // 64):
                 if SLEEPING and not stirs(block, n_bodies, ward):
                     continue
@@ -265,7 +277,9 @@ def _advance(
                 kick_and_drift(block, lanes, half, part, translation)
                 kick(block, lanes, half, translation)
             for i in range(touched):
-                solver_bodies.before_turn(touching[i], n_rigid, half, rotation, bodies)
+                solver_bodies.scatter_angular_momentum(
+                    touching[i], n_rigid, half, rotation, bodies
+                )
             for block in range((n_rigid + 63) // 64):
                 if SLEEPING and not stirs(block, n_bodies, ward):
                     continue
@@ -273,7 +287,9 @@ def _advance(
                 drift_rotation(block, lanes, half, part, rotation, method)
                 kick_rotation(block, lanes, half, rotation)
             for i in range(touched):
-                solver_bodies.after_turn(touching[i], n_rigid, part, translation, rotation, bodies)
+                solver_bodies.integrate_position(
+                    touching[i], n_rigid, part, translation, rotation, bodies
+                )
                 if COUPLED:
                     account.add_half_the_work(
                         touching[i], n_rigid, part, translation, rotation, bodies
@@ -283,17 +299,19 @@ def _advance(
             if COUPLED:
                 if VELOCITY_DEPENDENT:
                     for i in range(touched):
-                        forces_of_state.lean(
+                        forces_of_state.add_warm_start(
                             touching[i], n_rigid, 1.0, translation, rotation, bodies
                         )
-                forces_of_state.save(n_bodies, n_rigid, translation, rotation, workspace)
+                forces_of_state.save_wrenches(n_bodies, n_rigid, translation, rotation, workspace)
                 time = (tick + passed) * h + (sub + 1) * part
                 start_evaluation(n_bodies, n_rigid, translation, rotation)
                 evaluate(0, time, translation, rotation, elements, ranges)
-                forces_of_state.correct(n_bodies, n_rigid, half, translation, rotation, workspace)
+                forces_of_state.correct_momenta(
+                    n_bodies, n_rigid, half, translation, rotation, workspace
+                )
                 if VELOCITY_DEPENDENT:
                     for i in range(touched):
-                        forces_of_state.lean(
+                        forces_of_state.add_warm_start(
                             touching[i], n_rigid, -1.0, translation, rotation, bodies
                         )
                 fresh = not VELOCITY_DEPENDENT
@@ -302,12 +320,12 @@ def _advance(
                     account.add_half_the_work(
                         touching[i], n_rigid, part, translation, rotation, bodies
                     )
-                solver_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
+                solver_bodies.gather_body(touching[i], n_rigid, translation, rotation, bodies)
             for i in range(touched):
-                solver_bodies.let_go(touching[i], bodies)
+                solver_bodies.clear_warm_start(touching[i], bodies)
             if FLOWS:
-                enter(flows, bodies)
-            follow(lanes_at_once, count, rows, batches, bodies)
+                scale_to_present_mass(flows, bodies)
+            update_separation(lanes_at_once, count, rows, batches, bodies)
             for turn in range(relaxations):
                 last = turn + 1 == relaxations and sub + 1 < substeps
                 relax(
@@ -321,10 +339,10 @@ def _advance(
                     bodies,
                 )
             if FLOWS:
-                leave(flows, bodies)
-                hold_flowing(flows, bodies)
+                scale_to_start_mass(flows, bodies)
+                scale_warm_start(flows, bodies)
             for i in range(touched):
-                solver_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
+                solver_bodies.scatter_momenta(touching[i], n_rigid, translation, rotation, bodies)
                 if not COUPLED and sub + 1 == substeps:
                     account.add_work(touching[i], translation, bodies)
                     account.add_half_the_torque(touching[i], n_rigid, h, rotation, bodies)
@@ -332,27 +350,27 @@ def _advance(
             for i in range(touched):
                 restitution_bound.before_bounce(touching[i], bodies)
             if FLOWS:
-                enter(flows, bodies)
-            bounce(lanes_at_once, count, rows, batches, bodies)
+                scale_to_present_mass(flows, bodies)
+            apply_restitution(lanes_at_once, count, rows, batches, bodies)
             if FLOWS:
-                leave(flows, bodies)
+                scale_to_start_mass(flows, bodies)
             restitution_bound.limit(
                 manifolds, count, touched, n_bodies, WIDTH, touching, batches, records, rows,
-                colours, accounts, bodies,
+                groups, accounts, bodies,
             )  # fmt: skip
             for i in range(touched):
-                solver_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
+                solver_bodies.scatter_momenta(touching[i], n_rigid, translation, rotation, bodies)
         if projection.take_back(
-            count, touched, n_bodies, WIDTH, part, touching, batches, rows, colours, translation,
+            count, touched, n_bodies, WIDTH, part, touching, batches, rows, groups, translation,
             accounts, bodies,
         ):  # fmt: skip
             hung = attribution.hang(
-                manifolds, touched, n_bodies, touching, records, rows, colours, accounts
+                manifolds, touched, n_bodies, touching, records, rows, groups, accounts
             )
             attribution.charge(hung, n_bodies, WIDTH, records, rows, accounts, bodies)
             for i in range(touched):
-                solver_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
-        memory_of.remember(manifolds, WIDTH, part, ANGULAR, poses, records, rows, memory)
+                solver_bodies.scatter_momenta(touching[i], n_rigid, translation, rotation, bodies)
+        impulse_cache.store_impulses(manifolds, WIDTH, part, ANGULAR, poses, records, rows, memory)
         counts[DONE] = passed + 1
         status = finite(n_bodies, n_rigid, translation, rotation)
         if SLEEPING:

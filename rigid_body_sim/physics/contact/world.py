@@ -15,16 +15,17 @@ from rigid_body_sim.physics.contact import solver_bodies, step
 from rigid_body_sim.physics.contact.collision import collider, manifold_record, swept_aabbs
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import (
     members,
-    rolling,
-    round_features,
+    symmetry_features,
+    symmetry_of,
 )
 from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
-from rigid_body_sim.physics.contact.collision.convexity_defect import hollow_meshes
+from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.collision.hash_grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.collision.hash_grid import SIZE as CELL
+from rigid_body_sim.physics.contact.collision.hash_grid import size_of_heads
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
-from rigid_body_sim.physics.contact.collision.neighbour_list import size_of_list, size_of_rooms
+from rigid_body_sim.physics.contact.collision.neighbour_list import size_of_fat_aabbs, size_of_list
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.energy import pressing_groups
 from rigid_body_sim.physics.contact.islands import sleep
@@ -38,7 +39,7 @@ from rigid_body_sim.physics.contact.solver import (
     lane_scratch,
     variable_mass,
 )
-from rigid_body_sim.physics.contact.solver.impulse_cache import end_of_memory
+from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
 from rigid_body_sim.physics.errors import InvalidModel
@@ -74,7 +75,7 @@ class ContactPlan:
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
-        self.warnings = hollow_meshes(scene)
+        self.warnings = convexity_warnings(scene)
         self._order = order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, collider.MATERIAL)
@@ -84,7 +85,7 @@ class ContactPlan:
             contact_point.SIZE_LONG if self.angular or self.bounces else contact_point.SIZE
         )
         self._take(colliders)
-        self._flows = variable_mass.flows_of(layout, colliders.cores.tolist())
+        self._flows = variable_mass.flows_of(layout, colliders.bodies.tolist())
         self._sleepers: Any = None
         if self.settings.sleeping:
             from rigid_body_sim.physics.contact.islands.sleepers import Sleepers
@@ -105,15 +106,15 @@ class ContactPlan:
         def ordered(array: NDArray[Any], size: int) -> NDArray[Any]:
             return np.ascontiguousarray(array.reshape(-1, size)[self._order]).ravel()
 
-        self.numbers = colliders.numbers
+        self.numbers = colliders.shape_parameters
         self.table = ordered(colliders.table, collider.TABLE)
-        self.bounds = ordered(colliders.bounds, collider.BOUNDS)
-        self.mounts = ordered(colliders.mounts, collider.POSE)
+        self.bounds = ordered(colliders.local_bounds, collider.BOUNDS)
+        self.mounts = ordered(colliders.local_poses, collider.POSE)
         self.materials = ordered(colliders.materials, collider.MATERIAL)
         self.poses = np.concatenate(
             (ordered(colliders.poses, collider.POSE), np.zeros(2 * collider.POSE))
         )
-        self.reaches = np.zeros(max(1, n) * swept_aabbs.ROW)
+        self.reaches = np.zeros(max(1, n) * swept_aabbs.SIZE)
         self.found = np.zeros(manifold.FOUND)
         self.bodies = _aligned((self._layout.n_moving + 1) * solver_bodies.SIZE)
         table, mounts = (
@@ -126,24 +127,29 @@ class ContactPlan:
             (
                 row[solver_bodies.SYMMETRY],
                 row[solver_bodies.SYMMETRY_AXIS : solver_bodies.SYMMETRY_AXIS + 3],
-            ) = rolling(kinds, mounts[places])
+            ) = symmetry_of(kinds, mounts[places])
 
     def _make_room(self, n: int) -> None:
         """Make the lists that grow."""
         moving = self._layout.n_moving
-        self.rooms = np.zeros(size_of_rooms(n))
+        self.rooms = np.zeros(size_of_fat_aabbs(n))
         self.heads = np.zeros(size_of_heads(n), dtype=np.int64)
         self.grid = np.zeros(max(1, n) * CELL, dtype=np.int64)
         self._make_room_for_pairs(16 * n + 16)
         self.records = np.zeros((4 * n + 8) * manifold_record.SIZE)
-        self.memory = np.zeros(2 + (4 * n + 8) * (2 + 4 * cache_record.POINT_SIZE))
+        self.memory = np.zeros(
+            cache_record.HEAD
+            + (4 * n + 8) * (cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE)
+        )
         self.rows = _aligned(
             lane_scratch.SIZE + (n // 2 + 40) * (constraint.SIZE + 4 * self._width)
         )
         self.batches = np.zeros((4 * n + 64) * batch_record.SIZE, dtype=np.int64)
         self.colours = np.zeros(moving + 1, dtype=np.int64)
-        self.open_batches = np.zeros(3 * batch_record.COLOURS + 3, dtype=np.int64)
+        self.open_batches = np.zeros(batch_record.OPEN_BATCHES, dtype=np.int64)
         self.touching = np.zeros(moving + 1, dtype=np.int64)
+        self.marks = np.zeros(moving + 1, dtype=np.int64)
+        self.groups = np.zeros(moving + 1, dtype=np.int64)
         self.accounts = np.zeros((moving + 1) * pressing_groups.ACCOUNT)
         self.workspace = np.zeros(max(1, blocks(moving)) * 384)
         self.counts = np.zeros(step.COUNTS, dtype=np.int64)
@@ -186,6 +192,7 @@ class ContactPlan:
                 self.rows, self.records, self.memory, self.rooms, self.grid, self.heads, self.kept,
                 self.keys,
                 self.batches, self.colours, self.open_batches, self.touching,
+                self.marks, self.groups,
                 self.accounts,
             )
         )  # fmt: skip
@@ -213,7 +220,7 @@ class ContactPlan:
         if self._sleepers is None or short not in (step.WOKEN, step.FELL_ASLEEP):
             self._grow()
             return
-        memory = self.memory[: end_of_memory(self.memory)]
+        memory = self.memory[: size_in_use(self.memory)]
         if short == step.WOKEN:
             self._put_memory(self._sleepers.wake(memory))
         else:
@@ -230,8 +237,8 @@ class ContactPlan:
         self.counts[step.STALE] = 1
 
     def remembered(self) -> Array:
-        """Give what the next tick starts from beside the blocks, in one row: see `assembly`."""
-        memory = self.memory[: end_of_memory(self.memory)].copy()
+        """Give what the next tick starts from beside the blocks: see `cache_record`."""
+        memory = self.memory[: size_in_use(self.memory)].copy()
         if self._sleepers is None:
             return memory
         return np.concatenate((memory, self._sleepers.remembered()))
@@ -239,7 +246,7 @@ class ContactPlan:
     def recall(self, numbers: Array) -> None:
         """Restore what `remembered` gave; without numbers there is no memory of any contact."""
         if self._sleepers is not None:
-            end = end_of_memory(numbers) if len(numbers) else 0
+            end = size_in_use(numbers) if len(numbers) else 0
             self._sleepers.recall(numbers[end:])
             self.counts[step.STALE] = 1
             numbers = numbers[:end]
@@ -248,7 +255,7 @@ class ContactPlan:
 
     def snapshot(self) -> tuple[Any, ...]:
         """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
-        memory = self.memory[: end_of_memory(self.memory)].copy()
+        memory = self.memory[: size_in_use(self.memory)].copy()
         return memory, None if self._sleepers is None else self._sleepers.snapshot()
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
@@ -305,7 +312,7 @@ class ContactPlan:
             flags = {'angular': self.angular, 'bounces': self.bounces}
             flags['turns'] = bool(np.ptp(self._layout.moments, axis=1).any() or self._flows.size)
             pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
-            passes = solver(width=self._width, **flags, **round_features(self._kinds))
+            passes = solver(width=self._width, **flags, **symmetry_features(self._kinds))
             if self._sleepers is not None:
                 passes |= sleep.KERNELS
             if self._flows.size:

@@ -83,14 +83,14 @@ def charge(
         )
         other = a if i == b else b
         x, y, z = (
-            bodies[i * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE],
-            bodies[i * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + 1],
-            bodies[i * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + 2],
+            accounts[i * pressing_groups.ACCOUNT + pressing_groups.IMPULSE],
+            accounts[i * pressing_groups.ACCOUNT + pressing_groups.IMPULSE + 1],
+            accounts[i * pressing_groups.ACCOUNT + pressing_groups.IMPULSE + 2],
         )
         if other != nothing:
-            bodies[other * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE] += x
-            bodies[other * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + 1] += y
-            bodies[other * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + 2] += z
+            accounts[other * pressing_groups.ACCOUNT + pressing_groups.IMPULSE] += x
+            accounts[other * pressing_groups.ACCOUNT + pressing_groups.IMPULSE + 1] += y
+            accounts[other * pressing_groups.ACCOUNT + pressing_groups.IMPULSE + 2] += z
         normal, first, second = (
             place + constraint.NORMAL,
             place + constraint.TANGENT_1,

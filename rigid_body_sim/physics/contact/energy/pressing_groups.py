@@ -35,7 +35,8 @@ MOVING = 29  # [J] kinetic energy of the motion relative to u
 DOWN = 30  # [m/(N s)] how far a body alone is let down, over the size of the impulse
 # of a body, and of a place in an order: see `charged_impulses`
 PARENT, ORDER = 31, 32
-ACCOUNT = 33
+IMPULSE = 33  # (3) [N s] of a body: change of its momentum, to be attributed to contacts
+ACCOUNT = 36
 
 CALM, UNHELD, FREE, SLIDING, FAST = -2.0, -1.0, 0.0, 1.0, 2.0  # UNHELD: nothing presses
 PARALLEL = 1e-12  # [-] 1 - cosine of normals of one plane, at most

@@ -217,11 +217,12 @@ def _let_gaps_follow(
 
 @inline
 def _slow_down(i: int, g: int, translation: Array, bodies: Array, accounts: Array) -> None:
-    """Let a body pay with its motion; P_HELD becomes the change of its momentum."""
+    """Let a body pay with its motion; IMPULSE becomes the change of its momentum."""
     o = i * solver_bodies.SIZE
     moving = accounts[g + pressing_groups.MOVING]
     if not moving > 0.0:
         return
+    k = i * pressing_groups.ACCOUNT + pressing_groups.IMPULSE
     s = math.sqrt(max(0.0, 1.0 - accounts[g + pressing_groups.GAIN] / moving))
     x, y, z, u, v, w = rigid_momenta(i, g, translation, bodies, accounts)
     x, y, z = (
@@ -231,9 +232,9 @@ def _slow_down(i: int, g: int, translation: Array, bodies: Array, accounts: Arra
     )
     x, y, z = (1.0 - s) * x, (1.0 - s) * y, (1.0 - s) * z
     (
-        bodies[o + solver_bodies.WARM_IMPULSE],
-        bodies[o + solver_bodies.WARM_IMPULSE + 1],
-        bodies[o + solver_bodies.WARM_IMPULSE + 2],
+        accounts[k],
+        accounts[k + 1],
+        accounts[k + 2],
     ) = x, y, z
     bodies[o + solver_bodies.MOMENTUM] += x
     bodies[o + solver_bodies.MOMENTUM + 1] += y
@@ -256,7 +257,7 @@ def take_back(
     bodies: Array,
 ) -> bool:  # fmt: skip
     """
-    Take back what groups have gained over a tick of substeps h. Tell whether any has: then P_HELD
+    Take back what groups have gained over a tick of substeps h. Tell whether any has: then IMPULSE
     of each body is the change of its momentum.
 
         count   : batches
@@ -287,7 +288,7 @@ def take_back(
         i = touching[t]
         g, k = groups[i] * pressing_groups.ACCOUNT, at(i, TRANSLATION)
         for axis in range(3):
-            bodies[i * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + axis] = 0.0
+            accounts[i * pressing_groups.ACCOUNT + pressing_groups.IMPULSE + axis] = 0.0
         if accounts[g + pressing_groups.HELD] < pressing_groups.FREE:
             continue
         down = _let_down(g, accounts)

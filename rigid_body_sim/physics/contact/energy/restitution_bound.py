@@ -46,8 +46,10 @@ def before_bounce(i: int, bodies: Array) -> None:
     """Keep the momenta from which the bounce starts."""
     o = i * solver_bodies.SIZE
     for axis in range(3):
-        bodies[o + solver_bodies.WARM_IMPULSE + axis] = bodies[o + solver_bodies.MOMENTUM + axis]
-        bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + axis] = bodies[
+        bodies[o + solver_bodies.MOMENTUM_BEFORE_RESTITUTION + axis] = bodies[
+            o + solver_bodies.MOMENTUM + axis
+        ]
+        bodies[o + solver_bodies.ANGULAR_MOMENTUM_BEFORE_RESTITUTION + axis] = bodies[
             o + solver_bodies.ANGULAR_MOMENTUM + axis
         ]
 
@@ -107,14 +109,14 @@ def limit(
         o = touching[t] * solver_bodies.SIZE
         g = groups[touching[t]] * pressing_groups.ACCOUNT
         x, y, z = (
-            bodies[o + solver_bodies.WARM_IMPULSE],
-            bodies[o + solver_bodies.WARM_IMPULSE + 1],
-            bodies[o + solver_bodies.WARM_IMPULSE + 2],
+            bodies[o + solver_bodies.MOMENTUM_BEFORE_RESTITUTION],
+            bodies[o + solver_bodies.MOMENTUM_BEFORE_RESTITUTION + 1],
+            bodies[o + solver_bodies.MOMENTUM_BEFORE_RESTITUTION + 2],
         )
         u, v, w = (
-            bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE],
-            bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + 1],
-            bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + 2],
+            bodies[o + solver_bodies.ANGULAR_MOMENTUM_BEFORE_RESTITUTION],
+            bodies[o + solver_bodies.ANGULAR_MOMENTUM_BEFORE_RESTITUTION + 1],
+            bodies[o + solver_bodies.ANGULAR_MOMENTUM_BEFORE_RESTITUTION + 2],
         )
         before = 0.5 * twice(bodies, o, x, y, z, u, v, w)
         x, y, z = (
@@ -148,8 +150,8 @@ def limit(
         if s < 1.0:
             for axis in range(3):
                 p, j = (
-                    bodies[o + solver_bodies.WARM_IMPULSE + axis],
-                    bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + axis],
+                    bodies[o + solver_bodies.MOMENTUM_BEFORE_RESTITUTION + axis],
+                    bodies[o + solver_bodies.ANGULAR_MOMENTUM_BEFORE_RESTITUTION + axis],
                 )
                 bodies[o + solver_bodies.MOMENTUM + axis] = p + s * (
                     bodies[o + solver_bodies.MOMENTUM + axis] - p

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.energy import pressing_groups
-from rigid_body_sim.physics.contact.solver.wide_lanes import cross, times
 from rigid_body_sim.physics.state.blocks import RX, TRANSLATION, at
+from rigid_body_sim.physics.vectors import apply_symmetric, cross, load
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -70,7 +70,7 @@ def rigid_momenta(i: int, g: int, translation: Array, bodies: Array, accounts: A
         accounts[g + pressing_groups.OMEGA + 2],
     )
     m = 1.0 / bodies[o + solver_bodies.INVERSE_MASS]
-    px, py, pz = cross(u, v, w, x, y, z)
+    px, py, pz = cross((u, v, w), (x, y, z))
     lx, ly, lz = _spin(bodies, o, u, v, w)
     return (
         m * (px + accounts[g + pressing_groups.U]),
@@ -115,14 +115,7 @@ def find_rigid_motions(
         ):
             m = 1.0 / bodies[o + solver_bodies.INVERSE_MASS]
             x, y, z = _arm(i, g, translation, accounts)
-            lx, ly, lz = cross(
-                x,
-                y,
-                z,
-                bodies[o + solver_bodies.MOMENTUM],
-                bodies[o + solver_bodies.MOMENTUM + 1],
-                bodies[o + solver_bodies.MOMENTUM + 2],
-            )
+            lx, ly, lz = cross((x, y, z), load(bodies, o + solver_bodies.MOMENTUM))
             accounts[g + pressing_groups.OMEGA] += bodies[o + solver_bodies.ANGULAR_MOMENTUM] + lx
             accounts[g + pressing_groups.OMEGA + 1] += (
                 bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] + ly
@@ -171,7 +164,7 @@ def _keep_to_what_is_free(g: int, accounts: Array) -> None:
         accounts[g + pressing_groups.U] -= across * u
         accounts[g + pressing_groups.U + 1] -= across * v
         accounts[g + pressing_groups.U + 2] -= across * w
-        a, b, c = times(xx, xy, xz, yy, yz, zz, u, v, w)
+        a, b, c = apply_symmetric((xx, xy, xz, yy, yz, zz), (u, v, w))
         about = u * a + v * b + w * c
         turn = (u * x + v * y + w * z) / about if about > 0.0 else 0.0
         x, y, z = turn * u, turn * v, turn * w

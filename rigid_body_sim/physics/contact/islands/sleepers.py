@@ -5,7 +5,7 @@ What islands keep while they sleep: the memory of their contacts, and what can b
 
 It is part of what the next tick depends on. As numbers: SLEEPER of each body (`sleeping`), then
 for each island, in the order of their numbers, its number, how many numbers its memory has, how
-many contacts it shows, and both: a memory as in `assembly`, KEPT numbers a contact.
+many contacts it shows, and both: a memory as in `cache_record`, KEPT numbers a contact.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Island:
     """
     What one island keeps.
 
-    memory   : of its contacts, see `assembly`
+    memory   : of its contacts, see `cache_record`
     contacts : (m, KEPT) what can be read of them
     """
 

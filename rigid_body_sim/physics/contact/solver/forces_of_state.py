@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 
 @kernel
-def save(n_bodies, n_rigid, translation, rotation, workspace):
+def save_wrenches(n_bodies, n_rigid, translation, rotation, workspace):
     """Keep the forces of the instant."""
     for block in range((n_bodies + 63) // 64):
         s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
@@ -49,7 +49,7 @@ def save(n_bodies, n_rigid, translation, rotation, workspace):
 
 
 @kernel
-def correct(n_bodies, n_rigid, half, translation, rotation, workspace):
+def correct_momenta(n_bodies, n_rigid, half, translation, rotation, workspace):
     """Let the change of the forces act: p += h/2 (F - F_saved)."""
     for block in range((n_bodies + 63) // 64):
         s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
@@ -68,7 +68,7 @@ def correct(n_bodies, n_rigid, half, translation, rotation, workspace):
 
 
 @kernel
-def lean(
+def add_warm_start(
     i: int, n_rigid: int, sign: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """

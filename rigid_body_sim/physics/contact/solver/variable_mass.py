@@ -43,7 +43,7 @@ def flows_of(layout: Layout, cores: Iterable[int]) -> Array:
 
 
 @kernel
-def weigh(time: float, flows: Array) -> None:
+def find_mass_scale(time: float, flows: Array) -> None:
     """Find s at a time since the start of the scene."""
     for k in range(len(flows) // FLOW):
         o = k * FLOW
@@ -61,7 +61,7 @@ def _multiply(b, momentum, inverse, bodies):
 
 
 @kernel
-def enter(flows: Array, bodies: Array) -> None:
+def scale_to_present_mass(flows: Array, bodies: Array) -> None:
     """Bring rows to the masses of now."""
     for k in range(len(flows) // FLOW):
         s = flows[k * FLOW + SCALE]
@@ -69,7 +69,7 @@ def enter(flows: Array, bodies: Array) -> None:
 
 
 @kernel
-def leave(flows: Array, bodies: Array) -> None:
+def scale_to_start_mass(flows: Array, bodies: Array) -> None:
     """Bring rows back to the masses of the start."""
     for k in range(len(flows) // FLOW):
         s = flows[k * FLOW + SCALE]
@@ -77,7 +77,7 @@ def leave(flows: Array, bodies: Array) -> None:
 
 
 @kernel
-def hold(flows: Array, bodies: Array) -> None:
+def scale_warm_start(flows: Array, bodies: Array) -> None:
     """Bring what contacts hold of the rows to the masses of the start."""
     for k in range(len(flows) // FLOW):
         s = flows[k * FLOW + SCALE]
@@ -87,4 +87,9 @@ def hold(flows: Array, bodies: Array) -> None:
             bodies[b + solver_bodies.WARM_ANGULAR_IMPULSE + axis] *= s
 
 
-KERNELS = {'weigh': weigh, 'enter': enter, 'leave': leave, 'hold_flowing': hold}
+KERNELS = {
+    'find_mass_scale': find_mass_scale,
+    'scale_to_present_mass': scale_to_present_mass,
+    'scale_to_start_mass': scale_to_start_mass,
+    'scale_warm_start': scale_warm_start,
+}
