@@ -32,7 +32,7 @@ from rigid_body_sim.physics.contact.collision.geometry.boxes.faces import (
 from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import (
     between,
     component,
-    load,
+    relate,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import SHORTEST
 
@@ -169,7 +169,7 @@ def collide(
             return count
         if not best > max(CLEAR * smallest, SHORTEST):
             return deepest_corner(numbers, incident, poses, pr, pi, found, of_b, axis, best)
-    load(numbers, a, b, poses, pa, pb, found)
+    relate(numbers, a, b, poses, pa, pb, found)
     if edge >= 0:
         apart = largest > max(CLEAR * smallest, SHORTEST)
         count = edge_contact(poses, pa, margin, found, edge // 3, edge % 3, apart)
