@@ -93,3 +93,18 @@ def apply_symmetric(m: Any, v: Any) -> Any:
         m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
         m[2] * v[0] + m[4] * v[1] + m[5] * v[2],
     )
+
+
+@inline
+def divide(v: Any, divisor: float) -> Any:
+    """Return v / divisor, component by component."""
+    return v[0] / divisor, v[1] / divisor, v[2] / divisor
+
+
+@inline
+def load_symmetric(array: Array, place: int) -> Any:
+    """Read a symmetric matrix: xx, xy, xz, yy, yz, zz."""
+    return (
+        array[place], array[place + 1], array[place + 2],
+        array[place + 3], array[place + 4], array[place + 5],
+    )  # fmt: skip

@@ -206,9 +206,9 @@ def test_the_collision_shape_lies_where_the_link_says(tmp_path: Path) -> None:
     axes = rotation.matrix_from_quaternion(
         rotation.multiply(scene.bodies[0].initial.orientation, layout.principal[0])
     )
-    moving = axes @ colliders.mounts[3:].reshape(3, 3)
+    moving = axes @ colliders.local_poses[3:].reshape(3, 3)
     assert moving == pytest.approx(turned, abs=2 * ROUND_OFF)
-    assert (3, 4, 5) - moving @ colliders.mounts[:3] == pytest.approx(place, abs=1e-14)
+    assert (3, 4, 5) - moving @ colliders.local_poses[:3] == pytest.approx(place, abs=1e-14)
 
 
 def test_a_fixed_body_needs_no_inertial(tmp_path: Path) -> None:

@@ -31,6 +31,7 @@ from typing import Any
 from rigid_body_sim.physics.compile.kernels import kernel, specialise, unbound
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import (
+    collider,
     manifold_record,
     narrow_phase,
     neighbour_list,
@@ -141,6 +142,8 @@ def _advance(
     counts[SHORT] = NOTHING_SHORT
     status = finite(n_bodies, n_rigid, translation, rotation)
     fresh = False
+    colliders = collider.ColliderArrays(numbers, table, bounds, poses, reaches)
+    broad_phase = collider.BroadPhase(rooms, grid, heads, kept, keys)
     if SLEEPING and counts[STALE] == 1:
         counts[STALE] = 0
         kept[neighbour_list.AGE] = 0
@@ -173,18 +176,17 @@ def _advance(
         for entry in range(solver_bodies.SIZE):
             bodies[n_bodies * solver_bodies.SIZE + entry] = 0.0
         narrow_phase.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
-        swept_aabbs.find_reaches(n, h, settings[MARGIN], table, bounds, poses, bodies, reaches)
+        swept_aabbs.find_swept_aabbs(n, h, settings[MARGIN], colliders, bodies)
         pairs = neighbour_list.find_pairs(
-            n, counts[PLANES], h, settings[RADIUS], counts[PAIR_ROOM], numbers, table, bounds,
-            reaches, rooms, grid, heads, kept, keys,
+            n, counts[PLANES], h, settings[RADIUS], counts[PAIR_ROOM], colliders, broad_phase
         )  # fmt: skip
         counts[PAIRS] = pairs
         if pairs > counts[PAIR_ROOM]:
             counts[SHORT] = SHORT_OF_PAIRS
             return 0.0
         manifolds = find_manifolds(
-            pairs, n, h, counts[MANIFOLD_ROOM], keys, numbers, table, bounds, reaches, poses,
-            found, records, bodies, counts[PIECES : PIECES + 1],
+            pairs, n, h, counts[MANIFOLD_ROOM], colliders, keys, found, records, bodies,
+            counts[PIECES : PIECES + 1],
         )  # fmt: skip
         counts[MANIFOLDS] = manifolds
         if manifolds > counts[MANIFOLD_ROOM]:

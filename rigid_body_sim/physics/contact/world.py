@@ -15,16 +15,17 @@ from rigid_body_sim.physics.contact import solver_bodies, step
 from rigid_body_sim.physics.contact.collision import collider, manifold_record, swept_aabbs
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import (
     members,
-    rolling,
-    round_features,
+    symmetry_features,
+    symmetry_of,
 )
 from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
-from rigid_body_sim.physics.contact.collision.convexity_defect import hollow_meshes
+from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.collision.hash_grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.collision.hash_grid import SIZE as CELL
+from rigid_body_sim.physics.contact.collision.hash_grid import size_of_heads
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
-from rigid_body_sim.physics.contact.collision.neighbour_list import size_of_list, size_of_rooms
+from rigid_body_sim.physics.contact.collision.neighbour_list import size_of_fat_aabbs, size_of_list
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.energy import pressing_groups
 from rigid_body_sim.physics.contact.islands import sleep
@@ -74,7 +75,7 @@ class ContactPlan:
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
-        self.warnings = hollow_meshes(scene)
+        self.warnings = convexity_warnings(scene)
         self._order = order(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, collider.MATERIAL)
@@ -84,7 +85,7 @@ class ContactPlan:
             contact_point.SIZE_LONG if self.angular or self.bounces else contact_point.SIZE
         )
         self._take(colliders)
-        self._flows = variable_mass.flows_of(layout, colliders.cores.tolist())
+        self._flows = variable_mass.flows_of(layout, colliders.bodies.tolist())
         self._sleepers: Any = None
         if self.settings.sleeping:
             from rigid_body_sim.physics.contact.islands.sleepers import Sleepers
@@ -105,15 +106,15 @@ class ContactPlan:
         def ordered(array: NDArray[Any], size: int) -> NDArray[Any]:
             return np.ascontiguousarray(array.reshape(-1, size)[self._order]).ravel()
 
-        self.numbers = colliders.numbers
+        self.numbers = colliders.shape_parameters
         self.table = ordered(colliders.table, collider.TABLE)
-        self.bounds = ordered(colliders.bounds, collider.BOUNDS)
-        self.mounts = ordered(colliders.mounts, collider.POSE)
+        self.bounds = ordered(colliders.local_bounds, collider.BOUNDS)
+        self.mounts = ordered(colliders.local_poses, collider.POSE)
         self.materials = ordered(colliders.materials, collider.MATERIAL)
         self.poses = np.concatenate(
             (ordered(colliders.poses, collider.POSE), np.zeros(2 * collider.POSE))
         )
-        self.reaches = np.zeros(max(1, n) * swept_aabbs.ROW)
+        self.reaches = np.zeros(max(1, n) * swept_aabbs.SIZE)
         self.found = np.zeros(manifold.FOUND)
         self.bodies = _aligned((self._layout.n_moving + 1) * solver_bodies.SIZE)
         table, mounts = (
@@ -126,12 +127,12 @@ class ContactPlan:
             (
                 row[solver_bodies.SYMMETRY],
                 row[solver_bodies.SYMMETRY_AXIS : solver_bodies.SYMMETRY_AXIS + 3],
-            ) = rolling(kinds, mounts[places])
+            ) = symmetry_of(kinds, mounts[places])
 
     def _make_room(self, n: int) -> None:
         """Make the lists that grow."""
         moving = self._layout.n_moving
-        self.rooms = np.zeros(size_of_rooms(n))
+        self.rooms = np.zeros(size_of_fat_aabbs(n))
         self.heads = np.zeros(size_of_heads(n), dtype=np.int64)
         self.grid = np.zeros(max(1, n) * CELL, dtype=np.int64)
         self._make_room_for_pairs(16 * n + 16)
@@ -311,7 +312,7 @@ class ContactPlan:
             flags = {'angular': self.angular, 'bounces': self.bounces}
             flags['turns'] = bool(np.ptp(self._layout.moments, axis=1).any() or self._flows.size)
             pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
-            passes = solver(width=self._width, **flags, **round_features(self._kinds))
+            passes = solver(width=self._width, **flags, **symmetry_features(self._kinds))
             if self._sleepers is not None:
                 passes |= sleep.KERNELS
             if self._flows.size:

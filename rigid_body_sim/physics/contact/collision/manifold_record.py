@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A manifold as the narrow phase hands it to the solver: the pair, its normal, up to four points.
+A contact manifold as the narrow phase hands it to the solver: the pair, its normal, up to four
+points.
 """
 
 from rigid_body_sim.physics.arrays import Record

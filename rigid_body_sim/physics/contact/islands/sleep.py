@@ -121,7 +121,7 @@ def lay_down(
         if core >= 0 and asleep(core, slumber):
             table[i * collider.TABLE + collider.CORE] = -2 - core
             for entry in range(4):  # velocity, and what turning adds
-                reaches[i * swept_aabbs.ROW + swept_aabbs.SPEED + entry] = 0.0
+                reaches[i * swept_aabbs.SIZE + swept_aabbs.VELOCITY + entry] = 0.0
     for i in range(n_bodies):
         if asleep(i, slumber):
             solver_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)

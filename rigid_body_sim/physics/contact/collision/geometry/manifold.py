@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.vectors import store
 
 Array = NDArray[np.float64]
 
@@ -63,6 +64,23 @@ def put_point(
     found[at + 1] = y
     found[at + 2] = z
     found[at + SEPARATION] = gap
+    found[at + FEATURE] = feature
+
+
+@inline
+def write_normal(found: Array, normal: Any) -> None:
+    """Write the unit normal of the manifold, from A to B, world axes."""
+    store(found, 0, normal)
+
+
+@inline
+def write_point(
+    found: Array, index: int, position: Any, separation: float, feature: float
+) -> None:
+    """Write one of the points of the manifold, 0 to 3."""
+    at = POINTS + index * POINT
+    store(found, at, position)
+    found[at + SEPARATION] = separation
     found[at + FEATURE] = feature
 
 
