@@ -62,7 +62,7 @@ WIRE = placed(CYLINDER, [1e-16, 1.0], [0.0, 0.0, 0.0], LEANING)
 RIM = LEANING @ (4e-16, 0.0, 1.0 + 6e-16)
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=500)
 @given(hard_pairs())
 @example((NEEDLE, placed(CAPSULE, [1e-300, 1e-160], [1e-160, 0.0, 0.0], np.eye(3))))
 @example((NEEDLE, placed(BOX, [1e-160, 1e-160, 1e-160], [3e-160, 0.0, 0.0], np.eye(3))))

@@ -107,7 +107,7 @@ def check(found, case):
         assert len(set(found.features)) == len(found), (case, found)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(hard_pairs())
 def test_a_manifold_is_finite_and_within_the_margin_for_any_polyhedra(case):
     a, b, middle, along, turn_a, turn_b = case
@@ -116,7 +116,7 @@ def test_a_manifold_is_finite_and_within_the_margin_for_any_polyhedra(case):
     check(collide(a, b, pose_a, pose_b, MARGIN), case)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(hard_hulls(), TURNS, TURNS, SHARES)
 def test_a_hull_on_a_plane_touches_with_its_lowest_corner(solid, turn, tilt, share):
     normal = tilt[2]

@@ -118,7 +118,7 @@ PARTS = st.builds(
 )
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(
     parts=st.lists(PARTS, min_size=1, max_size=3),
     single=st.booleans(),

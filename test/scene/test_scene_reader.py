@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rigid_body_sim.errors import UserError
@@ -767,9 +767,7 @@ def scene_or_user_error(load: Callable[[], Scene]) -> None:
         assert len(str(error).splitlines()) == 1, str(error)
 
 
-ANYTHING = settings(
-    max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+ANYTHING = settings(max_examples=300)
 
 
 @ANYTHING

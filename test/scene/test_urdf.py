@@ -281,7 +281,7 @@ WORDS = st.sampled_from(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.integers(0, len(WHOLE)), st.integers(0, 12), st.one_of(WORDS, st.text(max_size=6)))
 def test_a_urdf_with_any_slip_is_a_scene_or_one_clear_line(at: int, cut: int, slip: str) -> None:
     text = (WHOLE[:at] + slip + WHOLE[at + cut :]).encode(errors='surrogatepass')
@@ -293,7 +293,6 @@ def test_a_urdf_with_any_slip_is_a_scene_or_one_clear_line(at: int, cut: int, sl
         assert len(str(error).splitlines()) == 1, str(error)
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=60))
 def test_bytes_that_are_no_urdf_are_refused(text: bytes) -> None:
     with pytest.raises(UserError, match=r'^scene: bodies\[0\]\.urdf: toy\.urdf: '):

@@ -133,7 +133,7 @@ SHAPES = st.sampled_from(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     link=st.tuples(PLACES, ANGLES),
     inertial=st.tuples(PLACES, ANGLES),

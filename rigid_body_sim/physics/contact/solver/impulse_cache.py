@@ -21,7 +21,7 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import collider, manifold_record
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import cache_record, constraint, contact_point
-from rigid_body_sim.physics.contact.solver.warm_start import lasting
+from rigid_body_sim.physics.contact.solver.warm_start import lasting_share
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -190,7 +190,7 @@ def _stored_share(lane: int, row: int, rows: Array) -> Any:
         rows[lane + constraint.RESTITUTION] > 0.0
         and rows[row + contact_point.APPROACH_VELOCITY] < 0.0
     )
-    return 0.0 if bounced else lasting(rows, row)
+    return 0.0 if bounced else lasting_share(rows, row)
 
 
 @kernel
