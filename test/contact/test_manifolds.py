@@ -20,8 +20,8 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINT,
     POINTS,
     SCRATCH,
-    keep_four,
 )
+from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import keep_four
 
 from .pair_cases import Placed, collide, random_turns
 

@@ -18,7 +18,8 @@ from __future__ import annotations
 import math
 
 from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.collision.geometry.manifold import POINT, TINY, keep_four
+from rigid_body_sim.physics.contact.collision.geometry.manifold import POINT, TINY
+from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import keep_four
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import (
     STEEP,
     facing,
