@@ -26,7 +26,10 @@ ROOT = str(Path(__file__).parents[2])
 WITHOUT = sorted(
     name for name, method in INTEGRATORS.items() if hasattr(method.scheme, 'for_points')
 )
-TURNING = ('drifts.', 'stages_of_turns', 'of_matrices', 'kick_rotation', 'substeps.error_of_turns')
+TURNING = (
+    'free_rotation.', 'state_space.quaternions', 'state_space.matrices', 'lie_group.',
+    'steps.kick_rotation',
+)  # fmt: skip
 
 PROGRAM = """
 import sys

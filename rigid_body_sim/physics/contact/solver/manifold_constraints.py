@@ -22,7 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision import collider, manifold_record
+from rigid_body_sim.physics.contact.collision import (
+    collider_record,
+    manifold_record,
+    material_record,
+    pose,
+)
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
 from rigid_body_sim.physics.contact.solver.surfaces import layer, roundness, surface_weight
@@ -59,27 +64,30 @@ def prepare_materials(
         lane = int(manifolds[record + manifold_record.LANE])
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        material_a, material_b = a * collider.MATERIAL, b * collider.MATERIAL
+        material_a, material_b = a * material_record.SIZE, b * material_record.SIZE
         rows[lane + constraint.FRICTION] = math.sqrt(
-            materials[material_a + collider.FRICTION] * materials[material_b + collider.FRICTION]
+            materials[material_a + material_record.FRICTION]
+            * materials[material_b + material_record.FRICTION]
         )
         rows[lane + constraint.RESTITUTION] = max(
-            materials[material_a + collider.RESTITUTION],
-            materials[material_b + collider.RESTITUTION],
+            materials[material_a + material_record.RESTITUTION],
+            materials[material_b + material_record.RESTITUTION],
         )
         rows[lane + constraint.ROLLING_FRICTION] = max(
-            materials[material_a + collider.ROLLING], materials[material_b + collider.ROLLING]
+            materials[material_a + material_record.ROLLING],
+            materials[material_b + material_record.ROLLING],
         )
         rows[lane + constraint.TORSIONAL_FRICTION] = max(
-            materials[material_a + collider.TORSIONAL], materials[material_b + collider.TORSIONAL]
+            materials[material_a + material_record.TORSIONAL],
+            materials[material_b + material_record.TORSIONAL],
         )
         rows[lane + constraint.SURFACE_WEIGHT] = surface_weight(a, b, table, bodies)
         rows[lane + constraint.ROUNDNESS] = roundness(a, b, table, bodies)
         rows[lane + constraint.RADIUS_A] = layer(a, bounds)
         rows[lane + constraint.RADIUS_B] = layer(b, bounds)
         fixed = (
-            table[a * collider.TABLE + collider.CORE] < 0
-            or table[b * collider.TABLE + collider.CORE] < 0
+            table[a * collider_record.SIZE + collider_record.BODY] < 0
+            or table[b * collider_record.SIZE + collider_record.BODY] < 0
         )
         omega = (math.pi if fixed else 0.5 * math.pi) / (h * pieces)
         a1 = 2.0 * zeta + h * omega
@@ -105,7 +113,7 @@ def _first_tangent(normal: Any) -> Any:
 def _center(number: int, core: int, translation: Array, poses: Array) -> Any:
     """Centre of mass of the body of a collider; of what cannot move, the origin of its shape."""
     if core < 0:
-        return load(poses, number * collider.POSE)
+        return load(poses, number * pose.SIZE)
     return load_strided(translation, at(core, TRANSLATION) + RX, LANES)
 
 
@@ -130,8 +138,8 @@ def prepare_points(
         rows[lane + constraint.TOUCHED] = 0.0
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        core_a = table[a * collider.TABLE + collider.CORE]
-        core_b = table[b * collider.TABLE + collider.CORE]
+        core_a = table[a * collider_record.SIZE + collider_record.BODY]
+        core_b = table[b * collider_record.SIZE + collider_record.BODY]
         center_a = _center(a, core_a, translation, poses)
         center_b = _center(b, core_b, translation, poses)
         # on the surface of the body that moves: the point midway serves the balance of angular

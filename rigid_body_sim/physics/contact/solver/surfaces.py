@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline
-from rigid_body_sim.physics.contact.collision import collider
+from rigid_body_sim.physics.contact.collision import bounds_record, collider, collider_record
 from rigid_body_sim.physics.contact.solver import constraint
 from rigid_body_sim.physics.contact.solver_bodies import (
     ABOUT_AXIS,
@@ -40,10 +40,10 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     Tell what is round of a pair: two balls, a ball beside what cannot move, the rim of a body of
     revolution on a side that cannot move, or nothing (`constraint.ROUNDNESS`).
     """
-    body_a = table[collider_a * collider.TABLE + collider.CORE]
-    body_b = table[collider_b * collider.TABLE + collider.CORE]
-    type_a = table[collider_a * collider.TABLE + collider.TYPE]
-    type_b = table[collider_b * collider.TABLE + collider.TYPE]
+    body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
+    body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
+    type_a = table[collider_a * collider_record.SIZE + collider_record.TYPE]
+    type_b = table[collider_b * collider_record.SIZE + collider_record.TYPE]
     symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
     if type_a == collider.CYLINDER and type_b == collider.PLANE and body_a >= 0:
         return constraint.RIM_OF_A if symmetry_a == ABOUT_AXIS else constraint.NOT_ROUND
@@ -65,8 +65,8 @@ def surface_weight(collider_a: int, collider_b: int, table: Indices, bodies: Arr
     Tell whose surface the points follow: that of the body that moves, of the rounder one, else of
     both.
     """
-    symmetry_a = _symmetry(table[collider_a * collider.TABLE + collider.CORE], bodies)
-    symmetry_b = _symmetry(table[collider_b * collider.TABLE + collider.CORE], bodies)
+    symmetry_a = _symmetry(table[collider_a * collider_record.SIZE + collider_record.BODY], bodies)
+    symmetry_b = _symmetry(table[collider_b * collider_record.SIZE + collider_record.BODY], bodies)
     if symmetry_a == symmetry_b:
         return 0.5
     return 0.0 if symmetry_a > symmetry_b else 1.0
@@ -75,5 +75,5 @@ def surface_weight(collider_a: int, collider_b: int, table: Indices, bodies: Arr
 @inline
 def layer(number: int, bounds: Array) -> float:
     """Radius of the layer of a collider about its core; a plane has none."""
-    thick = bounds[number * collider.BOUNDS + 6]
+    thick = bounds[number * bounds_record.SIZE + bounds_record.ROUNDING]
     return thick if thick < math.inf else 0.0
