@@ -129,18 +129,6 @@ def opened(workspace):
 
 
 @inline
-def group_row(plan, number):
-    """Row of a group."""
-    return plan.groups[GROUP * number : GROUP * (number + 1)]
-
-
-@inline
-def body_row(plan, i):
-    """Row of a body."""
-    return plan.bodies[BODY * i : BODY * (i + 1)]
-
-
-@inline
 def status_of(plan, row):
     """Status of the group of a body, given by its row."""
     return plan.groups[GROUP * int(row[OF_GROUP]) + STATUS]

@@ -46,12 +46,12 @@ from rigid_body_sim.physics.forces.evaluator import Derivatives
 from rigid_body_sim.physics.integration.schemes.implicit import banded
 from rigid_body_sim.physics.integration.schemes.implicit.banded import add_to_column, entry
 from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
+    BODY,
+    GROUP,
     POINT,
     RIGID,
     SCRATCH,
     UNKNOWN,
-    body_row,
-    group_row,
     members_of,
     opened,
     system_of,
@@ -130,7 +130,7 @@ def _inertia(rotation, i, v):
 def _start_equations(i, h, plan, blocks, system):
     """Write the rows of one body."""
     translation, band, matrix = blocks.translation, system.band, system.matrix
-    table, b = plan.table, body_row(plan, i)
+    table, b = plan.table, plan.bodies[BODY * i : BODY * (i + 1)]
     row = int(b[UNKNOWN]) - system.first
     place = at(i, TRANSLATION)
     for axis in range(3):
@@ -145,12 +145,12 @@ def _start_equations(i, h, plan, blocks, system):
         torque = read_vector(blocks.rotation, at(i, ROTATION) + TORQUE)
         store(system.rhs, turning, scale(h, torque))
     total = 0.0
-    for number in range(first_block(table, i), first_block(table, i + 1)):
-        j = partner(table, number)
-        other = body_row(plan, j)
+    for pair in range(first_block(table, i), first_block(table, i + 1)):
+        j = partner(table, pair)
+        other = plan.bodies[BODY * j : BODY * (j + 1)]
         column = int(other[UNKNOWN]) - system.first
         for p in range(RIGID if i < blocks.n_rigid else POINT):
-            place = block_place(table, number) + ROW * p
+            place = block_place(table, pair) + ROW * p
             for q in range(RIGID if j < blocks.n_rigid else POINT):
                 stiffness, damping = table[place + q], table[place + q + DAMPING_MATRIX]
                 total += abs(stiffness) + abs(damping)
@@ -192,7 +192,7 @@ def _solve_group(row, h, plan, blocks):
         return 0
     for place in members_of(row):
         i = int(plan.members[place])
-        _kick(i, h, body_row(plan, i), blocks, system)
+        _kick(i, h, plan.bodies[BODY * i : BODY * (i + 1)], blocks, system)
     return 1
 
 
@@ -211,9 +211,9 @@ def _advance(
         derivative_table.clear(plan.table)
         linearise(0, time, translation, rotation, elements, ranges, plan.table, 1)
         for i in range(n_bodies):
-            _read_motion(i, body_row(plan, i), blocks)
+            _read_motion(i, plan.bodies[BODY * i : BODY * (i + 1)], blocks)
         for number in range(plan.n_groups):
-            row = group_row(plan, number)
+            row = plan.groups[GROUP * number : GROUP * (number + 1)]
             if _solve_group(row, h, plan, blocks) == 0:
                 culprit = int(plan.members[members_of(row)[0]])
                 translation[at(culprit, TRANSLATION) + POSITION] = math.nan

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.forces.derivatives import first_block, partner
 from rigid_body_sim.physics.forces.evaluator import NO_DERIVATIVES, Derivatives, evaluator
 from rigid_body_sim.physics.integration.schemes.implicit import banded
 from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
+    BODY,
     CHANGE,
     COLOUR,
     GROUP,
@@ -37,8 +38,6 @@ from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
     RIGID,
     STATUS,
     UNKNOWN,
-    body_row,
-    group_row,
     members_of,
     opened,
     status_of,
@@ -124,7 +123,7 @@ def _update(a, row, plan, blocks, rhs, first):
     reach = plan.length
     for place in members_of(row):
         i = int(plan.members[place])
-        b = body_row(plan, i)
+        b = plan.bodies[BODY * i : BODY * (i + 1)]
         over_mass = blocks.translation[at(i, TRANSLATION) + INVERSE_MASS]
         unknown = int(b[UNKNOWN]) - first
         for axis in range(3):
@@ -164,39 +163,41 @@ def _add_differences(a, time, plan, blocks, elements, ranges):
     for colour in range(plan.n_colours):
         for component in range(RIGID):
             for i in range(n_bodies):
-                b = body_row(plan, i)
+                b = plan.bodies[BODY * i : BODY * (i + 1)]
                 if b[COLOUR] == colour and status_of(plan, b) == SOLVING:
                     shift(MIDPOINT, component, i, a, plan.length, b, blocks)
             start_evaluation(n_bodies, n_rigid, translation, rotation)
             evaluate_rest(0, time, translation, rotation, elements, ranges)
             for j in range(n_bodies):
-                other = body_row(plan, j)
+                other = plan.bodies[BODY * j : BODY * (j + 1)]
                 solving = status_of(plan, other) == SOLVING
                 if other[COLOUR] != colour or not solving or other[DELTA] == 0.0:
                     continue
                 set_stage(MIDPOINT, j, a, other, blocks)
-                system = system_of(plan, group_row(plan, int(other[OF_GROUP])))
+                number = int(other[OF_GROUP])
+                system = system_of(plan, plan.groups[GROUP * number : GROUP * (number + 1)])
                 column = int(other[UNKNOWN]) - system.first + component
                 over = 1.0 / other[DELTA]
-                for number in range(first_block(plan.table, j), first_block(plan.table, j + 1)):
-                    i = partner(plan.table, number)
+                for pair in range(first_block(plan.table, j), first_block(plan.table, j + 1)):
+                    i = partner(plan.table, pair)
                     force, torque = wrench_change(i, blocks, plan.wrenches)
-                    subtract_wrench(
-                        MIDPOINT, i, a, column, body_row(plan, i), blocks, system,
-                        scale(over, force), scale(over, torque),
-                    )  # fmt: skip
+                    b = plan.bodies[BODY * i : BODY * (i + 1)]
+                    force, torque = scale(over, force), scale(over, torque)
+                    subtract_wrench(MIDPOINT, i, a, column, b, blocks, system, force, torque)
 
 
 def _assemble(a, plan, blocks):
     """Write the equations of all groups that are SOLVING, and what is known of their Jacobian."""
     for number in range(plan.n_groups):
-        row = group_row(plan, number)
+        row = plan.groups[GROUP * number : GROUP * (number + 1)]
         if row[STATUS] == SOLVING:
             system = system_of(plan, row)
             banded.clear(system.size, system.band, system.matrix)
             for place in members_of(row):
                 i = int(plan.members[place])
-                start_equations(MIDPOINT, i, a, body_row(plan, i), blocks, system)
+                start_equations(
+                    MIDPOINT, i, a, plan.bodies[BODY * i : BODY * (i + 1)], blocks, system
+                )
                 subtract_blocks(MIDPOINT, i, a, plan, blocks, system)
 
 
@@ -208,7 +209,7 @@ def _step_of_newton(iteration, a, plan, blocks):
     """
     still_open = 0
     for number in range(plan.n_groups):
-        row = group_row(plan, number)
+        row = plan.groups[GROUP * number : GROUP * (number + 1)]
         if row[STATUS] != SOLVING:
             continue
         system = system_of(plan, row)
@@ -236,7 +237,7 @@ def _solve_stage(a, time, plan, blocks, elements, ranges):
     n_bodies, n_rigid, translation, rotation = blocks
     for iteration in range(ITERATIONS):
         for i in range(n_bodies):
-            b = body_row(plan, i)
+            b = plan.bodies[BODY * i : BODY * (i + 1)]
             if status_of(plan, b) == SOLVING:
                 set_stage(MIDPOINT, i, a, b, blocks)
         start_evaluation(n_bodies, n_rigid, translation, rotation)
@@ -256,7 +257,7 @@ def _attempt(h, time, substeps, plan, blocks, elements, ranges):
     step = h / substeps
     for substep in range(substeps):
         for i in range(blocks.n_bodies):
-            b = body_row(plan, i)
+            b = plan.bodies[BODY * i : BODY * (i + 1)]
             if status_of(plan, b) == SOLVED:
                 begin_substep(i, b, blocks)
         elapsed = 0.0
@@ -266,7 +267,7 @@ def _attempt(h, time, substeps, plan, blocks, elements, ranges):
             now = time + (substep + elapsed) * step
             solve_stage(GAMMA * step, now, plan, blocks, elements, ranges)
             for i in range(blocks.n_bodies):
-                b = body_row(plan, i)
+                b = plan.bodies[BODY * i : BODY * (i + 1)]
                 if status_of(plan, b) == SOLVED:
                     if MIDPOINT:
                         end_of_midpoint(i, step, b, blocks)
@@ -283,7 +284,7 @@ def _advance(
     plan, blocks = opened(workspace), Blocks(n_bodies, n_rigid, translation, rotation)
     for passed in range(ticks):
         for i in range(n_bodies):
-            keep(i, body_row(plan, i), blocks)
+            keep(i, plan.bodies[BODY * i : BODY * (i + 1)], blocks)
         for number in range(plan.n_groups):
             plan.groups[GROUP * number + STATUS] = SOLVED
         substeps = 1
@@ -293,7 +294,7 @@ def _advance(
             if _set_status(FAILED, SOLVED, plan) == 0:
                 break
             for i in range(n_bodies):
-                b = body_row(plan, i)
+                b = plan.bodies[BODY * i : BODY * (i + 1)]
                 if status_of(plan, b) == SOLVED:
                     restore(i, b, blocks)
                     if substeps == MOST_SUBSTEPS:

@@ -38,10 +38,10 @@ from rigid_body_sim.physics.integration.schemes.implicit.banded import (
     subtract_from_column,
 )
 from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
+    BODY,
     POINT,
     SCRATCH,
     UNKNOWN,
-    body_row,
 )
 from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     multiply,
@@ -296,10 +296,10 @@ def _products(table, place, theta, change):
 @kernel
 def subtract_blocks(midpoint, i, a, plan, blocks, system):
     """Subtract what the elements know of the derivatives of the wrench on body i."""
-    table, b = plan.table, body_row(plan, i)
-    for number in range(first_block(table, i), first_block(table, i + 1)):
-        j, place = partner(table, number), block_place(table, number)
-        other = body_row(plan, j)
+    table, b = plan.table, plan.bodies[BODY * i : BODY * (i + 1)]
+    for pair in range(first_block(table, i), first_block(table, i + 1)):
+        j, place = partner(table, pair), block_place(table, pair)
+        other = plan.bodies[BODY * j : BODY * (j + 1)]
         column = int(other[UNKNOWN]) - system.first
         for axis in range(3):
             force = _column(table, place + axis, a)
