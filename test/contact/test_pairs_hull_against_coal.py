@@ -9,9 +9,13 @@ import pytest
 
 from rigid_body_sim.physics.compile.kernels import argument
 from rigid_body_sim.physics.contact.collision.collider import BOX, CYLINDER, HULL
+from rigid_body_sim.physics.contact.collision.geometry.boxes import edges, faces
+from rigid_body_sim.physics.contact.collision.geometry.cylinders import on_face
 from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, TIE
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import (
+    box_record,
     gjk,
+    scratch,
     separating_axes,
     two_polyhedra,
 )
@@ -129,3 +133,8 @@ def test_dismissed_faces_and_edges_could_not_have_won():
 def test_prism_record_lies_behind_the_sizes_of_a_cylinder():
     a, _, *_ = next(random_cases((CYLINDER, HULL), 1, np.random.default_rng(0)))
     assert a.sizes[PRISM] == len(a.solid.vertices)
+
+
+def test_scratch_of_two_polyhedra_fits_behind_the_manifold():
+    assert len(box_record.UNIT) == scratch.SIZE - scratch.BOX
+    assert max(scratch.SIZE, on_face.on_box.size, edges.two_edges.size, faces.faces.size) <= FOUND

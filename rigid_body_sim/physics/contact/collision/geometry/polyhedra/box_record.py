@@ -24,6 +24,7 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records im
     packed,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.scratch import BOX
+from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES
 from rigid_body_sim.physics.vectors import dot, load
 
 Array = NDArray[np.float64]
@@ -36,8 +37,8 @@ FIRST_OFFSET = int(UNIT[PLANES]) + PLANE_OFFSET
 
 @kernel
 def write_box(parameters: Array, box: int, work: Array) -> int:
-    """Write the record of the box whose half edges begin at `box`; return where it begins."""
-    half = load(parameters, box)
+    """Write the record of a box whose parameters begin at `box`; return where it begins."""
+    half = load(parameters, box + HALF_EDGES)
     for number in range(LENGTH):
         work[BOX + number] = UNIT[number]
     for corner in range(CORNERS):

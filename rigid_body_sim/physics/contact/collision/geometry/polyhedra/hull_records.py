@@ -124,13 +124,14 @@ def packed(solid: Polyhedron) -> Array:
     near = _near(solid) if len(solid.vertices) > SCAN else np.zeros(0)
     loops = _clip_loops(solid)
     parts = [solid.vertices, solid.planes, loops, solid.edges, near]
-    starts = np.cumsum([VERTICES, *(part.size for part in parts)])
+    ends = np.cumsum([VERTICES, *(part.size for part in parts)])
+    _, planes_at, loops_at, edges_at, near_at, size = ends
     head = np.zeros(VERTICES)
     head[[COUNT, FACES, EDGES]] = len(solid.vertices), len(solid.loops), len(solid.edges)
-    head[[PLANES, LOOPS, EDGE_LIST]] = starts[1:4]
-    head[[NEAR, LOOP]] = starts[4] if near.size else 0.0, loops.shape[1]
+    head[[PLANES, LOOPS, EDGE_LIST]] = planes_at, loops_at, edges_at
+    head[[NEAR, LOOP]] = near_at if near.size else 0.0, loops.shape[1]
     head[CENTER : CENTER + 3] = solid.center
-    head[[RADIUS, HALF, SIZE]] = solid.radius, solid.half_width, starts[-1]
+    head[[RADIUS, HALF, SIZE]] = solid.radius, solid.half_width, size
     return np.concatenate((head, *(np.asarray(part, dtype=float).ravel() for part in parts)))
 
 

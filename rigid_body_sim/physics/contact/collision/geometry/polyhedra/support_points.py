@@ -33,13 +33,13 @@ class Vertices(NamedTuple):
 
     numbers    : the array in which they lie, three numbers each
     begin      : where they begin
-    count      : how many there are
+    total      : how many there are
     neighbours : where their neighbours are listed, see `hull_records`; 0: look at each vertex
     """
 
     numbers: Array
     begin: int
-    count: int
+    total: int
     neighbours: int
 
 
@@ -59,7 +59,7 @@ def support(vertices: Vertices, direction: Any, guess: int) -> Any:
     if neighbours == 0:
         best = 0
         top = dot(direction, load(numbers, begin))
-        for index in range(1, vertices.count):
+        for index in range(1, vertices.total):
             height = dot(direction, load(numbers, begin + VERTEX * index))
             if height > top:
                 top = height
@@ -67,7 +67,7 @@ def support(vertices: Vertices, direction: Any, guess: int) -> Any:
         return best
     best = guess
     top = dot(direction, load(numbers, begin + VERTEX * best))
-    for _ in range(vertices.count):  # each step is higher: no vertex is met twice
+    for _ in range(vertices.total):  # each step is higher: no vertex is met twice
         here = best
         first, behind = int(numbers[neighbours + here]), int(numbers[neighbours + here + 1])
         for entry in range(first, behind):
