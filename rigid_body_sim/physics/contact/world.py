@@ -36,6 +36,7 @@ from rigid_body_sim.physics.contact.solver import (
     cache_record,
     constraint,
     contact_point,
+    forces_of_state,
     lane_scratch,
     variable_mass,
 )
@@ -151,7 +152,7 @@ class ContactPlan:
         self.marks = np.zeros(moving + 1, dtype=np.int64)
         self.groups = np.zeros(moving + 1, dtype=np.int64)
         self.accounts = np.zeros((moving + 1) * pressing_groups.ACCOUNT)
-        self.workspace = np.zeros(max(1, blocks(moving)) * 384)
+        self.workspace = np.zeros(max(1, blocks(moving)) * forces_of_state.SAVED)
         self.counts = np.zeros(step.COUNTS, dtype=np.int64)
         self.counts[step.N_COLLIDERS] = n
         self.counts[step.LANES_AT_ONCE] = constraint.LANES
