@@ -47,6 +47,7 @@ setup(
         'setuptools',
         'matplotlib',
         'mcap',
+        'numba',
         'numpy',
         'PyYAML',
         'scipy',
@@ -54,7 +55,6 @@ setup(
         'trimesh',
     ],
     extras_require={
-        'fast': ['numba'],
         'peers': ['mujoco', 'drake', 'dartpy', 'pin', 'rapier3d'],
         'test': [
             'hypothesis',

@@ -95,10 +95,15 @@ class Record:
 
 
 def fields_of(module: ModuleType, record: Record) -> dict[str, Field]:
-    """Give the fields of a record by the names that a module gives them."""
-    names = {
-        value: name
-        for name, value in vars(module).items()
-        if name.isupper() and isinstance(value, int) and not name.startswith(('SIZE', 'LANES'))
-    }
+    """
+    Give the fields of a record by the names that a module gives them: those that stand between the
+    record and the next one, the first of each place.
+    """
+    names: dict[int, str] = {}
+    inside = False
+    for name, value in vars(module).items():
+        if isinstance(value, Record):
+            inside = value is record
+        elif inside and name.isupper() and isinstance(value, int) and not name.startswith('SIZE'):
+            names.setdefault(value, name)
     return {names.get(field.begin, ''): field for field in record.fields}

@@ -23,9 +23,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
 from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.model import rotation as so3
@@ -68,6 +70,7 @@ class Simulation:
         dt: float | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
+        warn_if_plain()
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
         self.integrator, self.choice = choose.resolve(
@@ -105,8 +108,8 @@ class Simulation:
     @property
     def _scene_tick(self) -> float:
         """Ticks since the start of the scene, not whole where a recording has another dt."""
-        if not self._start_ns:
-            return self.tick
+        if not (self._start_ns and self._stepper.is_timed):
+            return self.tick  # an integer, also after a reset: a float has its kernel compiled anew
         return (self.tick * self.dt_ns - self._start_ns) / self.dt_ns
 
     @property
@@ -177,7 +180,9 @@ class Simulation:
         """Hand what is held now to the stepper."""
         self._drop_expired()
         if self._held_changed:
-            self._stepper.hold(self._held.write(self._stepper.translation, self._stepper.rotation))
+            self._stepper.set_held(
+                self._held.write(self._stepper.translation, self._stepper.rotation)
+            )
             self._held_changed = False
 
     def _drop_expired(self) -> None:
@@ -227,7 +232,7 @@ class Simulation:
         source : 'force', 'torque' or 'wrench'
         until  : [tick] first tick on which it no longer acts
         """
-        self._held.hold(body, source, force=force, torque=torque, frame=frame, until=until)
+        self._held.put(body, source, force=force, torque=torque, frame=frame, until=until)
         self._held_changed = True
 
     def apply_impulse(
@@ -253,7 +258,7 @@ class Simulation:
             angular = as_vector(so3.rotate(q, angular))
         record = self._layout.body(core)
         ratio = record.mass / mass_at(record, self.scene_time)  # 1.0 unless its mass changes
-        self._stepper.strike(core, ratio * np.array(linear), ratio * np.array(angular))
+        self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
         self._read = None
         return linear, angular
 
@@ -270,11 +275,11 @@ class Simulation:
         of_scene[0, self._layout.moving] = force
         of_scene[1, self._layout.moving] = torque
         for row in table:
-            core = int(row[0])
+            core = int(row[held_body_wrench.BODY])
             q = self._stepper.orientation(core)
             scene_index = int(self._layout.moving[core])
-            of_scene[0, scene_index] += so3.rotate(q, row[2:5])
-            of_scene[1, scene_index] += so3.rotate(q, row[5:8])
+            of_scene[0, scene_index] += so3.rotate(q, row[held_body_wrench.FORCES])
+            of_scene[1, scene_index] += so3.rotate(q, row[held_body_wrench.TORQUES])
         return of_scene[0], of_scene[1]
 
     def orientation_matrices(self) -> Array:
@@ -325,7 +330,7 @@ class Simulation:
         Say what is wrong with the scene, and where the present state is beyond a limit of the
         integrator, a line each.
         """
-        return [*self.scene_warnings, *(x.text for x in self.stability.look(self.state))]
+        return [*self.scene_warnings, *(x.text for x in self.stability.check(self.state))]
 
     @property
     def scene_warnings(self) -> tuple[str, ...]:

@@ -53,7 +53,7 @@ class Stepper:
     """
     State and kernels of one run.
 
-    translation, rotation : blocks, see `physics.blocks`
+    translation, rotation : blocks, see `state.blocks`
     cause                 : why the last advance stopped early; empty: a state left the finite
                             numbers
     is_timed              : whether a wrench depends on time itself; then ticks are passed to the
@@ -68,14 +68,16 @@ class Stepper:
         self._elements = ActingElements(scene, layout)
         self.is_timed = self._elements.is_timed
         self._method = self._blocks_of(self._method_rows())
-        self.contact = _contact_plan(scene, layout, integrator)
+        self.contact = _contact_world(scene, layout, integrator)
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
+        # methods that differ in how they turn bodies share one kernel where nothing turns
+        self._kernel_name = integrator.name if layout.n_rigid else 'points'
         size = self._scheme.workspace(blocks(layout.n_moving))
         self._workspace = np.zeros(size)
         self._workspace[: len(integrator.constants)] = integrator.constants
         self._scene = scene
-        self._planned_for: float | None = None
+        self._workspace_step: float | None = None
         self.cause = ''
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
@@ -158,12 +160,12 @@ class Stepper:
             *self._elements.arguments,
         )
 
-    def hold(self, table: Array) -> None:
+    def set_held(self, table: Array) -> None:
         """
         Take over what is held: `table` turns with the bodies, the rest is in the blocks already.
         """
         if table.size or self._elements.turning:
-            self._elements.hold(table)
+            self._elements.set_turning(table)
             self._take_arguments()
         rows(self.translation, TRANSLATION, FX, 3)[:] = rows(self.translation, TRANSLATION, HX, 3)
         rows(self.rotation, ROTATION, TX, 3)[:] = rows(self.rotation, ROTATION, KX, 3)
@@ -171,7 +173,7 @@ class Stepper:
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
             self._free = (
-                self._scheme.free(self._integrator.name)
+                self._scheme.free(self._kernel_name)
                 if self.contact is None
                 else self.contact.kernel('', None, False)
             )
@@ -197,7 +199,7 @@ class Stepper:
         if self._integrator.wants_derivatives:
             more['derivatives'] = elements.derivatives()
         return self._scheme.coupled(
-            self._integrator.name,
+            self._kernel_name,
             scene=elements.kernel_name,
             evaluate=elements.evaluate(),
             velocity_dependent=elements.depends_on_velocity,
@@ -218,11 +220,11 @@ class Stepper:
             self._layout, elements, self.translation, self.rotation, time=tick * h
         )
 
-    def _plan(self, h: float) -> None:
+    def _ready_workspace(self, h: float) -> None:
         """Work out what the integrator wants to know of the scene at this step."""
-        if self._integrator.plan is not None and h != self._planned_for:
+        if self._integrator.plan is not None and h != self._workspace_step:
             self._workspace = self._integrator.plan(self._scene, self._layout, h)
-            self._planned_for = h
+            self._workspace_step = h
             workspace = argument(self._workspace)
             self._arguments = (*self._arguments[:5], workspace, *self._arguments[6:])
 
@@ -241,7 +243,7 @@ class Stepper:
         for text, kernel in wanted:
             if progress is not None:
                 progress(text)
-            self._plan(1.0)
+            self._ready_workspace(1.0)
             kernel()(0, 0.0 if self.is_timed else 0, 1.0, *self._arguments)
 
     def advance(self, ticks: int, tick: float, h: float) -> int:
@@ -313,7 +315,7 @@ class Stepper:
 
     def _call(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> bool:
         n = self._integrator.substeps
-        self._plan(h / n)
+        self._ready_workspace(h / n)
         try:
             status = kernel(n * ticks, n * tick, h / n, *self._arguments)
             self.cause = self._integrator.failure if status == DID_NOT_CONVERGE else ''
@@ -339,12 +341,12 @@ class Stepper:
         """Core index of the first body, in scene order, that left the finite numbers."""
         return self._bad
 
-    def strike(self, core: int, linear: Array, angular: Array) -> None:
+    def apply_impulse(self, core: int, linear: Array, angular: Array) -> None:
         """Add to momentum [N s] and angular momentum [N m s], world axes."""
         block, lane = divmod(core, 64)
         if core < self._layout.n_rigid:
             q = self.orientation(core)
-            linear, angular = self._elements.pivots.strike(core, linear, angular, q)
+            linear, angular = self._elements.pivots.about_pivot(core, linear, angular, q)
         rows(self.translation, TRANSLATION, PX, 3)[block, :, lane] += linear
         if core < self._layout.n_rigid:
             rows(self.rotation, ROTATION, LX, 3)[block, :, lane] += angular
@@ -359,10 +361,10 @@ class Stepper:
         self._return_to(self._start)
 
 
-def _contact_plan(scene: Scene, layout: Layout, integrator: Integrator) -> Any:
-    """Make the plan of the contact mode of a scene; None where nothing touches."""
+def _contact_world(scene: Scene, layout: Layout, integrator: Integrator) -> Any:
+    """Make the contact world of a scene; None where nothing touches."""
     if scene.contact.get('mode', 'none') == 'none':
         return None
-    from rigid_body_sim.physics.contact.world import ContactPlan  # only what a scene needs
+    from rigid_body_sim.physics.contact.world import ContactWorld  # only what a scene needs
 
-    return ContactPlan(scene, layout, integrator)
+    return ContactWorld(scene, layout, integrator)

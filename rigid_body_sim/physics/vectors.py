@@ -109,6 +109,14 @@ def apply_symmetric(m: Any, v: Any) -> Any:
 
 
 @inline
+def add_strided(array: Array, place: int, stride: int, v: Any) -> None:
+    """Add a vector to three numbers a stride apart."""
+    array[place] += v[0]
+    array[place + stride] += v[1]
+    array[place + 2 * stride] += v[2]
+
+
+@inline
 def divide(v: Any, divisor: float) -> Any:
     """Return v / divisor, component by component."""
     return v[0] / divisor, v[1] / divisor, v[2] / divisor

@@ -24,7 +24,7 @@ from rigid_body_sim.recording.batch import (
     MESSAGE_LENGTH_EXTRA,
     MESSAGE_OPCODE,
     Batch,
-    Layout,
+    TickLayout,
 )
 from rigid_body_sim.recording.chunk import join
 from rigid_body_sim.recording.chunk_queue import DirectQueue, Queue, ThreadedQueue
@@ -71,7 +71,7 @@ class BagWriter:
         self._custom = {
             f'{MANIFEST}.{key}': manifest[key] for key in _SHOWN_BY_ROSBAG2 if key in manifest
         }
-        self._message_layouts: dict[tuple[str, int], Layout] = {}
+        self._message_layouts: dict[tuple[str, int], TickLayout] = {}
         self._checked: list[tuple[Topic, ...]] = []
         self._safe_tick = 0
         self._failure: RunError | None = None
@@ -162,7 +162,7 @@ class BagWriter:
             for name, kind in self._topics
         ]
 
-    def _check(self, layout: Layout) -> None:
+    def _check(self, layout: TickLayout) -> None:
         start = layout.first_channel_id - 1
         if self._topics[start : start + len(layout.topics)] != layout.topics:
             raise ValueError(
@@ -171,8 +171,8 @@ class BagWriter:
             )
         self._checked.append(layout.topics)
 
-    def _lay_out_message(self, topic: str, size: int) -> Layout:
-        layout = Layout.of_records(
+    def _lay_out_message(self, topic: str, size: int) -> TickLayout:
+        layout = TickLayout.of_records(
             self._topics,
             1,
             channels=[self._channels[topic]],

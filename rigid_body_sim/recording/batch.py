@@ -4,8 +4,8 @@
 A batch: MCAP message records ready for the file, and where each message lies in them.
 
 The records of one tick have fixed places, so a batch of many ticks is one block of bytes, one
-`Layout` that describes a tick, and one time per tick. Nothing is done per message until a chunk is
-closed, and then by numpy.
+`TickLayout` that describes a tick, and one time per tick. Nothing is done per message until a
+chunk is closed, and then by numpy.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MESSAGE_LENGTH_EXTRA = 22  # bytes of a message record that the length counts be
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Layout:
+class TickLayout:
     """
     Where the messages of one tick lie in its block of records.
 
@@ -57,7 +57,7 @@ class Layout:
         channels: Sequence[int],
         sizes: Sequence[int],
         time_offsets: Sequence[int],
-    ) -> Layout:
+    ) -> TickLayout:
         """Lay out records of the given sizes [bytes] one after the other."""
         ends = np.cumsum(sizes)
         offsets = ends - sizes
@@ -85,7 +85,7 @@ class Batch(NamedTuple):
     tick   : number of ticks that are whole with this batch; None if it leaves a tick open
     """
 
-    layout: Layout
+    layout: TickLayout
     data: bytes
     times: Sequence[int]
     tick: int | None

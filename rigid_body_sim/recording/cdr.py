@@ -11,7 +11,8 @@ counts from byte 4:
 
 `Clock` ends after nanosec; `PointCloud2` is laid out in `point_cloud`. `encode` writes little
 endian with zeroed padding, so equal messages have equal bytes; `decode` reads both byte orders and
-any padding, and refuses every other length or content with `CdrError`.
+any padding, and refuses every other length or content with `CdrError`; `canonical` keeps the bytes
+that came where they are those that `encode` would write.
 
 Source: OMG DDS-XTYPES 1.3, section 7.4 (plain CDR version 1). Not a general decoder: only the
 types in `TYPES`.
@@ -208,6 +209,24 @@ def decode(type_name: str, payload: bytes) -> Message:
     if count == 3:
         return Vector3Stamped(sec, nanosec, frame_id, values)
     return kind(sec, nanosec, frame_id, values[:3], values[3:])  # type: ignore[call-arg]
+
+
+def canonical(message: Message, payload: bytes) -> bytes:
+    """
+    Return what `encode` would write for a payload that was decoded: the payload itself, if it is
+    little endian and its encapsulation options and padding are zero, as most senders write it.
+
+    What a sender left in the padding is not kept: it is whatever its memory held, and would make
+    equal messages differ.
+    """
+    if payload[:4] == ENCAPSULATION and not isinstance(message, PointCloud2):
+        if isinstance(message, Clock):
+            return payload
+        (length,) = U32[1].unpack_from(payload, 12)
+        end = 16 + length
+        if length and not any(payload[end : 4 + up(12 + length, 8)]):
+            return payload
+    return encode(message)
 
 
 def fields(message: Message) -> dict[str, int | float | str]:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.recording.batch import Batch, Layout
+from rigid_body_sim.recording.batch import Batch, TickLayout
 
 _INDEX_OPCODE = 7
 
@@ -38,7 +38,7 @@ class Chunk(NamedTuple):
 
 def join(batches: Sequence[Batch]) -> Chunk:
     """Join batches into one chunk."""
-    blocks: dict[Layout, tuple[list[int], list[int]]] = {}
+    blocks: dict[TickLayout, tuple[list[int], list[int]]] = {}
     base = 0
     for layout, data, times, _ in batches:
         bases, tick_times = blocks.setdefault(layout, ([], []))

@@ -32,7 +32,7 @@ from rigid_body_sim.recording.batch import (
     MESSAGE_LENGTH_EXTRA,
     MESSAGE_OPCODE,
     Batch,
-    Layout,
+    TickLayout,
 )
 from rigid_body_sim.recording.cdr_parts import U32, string, up
 from rigid_body_sim.recording.point_cloud import cloud_tail
@@ -111,7 +111,7 @@ class ContactPacker:
             end = at + POINT_SIZE * found.get(place, 0)
             records.append(self._record(self._channels[place], tick, time_ns, content[at:end]))
             at = end
-        layout = Layout.of_records(
+        layout = TickLayout.of_records(
             self.topics,
             self._first_channel_id,
             channels=[self._channels[place] for place in told],

@@ -30,7 +30,7 @@ from rigid_body_sim.recording.batch import (
     MESSAGE_LENGTH_EXTRA,
     MESSAGE_OPCODE,
     Batch,
-    Layout,
+    TickLayout,
 )
 from rigid_body_sim.recording.topics import CLOCK_TOPIC, Topic, body_topic
 
@@ -116,7 +116,7 @@ class StatePacker:
         self._blocks = self._template_row[None][:0]
         self._wrench_dtype = wrench
         self._wrench_rows = self._template_row[: count * wrench.itemsize].reshape(count, -1)
-        self._wrench_layouts: dict[bytes, Layout] = {}
+        self._wrench_layouts: dict[bytes, TickLayout] = {}
         self._before, self._after = _StampCell(), _StampCell()
 
     def pack(
@@ -205,7 +205,7 @@ class StatePacker:
         records['second'] = torque[bodies]
         return Batch(self._wrench_layout(bodies), rows.tobytes(), (time_ns,), None)
 
-    def _wrench_layout(self, bodies: NDArray[np.int64]) -> Layout:
+    def _wrench_layout(self, bodies: NDArray[np.int64]) -> TickLayout:
         key = bodies.tobytes()
         layout = self._wrench_layouts.get(key)
         if layout is None:
@@ -220,8 +220,8 @@ class StatePacker:
 
     def _lay_out(
         self, indices: Sequence[int], *, sizes: Sequence[int], time_offsets: Sequence[int]
-    ) -> Layout:
-        return Layout.of_records(
+    ) -> TickLayout:
+        return TickLayout.of_records(
             self.topics,
             self._first_channel_id,
             channels=[self._first_channel_id + index for index in indices],

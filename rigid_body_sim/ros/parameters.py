@@ -100,7 +100,8 @@ PARAMETERS = (
     Entry(
         'error_estimate',
         False,
-        'let a shadow in half steps run along and tell on /diagnostics how wrong the run is',
+        'let a reference run in half steps run along and tell on /diagnostics how wrong the run '
+        'is',
     ),
     Entry('publish_clock', True, 'publish simulation time on /clock'),
     Entry(

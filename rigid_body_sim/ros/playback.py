@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.topics import COMMAND_TYPES, Topic, body_topic
 from rigid_body_sim.ros import conversions, qos
-from rigid_body_sim.runs.commands import Command, encode
+from rigid_body_sim.runs.commands import Command
 
 MATCHING = 10.0  # [s] for a subscriber to be found; discovery takes up to 2.5 s on a quiet machine
 LOOK_EVERY = 0.02  # [s] between looks for it
@@ -124,16 +125,7 @@ def publish_command(command: Command, *, namespace: str, rate_hz: float, seconds
 
 
 def _stamped(command: Command, sender: Sender) -> bytes:
-    return encode(
-        Command(
-            command.body,
-            command.kind,
-            command.force,
-            command.torque,
-            command.frame_id,
-            sender.now(),
-        )
-    )
+    return replace(command, stamp_ns=sender.now(), received=None).message
 
 
 def play_bag(path: Path, *, topics: Sequence[str], rate_factor: float) -> int:

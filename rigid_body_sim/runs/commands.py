@@ -18,7 +18,8 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
@@ -39,6 +40,7 @@ class Command:
     force, torque : of an impulse, N s and N m s
     frame_id      : as it came
     stamp_ns      : time stamp of the sender [ns]; recorded, not used
+    received      : the message in which it came, see `decode`; None if it was made here
     """
 
     body: str
@@ -47,6 +49,12 @@ class Command:
     torque: Vector = NO_VECTOR
     frame_id: str = ''
     stamp_ns: int = 0
+    received: bytes | None = field(default=None, compare=False, repr=False)
+
+    @cached_property
+    def message(self) -> bytes:
+        """What is published and recorded of it: as it came, or encoded when first asked for."""
+        return encode(self) if self.received is None else self.received
 
 
 class CommandRules:
@@ -98,16 +106,24 @@ def encode(command: Command) -> bytes:
 
 
 def decode(body: str, kind: str, data: bytes) -> Command:
-    """Read the message of a command; CdrError if it is none."""
+    """
+    Read the message of a command; CdrError if it is none.
+
+    The command keeps the bytes as they came; only where they are big endian, or their padding is
+    not zero, does it keep what `encode` writes in their place (`cdr.canonical`), so that equal
+    commands are recorded with equal bytes.
+    """
     message = cdr.decode(COMMAND_TYPES[kind], data)
     assert not isinstance(message, cdr.Clock)
     stamp = message.sec * 1_000_000_000 + message.nanosec
     if isinstance(message, cdr.Vector3Stamped):
         force = message.vector if kind == 'force' else NO_VECTOR
         torque = message.vector if kind == 'torque' else NO_VECTOR
-        return Command(body, kind, force, torque, message.frame_id, stamp)
-    assert isinstance(message, cdr.WrenchStamped)
-    return Command(body, kind, message.force, message.torque, message.frame_id, stamp)
+    else:
+        assert isinstance(message, cdr.WrenchStamped)
+        force, torque = message.force, message.torque
+    received = cdr.canonical(message, data)
+    return Command(body, kind, force, torque, message.frame_id, stamp, received)
 
 
 def topics_of(bodies: Sequence[str], *, namespace: str) -> dict[str, tuple[str, str]]:

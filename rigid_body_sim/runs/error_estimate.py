@@ -1,16 +1,17 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-How wrong a run is, estimated while it runs: a shadow takes every tick in twice as many steps.
+How wrong a run is, estimated while it runs by step doubling: a reference run takes every tick in
+twice as many steps.
 
 A method of order p with step h errs by e = c h^p, and with h/2 by c (h/2)^p, so that
 
-    e = d 2^p / (2^p - 1),   d : difference between the run and its shadow
+    e = d 2^p / (2^p - 1),   d : difference between the run and its reference
 
-(Richardson). The shadow begins with the run, is given the same commands at the same ticks, and is
-never set back: the difference is that of the whole trajectories, grown as the motion makes errors
-grow. A method that controls its error is shadowed with tolerances ten times as tight; one that is
-exact differs from its shadow by round-off alone.
+(Richardson). The reference begins with the run, is given the same commands at the same ticks, and
+is never set back: the difference is that of the whole trajectories, grown as the motion makes
+errors grow. The reference of a method that controls its error has tolerances ten times as tight;
+one that is exact differs from its reference by round-off alone.
 
 Limits: while the step is so long that the error does not follow h^p, the estimate has the right
 size at best; on chaotic motion both lose the truth together and the difference saturates. It costs
@@ -27,7 +28,7 @@ import numpy as np
 from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.physics.simulation import Simulation
 
-TIGHTER = 10.0  # [-] by how much the tolerances of a shadow are tighter
+TIGHTER = 10.0  # [-] by how much the tolerances of the reference are tighter
 
 
 @dataclass(frozen=True)
@@ -44,11 +45,11 @@ class ErrorEstimate:
     angular_velocity: float
 
 
-class Shadow:
+class ReferenceRun:
     """
-    The finer twin of a simulation.
+    The same simulation in half steps.
 
-    simulation : the twin; give it the same commands and steps
+    simulation : give it the same commands and steps
     """
 
     def __init__(self, of: Simulation) -> None:

@@ -35,10 +35,8 @@ from rigid_body_sim.physics.state.snapshot import State
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.contact_packing import ContactPacker
 from rigid_body_sim.recording.packing import StatePacker
-from rigid_body_sim.recording.topics import body_topic
-from rigid_body_sim.runs import commands as command_messages
-from rigid_body_sim.runs.commands import Command, CommandRules
-from rigid_body_sim.runs.error_estimate import ErrorEstimate, Shadow
+from rigid_body_sim.runs.commands import Command, CommandRules, topics_of
+from rigid_body_sim.runs.error_estimate import ErrorEstimate, ReferenceRun
 
 if TYPE_CHECKING:
     from rigid_body_sim.physics.state.contacts import Contacts
@@ -57,8 +55,8 @@ class RunSettings:
     world_frame        : name of the world axes
     command_timeout_ns : how long a held command lasts [ns]; 0: until changed
     publish_every      : ticks between publish ticks
-    estimate_error     : whether a shadow runs along to tell how wrong the run is; it changes no
-                         message
+    estimate_error     : whether a reference run in half steps runs along to tell how wrong the
+                         run is; it changes no message
     publish_contacts   : whether contacts are packed too
     """
 
@@ -96,8 +94,8 @@ class Run:
     Takes commands, advances, packs. Knows neither clock nor file nor ROS.
 
     warnings : what is wrong with the scene from the start (`Simulation.scene_warnings`), and where
-               the run was seen beyond a limit of its integrator (`physics.stability`), at the
-               start and whenever drift was sampled: a line each, every body once a limit
+               the run was seen beyond a limit of its integrator (`diagnostics.step_limits`), at
+               the start and whenever drift was sampled: a line each, every body once a limit
     warn     : is given each of them when it is found
     """
 
@@ -113,6 +111,8 @@ class Run:
         self.rules = CommandRules(simulation.scene, world_frame=settings.world_frame)
         names = [body.name for body in simulation.scene.bodies]
         self._index = {name: i for i, name in enumerate(names)}
+        topics = topics_of(names, namespace=settings.namespace)
+        self._command_topic = {body_and_kind: topic for topic, body_and_kind in topics.items()}
         self.packer = StatePacker(
             names,
             dt_ns=simulation.dt_ns,
@@ -130,26 +130,26 @@ class Run:
         self._deepest_gap = math.inf
         if settings.estimate_error and self.has_contact:
             raise UserError(
-                f'error estimate of the scene {simulation.scene.name!r}: a shadow in half steps '
-                'says nothing where bodies meet; replay the bag with half the dt instead'
+                f'error estimate of the scene {simulation.scene.name!r}: a reference run in half '
+                'steps says nothing where bodies meet; replay the bag with half the dt instead'
             )
-        self._shadow = Shadow(simulation) if settings.estimate_error else None
+        self._reference = ReferenceRun(simulation) if settings.estimate_error else None
         self._warn = warn
-        self._warn_anew()
+        self._restart_warnings()
 
-    def _warn_anew(self) -> None:
+    def _restart_warnings(self) -> None:
         self.warnings: list[str] = []  # in the order in which they were first seen
         self._warned: dict[str, set[int]] = {}
         for text in self.simulation.scene_warnings:
-            self._say(text)
-        self._look_at_limits(self.simulation.state)
+            self._emit_warning(text)
+        self._check_limits(self.simulation.state)
 
-    def _look_at_limits(self, state: State) -> None:
-        for excess in self.simulation.stability.look(state, self._warned):
-            self._warned.setdefault(excess.kind, set()).update(excess.bodies)
-            self._say(excess.text)
+    def _check_limits(self, state: State) -> None:
+        for violation in self.simulation.stability.check(state, self._warned):
+            self._warned.setdefault(violation.kind, set()).update(violation.bodies)
+            self._emit_warning(violation.text)
 
-    def _say(self, text: str) -> None:
+    def _emit_warning(self, text: str) -> None:
         self.warnings.append(text)
         if self._warn is not None:
             self._warn(text)
@@ -179,36 +179,39 @@ class Run:
 
     def _step(self, ticks: int) -> None:
         self.simulation.step(ticks)
-        if self._shadow is not None:
+        if self._reference is not None:
             try:
-                self._shadow.simulation.step(ticks)
+                self._reference.simulation.step(ticks)
             except SimulationDiverged:  # the run itself is well: only the estimate is lost
-                self._shadow = None
+                self._reference = None
 
     def error_estimate(self) -> ErrorEstimate | None:
         """Estimate how wrong the states are by now; None where nobody asked for it."""
-        return self._shadow.estimate() if self._shadow is not None else None
+        return self._reference.estimate() if self._reference is not None else None
 
-    def _take(self, commands: Sequence[Command]) -> list[tuple[str, bytes]]:
-        """Apply commands; give the topic and message of each. Impulses are left in `_struck`."""
+    def _consume(self, commands: Sequence[Command]) -> list[tuple[str, bytes]]:
+        """
+        Apply commands; give the topic and message of each. Impulses are left in `_mean_force`, as
+        forces and torques that would do the same over a tick.
+        """
         consumed = []
         for command in commands:
             self._apply(command)
-            topic = body_topic(self.settings.namespace, command.body, command.kind, '').name
-            consumed.append((topic, command_messages.encode(command)))
+            consumed.append((self._command_topic[command.body, command.kind], command.message))
         return consumed
 
     def _apply(self, command: Command) -> None:
-        struck = self._hand_on(command, self.simulation)
-        if struck is not None:
-            self._struck[:, self._index[command.body]] += np.array(struck) / self.simulation.dt
-            self._any_struck = True
-        if self._shadow is not None:
-            self._hand_on(command, self._shadow.simulation)
+        impulse = self._issue(command, self.simulation)
+        if impulse is not None:
+            mean_force = np.array(impulse) / self.simulation.dt
+            self._mean_force[:, self._index[command.body]] += mean_force
+            self._any_impulse = True
+        if self._reference is not None:
+            self._issue(command, self._reference.simulation)
 
-    def _hand_on(self, command: Command, simulation: Simulation) -> tuple[Vector, Vector] | None:
+    def _issue(self, command: Command, simulation: Simulation) -> tuple[Vector, Vector] | None:
         """
-        Give a command to a simulation; what struck the body, in world axes, if it was an impulse.
+        Give a command to a simulation; return an impulse in world axes, None for what holds.
         """
         frame = self.rules.frame(command)
         if command.kind == 'impulse':
@@ -243,15 +246,15 @@ class Run:
         changing = bool(commands) or simulation.next_expiry <= tick
         if changing and not self._commanded:
             self._sample(commanded=False)
-        self._struck = np.zeros_like(self._applied)
-        self._any_struck = False
+        self._mean_force = np.zeros_like(self._applied)
+        self._any_impulse = False
         held = simulation.held_slots if changing else {}
-        consumed = self._take(commands)
+        consumed = self._consume(commands)
         self._update_applied(changing)
         changed = self._changed_since(held) if changing else _NOBODY
         every = self.settings.publish_every
         stop = min(tick + ticks, (tick // every + 1) * every)
-        if self._any_struck or changed.size:
+        if self._any_impulse or changed.size:
             stop = tick + 1
         stop = min(stop, max(tick + 1, simulation.next_expiry))
         if stop % every == 0 and stop > tick + 1:
@@ -265,7 +268,7 @@ class Run:
         if stop % every == 0:
             return TickOutput(stop, consumed, self._pack_states())
         if changed.size:
-            force, torque = self._applied + self._struck
+            force, torque = self._applied + self._mean_force
             batch = self.packer.pack_wrenches(changed, tick, force=force, torque=torque)
             return TickOutput(stop, consumed, (batch,))
         return TickOutput(stop, consumed)
@@ -300,7 +303,7 @@ class Run:
         done at once.
         """
         now = self.simulation.held_slots
-        different = self._struck.any(axis=(0, 2))
+        different = self._mean_force.any(axis=(0, 2))
         for key in held.keys() | now.keys():
             if _asked(held.get(key)) != _asked(now.get(key)):
                 different[self.simulation.scene_index(key[0])] = True
@@ -308,7 +311,7 @@ class Run:
 
     def _pack_states(self) -> tuple[Batch, ...]:
         state = self.simulation.state
-        force, torque = self._applied + self._struck if self._any_struck else self._applied
+        force, torque = self._applied + self._mean_force if self._any_impulse else self._applied
         batch = self.packer.pack(
             self.simulation.tick,
             position=state.position,
@@ -328,7 +331,7 @@ class Run:
         assert self.contact_packer is not None
         simulation = self.simulation
         found = simulation.contacts()
-        self._look_at(found)
+        self._note_depth(found)
         return self.contact_packer.pack(
             simulation.tick,
             bodies=found.bodies,
@@ -349,7 +352,7 @@ class Run:
     def sample_drift(self) -> Drift:
         """Measure what should have stayed the same, give the worst so far; look at the limits."""
         self._sample(commanded=self._commanded)
-        self._look_at_limits(self.simulation.state)
+        self._check_limits(self.simulation.state)
         return self._meter.drift()
 
     def deepest_gap(self) -> float | None:
@@ -359,27 +362,27 @@ class Run:
         """
         return self._deepest_gap if self._deepest_gap < math.inf else None
 
-    def _look_at(self, contacts: Contacts) -> None:
+    def _note_depth(self, contacts: Contacts) -> None:
         self._deepest_gap = min(self._deepest_gap, float(np.min(contacts.gap, initial=math.inf)))
 
     def _sample(self, *, commanded: bool) -> None:
         simulation = self.simulation
         if self.has_contact:
-            self._look_at(simulation.contacts())
+            self._note_depth(simulation.contacts())
         self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
 
     def reset(self) -> None:
         """Put every body back to the start of the scene; time goes on, drift is measured anew."""
         self.simulation.reset()
         if self.settings.estimate_error:
-            self._shadow = Shadow(self.simulation)
+            self._reference = ReferenceRun(self.simulation)
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
         self._deepest_gap = math.inf
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time
         )
-        self._warn_anew()
+        self._restart_warnings()
 
 
 def _asked(slot: Slot | None) -> tuple[object, ...] | None:

@@ -124,6 +124,13 @@ def test_cylinder_is_given_as_a_prism_only_where_a_pair_needs_it():
     assert colliders(cylinder, body('h', SOLIDS[HULL])).shape_parameters.size > 100
 
 
+@pytest.fixture
+def share_kernels():
+    """
+    Nothing: here pairs are asked for themselves.
+    """
+
+
 def test_pairs_are_those_that_can_meet():
     ground, wall = body('g', SOLIDS[PLANE], fixed=True), body('w', SOLIDS[BOX], fixed=True)
     assert colliders(ground, wall).pairs() == ()

@@ -46,6 +46,7 @@ from rigid_body_sim.physics.contact.collision.swept_aabbs import (
 from rigid_body_sim.physics.contact.collision.swept_aabbs import SIZE as ROW
 from rigid_body_sim.physics.simulation import Simulation
 
+from .. import inside
 from .touching import ball, box, ground, heap, scene
 
 DT = 1.0 / 240.0  # [s]
@@ -234,16 +235,14 @@ class Watched:
 
     def __init__(self, bodies):
         self.simulation = Simulation(scene(bodies))
-        self.plan = self.simulation._stepper.contact
+        self.plan = inside.world(self.simulation)
         self.made = self.cut = 0
         self._pieces = 1
-        self._in_pieces = self.plan._in_pieces
-        self.plan._in_pieces = self._watch_pieces
+        inside.watch_pieces(self.simulation, self._watch_pieces)
 
-    def _watch_pieces(self, *arguments):
-        self._pieces = int(self.plan.counts[step.PIECES])
+    def _watch_pieces(self, plan):
+        self._pieces = int(plan.counts[step.PIECES])
         self.cut += 1
-        return self._in_pieces(*arguments)
 
     def step(self, ticks):
         plan, counts = self.plan, self.plan.counts

@@ -101,7 +101,7 @@ import hashlib, sys
 import numpy as np
 sys.path.insert(0, sys.argv[1])
 import pair_cases as cases
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 print(kernels.COMPILED)
 for pair in cases.ANALYTIC:
     digest = hashlib.sha256()

@@ -161,7 +161,7 @@ import hashlib, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 import hull_cases as cases
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 print(kernels.COMPILED)
 for pair in cases.PAIRS:
     digest = hashlib.sha256()

@@ -93,7 +93,7 @@ SCENE = {
 PROGRAM = """
 import hashlib, json, sys
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 scene = load_scene(json.loads(sys.argv[1]))
 print(kernels.COMPILED)
 for name in ('dmv6', 'rk4', 'implicit_euler', 'exact_rotor'):

@@ -16,6 +16,7 @@ from rigid_body_sim.physics.compile.kernels import plain
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
 
+from .. import inside
 from . import scenes
 
 ROOT = str(Path(__file__).parents[2])
@@ -30,7 +31,7 @@ PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from rigid_body_sim import Simulation
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 import scenes
 ball = {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 1.0}
 sim = Simulation(scenes.scene([ball]), integrator='dmv6')
@@ -47,9 +48,9 @@ def test_point_masses_have_no_rotation_arrays(name):
     scene = scenes.linked_points()
     if method.refuses(scene) is not None:
         pytest.skip('refuses damping')
-    stepper = Simulation(scene, integrator=name)._stepper
-    assert stepper.rotation.size == 0
-    assert stepper._method.size == 0
+    sim = Simulation(scene, integrator=name)
+    assert inside.stepper(sim).rotation.size == 0
+    assert inside.rows_of_method(sim).size == 0
 
 
 def test_the_kernels_of_every_explicit_scheme_can_leave_rotation_out():
@@ -62,7 +63,7 @@ def test_the_kernels_of_every_explicit_scheme_can_leave_rotation_out():
 def test_kernels_of_point_masses_hold_nothing_that_turns(name):
     """The functions that a kernel is made of, found through the names bound into it."""
     scene = scenes.oscillator(dt=0.01)
-    stepper = Simulation(scene, integrator=name)._stepper
+    sim = Simulation(scene, integrator=name)
     seen: dict[int, str] = {}
 
     def visit(function):
@@ -77,7 +78,7 @@ def test_kernels_of_point_masses_hold_nothing_that_turns(name):
             ):
                 visit(value)
 
-    for kernel in (stepper._free_kernel(), stepper._coupled_kernel()):
+    for kernel in inside.kernels_of(sim):
         visit(kernel)
     turning = [made for made in seen.values() if any(word in made for word in TURNING)]
     assert turning == []
@@ -111,5 +112,5 @@ def test_nothing_that_turns_is_compiled_for_point_masses(tmp_path):
         timeout=300,
     )
     names = result.stdout.splitlines()
-    assert any(name.startswith('splitting._advance_free__dmv6') for name in names)
+    assert any(name.startswith('splitting._advance_free__points') for name in names)
     assert [name for name in names if 'moser' in name or 'kick_rotation' in name] == []

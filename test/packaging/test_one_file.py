@@ -23,19 +23,24 @@ FORCE = '''
 
 from dataclasses import dataclass
 
-from rigid_body_sim.physics.state.blocks import add_force, velocity
-from rigid_body_sim.physics.forces.element import key, pushed
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.forces.element import key, pushed
+from rigid_body_sim.physics.state.blocks import add_force, velocity
+from rigid_body_sim.physics.vectors import cross, load
+
+columns = Record()
+BODY = columns.number('-', 'core index')
+FIELD = columns.vector('C T', 'q B')
+SIZE = columns.size
 
 
 @inline
 def accumulate(elements, start, count, time, translation, rotation):
-    for e in range(count):
-        m = start + 4 * e
-        index = int(elements[m])
-        x, y, z = elements[m + 1], elements[m + 2], elements[m + 3]
-        u, v, w = velocity(translation, index)
-        add_force(translation, index, v * z - w * y, w * x - u * z, u * y - v * x)
+    for number in range(count):
+        row = start + SIZE * number
+        body = int(elements[row + BODY])
+        add_force(translation, body, cross(velocity(translation, body), load(elements, row + FIELD)))
 
 
 @dataclass(frozen=True)
@@ -45,7 +50,7 @@ class Lorentz:
     charge: float = key('number', unit='C', default=1.0)
 
     TYPE = 'lorentz'
-    COLUMNS = 4
+    COLUMNS = SIZE
     accumulate = staticmethod(accumulate)
 
     def row(self, places):

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`report`: numbers that a script with `Simulation` alone agrees to; files, refusals, Ctrl-C."""
 
-import argparse
 import csv
 import json
 import os
@@ -26,7 +25,8 @@ from rigid_body_sim.report.measure import measure, run_once
 from rigid_body_sim.report.method import method
 from rigid_body_sim.report.point import DIVERGED, NOT_ACCURATE, OK, REFUSED
 from rigid_body_sim.report.problems import PROBLEMS
-from rigid_body_sim.verbs import report
+
+from .. import inside
 
 QUICK = ['--quick', '--repetitions', '1']
 
@@ -251,9 +251,7 @@ def test_the_commands_of_the_readme_are_understood():
     lines = [
         line for line in text.splitlines() if line.startswith('python -m rigid_body_sim report')
     ]
-    parser = argparse.ArgumentParser()
-    report.add_arguments(parser)
     for line in lines:
         words = shlex.split(line, comments=True)[4:]
-        report._wanted(parser.parse_args(words))
+        assert inside.wanted(words)
     assert len(lines) == 2

@@ -7,7 +7,7 @@ import pytest
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.recording import cdr
-from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.runs.commands import Command, decode
 from rigid_body_sim.runs.run import Run, RunSettings
 
 SCENE = {
@@ -137,3 +137,15 @@ def test_reset_puts_the_bodies_back_and_time_goes_on():
     np.testing.assert_array_equal(run.simulation.state.position, np.zeros((2, 3)))
     messages(run, {}, 60)
     np.testing.assert_array_equal(run.simulation.state.velocity, np.zeros((2, 3)))
+
+
+def test_a_command_is_recorded_with_the_bytes_in_which_it_came():
+    sent = Command('box', 'wrench', force=(4.0, -0.0, 0), frame_id='world', stamp_ns=7).message
+    garbage = sent[:22] + b'leaked' + sent[28:]  # what a sender's memory held in the padding
+    assert cdr.decode(cdr.WrenchStamped.TYPE, garbage) == cdr.decode(cdr.WrenchStamped.TYPE, sent)
+    run = make_run(namespace='/lab')
+    commands = [decode('box', 'wrench', sent), decode('box', 'wrench', garbage)]
+    (topic, first), (_, second) = run.advance(1, commands).consumed
+    assert topic == '/lab/box/wrench'
+    assert first is sent
+    assert second == sent

@@ -43,9 +43,9 @@ INSTEAD = ('dmv6', 'rk4', 'linearly_implicit', 'sdirk2', 'exact_rotor')  # in or
 
 
 @dataclass(frozen=True)
-class Excess:
+class StepLimitViolation:
     """
-    A limit that is passed.
+    A step limit that is violated.
 
     kind   : 'rotation', 'oscillation' or 'relaxation'
     bodies : scene indices, the worst first
@@ -67,11 +67,11 @@ class StabilityWatch:
         self._dt = dt
         self._h = dt / integrator.substeps
 
-    def look(
+    def check(
         self, state: State, said: Mapping[str, Collection[int]] | None = None
-    ) -> list[Excess]:
+    ) -> list[StepLimitViolation]:
         """
-        Find the limits that a state passes.
+        Find the limits that a state violates.
 
         said : by kind, the bodies (scene indices) that need not be named again
         """
@@ -89,7 +89,7 @@ class StabilityWatch:
                 text = self._text(kind, worst, float(rates[kind][worst]), limits[kind][worst])
                 text += f' ({more} bod{"y" if more == 1 else "ies"} more)' if more else ''
                 bodies = tuple(int(self._layout.moving[core]) for core in new)
-                found.append(Excess(kind, bodies, text))
+                found.append(StepLimitViolation(kind, bodies, text))
         return found
 
     def rates(self, state: State) -> dict[str, Array]:

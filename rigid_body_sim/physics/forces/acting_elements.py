@@ -54,9 +54,9 @@ class ActingElements:
         self._ends_of_flow = [end_of_flow(body) for body in flowing]
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
         self._evaluate: Callable[..., Any] | None = None
-        self.hold(np.zeros((0, held_body_wrench.COLUMNS)))
+        self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
-    def hold(self, table: Array) -> None:
+    def set_turning(self, table: Array) -> None:
         """Take over the table of what is held and turns with the bodies."""
         self.turning = len(table)
         flows = np.array(self._flows, dtype=np.float64).reshape(-1)

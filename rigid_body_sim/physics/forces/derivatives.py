@@ -13,10 +13,9 @@ world axes:
         s, N m s]
 
 The kernel `linearise` of a force element adds to them. Where it is called with `definite` = 1, the
-terms are left out that
-would break the symmetry or the sign of the whole: what a turning arm does to a given force, what a
-spring under compression does across its direction. Then -K and -C are symmetric and positive
-semidefinite.
+terms are left out that would break the symmetry or the sign of the whole: what a turning arm does
+to a given force, what a spring under compression does across its direction. Then -K and -C are
+symmetric and positive semidefinite.
 
 Table: number of bodies n, number of blocks, first block of each body (n + 1), body j of each
 block, the blocks, and one more for pairs that no element has announced.
@@ -24,35 +23,49 @@ block, the blocks, and one more for pairs that no element has announced.
 
 from __future__ import annotations
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.vectors import add_strided, cross, dot
 
-BLOCK = 72  # numbers of K and C, row by row
-DAMPING = 36  # where C begins
+head = Record()
+BODIES = head.number('-', 'n')
+BLOCKS = head.number('-', 'blocks of pairs')
+FIRST_BLOCKS = head.size  # of each body, and one past the last
+SIZE_HEAD = FIRST_BLOCKS + 1  # and one for each body and each block
+
+ROW = 6  # numbers in a row of K or C
+TORQUE_ROWS = 3 * ROW  # where the rows of the torque begin
+TURN_COLUMNS = 3  # where the columns of the rotation vector begin
+TURN_BLOCK = TORQUE_ROWS + TURN_COLUMNS  # where the torque changes with the rotation vector
+
+STIFFNESS_MATRIX = 0  # where K begins in a block
+DAMPING_MATRIX = ROW * ROW  # where C begins
+BLOCK = 2 * ROW * ROW  # numbers of K and C, row by row
 
 
 @inline
 def first_block(table, i):
     """Number of the first block of body i; that of body i + 1 is one past its last."""
-    return int(table[2 + i])
+    return int(table[FIRST_BLOCKS + i])
 
 
 @inline
 def partner(table, number):
     """Body j of a block."""
-    return int(table[3 + int(table[0]) + number])
+    return int(table[SIZE_HEAD + int(table[BODIES]) + number])
 
 
 @inline
 def block_place(table, number):
     """Where a block begins."""
-    return 3 + int(table[0]) + int(table[1]) + BLOCK * number
+    return SIZE_HEAD + int(table[BODIES]) + int(table[BLOCKS]) + BLOCK * number
 
 
 @kernel
 def clear(table):
     """Set all derivatives to zero."""
     start = block_place(table, 0)
-    for m in range(BLOCK * (int(table[1]) + 1)):
+    for m in range(BLOCK * (int(table[BLOCKS]) + 1)):
         table[start + m] = 0.0
 
 
@@ -63,121 +76,107 @@ def place_of(table, i, j):
     for number in range(first_block(table, i), end):
         if partner(table, number) == j:
             return block_place(table, number)
-    return block_place(table, int(table[1]))
+    return block_place(table, int(table[BLOCKS]))
 
 
-@kernel
-def _add_column(table, m, ax, ay, az, fx, fy, fz):
+@inline
+def _add_column(table, place, arm, force):
     """Add the change of a force, and of its torque about the arm a, to one column."""
-    table[m] += fx
-    table[m + 6] += fy
-    table[m + 12] += fz
-    table[m + 18] += ay * fz - az * fy
-    table[m + 24] += az * fx - ax * fz
-    table[m + 30] += ax * fy - ay * fx
+    add_strided(table, place, ROW, force)
+    add_strided(table, place + TORQUE_ROWS, ROW, cross(arm, force))
 
 
 @kernel
-def add_between_points(
-    table, i, j, arm, k11, k12, k13, k21, k22, k23, k31, k32, k33, m, other, rate
-):
+def _add_columns(table, place, arm, matrix):
+    """Add three columns of the change of a force: matrix (3, 3), row by row."""
+    first, second, third = matrix
+    for column in range(3):
+        _add_column(table, place + column, arm, (first[column], second[column], third[column]))
+
+
+@inline
+def _about(arm, matrix):
+    """Rows k . (theta x b) = (b x k) . theta of a matrix of rows k."""
+    return cross(arm, matrix[0]), cross(arm, matrix[1]), cross(arm, matrix[2])
+
+
+@kernel
+def add_between_points(table, i, j, arm, change, of, other, rate):
     """
-    Add the change of a force at a point of body i with the displacement (m = 0) or velocity (m =
-    DAMPING) of one of j.
+    Add the change of a force at a point of body i with the displacement (of = STIFFNESS_MATRIX) or
+    velocity (DAMPING_MATRIX) of one of j.
 
         arm, other : (3,) [m]      from the centres of mass to the points of i and j
-        k          : (3, 3)        change of the force with the displacement or velocity of the
-                     point of j
+        change     : (3, 3)        of the force with the displacement or velocity of the point of
+                     j, row by row
         rate       : (3,) [rad/s]  angular velocity of j: a rotation of the arm changes the
-                     velocity of the point; m != 0
+                     velocity of the point; of = DAMPING_MATRIX
     """
-    ax, ay, az = arm
-    bx, by, bz = other
     place = place_of(table, i, j)
-    n = place + m
-    _add_column(table, n, ax, ay, az, k11, k21, k31)
-    _add_column(table, n + 1, ax, ay, az, k12, k22, k32)
-    _add_column(table, n + 2, ax, ay, az, k13, k23, k33)
-    # rows k . (theta x b) = (b x k) . theta
-    u1, v1, w1 = by * k13 - bz * k12, bz * k11 - bx * k13, bx * k12 - by * k11
-    u2, v2, w2 = by * k23 - bz * k22, bz * k21 - bx * k23, bx * k22 - by * k21
-    u3, v3, w3 = by * k33 - bz * k32, bz * k31 - bx * k33, bx * k32 - by * k31
-    _add_column(table, n + 3, ax, ay, az, u1, u2, u3)
-    _add_column(table, n + 4, ax, ay, az, v1, v2, v3)
-    _add_column(table, n + 5, ax, ay, az, w1, w2, w3)
-    if m > 0:
+    _add_columns(table, place + of, arm, change)
+    _add_columns(table, place + of + TURN_COLUMNS, arm, _about(other, change))
+    if of == DAMPING_MATRIX:
         # rows k . (w x (theta x b)) = (b x (k x w)) . theta
-        ox, oy, oz = rate
-        p1, q1, r1 = k12 * oz - k13 * oy, k13 * ox - k11 * oz, k11 * oy - k12 * ox
-        p2, q2, r2 = k22 * oz - k23 * oy, k23 * ox - k21 * oz, k21 * oy - k22 * ox
-        p3, q3, r3 = k32 * oz - k33 * oy, k33 * ox - k31 * oz, k31 * oy - k32 * ox
-        _add_column(
-            table, place + 3, ax, ay, az, by * r1 - bz * q1, by * r2 - bz * q2, by * r3 - bz * q3
-        )
-        _add_column(
-            table, place + 4, ax, ay, az, bz * p1 - bx * r1, bz * p2 - bx * r2, bz * p3 - bx * r3
-        )
-        _add_column(
-            table, place + 5, ax, ay, az, bx * q1 - by * p1, bx * q2 - by * p2, bx * q3 - by * p3
-        )
+        swung = cross(change[0], rate), cross(change[1], rate), cross(change[2], rate)
+        _add_columns(table, place + TURN_COLUMNS, arm, _about(other, swung))
+
+
+@inline
+def _add_row(table, place, v):
+    add_strided(table, place, 1, v)
 
 
 @kernel
-def add_turning_arm(table, i, ax, ay, az, fx, fy, fz):
+def add_turning_arm(table, i, arm, force):
     """
     Add the change of the torque a x f of a given force with the rotation of the arm: (theta x a) x
     f.
     """
-    m = place_of(table, i, i) + 21
-    s = ax * fx + ay * fy + az * fz
-    table[m] += ax * fx - s
-    table[m + 1] += ax * fy
-    table[m + 2] += ax * fz
-    table[m + 6] += ay * fx
-    table[m + 7] += ay * fy - s
-    table[m + 8] += ay * fz
-    table[m + 12] += az * fx
-    table[m + 13] += az * fy
-    table[m + 14] += az * fz - s
+    place = place_of(table, i, i) + TURN_BLOCK
+    s = dot(arm, force)
+    ax, ay, az = arm
+    fx, fy, fz = force
+    _add_row(table, place, (ax * fx - s, ax * fy, ax * fz))
+    _add_row(table, place + ROW, (ay * fx, ay * fy - s, ay * fz))
+    _add_row(table, place + 2 * ROW, (az * fx, az * fy, az * fz - s))
 
 
 @kernel
-def _add_cross(table, m, x, y, z):
+def _add_cross(table, place, v):
     """Add the change theta x v of a vector v that turns with the body."""
-    table[m + 1] += z
-    table[m + 2] -= y
-    table[m + 6] -= z
-    table[m + 8] += x
-    table[m + 12] += y
-    table[m + 13] -= x
+    x, y, z = v
+    table[place + 1] += z
+    table[place + 2] -= y
+    table[place + ROW] -= z
+    table[place + ROW + 2] += x
+    table[place + 2 * ROW] += y
+    table[place + 2 * ROW + 1] -= x
 
 
 @kernel
-def add_turning_wrench(table, i, fx, fy, fz, tx, ty, tz):
+def add_turning_wrench(table, i, force, torque):
     """Add the change of a force and a torque that turn with body i."""
-    m = place_of(table, i, i)
-    _add_cross(table, m + 3, fx, fy, fz)
-    _add_cross(table, m + 21, tx, ty, tz)
+    place = place_of(table, i, i)
+    _add_cross(table, place + TURN_COLUMNS, force)
+    _add_cross(table, place + TURN_BLOCK, torque)
 
 
 @kernel
-def _add_symmetric(table, m, s, f, x, y, z):
+def _add_symmetric(table, place, s, f, v):
     """Add s 1 + f v v^T."""
-    table[m] += s + f * x * x
-    table[m + 1] += f * x * y
-    table[m + 2] += f * x * z
-    table[m + 6] += f * y * x
-    table[m + 7] += s + f * y * y
-    table[m + 8] += f * y * z
-    table[m + 12] += f * z * x
-    table[m + 13] += f * z * y
-    table[m + 14] += s + f * z * z
+    x, y, z = v
+    _add_row(table, place, (s + f * x * x, f * x * y, f * x * z))
+    _add_row(table, place + ROW, (f * y * x, s + f * y * y, f * y * z))
+    _add_row(table, place + 2 * ROW, (f * z * x, f * z * y, s + f * z * z))
 
 
 @kernel
-def add_resistance(table, i, turning, s, f, x, y, z):
-    """
-    Add s 1 + f v v^T to the change of force with velocity, or (turning = 1) of torque with angular
-    velocity, of body i.
-    """
-    _add_symmetric(table, place_of(table, i, i) + DAMPING + 21 * turning, s, f, x, y, z)
+def add_resistance(table, i, s, f, v):
+    """Add s 1 + f v v^T to the change of force with velocity of body i."""
+    _add_symmetric(table, place_of(table, i, i) + DAMPING_MATRIX, s, f, v)
+
+
+@kernel
+def add_angular_resistance(table, i, s, f, v):
+    """Add s 1 + f v v^T to the change of torque with angular velocity of body i."""
+    _add_symmetric(table, place_of(table, i, i) + DAMPING_MATRIX + TURN_BLOCK, s, f, v)

@@ -10,12 +10,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rigid_body_sim.physics.compile.kernels import inline, kernel, specialise, unbound
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 
-# bound for each link of the chain by `specialise`
-accumulate: Callable[..., Any] = unbound
-linearise: Callable[..., Any] = unbound
-remaining: Callable[..., Any] = unbound
+accumulate = slot(
+    'kernel (elements, start, count, time, translation, rotation): adds the wrenches of the '
+    'elements of one type'
+)
+linearise = slot(
+    'kernel (elements, start, count, time, translation, rotation, table, definite): adds their '
+    'derivatives'
+)
+remaining = slot('kernel (place, time, …): does the same for the other types')
 
 
 @inline

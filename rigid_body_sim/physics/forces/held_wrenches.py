@@ -17,9 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
-from rigid_body_sim.physics.state.blocks import HX, KX, ROTATION, TRANSLATION, scatter
+from rigid_body_sim.physics.state.blocks import (
+    HELD_FORCE,
+    HELD_TORQUE,
+    ROTATION,
+    TRANSLATION,
+    scatter,
+)
 from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
@@ -83,18 +90,15 @@ class HeldWrenches:
             )
         return core, force, torque
 
-    def hold(
+    def put(
         self, body: str, source: str, *, force: Any, torque: Any, frame: str, until: int
     ) -> None:
-        """Hold what one source asks of a body; see `Simulation.hold`."""
+        """Put what one source asks of a body into its slot; see `Simulation.hold`."""
         core, force, torque = self.checked(body, force, torque, frame)
         if frame == 'body':
             force = self._layout.principal_axes(body, force)
             torque = self._layout.principal_axes(body, torque)
-        self.set(core, source, Slot(force, torque, frame == 'body', until))
-
-    def set(self, core: int, source: str, slot: Slot) -> None:
-        """Hold a command in place of the one that the same source gave before; zero lets go."""
+        slot = Slot(force, torque, frame == 'body', until)
         if slot.is_zero:
             self.slots.pop((core, source), None)
         else:
@@ -124,23 +128,21 @@ class HeldWrenches:
         Add up the slots.
 
         returns : force (m, 3) and torque (m, 3) in world axes without gravity, and the table of
-                  what turns with the bodies: rows of core index, index among the rigid, force (3),
-                  torque (3)
+                  what turns with the bodies: rows of `elements.held_body_wrench`
         """
         force = np.zeros((self._layout.n_moving, 3))
         torque = np.zeros((self._layout.n_moving, 3))
         turning: dict[int, Array] = {}
         for core, slot in self._ordered():
             if slot.turns_with_body:
-                row = turning.setdefault(
-                    core, np.array([core, core, 0, 0, 0, 0, 0, 0], dtype=float)
-                )
-                row[2:5] += slot.force
-                row[5:8] += slot.torque
+                row = turning.setdefault(core, np.zeros(held_body_wrench.COLUMNS))
+                row[held_body_wrench.BODY] = row[held_body_wrench.RIGID] = core
+                row[held_body_wrench.FORCES] += slot.force
+                row[held_body_wrench.TORQUES] += slot.torque
             else:
                 force[core] += slot.force
                 torque[core] += slot.torque
-        table = np.array(list(turning.values())).reshape(-1, 8)
+        table = np.array(list(turning.values())).reshape(-1, held_body_wrench.COLUMNS)
         return force, torque, table
 
     def write(self, translation: Array, rotation: Array) -> Array:
@@ -150,9 +152,9 @@ class HeldWrenches:
         """
         force, torque, table = self.sums()
         if self._layout.n_moving:
-            scatter(translation, TRANSLATION, HX, force + self._weight)
+            scatter(translation, TRANSLATION, HELD_FORCE, force + self._weight)
         if self._layout.n_rigid:
-            scatter(rotation, ROTATION, KX, torque[: self._layout.n_rigid])
+            scatter(rotation, ROTATION, HELD_TORQUE, torque[: self._layout.n_rigid])
         return table
 
 

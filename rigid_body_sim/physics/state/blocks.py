@@ -3,10 +3,11 @@
 """
 Where numbers that move are kept: blocks of 64 bodies, one row per quantity.
 
-Body i sits in block i // 64, lane i % 64. A block has ROWS rows of 64 numbers; a quantity is named
-by the offset of its row inside the block, so that in a block `s` its value in lane k is `s[k +
-QX]`. The constant distance between rows lets the compiler prove that they do not overlap, and so
-use SIMD: 5 to 8 times faster than rows in arrays of their own.
+Body i sits in block i // 64, lane i % 64. A block has rows of 64 numbers; a quantity is named by
+the offset of its row inside the block, so that in a block `s` its value in lane k is `s[k + QX]`.
+The constant distance between rows lets the compiler prove that they do not overlap, and so use
+SIMD: 5 to 8 times faster than rows in arrays of their own. The rows of a vector follow each other:
+`load_strided(s, k + MOMENTUM, LANES)` reads one, and PX, PY, PZ name its components.
 
 translation : every moving body, rigid bodies first, then point masses; world axes
 rotation    : the rigid bodies only, in the same order; a scene of point masses has none of it
@@ -19,34 +20,57 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.vectors import add_strided, load_strided, scale
 
-LANES = 64
+LANES = 64  # [-] bodies in a block
 
-# translation
-RX, RY, RZ = 0, 64, 128  # [m] position of the centre of mass
-PX, PY, PZ = 192, 256, 320  # [kg m/s] momentum
-EX, EY, EZ = 384, 448, 512  # [m] what rounding lost of the position
-GX, GY, GZ = 576, 640, 704  # [kg m/s] what rounding lost of the momentum
-FX, FY, FZ = 768, 832, 896  # [N] sum of all forces at the last evaluation
-HX, HY, HZ = (
-    960,
-    1024,
-    1088,
-)  # [N] forces that stay the same over a tick: commands, uniform gravity
-IM = 1152  # [1/kg] inverse mass
-TRANSLATION = 1216  # numbers in a block
-TRANSLATION_STATE = 768  # those a run must remember
+translation_block = Record(stride=LANES)
+POSITION = translation_block.vector('m', 'of the centre of mass, world')
+MOMENTUM = translation_block.vector('kg m/s', 'world axes')
+POSITION_RESIDUAL = translation_block.vector('m', 'what rounding lost of the position')
+MOMENTUM_RESIDUAL = translation_block.vector('kg m/s', 'what rounding lost of the momentum')
+FORCE = translation_block.vector('N', 'sum of all forces at the last evaluation')
+HELD_FORCE = translation_block.vector(
+    'N', 'forces that stay the same over a tick: commands, uniform gravity'
+)
+INVERSE_MASS = translation_block.number('1/kg', 'of the whole body')
+TRANSLATION = translation_block.size  # numbers in a block
+TRANSLATION_STATE = FORCE  # those a run must remember
+
+rotation_block = Record(stride=LANES)
+ORIENTATION = rotation_block.quaternion('-', 'unit quaternion xyzw, principal axes to world')
+ANGULAR_MOMENTUM = rotation_block.vector('kg m^2/s', 'about the centre of mass, world axes')
+TORQUE = rotation_block.vector('N m', 'sum of all torques at the last evaluation, world axes')
+HELD_TORQUE = rotation_block.vector('N m', 'torques that stay the same over a tick, world axes')
+MOMENTS = rotation_block.vector('kg m^2', 'principal moments of inertia')
+INVERSE_MOMENTS = rotation_block.vector('1/(kg m^2)', 'their inverses')
+ROTATION = rotation_block.size  # numbers in a block
+ROTATION_STATE = TORQUE  # those a run must remember
+
+
+def _components(vector: int) -> tuple[int, int, int]:
+    return vector, vector + LANES, vector + 2 * LANES
+
+
+# rows of the components: translation
+RX, RY, RZ = _components(POSITION)
+PX, PY, PZ = _components(MOMENTUM)
+EX, EY, EZ = _components(POSITION_RESIDUAL)
+GX, GY, GZ = _components(MOMENTUM_RESIDUAL)
+FX, FY, FZ = _components(FORCE)
+HX, HY, HZ = _components(HELD_FORCE)
+IM = INVERSE_MASS
 
 # rotation
-QX, QY, QZ, QW = 0, 64, 128, 192  # [-] unit quaternion, principal axes to world
-LX, LY, LZ = 256, 320, 384  # [kg m^2/s] angular momentum about the centre of mass, world axes
-TX, TY, TZ = 448, 512, 576  # [N m] sum of all torques at the last evaluation, world axes
-KX, KY, KZ = 640, 704, 768  # [N m] torques that stay the same over a tick, world axes
-I1, I2, I3 = 832, 896, 960  # [kg m^2] principal moments
-J1, J2, J3 = 1024, 1088, 1152  # [1/(kg m^2)] their inverses
-ROTATION = 1216
-ROTATION_STATE = 448
+QX, QY, QZ = _components(ORIENTATION)
+QW = QZ + LANES
+LX, LY, LZ = _components(ANGULAR_MOMENTUM)
+TX, TY, TZ = _components(TORQUE)
+KX, KY, KZ = _components(HELD_TORQUE)
+I1, I2, I3 = _components(MOMENTS)
+J1, J2, J3 = _components(INVERSE_MOMENTS)
 
 
 def blocks(bodies: int) -> int:
@@ -85,7 +109,19 @@ def gather(
 @inline
 def at(index, size):
     """Place of lane `index % 64` in block `index // 64`: add the offset of a row."""
-    return (index // 64) * size + index % 64
+    return (index // LANES) * size + index % LANES
+
+
+@inline
+def block_count(bodies):
+    """Count the blocks that hold so many bodies, in a kernel."""
+    return (bodies + LANES - 1) // LANES
+
+
+@inline
+def lanes_in(block, bodies):
+    """Count the lanes of a block that hold one of so many bodies."""
+    return min(LANES, bodies - LANES * block)
 
 
 @inline
@@ -131,49 +167,72 @@ def add_compensated(total, lost, increment):
 
 
 @inline
+def rotated(q, v):
+    """Return R(q) v: `rotate` for tuples."""
+    return rotate(q[0], q[1], q[2], q[3], v[0], v[1], v[2])
+
+
+@inline
+def rotated_back(q, v):
+    """Return R(q)^T v, from world to body axes."""
+    return rotate(-q[0], -q[1], -q[2], q[3], v[0], v[1], v[2])
+
+
+@inline
+def select(condition, q, r):
+    """Return the quaternion q where the condition holds, else r: without a branch in a lane."""
+    x, y, z, w = r
+    a, b, c, d = q
+    return (
+        a if condition else x,
+        b if condition else y,
+        c if condition else z,
+        d if condition else w,
+    )
+
+
+@inline
 def position(translation, index):
-    """Position of the centre of mass [m], world."""
-    k = at(index, TRANSLATION)
-    return translation[k + RX], translation[k + RY], translation[k + RZ]
+    """Position of the centre of mass (x, y, z) [m], world."""
+    return load_strided(translation, at(index, TRANSLATION) + POSITION, LANES)
 
 
 @inline
 def velocity(translation, index):
-    """Velocity of the centre of mass [m/s], world."""
+    """Velocity of the centre of mass (x, y, z) [m/s], world."""
     k = at(index, TRANSLATION)
-    im = translation[k + IM]
-    return translation[k + PX] * im, translation[k + PY] * im, translation[k + PZ] * im
+    return scale(translation[k + INVERSE_MASS], load_strided(translation, k + MOMENTUM, LANES))
 
 
 @inline
-def to_world(rotation, index, a, b, c):
-    """Rotate a vector from the principal axes of a rigid body to world axes."""
+def orientation(rotation, index):
+    """Orientation (x, y, z, w) of the principal axes of a rigid body."""
     k = at(index, ROTATION)
-    return rotate(rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW], a, b, c)
+    return rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
+
+
+@inline
+def to_world(rotation, index, v):
+    """Rotate a vector from the principal axes of a rigid body to world axes."""
+    return rotated(orientation(rotation, index), v)
 
 
 @inline
 def angular_velocity(rotation, index):
-    """Angular velocity of a rigid body [rad/s], world axes: R I^-1 R^T L."""
+    """Angular velocity (x, y, z) of a rigid body [rad/s], world axes: R I^-1 R^T L."""
     k = at(index, ROTATION)
-    x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-    a, b, c = rotate(-x, -y, -z, w, rotation[k + LX], rotation[k + LY], rotation[k + LZ])
-    return rotate(x, y, z, w, a * rotation[k + J1], b * rotation[k + J2], c * rotation[k + J3])
+    q = orientation(rotation, index)
+    a, b, c = rotated_back(q, load_strided(rotation, k + ANGULAR_MOMENTUM, LANES))
+    return rotated(q, (a * rotation[k + J1], b * rotation[k + J2], c * rotation[k + J3]))
 
 
 @inline
-def add_force(translation, index, fx, fy, fz):
-    """Add a force that acts at the centre of mass [N], world axes."""
-    k = at(index, TRANSLATION)
-    translation[k + FX] += fx
-    translation[k + FY] += fy
-    translation[k + FZ] += fz
+def add_force(translation, index, force):
+    """Add a force (x, y, z) that acts at the centre of mass [N], world axes."""
+    add_strided(translation, at(index, TRANSLATION) + FORCE, LANES, force)
 
 
 @inline
-def add_torque(rotation, index, tx, ty, tz):
-    """Add a torque about the centre of mass [N m], world axes."""
-    k = at(index, ROTATION)
-    rotation[k + TX] += tx
-    rotation[k + TY] += ty
-    rotation[k + TZ] += tz
+def add_torque(rotation, index, torque):
+    """Add a torque (x, y, z) about the centre of mass [N m], world axes."""
+    add_strided(rotation, at(index, ROTATION) + TORQUE, LANES, torque)

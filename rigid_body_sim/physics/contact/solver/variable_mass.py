@@ -90,11 +90,3 @@ def scale_warm_start(flows: Array, bodies: Array) -> None:
         for axis in range(3):
             bodies[body + solver_bodies.WARM_IMPULSE + axis] *= flows[row + SCALE]
             bodies[body + solver_bodies.WARM_ANGULAR_IMPULSE + axis] *= flows[row + SCALE]
-
-
-KERNELS = {
-    'find_mass_scale': find_mass_scale,
-    'scale_to_present_mass': scale_to_present_mass,
-    'scale_to_start_mass': scale_to_start_mass,
-    'scale_warm_start': scale_warm_start,
-}

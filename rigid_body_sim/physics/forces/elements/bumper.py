@@ -21,26 +21,35 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.forces.body_point import apply_force, locate, point_field
 from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key
-from rigid_body_sim.physics.forces.elements.spring import end, push
 from rigid_body_sim.physics.model.scene import Vector
+from rigid_body_sim.physics.vectors import dot, negate, scale, subtract
+
+columns = Record()
+END_A = point_field(columns, 'end on a')
+END_B = point_field(columns, 'end on b')
+STIFFNESS = columns.number('N/m', '')
+LENGTH = columns.number('m', 'at which it touches')
+SIZE = columns.size
 
 
 @inline
 def accumulate(elements, start, count, time, translation, rotation):
     """Add the forces of all bumpers that touch."""
-    for e in range(count):
-        m = start + 12 * e
-        x, y, z, ax, ay, az = end(elements, m, translation, rotation)
-        p, q, r, bx, by, bz = end(elements, m + 5, translation, rotation)
-        dx, dy, dz = p - x, q - y, r - z
-        distance = math.sqrt(dx * dx + dy * dy + dz * dz)
-        if 0.0 < distance < elements[m + 11]:
-            f = elements[m + 10] * (distance - elements[m + 11]) / distance
-            fx, fy, fz = f * dx, f * dy, f * dz
-            push(elements, m, translation, rotation, ax, ay, az, fx, fy, fz)
-            push(elements, m + 5, translation, rotation, bx, by, bz, -fx, -fy, -fz)
+    for number in range(count):
+        row = start + SIZE * number
+        x_a, arm_a = locate(elements, row + END_A, translation, rotation)
+        x_b, arm_b = locate(elements, row + END_B, translation, rotation)
+        offset = subtract(x_b, x_a)
+        distance = math.sqrt(dot(offset, offset))
+        length = elements[row + LENGTH]
+        if 0.0 < distance < length:
+            force = scale(elements[row + STIFFNESS] * (distance - length) / distance, offset)
+            apply_force(elements, row + END_A, translation, rotation, arm_a, force)
+            apply_force(elements, row + END_B, translation, rotation, arm_b, negate(force))
 
 
 @dataclass(frozen=True)
@@ -58,7 +67,7 @@ class Bumper:
     b_point: Vector | None = key('point', unit='m', default=None)
 
     TYPE = 'bumper'
-    COLUMNS = 12
+    COLUMNS = SIZE
     accumulate = staticmethod(accumulate)
 
     def row(self, places: Places) -> tuple[float, ...]:

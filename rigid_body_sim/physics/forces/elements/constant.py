@@ -11,65 +11,58 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.forces import body_point
+from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.derivatives import add_turning_arm, add_turning_wrench
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
+from rigid_body_sim.physics.vectors import add, cross, load
+
+columns = Record()
+POINT = point_field(columns, 'where the force acts')
+FORCE = columns.vector('N', 'world axes, or principal axes')
+TORQUE = columns.vector('N m', 'the same axes')
+TURNS_WITH_BODY = columns.number('-', '1: both are in principal axes')
+SIZE = columns.size
 
 
 @inline
 def accumulate(elements, start, count, time, translation, rotation):
     """Add all constant wrenches."""
-    for e in range(count):
-        m = start + 12 * e
-        index = int(elements[m])
-        turns = int(elements[m + 1])
-        fx, fy, fz = elements[m + 5], elements[m + 6], elements[m + 7]
-        tx, ty, tz = elements[m + 8], elements[m + 9], elements[m + 10]
-        if turns >= 0:
-            ax, ay, az = to_world(
-                rotation, turns, elements[m + 2], elements[m + 3], elements[m + 4]
-            )
-            if elements[m + 11] != 0.0:
-                fx, fy, fz = to_world(rotation, turns, fx, fy, fz)
-                tx, ty, tz = to_world(rotation, turns, tx, ty, tz)
-            add_torque(
-                rotation,
-                turns,
-                tx + (ay * fz - az * fy),
-                ty + (az * fx - ax * fz),
-                tz + (ax * fy - ay * fx),
-            )
-        add_force(translation, index, fx, fy, fz)
+    for number in range(count):
+        row = start + SIZE * number
+        rigid = int(elements[row + POINT + body_point.RIGID])
+        force = load(elements, row + FORCE)
+        torque = load(elements, row + TORQUE)
+        if rigid >= 0:
+            arm = to_world(rotation, rigid, load(elements, row + POINT + body_point.OFFSET))
+            if elements[row + TURNS_WITH_BODY] != 0.0:
+                force = to_world(rotation, rigid, force)
+                torque = to_world(rotation, rigid, torque)
+            add_torque(rotation, rigid, add(torque, cross(arm, force)))
+        add_force(translation, int(elements[row + POINT + body_point.BODY]), force)
 
 
 @kernel
 def linearise(elements, start, count, time, translation, rotation, table, definite):
     """Add the derivatives: the arm turns with the body, and so does a wrench in its axes."""
-    for e in range(count):
-        m = start + 12 * e
-        index = int(elements[m])
-        turns = int(elements[m + 1])
-        if turns >= 0 and definite == 0:
-            fx, fy, fz = elements[m + 5], elements[m + 6], elements[m + 7]
-            ax, ay, az = to_world(
-                rotation, turns, elements[m + 2], elements[m + 3], elements[m + 4]
-            )
-            if elements[m + 11] != 0.0:
-                fx, fy, fz = to_world(rotation, turns, fx, fy, fz)
-                tx, ty, tz = to_world(
-                    rotation, turns, elements[m + 8], elements[m + 9], elements[m + 10]
-                )
-                tx, ty, tz = (
-                    tx + (ay * fz - az * fy),
-                    ty + (az * fx - ax * fz),
-                    tz + (ax * fy - ay * fx),
-                )
-                add_turning_wrench(table, index, fx, fy, fz, tx, ty, tz)
+    for number in range(count):
+        row = start + SIZE * number
+        body = int(elements[row + POINT + body_point.BODY])
+        rigid = int(elements[row + POINT + body_point.RIGID])
+        if rigid >= 0 and definite == 0:
+            force = load(elements, row + FORCE)
+            arm = to_world(rotation, rigid, load(elements, row + POINT + body_point.OFFSET))
+            if elements[row + TURNS_WITH_BODY] != 0.0:
+                force = to_world(rotation, rigid, force)
+                torque = to_world(rotation, rigid, load(elements, row + TORQUE))
+                add_turning_wrench(table, body, force, add(torque, cross(arm, force)))
             else:
-                add_turning_arm(table, index, ax, ay, az, fx, fy, fz)
+                add_turning_arm(table, body, arm, force)
 
 
 @dataclass(frozen=True)
@@ -83,7 +76,7 @@ class Constant:
     point: Vector | None = key('point', unit='m', default=None)
 
     TYPE = 'constant'
-    COLUMNS = 12
+    COLUMNS = SIZE
     accumulate = staticmethod(accumulate)
     linearise = staticmethod(linearise)
 

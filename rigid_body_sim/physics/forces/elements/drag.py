@@ -12,27 +12,40 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.forces.derivatives import add_resistance
+from rigid_body_sim.physics.forces.derivatives import add_angular_resistance, add_resistance
 from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, pushed
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, angular_velocity, velocity
+from rigid_body_sim.physics.vectors import dot, scale
+
+columns = Record()
+BODY = columns.number('-', 'core index')
+RIGID = columns.number('-', 'index among the rigid bodies; -1: no torque')
+LINEAR = columns.number('N s/m', 'c1')
+QUADRATIC = columns.number('N s^2/m^2', 'c2')
+ANGULAR = columns.number('N m s', 'd1')
+ANGULAR_QUADRATIC = columns.number('N m s^2', 'd2')
+SIZE = columns.size
 
 
 @inline
 def accumulate(elements, start, count, time, translation, rotation):
     """Add the drag of all bodies that have it."""
-    for e in range(count):
-        m = start + 6 * e
-        index = int(elements[m])
-        turns = int(elements[m + 1])
-        u, v, w = velocity(translation, index)
-        f = -(elements[m + 2] + elements[m + 3] * math.sqrt(u * u + v * v + w * w))
-        add_force(translation, index, f * u, f * v, f * w)
-        if turns >= 0:
-            a, b, c = angular_velocity(rotation, turns)
-            g = -(elements[m + 4] + elements[m + 5] * math.sqrt(a * a + b * b + c * c))
-            add_torque(rotation, turns, g * a, g * b, g * c)
+    for number in range(count):
+        row = start + SIZE * number
+        body = int(elements[row + BODY])
+        rigid = int(elements[row + RIGID])
+        v = velocity(translation, body)
+        resistance = elements[row + LINEAR] + elements[row + QUADRATIC] * math.sqrt(dot(v, v))
+        add_force(translation, body, scale(-resistance, v))
+        if rigid >= 0:
+            w = angular_velocity(rotation, rigid)
+            resistance = elements[row + ANGULAR] + elements[row + ANGULAR_QUADRATIC] * math.sqrt(
+                dot(w, w)
+            )
+            add_torque(rotation, rigid, scale(-resistance, w))
 
 
 @inline
@@ -46,19 +59,19 @@ def linearise(elements, start, count, time, translation, rotation, table, defini
     """
     Add the derivatives of all drags: -(c1 + c2 |v|) 1 - (c2 / |v|) v v^T, and so for the torque.
     """
-    for e in range(count):
-        m = start + 6 * e
-        index = int(elements[m])
-        turns = int(elements[m + 1])
-        u, v, w = velocity(translation, index)
-        speed = math.sqrt(u * u + v * v + w * w)
-        c1, c2 = elements[m + 2], elements[m + 3]
-        add_resistance(table, index, 0, -(c1 + c2 * speed), -_ratio(c2, speed), u, v, w)
-        if turns >= 0:
-            u, v, w = angular_velocity(rotation, turns)
-            speed = math.sqrt(u * u + v * v + w * w)
-            c1, c2 = elements[m + 4], elements[m + 5]
-            add_resistance(table, turns, 1, -(c1 + c2 * speed), -_ratio(c2, speed), u, v, w)
+    for number in range(count):
+        row = start + SIZE * number
+        body = int(elements[row + BODY])
+        rigid = int(elements[row + RIGID])
+        v = velocity(translation, body)
+        speed = math.sqrt(dot(v, v))
+        c1, c2 = elements[row + LINEAR], elements[row + QUADRATIC]
+        add_resistance(table, body, -(c1 + c2 * speed), -_ratio(c2, speed), v)
+        if rigid >= 0:
+            w = angular_velocity(rotation, rigid)
+            speed = math.sqrt(dot(w, w))
+            c1, c2 = elements[row + ANGULAR], elements[row + ANGULAR_QUADRATIC]
+            add_angular_resistance(table, rigid, -(c1 + c2 * speed), -_ratio(c2, speed), w)
 
 
 @dataclass(frozen=True)
@@ -72,7 +85,7 @@ class Drag:
     angular_quadratic: float = key('number', unit='N m s^2', minimum=0.0, default=0.0)
 
     TYPE = 'drag'
-    COLUMNS = 6
+    COLUMNS = SIZE
     accumulate = staticmethod(accumulate)
     linearise = staticmethod(linearise)
 

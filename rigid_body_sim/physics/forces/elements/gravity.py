@@ -19,53 +19,66 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.element import BodyState, Places, key
 from rigid_body_sim.physics.state.blocks import add_force, position
+from rigid_body_sim.physics.vectors import add, dot, load, scale, subtract
 
 G = 6.67430e-11  # [m^3/(kg s^2)] CODATA 2018
 
+head = Record()
+WIDTH = head.number('-', 'numbers of the row, which differs from row to row')
+CONSTANT = head.number('m^3/(kg s^2)', 'G')
+SOFTENING = head.number('m', 's')
+COUNT = head.number('-', 'bodies that follow')
+SIZE_HEAD = head.size
+
+attractor = Record()
+BODY = attractor.number('-', 'core index; -1: it is fixed')
+FIXED_POSITION = attractor.vector('m', 'where it is fixed')
+MASS = attractor.number('kg', 'at the start of the scene')
+RATE = attractor.number('kg/s', 'of the mass')
+LASTS = attractor.number('s', 'how long the mass changes')
+SIZE = attractor.size
+
 
 @inline
-def _body(elements, b, time, translation):
-    """
-    Place and mass of one of the bodies: columns index, place if fixed (3), mass, rate, how long it
-    lasts.
-    """
-    index = int(elements[b])
-    mass = elements[b + 4] + elements[b + 5] * min(time, elements[b + 6])
-    if index < 0:
-        return elements[b + 1], elements[b + 2], elements[b + 3], mass
-    x, y, z = position(translation, index)
-    return x, y, z, mass
+def _position_and_mass(elements, place, time, translation):
+    """Position and mass of one of the bodies."""
+    body = int(elements[place + BODY])
+    mass = elements[place + MASS] + elements[place + RATE] * min(time, elements[place + LASTS])
+    if body < 0:
+        return load(elements, place + FIXED_POSITION), mass
+    return position(translation, body), mass
 
 
 @inline
 def accumulate(elements, start, count, time, translation, rotation):
     """Add the attraction between all pairs."""
-    m = start
-    for _e in range(count):
-        constant = elements[m + 1]
-        soft = elements[m + 2] * elements[m + 2]
-        n = int(elements[m + 3])
-        for i in range(n - 1):
-            a = m + 4 + 7 * i
-            x, y, z, mass = _body(elements, a, time, translation)
-            fx = fy = fz = 0.0
-            for j in range(i + 1, n):
-                b = m + 4 + 7 * j
-                u, v, w, other = _body(elements, b, time, translation)
-                u, v, w = u - x, v - y, w - z
-                square = u * u + v * v + w * w + soft
+    row = start
+    for _number in range(count):
+        constant = elements[row + CONSTANT]
+        soft = elements[row + SOFTENING] * elements[row + SOFTENING]
+        bodies = int(elements[row + COUNT])
+        for i in range(bodies - 1):
+            of_a = row + SIZE_HEAD + SIZE * i
+            x_a, mass_a = _position_and_mass(elements, of_a, time, translation)
+            on_a = (0.0, 0.0, 0.0)
+            for j in range(i + 1, bodies):
+                of_b = row + SIZE_HEAD + SIZE * j
+                x_b, mass_b = _position_and_mass(elements, of_b, time, translation)
+                offset = subtract(x_b, x_a)
+                square = dot(offset, offset) + soft
                 over = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
-                f = constant * mass * other * over * over * over
-                fx, fy, fz = fx + f * u, fy + f * v, fz + f * w
-                if elements[b] >= 0.0:
-                    add_force(translation, int(elements[b]), -f * u, -f * v, -f * w)
-            if elements[a] >= 0.0:
-                add_force(translation, int(elements[a]), fx, fy, fz)
-        m += int(elements[m])
+                factor = constant * mass_a * mass_b * over * over * over
+                on_a = add(on_a, scale(factor, offset))
+                if elements[of_b + BODY] >= 0.0:
+                    add_force(translation, int(elements[of_b + BODY]), scale(-factor, offset))
+            if elements[of_a + BODY] >= 0.0:
+                add_force(translation, int(elements[of_a + BODY]), on_a)
+        row += int(elements[row + WIDTH])
 
 
 @dataclass(frozen=True)
@@ -97,8 +110,8 @@ class Gravity:
             if mass > 0.0:
                 place = places.place(body, None)
                 numbers += [float(place.index), *place.offset, mass, rate, lasts]
-        head = (self.constant, self.softening, float(len(numbers) // 7))
-        return (4.0 + len(numbers), *head, *numbers)
+        settings = (self.constant, self.softening, float(len(numbers) // SIZE))
+        return (float(SIZE_HEAD + len(numbers)), *settings, *numbers)
 
     def bodies(self) -> tuple[str, ...]:
         """All that attract each other."""

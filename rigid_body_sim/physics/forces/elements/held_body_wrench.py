@@ -8,40 +8,43 @@ A command in world axes is part of what is held over the tick and costs nothing 
 
 from __future__ import annotations
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.forces.derivatives import add_turning_wrench
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
+from rigid_body_sim.physics.vectors import load
 
 NAME = 'held_body_wrench'
-COLUMNS = 8
+
+columns = Record()
+BODY = columns.number('-', 'core index')
+RIGID = columns.number('-', 'index among the rigid bodies')
+FORCE = columns.vector('N', 'principal axes')
+TORQUE = columns.vector('N m', 'principal axes')
+COLUMNS = columns.size
+
+FORCES = slice(FORCE, TORQUE)  # of a row as numpy takes it
+TORQUES = slice(TORQUE, COLUMNS)
 
 
 @inline
 def accumulate(elements, start, count, time, translation, rotation):
-    """
-    Add the held wrenches: rows of index, turns, force (3) [N], torque (3) [N m], principal axes.
-    """
-    for e in range(count):
-        m = start + 8 * e
-        index = int(elements[m])
-        turns = int(elements[m + 1])
-        a, b, c = to_world(rotation, turns, elements[m + 2], elements[m + 3], elements[m + 4])
-        add_force(translation, index, a, b, c)
-        a, b, c = to_world(rotation, turns, elements[m + 5], elements[m + 6], elements[m + 7])
-        add_torque(rotation, turns, a, b, c)
+    """Add the held wrenches."""
+    for number in range(count):
+        row = start + COLUMNS * number
+        rigid = int(elements[row + RIGID])
+        force = to_world(rotation, rigid, load(elements, row + FORCE))
+        add_force(translation, int(elements[row + BODY]), force)
+        add_torque(rotation, rigid, to_world(rotation, rigid, load(elements, row + TORQUE)))
 
 
 @kernel
 def linearise(elements, start, count, time, translation, rotation, table, definite):
     """Add the derivatives: the wrench turns with the body."""
-    for e in range(count):
-        m = start + 8 * e
-        turns = int(elements[m + 1])
+    for number in range(count):
+        row = start + COLUMNS * number
+        rigid = int(elements[row + RIGID])
         if definite == 0:
-            fx, fy, fz = to_world(
-                rotation, turns, elements[m + 2], elements[m + 3], elements[m + 4]
-            )
-            tx, ty, tz = to_world(
-                rotation, turns, elements[m + 5], elements[m + 6], elements[m + 7]
-            )
-            add_turning_wrench(table, int(elements[m]), fx, fy, fz, tx, ty, tz)
+            force = to_world(rotation, rigid, load(elements, row + FORCE))
+            torque = to_world(rotation, rigid, load(elements, row + TORQUE))
+            add_turning_wrench(table, int(elements[row + BODY]), force, torque)

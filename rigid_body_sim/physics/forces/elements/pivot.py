@@ -22,9 +22,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.forces.derivatives import (
-    DAMPING,
+    DAMPING_MATRIX,
+    ROW,
+    TORQUE_ROWS,
+    TURN_COLUMNS,
     add_turning_arm,
     block_place,
     first_block,
@@ -33,24 +37,26 @@ from rigid_body_sim.physics.forces.derivatives import (
 )
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.state.blocks import (
-    FX,
-    FY,
-    FZ,
-    IM,
-    PX,
-    PY,
-    PZ,
-    ROTATION,
-    RX,
-    RY,
-    RZ,
+    FORCE,
+    INVERSE_MASS,
+    LANES,
+    MOMENTUM,
+    POSITION,
     TRANSLATION,
-    TX,
-    TY,
-    TZ,
+    add_torque,
     angular_velocity,
     at,
     to_world,
+)
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_strided,
+    cross,
+    load,
+    load_strided,
+    scale,
+    store,
+    store_strided,
 )
 
 if TYPE_CHECKING:
@@ -59,53 +65,52 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 NAME = 'pivot'
-COLUMNS = 10  # index, arm (3), pivot (3), sum of the forces at the last evaluation (3)
+
+columns = Record()
+BODY = columns.number('-', 'core index, also among the rigid bodies')
+ARM = columns.vector('m', 'a: from the pivot to the centre of mass, principal axes')
+PIVOT = columns.vector('m', 'O: world')
+LAST_FORCE = columns.vector('N', 'sum of the forces at the last evaluation, world axes')
+COLUMNS = columns.size
+
+NO_VECTOR = (0.0, 0.0, 0.0)
 
 
 @inline
 def show_center(elements, start, count, time, translation, rotation):
     """Write position and momentum of the centres of mass."""
-    for e in range(count):
-        m = start + 10 * e
-        i = int(elements[m])
-        ax, ay, az = to_world(rotation, i, elements[m + 1], elements[m + 2], elements[m + 3])
-        ox, oy, oz = angular_velocity(rotation, i)
-        k = at(i, TRANSLATION)
-        mass = 1.0 / translation[k + IM]
-        translation[k + RX] = elements[m + 4] + ax
-        translation[k + RY] = elements[m + 5] + ay
-        translation[k + RZ] = elements[m + 6] + az
-        translation[k + PX] = mass * (oy * az - oz * ay)
-        translation[k + PY] = mass * (oz * ax - ox * az)
-        translation[k + PZ] = mass * (ox * ay - oy * ax)
+    for number in range(count):
+        row = start + COLUMNS * number
+        body = int(elements[row + BODY])
+        arm = to_world(rotation, body, load(elements, row + ARM))
+        k = at(body, TRANSLATION)
+        mass = 1.0 / translation[k + INVERSE_MASS]
+        momentum = scale(mass, cross(angular_velocity(rotation, body), arm))
+        center = add(load(elements, row + PIVOT), arm)
+        store_strided(translation, k + POSITION, LANES, center)
+        store_strided(translation, k + MOMENTUM, LANES, momentum)
 
 
 @inline
-def _stand_still(elements, m, k, translation):
+def _stand_still(elements, row, k, translation):
     """Put the row of a body back to the pivot."""
-    translation[k + RX], translation[k + PX] = elements[m + 4], 0.0
-    translation[k + RY], translation[k + PY] = elements[m + 5], 0.0
-    translation[k + RZ], translation[k + PZ] = elements[m + 6], 0.0
+    store_strided(translation, k + POSITION, LANES, load(elements, row + PIVOT))
+    store_strided(translation, k + MOMENTUM, LANES, NO_VECTOR)
 
 
 @inline
 def turn_about_pivot(elements, start, count, time, translation, rotation):
     """Make torques about the pivot of all that acts."""
-    for e in range(count):
-        m = start + 10 * e
-        i = int(elements[m])
-        ax, ay, az = to_world(rotation, i, elements[m + 1], elements[m + 2], elements[m + 3])
-        k = at(i, TRANSLATION)
-        fx, fy, fz = translation[k + FX], translation[k + FY], translation[k + FZ]
-        elements[m + 7], elements[m + 8], elements[m + 9] = fx, fy, fz
-        translation[k + FX] = 0.0
-        translation[k + FY] = 0.0
-        translation[k + FZ] = 0.0
-        _stand_still(elements, m, k, translation)
-        k = at(i, ROTATION)
-        rotation[k + TX] += ay * fz - az * fy
-        rotation[k + TY] += az * fx - ax * fz
-        rotation[k + TZ] += ax * fy - ay * fx
+    for number in range(count):
+        row = start + COLUMNS * number
+        body = int(elements[row + BODY])
+        arm = to_world(rotation, body, load(elements, row + ARM))
+        k = at(body, TRANSLATION)
+        force = load_strided(translation, k + FORCE, LANES)
+        store(elements, row + LAST_FORCE, force)
+        store_strided(translation, k + FORCE, LANES, NO_VECTOR)
+        _stand_still(elements, row, k, translation)
+        add_torque(rotation, body, cross(arm, force))
 
 
 @kernel
@@ -117,63 +122,46 @@ def show_center_for_derivatives(
 
 
 @kernel
-def _turn_columns(table, m, ax, ay, az, ox, oy, oz, definite):
+def _turn_columns(table, place, arm, omega, definite):
     """Let a body move with its turns alone, in one block: columns 3 to 5 from columns 0 to 2."""
-    for row in range(6):
-        n = m + 6 * row
-        kx, ky, kz = table[n], table[n + 1], table[n + 2]
-        c = n + DAMPING
-        cx, cy, cz = table[c], table[c + 1], table[c + 2]
-        table[c + 3] += ay * cz - az * cy
-        table[c + 4] += az * cx - ax * cz
-        table[c + 5] += ax * cy - ay * cx
+    for row in range(ROW):
+        of_stiffness = place + ROW * row
+        of_damping = of_stiffness + DAMPING_MATRIX
+        k, c = load(table, of_stiffness), load(table, of_damping)
+        add_strided(table, of_damping + TURN_COLUMNS, 1, cross(arm, c))
         if definite == 0:  # c . (omega x (theta x a)) = (a x (c x omega)) . theta
-            kx, ky, kz = (
-                kx + (cy * oz - cz * oy),
-                ky + (cz * ox - cx * oz),
-                kz + (cx * oy - cy * ox),
-            )
-        table[n + 3] += ay * kz - az * ky
-        table[n + 4] += az * kx - ax * kz
-        table[n + 5] += ax * ky - ay * kx
-        for column in range(3):
-            table[n + column] = 0.0
-            table[c + column] = 0.0
+            k = add(k, cross(c, omega))
+        add_strided(table, of_stiffness + TURN_COLUMNS, 1, cross(arm, k))
+        store(table, of_stiffness, NO_VECTOR)
+        store(table, of_damping, NO_VECTOR)
 
 
 @kernel
-def _turn_rows(table, m, ax, ay, az):
+def _turn_rows(table, place, arm):
     """Make torques about the pivot of forces, in one matrix: rows 3 to 5 from rows 0 to 2."""
-    for column in range(6):
-        n = m + column
-        fx, fy, fz = table[n], table[n + 6], table[n + 12]
-        table[n + 18] += ay * fz - az * fy
-        table[n + 24] += az * fx - ax * fz
-        table[n + 30] += ax * fy - ay * fx
-        table[n] = 0.0
-        table[n + 6] = 0.0
-        table[n + 12] = 0.0
+    for column in range(place, place + ROW):
+        force = load_strided(table, column, ROW)
+        add_strided(table, column + TORQUE_ROWS, ROW, cross(arm, force))
+        store_strided(table, column, ROW, NO_VECTOR)
 
 
 @kernel
 def turn_derivatives(elements, start, count, time, translation, rotation, table, definite):
     """Make derivatives of torques about the pivot with turns of all derivatives."""
-    for e in range(count):
-        m = start + 10 * e
-        i = int(elements[m])
-        ax, ay, az = to_world(rotation, i, elements[m + 1], elements[m + 2], elements[m + 3])
-        ox, oy, oz = angular_velocity(rotation, i)
-        for number in range(first_block(table, i), first_block(table, i + 1)):
-            place = block_place(table, number)
-            _turn_rows(table, place, ax, ay, az)
-            _turn_rows(table, place + DAMPING, ax, ay, az)
-            place = place_of(table, partner(table, number), i)
-            _turn_columns(table, place, ax, ay, az, ox, oy, oz, definite)
+    for number in range(count):
+        row = start + COLUMNS * number
+        body = int(elements[row + BODY])
+        arm = to_world(rotation, body, load(elements, row + ARM))
+        omega = angular_velocity(rotation, body)
+        for block in range(first_block(table, body), first_block(table, body + 1)):
+            place = block_place(table, block)
+            _turn_rows(table, place, arm)
+            _turn_rows(table, place + DAMPING_MATRIX, arm)
+            place = place_of(table, partner(table, block), body)
+            _turn_columns(table, place, arm, omega, definite)
         if definite == 0:
-            add_turning_arm(
-                table, i, ax, ay, az, elements[m + 7], elements[m + 8], elements[m + 9]
-            )
-        _stand_still(elements, m, at(i, TRANSLATION), translation)
+            add_turning_arm(table, body, arm, load(elements, row + LAST_FORCE))
+        _stand_still(elements, row, at(body, TRANSLATION), translation)
 
 
 @dataclass(frozen=True)
@@ -201,12 +189,14 @@ class Pivots:
         self.count = len(self._cores)
         self._arms = np.array([layout.arm(core) for core in self._cores]).reshape(-1, 3)
         self.table = np.zeros((self.count, COLUMNS))
-        self.table[:, 0] = self._cores
-        self.table[:, 1:4] = self._arms
+        self.table[:, BODY] = self._cores
+        self.table[:, ARM:PIVOT] = self._arms
         for row, core in zip(self.table, self._cores, strict=True):
-            row[4:7] = layout.start_position(core)
+            row[PIVOT:LAST_FORCE] = layout.start_position(core)
 
-    def strike(self, core: int, linear: Array, angular: Array, q: Array) -> tuple[Array, Array]:
+    def about_pivot(
+        self, core: int, linear: Array, angular: Array, q: Array
+    ) -> tuple[Array, Array]:
         """
         Make an impulse about the pivot of one at the centre of mass; the pivot takes the rest.
 

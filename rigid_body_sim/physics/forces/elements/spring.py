@@ -19,97 +19,110 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.forces.derivatives import DAMPING, add_between_points, add_turning_arm
+from rigid_body_sim.physics.forces import body_point
+from rigid_body_sim.physics.forces.body_point import (
+    NO_VECTOR,
+    apply_force,
+    locate,
+    point_field,
+    point_rate,
+    point_velocity,
+)
+from rigid_body_sim.physics.forces.derivatives import (
+    DAMPING_MATRIX,
+    add_between_points,
+    add_turning_arm,
+)
 from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key
 from rigid_body_sim.physics.model.scene import Vector
-from rigid_body_sim.physics.state.blocks import (
-    add_force,
-    add_torque,
-    angular_velocity,
-    position,
-    to_world,
-    velocity,
-)
+from rigid_body_sim.physics.vectors import add, dot, negate, scale, subtract
 
-
-@inline
-def end(elements, m, translation, rotation):
-    """Position and arm of one end, in world axes."""
-    index = int(elements[m])
-    turns = int(elements[m + 1])
-    ax, ay, az = elements[m + 2], elements[m + 3], elements[m + 4]
-    if index < 0:
-        return ax, ay, az, 0.0, 0.0, 0.0
-    x, y, z = position(translation, index)
-    if turns < 0:
-        return x, y, z, 0.0, 0.0, 0.0
-    ax, ay, az = to_world(rotation, turns, ax, ay, az)
-    return x + ax, y + ay, z + az, ax, ay, az
-
-
-@inline
-def end_velocity(elements, m, translation, rotation, ax, ay, az):
-    """Velocity of one end whose arm is (ax, ay, az), in world axes."""
-    index = int(elements[m])
-    turns = int(elements[m + 1])
-    if index < 0:
-        return 0.0, 0.0, 0.0
-    u, v, w = velocity(translation, index)
-    if turns < 0:
-        return u, v, w
-    a, b, c = angular_velocity(rotation, turns)
-    return u + (b * az - c * ay), v + (c * ax - a * az), w + (a * ay - b * ax)
-
-
-@inline
-def push(elements, m, translation, rotation, ax, ay, az, fx, fy, fz):
-    """Apply a force at one end."""
-    index = int(elements[m])
-    turns = int(elements[m + 1])
-    if index >= 0:
-        add_force(translation, index, fx, fy, fz)
-    if turns >= 0:
-        add_torque(rotation, turns, ay * fz - az * fy, az * fx - ax * fz, ax * fy - ay * fx)
+columns = Record()
+END_A = point_field(columns, 'end on a')
+END_B = point_field(columns, 'end on b')
+STIFFNESS = columns.number('N/m', '')
+DAMPING = columns.number('N s/m', '')
+REST_LENGTH = columns.number('m', '')
+SIZE = columns.size
 
 
 @inline
 def accumulate(elements, start, count, time, translation, rotation):
     """Add the forces of all springs."""
-    for e in range(count):
-        m = start + 13 * e
-        x, y, z, ax, ay, az = end(elements, m, translation, rotation)
-        p, q, r, bx, by, bz = end(elements, m + 5, translation, rotation)
-        stiffness = elements[m + 10]
-        damping = elements[m + 11]
-        rest = elements[m + 12]
-        dx, dy, dz = p - x, q - y, r - z
-        ux = uy = uz = 0.0
+    for number in range(count):
+        row = start + SIZE * number
+        x_a, arm_a = locate(elements, row + END_A, translation, rotation)
+        x_b, arm_b = locate(elements, row + END_B, translation, rotation)
+        stiffness = elements[row + STIFFNESS]
+        damping = elements[row + DAMPING]
+        rest = elements[row + REST_LENGTH]
+        distance = subtract(x_b, x_a)
+        relative = NO_VECTOR
         if damping != 0.0:
-            u, v, w = end_velocity(elements, m, translation, rotation, ax, ay, az)
-            ux, uy, uz = end_velocity(elements, m + 5, translation, rotation, bx, by, bz)
-            ux, uy, uz = ux - u, uy - v, uz - w
+            v_a = point_velocity(elements, row + END_A, translation, rotation, arm_a)
+            v_b = point_velocity(elements, row + END_B, translation, rotation, arm_b)
+            relative = subtract(v_b, v_a)
         if rest == 0.0:
-            fx = stiffness * dx + damping * ux
-            fy = stiffness * dy + damping * uy
-            fz = stiffness * dz + damping * uz
+            force = add(scale(stiffness, distance), scale(damping, relative))
         else:
-            length = math.sqrt(dx * dx + dy * dy + dz * dz)
-            over = 1.0 / length if length > 0.0 else 0.0
-            nx, ny, nz = dx * over, dy * over, dz * over
-            f = stiffness * (length - rest) + damping * (ux * nx + uy * ny + uz * nz)
-            fx, fy, fz = f * nx, f * ny, f * nz
-        push(elements, m, translation, rotation, ax, ay, az, fx, fy, fz)
-        push(elements, m + 5, translation, rotation, bx, by, bz, -fx, -fy, -fz)
+            length = math.sqrt(dot(distance, distance))
+            normal = scale(1.0 / length if length > 0.0 else 0.0, distance)
+            force = scale(stiffness * (length - rest) + damping * dot(relative, normal), normal)
+        apply_force(elements, row + END_A, translation, rotation, arm_a, force)
+        apply_force(elements, row + END_B, translation, rotation, arm_b, negate(force))
 
 
 @inline
-def _rate(elements, m, rotation):
-    """Angular velocity of the body of one end."""
-    turns = int(elements[m + 1])
-    if turns < 0:
-        return 0.0, 0.0, 0.0
-    return angular_velocity(rotation, turns)
+def _outer_plus(s, v, w):
+    """Matrix s 1 + v w^T, row by row."""
+    return (
+        (s + v[0] * w[0], v[0] * w[1], v[0] * w[2]),
+        (v[1] * w[0], s + v[1] * w[1], v[1] * w[2]),
+        (v[2] * w[0], v[2] * w[1], s + v[2] * w[2]),
+    )
+
+
+@inline
+def _damping_matrix(s, c, n):
+    """Symmetric matrix s 1 + c n n^T, row by row."""
+    xy, xz, yz = c * n[0] * n[1], c * n[0] * n[2], c * n[1] * n[2]
+    return (
+        (s + c * n[0] * n[0], xy, xz),
+        (xy, s + c * n[1] * n[1], yz),
+        (xz, yz, s + c * n[2] * n[2]),
+    )
+
+
+@inline
+def _derivatives(stiffness, damping, rest, distance, relative, definite):
+    """Force on a, and its change with the position and with the velocity of the end on b."""
+    length = math.sqrt(dot(distance, distance))
+    if rest == 0.0:
+        force = add(scale(stiffness, distance), scale(damping, relative))
+        normal, turning = NO_VECTOR, NO_VECTOR
+        across, damped_across = stiffness, damping
+        along, damped_along = 0.0 - across, 0.0 - damped_across
+    else:
+        over = 1.0 / length if length > 0.0 else 0.0
+        normal = scale(over, distance)
+        approach = dot(relative, normal)
+        pull = stiffness * (length - rest) + damping * approach
+        force = scale(pull, normal)
+        across, damped_across = pull * over, 0.0
+        swing = damping * over
+        if definite > 0:
+            across, swing = max(across, 0.0), 0.0
+        turning = scale(swing, subtract(relative, scale(approach, normal)))
+        along, damped_along = stiffness - across, damping - damped_across
+    of_position = _outer_plus(across, normal, add(scale(along, normal), turning))
+    return force, of_position, _damping_matrix(damped_across, damped_along, normal)
+
+
+@inline
+def _scaled(factor, matrix):
+    return scale(factor, matrix[0]), scale(factor, matrix[1]), scale(factor, matrix[2])
 
 
 @kernel
@@ -121,73 +134,35 @@ def linearise(elements, start, count, time, translation, rotation, table, defini
         d force on a / d v_b = c n n^T        f = k (|d| - l) + c (u . n);  without rest length k 1
         and c 1
     """
-    for e in range(count):
-        m = start + 13 * e
-        x, y, z, ax, ay, az = end(elements, m, translation, rotation)
-        p, q, r, bx, by, bz = end(elements, m + 5, translation, rotation)
-        u, v, w = end_velocity(elements, m, translation, rotation, ax, ay, az)
-        s, t, o = end_velocity(elements, m + 5, translation, rotation, bx, by, bz)
-        k = elements[m + 10]
-        c = elements[m + 11]
-        rest = elements[m + 12]
-        dx, dy, dz = p - x, q - y, r - z
-        ux, uy, uz = s - u, t - v, o - w
-        length = math.sqrt(dx * dx + dy * dy + dz * dz)
-        if rest == 0.0:
-            fx, fy, fz = k * dx + c * ux, k * dy + c * uy, k * dz + c * uz
-            nx = ny = nz = gx = gy = gz = 0.0
-            across, damped_across = k, c
-            k = c = 0.0
-        else:
-            over = 1.0 / length if length > 0.0 else 0.0
-            nx, ny, nz = dx * over, dy * over, dz * over
-            un = ux * nx + uy * ny + uz * nz
-            f = k * (length - rest) + c * un
-            fx, fy, fz = f * nx, f * ny, f * nz
-            across, damped_across = f * over, 0.0
-            g = c * over
-            if definite > 0:
-                across, g = max(across, 0.0), 0.0
-            gx, gy, gz = g * (ux - un * nx), g * (uy - un * ny), g * (uz - un * nz)
-        k -= across
-        c -= damped_across
-        k11 = across + nx * (k * nx + gx)
-        k12, k13 = nx * (k * ny + gy), nx * (k * nz + gz)
-        k22 = across + ny * (k * ny + gy)
-        k21, k23 = ny * (k * nx + gx), ny * (k * nz + gz)
-        k33 = across + nz * (k * nz + gz)
-        k31, k32 = nz * (k * nx + gx), nz * (k * ny + gy)
-        c11, c22, c33 = (
-            damped_across + c * nx * nx,
-            damped_across + c * ny * ny,
-            damped_across + c * nz * nz,
-        )
-        c12, c13, c23 = c * nx * ny, c * nx * nz, c * ny * nz
+    for number in range(count):
+        row = start + SIZE * number
+        x_a, arm_a = locate(elements, row + END_A, translation, rotation)
+        x_b, arm_b = locate(elements, row + END_B, translation, rotation)
+        v_a = point_velocity(elements, row + END_A, translation, rotation, arm_a)
+        v_b = point_velocity(elements, row + END_B, translation, rotation, arm_b)
+        force, of_position, of_velocity = _derivatives(
+            elements[row + STIFFNESS], elements[row + DAMPING], elements[row + REST_LENGTH],
+            subtract(x_b, x_a), subtract(v_b, v_a), definite,
+        )  # fmt: skip
         for of in range(2):
-            i = int(elements[m + 5 * of])
+            end = row + (END_A if of == 0 else END_B)
+            i = int(elements[end + body_point.BODY])
             if i < 0:
                 continue
-            arm = (ax, ay, az) if of == 0 else (bx, by, bz)
+            arm = arm_a if of == 0 else arm_b
             for with_of in range(2):
-                j = int(elements[m + 5 * with_of])
+                other_end = row + (END_A if with_of == 0 else END_B)
+                j = int(elements[other_end + body_point.BODY])
                 if j < 0:
                     continue
-                other = (ax, ay, az) if with_of == 0 else (bx, by, bz)
-                rate = (
-                    (0.0, 0.0, 0.0) if definite > 0 else _rate(elements, m + 5 * with_of, rotation)
-                )
-                g = 1.0 if of != with_of else -1.0
-                add_between_points(
-                    table, i, j, arm, g * k11, g * k12, g * k13, g * k21, g * k22, g * k23,
-                    g * k31, g * k32, g * k33, 0, other, rate,
-                )  # fmt: skip
-                add_between_points(
-                    table, i, j, arm, g * c11, g * c12, g * c13, g * c12, g * c22, g * c23,
-                    g * c13, g * c23, g * c33, DAMPING, other, rate,
-                )  # fmt: skip
+                other = arm_a if with_of == 0 else arm_b
+                rate = NO_VECTOR if definite > 0 else point_rate(elements, other_end, rotation)
+                sign = 1.0 if of != with_of else -1.0
+                k, c = _scaled(sign, of_position), _scaled(sign, of_velocity)
+                add_between_points(table, i, j, arm, k, 0, other, rate)
+                add_between_points(table, i, j, arm, c, DAMPING_MATRIX, other, rate)
             if definite == 0:
-                g = 1.0 if of == 0 else -1.0
-                add_turning_arm(table, i, *arm, g * fx, g * fy, g * fz)
+                add_turning_arm(table, i, arm, scale(1.0 if of == 0 else -1.0, force))
 
 
 @dataclass(frozen=True)
@@ -206,7 +181,7 @@ class Spring:
     b_point: Vector | None = key('point', unit='m', default=None)
 
     TYPE = 'spring'
-    COLUMNS = 13
+    COLUMNS = SIZE
     accumulate = staticmethod(accumulate)
     linearise = staticmethod(linearise)
 

@@ -24,67 +24,85 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.forces import body_point
+from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
+from rigid_body_sim.physics.vectors import add, cross, load
 
-HEAD = 9  # length, index, turns, arm (3), in body axes, acts, intervals
-INTERVAL = 25  # start, then c0 to c3 of each of the six components
+head = Record()
+WIDTH = head.number('-', 'numbers of the row, which differs from row to row')
+POINT = point_field(head, 'where the force acts')
+TURNS_WITH_BODY = head.number('-', '1: the wrench is in principal axes')
+ACTS = head.number('-', '1 while it acts, else 0: the switch')
+INTERVALS = head.number('-', 'intervals that follow; behind the last one, its end [s]')
+SIZE_HEAD = head.size
+
+COMPONENTS = 3  # of a vector
+CUBIC = 4  # c0 to c3
+
+interval = Record()
+BEGIN = interval.number('s', 'when it begins')
+FORCE = interval.numbers(COMPONENTS * CUBIC, 'N s^-n', 'coefficients of Fx, then of Fy, of Fz')
+TORQUE = interval.numbers(COMPONENTS * CUBIC, 'N m s^-n', 'coefficients of the torque, likewise')
+SIZE = interval.size
 
 
 @inline
 def _value(elements, c, s):
     """Cubic at s [s] after the start of its interval."""
-    return elements[c] + s * (elements[c + 1] + s * (elements[c + 2] + s * elements[c + 3]))
+    return elements[c] + s * (
+        elements[c + 1] + s * (elements[c + 2] + s * elements[c + CUBIC - 1])
+    )
+
+
+@inline
+def _vector(elements, c, s):
+    """Three cubics at s [s] after the start of their interval."""
+    return (
+        _value(elements, c, s),
+        _value(elements, c + CUBIC, s),
+        _value(elements, c + 2 * CUBIC, s),
+    )
+
+
+@inline
+def _interval_at(elements, row, time):
+    """Where the interval stands in which a time lies: the first or the last, where in none."""
+    low, high = 0, int(elements[row + INTERVALS])
+    while high - low > 1:
+        middle = (low + high) // 2
+        if elements[row + SIZE_HEAD + SIZE * middle + BEGIN] <= time:
+            low = middle
+        else:
+            high = middle
+    return row + SIZE_HEAD + SIZE * low
 
 
 @inline
 def accumulate(elements, start, count, time, translation, rotation):
     """Add the wrenches of all tables."""
-    m = start
-    for _e in range(count):
-        if elements[m + 7] != 0.0:
-            index = int(elements[m + 1])
-            turns = int(elements[m + 2])
-            intervals = int(elements[m + 8])
-            low, high = 0, intervals
-            while high - low > 1:
-                middle = (low + high) // 2
-                if elements[m + 9 + 25 * middle] <= time:
-                    low = middle
-                else:
-                    high = middle
-            c = m + 9 + 25 * low
-            last = elements[m + 9 + 25 * intervals]
-            s = max(min(time, last) - elements[c], 0.0)
-            fx, fy, fz = (
-                _value(elements, c + 1, s),
-                _value(elements, c + 5, s),
-                _value(elements, c + 9, s),
-            )
-            if turns >= 0:
-                tx, ty, tz = (
-                    _value(elements, c + 13, s),
-                    _value(elements, c + 17, s),
-                    _value(elements, c + 21, s),
-                )
-                ax, ay, az = to_world(
-                    rotation, turns, elements[m + 3], elements[m + 4], elements[m + 5]
-                )
-                if elements[m + 6] != 0.0:
-                    fx, fy, fz = to_world(rotation, turns, fx, fy, fz)
-                    tx, ty, tz = to_world(rotation, turns, tx, ty, tz)
-                add_torque(
-                    rotation,
-                    turns,
-                    tx + (ay * fz - az * fy),
-                    ty + (az * fx - ax * fz),
-                    tz + (ax * fy - ay * fx),
-                )
-            add_force(translation, index, fx, fy, fz)
-        m += int(elements[m])
+    row = start
+    for _number in range(count):
+        if elements[row + ACTS] != 0.0:
+            rigid = int(elements[row + POINT + body_point.RIGID])
+            place = _interval_at(elements, row, time)
+            last = elements[row + SIZE_HEAD + SIZE * int(elements[row + INTERVALS])]
+            s = max(min(time, last) - elements[place + BEGIN], 0.0)
+            force = _vector(elements, place + FORCE, s)
+            if rigid >= 0:
+                torque = _vector(elements, place + TORQUE, s)
+                arm = to_world(rotation, rigid, load(elements, row + POINT + body_point.OFFSET))
+                if elements[row + TURNS_WITH_BODY] != 0.0:
+                    force = to_world(rotation, rigid, force)
+                    torque = to_world(rotation, rigid, torque)
+                add_torque(rotation, rigid, add(torque, cross(arm, force)))
+            add_force(translation, int(elements[row + POINT + body_point.BODY]), force)
+        row += int(elements[row + WIDTH])
 
 
 @dataclass(frozen=True)
@@ -103,12 +121,16 @@ class TimeTable:
 
     TYPE = 'time'
     COLUMNS = None
-    SWITCH = 7
+    SWITCH = ACTS
     accumulate = staticmethod(accumulate)
 
     def __post_init__(self) -> None:
         widths = {len(row) for row in self.table}
-        if len(self.table) < 2 or len(widths) != 1 or not widths <= {4, 7}:
+        if (
+            len(self.table) < 2
+            or len(widths) != 1
+            or not widths <= {1 + COMPONENTS, 1 + 2 * COMPONENTS}
+        ):
             raise InvalidModel(
                 f'a table of {len(self.table)} rows of {sorted(widths)} numbers; '
                 'at least two rows are needed, '
@@ -127,10 +149,10 @@ class TimeTable:
 
     def _coefficients(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Times (n,) and coefficients (n - 1, 6, 4), c0 first."""
-        numbers = np.zeros((len(self.table), 7))
+        numbers = np.zeros((len(self.table), 1 + 2 * COMPONENTS))
         numbers[:, : len(self.table[0])] = self.table
         t, values = numbers[:, 0], numbers[:, 1:]
-        found = np.zeros((len(t) - 1, 6, 4))
+        found = np.zeros((len(t) - 1, 2 * COMPONENTS, CUBIC))
         if self.interpolation == 'linear':
             found[:, :, 0] = values[:-1]
             found[:, :, 1] = np.diff(values, axis=0) / np.diff(t)[:, None]
@@ -147,7 +169,7 @@ class TimeTable:
         """
         place = pushed(places, self.body, self.point)
         t, coefficients = self._coefficients()
-        if place.turns < 0 and np.any(coefficients[:, 3:]):
+        if place.turns < 0 and np.any(coefficients[:, COMPONENTS:]):
             raise InvalidModel(
                 f'a torque over time on the point mass {self.body!r}, which has no orientation'
             )
@@ -157,7 +179,7 @@ class TimeTable:
                 np.einsum('ji,kjl->kil', axes, part) for part in np.split(coefficients, 2, axis=1)
             ]
             coefficients = np.concatenate(turned, axis=1)
-        intervals = np.concatenate((t[:-1, None], coefficients.reshape(-1, 24)), axis=1)
+        intervals = np.concatenate((t[:-1, None], coefficients.reshape(-1, SIZE - 1)), axis=1)
         in_body = 1.0 if self.frame == 'body' else 0.0
         row = (
             *place.numbers(),

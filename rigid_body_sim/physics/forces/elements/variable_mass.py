@@ -12,55 +12,51 @@ equations and the model.
 
 from __future__ import annotations
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.forces.element import Places
 from rigid_body_sim.physics.model.scene import Body, Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
-from rigid_body_sim.physics.state.blocks import (
-    FX,
-    FY,
-    FZ,
-    ROTATION,
-    TRANSLATION,
-    TX,
-    TY,
-    TZ,
-    at,
-    to_world,
-)
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.state.blocks import LANES, ROTATION, TRANSLATION, at, to_world
+from rigid_body_sim.physics.vectors import add, load, load_strided, scale, store_strided
 
 NAME = 'variable_mass'
-COLUMNS = 12
-SWITCH = 11  # column: 1 while the flow lasts
+
+columns = Record()
+BODY = columns.number('-', 'core index')
+RIGID = columns.number('-', 'index among the rigid bodies; -1: none of them')
+MASS = columns.number('kg', 'm0: at the start of the scene')
+RATE = columns.number('kg/s', 'of the mass')
+FINAL_RATIO = columns.number('-', 'm0 / m after the flow')
+EXHAUST_VELOCITY = columns.vector('m/s', 'u, principal axes; of a point mass, world axes')
+WEIGHT = columns.vector('N', 'm0 g')
+FLOWS = columns.number('-', '1 while the flow lasts, else 0: the switch')
+COLUMNS = columns.size
+SWITCH = FLOWS
 
 
 @inline
 def accumulate(elements, start, count, time, translation, rotation):
-    """
-    Scale what acts on each body: rows of index, turns, m0, rate, m0/final mass, u (3), weight (3),
-    flowing.
-    """
-    for e in range(count):
-        m = start + 12 * e
-        index = int(elements[m])
-        turns = int(elements[m + 1])
-        rate = elements[m + 3]
-        ratio = elements[m + 4]
-        tx = ty = tz = 0.0
-        if elements[m + 11] != 0.0:
-            ratio = elements[m + 2] / (elements[m + 2] + rate * time)
-            tx, ty, tz = rate * elements[m + 5], rate * elements[m + 6], rate * elements[m + 7]
-            if turns >= 0:
-                tx, ty, tz = to_world(rotation, turns, tx, ty, tz)
-        k = at(index, TRANSLATION)
-        translation[k + FX] = elements[m + 8] + ratio * (translation[k + FX] + tx)
-        translation[k + FY] = elements[m + 9] + ratio * (translation[k + FY] + ty)
-        translation[k + FZ] = elements[m + 10] + ratio * (translation[k + FZ] + tz)
-        if turns >= 0:
-            k = at(turns, ROTATION)
-            rotation[k + TX] *= ratio
-            rotation[k + TY] *= ratio
-            rotation[k + TZ] *= ratio
+    """Scale what acts on each body, and add thrust and weight."""
+    for number in range(count):
+        row = start + COLUMNS * number
+        body = int(elements[row + BODY])
+        rigid = int(elements[row + RIGID])
+        rate = elements[row + RATE]
+        ratio = elements[row + FINAL_RATIO]
+        thrust = (0.0, 0.0, 0.0)
+        if elements[row + FLOWS] != 0.0:
+            ratio = elements[row + MASS] / (elements[row + MASS] + rate * time)
+            thrust = scale(rate, load(elements, row + EXHAUST_VELOCITY))
+            if rigid >= 0:
+                thrust = to_world(rotation, rigid, thrust)
+        k = at(body, TRANSLATION) + blocks.FORCE
+        force = scale(ratio, add(load_strided(translation, k, LANES), thrust))
+        store_strided(translation, k, LANES, add(load(elements, row + WEIGHT), force))
+        if rigid >= 0:
+            k = at(rigid, ROTATION) + blocks.TORQUE
+            store_strided(rotation, k, LANES, scale(ratio, load_strided(rotation, k, LANES)))
 
 
 def row(body: Body, places: Places, gravity: Vector) -> tuple[float, ...]:

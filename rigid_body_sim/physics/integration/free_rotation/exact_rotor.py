@@ -36,6 +36,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.integration.free_rotation.euler import exponential
 from rigid_body_sim.physics.integration.free_rotation.jacobi_functions import (
@@ -47,6 +48,7 @@ from rigid_body_sim.physics.integration.free_rotation.jacobi_functions import (
 from rigid_body_sim.physics.state.blocks import (
     I1,
     J1,
+    LANES,
     LX,
     LY,
     LZ,
@@ -66,11 +68,17 @@ LONGEST = 1200.0  # [-] of nu t in a step; beyond it a step has no meaning left
 NODES = (0.2386191860831969, 0.6612093864662645, 0.9324695142031521)  # Gauss–Legendre, six points
 WEIGHTS = (0.4679139345726910, 0.3607615730481386, 0.1713244923791704)
 
-LOW, MIDDLE, HIGH = 0, 64, 128  # which body axis, as an offset of rows: 0, 64 or 128
-HAND = 192  # 1, or -1 where the sorted axes are left-handed
-AXIS = 256  # of symmetry, as an offset of rows; -1 where no two moments are equal
-MEANS = 320
-METHOD = 320 + 128 * PAIRS  # numbers in a block
+# the three body axes as offsets of rows
+AXIS_1, AXIS_2, AXIS_3 = 0, LANES, 2 * LANES
+
+of_body = Record(stride=LANES)
+LOW = of_body.number('-', 'body axis of the lowest moment, as an offset of rows')
+MIDDLE = of_body.number('-', 'of the middle one')
+HIGH = of_body.number('-', 'of the highest one')
+HAND = of_body.number('-', '1, or -1 where the sorted axes are left-handed')
+AXIS = of_body.number('-', 'of symmetry, as an offset of rows; -1: no two moments are equal')
+MEANS = of_body.numbers(2 * PAIRS, '-', 'room for the means')
+METHOD = of_body.size  # numbers in a block
 
 # [-] square of half an angle up to which the rational sine and cosine are right to 1e-16
 SMALL = 0.07
@@ -81,21 +89,20 @@ def coefficients(moments: NDArray[np.float64]) -> NDArray[np.float64]:
     Sort the axes of each body.
 
         moments : (n, 3) [kg m^2]
-        returns : (n, METHOD / 64): row offsets of the axes of lowest, middle and highest moment,
-              hand, row offset of the axis of symmetry or -1, room for means
+        returns : (n, METHOD / LANES): LOW, MIDDLE, HIGH, HAND, AXIS and room for means
     """
     order = np.argsort(moments, axis=1, kind='stable')
     hand = np.where((order[:, 1] - order[:, 0]) % 3 == 1, 1.0, -1.0)
     equal = moments[:, [1, 2, 0]] == moments[:, [2, 0, 1]]
-    axis = np.where(equal.any(axis=1), 64.0 * equal.argmax(axis=1), -1.0)
+    axis = np.where(equal.any(axis=1), float(LANES) * equal.argmax(axis=1), -1.0)
     room = np.zeros((len(moments), 2 * PAIRS))
-    return np.hstack([64.0 * order, hand[:, None], axis[:, None], room]).astype(np.float64)
+    return np.hstack([float(LANES) * order, hand[:, None], axis[:, None], room]).astype(np.float64)
 
 
 @inline
 def _pick(offset, a, b, c):
     """Give the component along the axis of a row offset."""
-    return a if offset == 0 else (b if offset == 64 else c)
+    return a if offset == AXIS_1 else (b if offset == AXIS_2 else c)
 
 
 @inline
@@ -252,7 +259,7 @@ def _symmetric(k, h, axis, s):
     x, y, z, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
     l1, l2, l3 = s[k + LX], s[k + LY], s[k + LZ]
     m1, m2, m3 = rotate(-x, -y, -z, w, l1, l2, l3)
-    over = s[k + J1 + 64] if axis == 0 else s[k + J1]
+    over = s[k + J1 + AXIS_2] if axis == AXIS_1 else s[k + J1]
     spin = (0.5 * h) * _pick(axis, m1, m2, m3) * (s[k + J1 + axis] - over)
     f = 0.5 * h * over
     a, b, c, d = _exponential(f * l1, f * l2, f * l3)
@@ -263,7 +270,9 @@ def _symmetric(k, h, axis, s):
         d * w - (a * x + b * y + c * z),
     )
     a, b, c, d = _exponential(
-        spin if axis == 0 else 0.0, spin if axis == 64 else 0.0, spin if axis == 128 else 0.0
+        spin if axis == AXIS_1 else 0.0,
+        spin if axis == AXIS_2 else 0.0,
+        spin if axis == AXIS_3 else 0.0,
     )
     s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = _turned(x, y, z, w, a, b, c, d)
 
@@ -309,7 +318,7 @@ def drift(block, lanes, kick, h, rotation, method):
             )
             c *= hand
             # back to the order of the body: which of low, middle, high is axis 1, 2, 3
-            e1 = a if low == 0 else (b if middle == 0 else c)
-            e2 = a if low == 64 else (b if middle == 64 else c)
-            e3 = a if low == 128 else (b if middle == 128 else c)
+            e1 = a if low == AXIS_1 else (b if middle == AXIS_1 else c)
+            e2 = a if low == AXIS_2 else (b if middle == AXIS_2 else c)
+            e3 = a if low == AXIS_3 else (b if middle == AXIS_3 else c)
             s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = _turned(x, y, z, w, e1, e2, e3, d)

@@ -27,7 +27,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rigid_body_sim.physics.compile.kernels import inline, kernel, specialise
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.state.blocks import (
     J1,
     J2,
@@ -60,8 +60,7 @@ KAHAN_LI_6 = (
     0.39216144400731413928,
 )
 
-# bound by `specialise`
-SHARES: tuple[float, ...] = (1.0,)
+SHARES = slot('[-] shares of the step, one for each stage')
 
 
 @inline

@@ -37,6 +37,7 @@ from rigid_body_sim.physics.state.blocks import (
     J1,
     J2,
     J3,
+    LANES,
     LX,
     LY,
     LZ,
@@ -48,7 +49,8 @@ from rigid_body_sim.physics.state.blocks import (
     TX,
     TY,
     TZ,
-    rotate,
+    rotated_back,
+    select,
 )
 
 # [-] first change of w over |w| in two steps with one Jacobian; the error left is at most its
@@ -60,7 +62,7 @@ CAREFULLY_CONVERGED = (
 MORE_STEPS = 40  # of the careful pass, before the step is halved
 HALVINGS = 10  # beyond h |omega| = 1000 rad a step has no meaning left
 
-METHOD = 64  # numbers in a block of coefficients: 1 where the fast pass did not converge
+METHOD = LANES  # numbers in a block of coefficients: 1 where the fast pass did not converge
 
 
 def coefficients(moments: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -69,14 +71,17 @@ def coefficients(moments: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @inline
-def _two_steps(a, b, c, m1, m2, m3, i1, i2, i3, e1, e2, e3):
+def _two_steps(w, m, moments, gyroscopic):
     """
-    Improve w = (a, b, c) in I w + (h/2) w x I w = m twice with one Jacobian, inverted by Cramer's
-    rule.
+    Improve w in I w + (h/2) w x I w = m twice with one Jacobian, inverted by Cramer's rule.
 
-        e1, e2, e3 : (h/2) (I2 - I3), (h/2) (I3 - I1), (h/2) (I1 - I2)
+        gyroscopic : (h/2) (I2 - I3), (h/2) (I3 - I1), (h/2) (I1 - I2)
         returns    : new w, size of the first change
     """
+    a, b, c = w
+    m1, m2, m3 = m
+    i1, i2, i3 = moments
+    e1, e2, e3 = gyroscopic
     ac, ab = -e1 * c, -e1 * b
     bc, ba = -e2 * c, -e2 * a
     cb, ca = -e3 * b, -e3 * a
@@ -89,10 +94,10 @@ def _two_steps(a, b, c, m1, m2, m3, i1, i2, i3, e1, e2, e3):
     r1 = (i1 * a - e1 * b * c - m1) * over
     r2 = (i2 * b - e2 * c * a - m2) * over
     r3 = (i3 * c - e3 * a * b - m3) * over
-    u = n11 * r1 + n12 * r2 + n13 * r3
-    v = n21 * r1 + n22 * r2 + n23 * r3
-    w = n31 * r1 + n32 * r2 + n33 * r3
-    a, b, c = a - u, b - v, c - w
+    da = n11 * r1 + n12 * r2 + n13 * r3
+    db = n21 * r1 + n22 * r2 + n23 * r3
+    dc = n31 * r1 + n32 * r2 + n33 * r3
+    a, b, c = a - da, b - db, c - dc
     r1 = (i1 * a - e1 * b * c - m1) * over
     r2 = (i2 * b - e2 * c * a - m2) * over
     r3 = (i3 * c - e3 * a * b - m3) * over
@@ -100,13 +105,14 @@ def _two_steps(a, b, c, m1, m2, m3, i1, i2, i3, e1, e2, e3):
         a - (n11 * r1 + n12 * r2 + n13 * r3),
         b - (n21 * r1 + n22 * r2 + n23 * r3),
         c - (n31 * r1 + n32 * r2 + n33 * r3),
-        abs(u) + abs(v) + abs(w),
-    )
+    ), abs(da) + abs(db) + abs(dc)
 
 
 @inline
-def _turned(x, y, z, w, u1, u2, u3):
-    """Attitude q (u, 1), normalised."""
+def _turned(q, g, rate):
+    """Attitude q (u, 1), normalised, of u = g rate."""
+    x, y, z, w = q
+    u1, u2, u3 = g * rate[0], g * rate[1], g * rate[2]
     n = 1.5 - 0.5 * (x * x + y * y + z * z + w * w)
     n = n / math.sqrt(1.0 + (u1 * u1 + u2 * u2 + u3 * u3))
     return (
@@ -117,38 +123,59 @@ def _turned(x, y, z, w, u1, u2, u3):
     )
 
 
+@inline
+def _gyroscopic(g, moments):
+    """Products of half the step with the differences of the moments."""
+    i1, i2, i3 = moments
+    return g * (i2 - i3), g * (i3 - i1), g * (i1 - i2)
+
+
 @kernel
 def _carefully(k, h, s):
     """Turn one body with as many Newton steps as it takes, and in as many equal parts."""
-    i1, i2, i3 = s[k + I1], s[k + I2], s[k + I3]
+    momentum = s[k + LX], s[k + LY], s[k + LZ]
+    moments = s[k + I1], s[k + I2], s[k + I3]
     parts = 1
     for _halving in range(HALVINGS + 1):
-        x, y, z, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+        q = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
         g = 0.5 * h / parts
         done = 0
         while done < parts:
-            m1, m2, m3 = rotate(-x, -y, -z, w, s[k + LX], s[k + LY], s[k + LZ])
-            a, b, c = m1 * s[k + J1], m2 * s[k + J2], m3 * s[k + J3]
+            m = rotated_back(q, momentum)
+            w = m[0] * s[k + J1], m[1] * s[k + J2], m[2] * s[k + J3]
             converged = False
             steps = 0
             while not converged and steps < MORE_STEPS:
-                a, b, c, change = _two_steps(
-                    a, b, c, m1, m2, m3, i1, i2, i3, g * (i2 - i3), g * (i3 - i1), g * (i1 - i2)
-                )
-                size = abs(a) + abs(b) + abs(c)
+                w, change = _two_steps(w, m, moments, _gyroscopic(g, moments))
+                size = abs(w[0]) + abs(w[1]) + abs(w[2])
                 if not size < 1e150:
                     break
                 converged = change <= CAREFULLY_CONVERGED * size
                 steps += 1
             if not converged:
                 break
-            x, y, z, w = _turned(x, y, z, w, g * a, g * b, g * c)
+            q = _turned(q, g, w)
             done += 1
         if done == parts:
-            s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, y, z, w
+            s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = q
             return
         parts *= 2
     s[k + QW] = math.nan  # the check at the end of the call reports it
+
+
+@inline
+def _guess(m, inverses, gyroscopic):
+    """Angular velocity from I^-1 m by two sweeps (Gauss–Seidel)."""
+    m1, m2, m3 = m
+    v1, v2, v3 = inverses
+    e1, e2, e3 = gyroscopic
+    b, c = m2 * v2, m3 * v3
+    a = (m1 + e1 * b * c) * v1
+    b = (m2 + e2 * c * a) * v2
+    c = (m3 + e3 * a * b) * v3
+    a = (m1 + e1 * b * c) * v1
+    b = (m2 + e2 * c * a) * v2
+    return a, b, (m3 + e3 * a * b) * v3
 
 
 @kernel
@@ -168,28 +195,17 @@ def drift(block, lanes, kick, h, rotation, method):
     g = 0.5 * h
     missed = 0
     for k in range(lanes):
-        x, y, z, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+        q = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
         l1 = s[k + LX] + kick * s[k + TX]
         l2 = s[k + LY] + kick * s[k + TY]
         l3 = s[k + LZ] + kick * s[k + TZ]
-        m1, m2, m3 = rotate(-x, -y, -z, w, l1, l2, l3)
-        i1, i2, i3 = s[k + I1], s[k + I2], s[k + I3]
-        v1, v2, v3 = s[k + J1], s[k + J2], s[k + J3]
-        e1, e2, e3 = g * (i2 - i3), g * (i3 - i1), g * (i1 - i2)
-        b, c = m2 * v2, m3 * v3
-        a = (m1 + e1 * b * c) * v1
-        b = (m2 + e2 * c * a) * v2
-        c = (m3 + e3 * a * b) * v3
-        a = (m1 + e1 * b * c) * v1
-        b = (m2 + e2 * c * a) * v2
-        c = (m3 + e3 * a * b) * v3
-        a, b, c, change = _two_steps(a, b, c, m1, m2, m3, i1, i2, i3, e1, e2, e3)
-        good = change <= CONVERGED * (abs(a) + abs(b) + abs(c))
-        p, r, t, v = _turned(x, y, z, w, g * a, g * b, g * c)
-        s[k + QX] = p if good else x
-        s[k + QY] = r if good else y
-        s[k + QZ] = t if good else z
-        s[k + QW] = v if good else w
+        m = rotated_back(q, (l1, l2, l3))
+        moments = s[k + I1], s[k + I2], s[k + I3]
+        gyroscopic = _gyroscopic(g, moments)
+        w = _guess(m, (s[k + J1], s[k + J2], s[k + J3]), gyroscopic)
+        w, change = _two_steps(w, m, moments, gyroscopic)
+        good = change <= CONVERGED * (abs(w[0]) + abs(w[1]) + abs(w[2]))
+        s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = select(good, _turned(q, g, w), q)
         s[k + LX], s[k + LY], s[k + LZ] = l1, l2, l3
         flags[k] = 0.0 if good else 1.0
         missed += 0 if good else 1

@@ -16,7 +16,9 @@ from __future__ import annotations
 import math
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.state.blocks import LANES
 
+PAIR = 2 * LANES  # numbers from a row of means to the next: a, then b
 PAIRS = 10  # of means at most: nine from k' = SEPARATRIX
 MEET = 1e-8  # [-] relative distance of the means at which to stop; the error is its square
 SEPARATRIX = 1e-12  # [-] k' below which sn = tanh, cn = dn = 1/cosh: an error of k'^2 exp(2 u)
@@ -36,8 +38,8 @@ def means(k_c, pairs, k):
     b = k_c
     count = 0
     while True:
-        pairs[k + 128 * count] = a
-        pairs[k + 128 * count + 64] = b
+        pairs[k + PAIR * count] = a
+        pairs[k + PAIR * count + LANES] = b
         count += 1
         limit = 0.5 * (a + b)
         if not abs(a - b) > MEET * a or count == PAIRS:
@@ -61,10 +63,10 @@ def jacobi(u, count, limit, pairs, k):
     c = limit * a
     d = 1.0
     for j in range(count - 1, -1, -1):
-        mean = pairs[k + 128 * j]
+        mean = pairs[k + PAIR * j]
         a = c * a
         c = d * c
-        d = (pairs[k + 128 * j + 64] + a) / (mean + a)
+        d = (pairs[k + PAIR * j + LANES] + a) / (mean + a)
         a = c / mean
     sn = math.copysign(1.0 / math.sqrt(c * c + 1.0), sine)
     return sn, c * sn, d

@@ -34,8 +34,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import inline, specialise, unbound
+from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.integration.free_rotation.moser_veselov_series import (
+    AA,
+    AAA,
+    AAAA,
+    AAAH,
+    AAH,
+    AAHH,
+    AH,
+    AHH,
+    AHHH,
+    HH,
+    HHH,
+    HHHH,
+    A,
+    H,
     series,
     series_rows,
 )
@@ -46,6 +60,7 @@ from rigid_body_sim.physics.state.blocks import (
     J1,
     J2,
     J3,
+    LANES,
     LX,
     LY,
     LZ,
@@ -57,74 +72,110 @@ from rigid_body_sim.physics.state.blocks import (
     TX,
     TY,
     TZ,
-    rotate,
+    rotated_back,
+    select,
     wide,
 )
+from rigid_body_sim.physics.vectors import dot
 
 CONVERGED = 1e-14  # [-] change of c in the last sweep over |c|; a hundredth of it is left
 LOST = 1e9  # [-] |c| from which iteration runs away
 MORE_SWEEPS = 60  # of the careful pass, before the step is halved
 HALVINGS = 10  # beyond h |omega| = 1000 rad a step has no meaning left
 
-# bound for each order by `specialise`; rows of its block: the series s, the series d, two more
-ORDER = 6
-SERIES_D = 320
-MISSED = 640  # 1 where no pass has converged yet
-LATE = 704  # in its first lane: whether the fast pass failed some lane in the step before
-METHOD = 768  # numbers in a block
-patiently: Callable[..., Any] = unbound
-carefully: Callable[..., Any] = unbound
+ORDER = slot('[-] 2, 4, 6, 8 or 10')
+SERIES_D = slot('[-] place of the series d in a block, behind the series s')
+MISSED = slot('[-] place of the row that is 1 where no pass has converged yet')
+LATE = slot('[-] place of the number: whether the fast pass failed some lane in the step before')
+METHOD = slot('[-] numbers in a block')
+patiently = slot(
+    'kernel (lanes, h, s, method): turns the lanes marked in MISSED, see `_patiently`'
+)
+carefully = slot('kernel (k, h, s, method): turns one body, see `_carefully`')
 
 
 @inline
-def _series(order, p, t, m, k):
-    """Sum the terms of a series in p = A and t = H that an order takes."""
+def _series(order, a, h, method, k):
+    """Sum the terms of a series in a = A and h = H that an order takes."""
     if order == 2:
         return 0.0
     if order == 4:
-        return p * m[k] + t * m[k + 64]
-    low = p * (m[k] + p * m[k + 128] + t * m[k + 192]) + t * (m[k + 64] + t * m[k + 256])
+        return a * method[k + A] + h * method[k + H]
+    low = a * (method[k + A] + a * method[k + AA] + h * method[k + AH]) + h * (
+        method[k + H] + h * method[k + HH]
+    )
     if order == 6:
         return low
-    pp = p * p
-    tt = t * t
-    high = pp * (p * m[k + 320] + t * m[k + 384]) + tt * (p * m[k + 448] + t * m[k + 512])
+    aa = a * a
+    hh = h * h
+    high = aa * (a * method[k + AAA] + h * method[k + AAH]) + hh * (
+        a * method[k + AHH] + h * method[k + HHH]
+    )
     if order == 8:
         return low + high
-    pt = p * t
-    highest = pp * (pp * m[k + 576] + pt * m[k + 640] + tt * m[k + 704]) + tt * (
-        pt * m[k + 768] + tt * m[k + 832]
+    ah = a * h
+    highest = aa * (aa * method[k + AAAA] + ah * method[k + AAAH] + hh * method[k + AAHH]) + hh * (
+        ah * method[k + AHHH] + hh * method[k + HHHH]
     )
     return low + (high + highest)
 
 
 @inline
-def _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3):
+def _size(c):
+    """Sum of the sizes of the components."""
+    return abs(c[0]) + abs(c[1]) + abs(c[2])
+
+
+@inline
+def _sweep(c, a, b):
     """Renew c once, each component with the newest of the others (Gauss–Seidel)."""
+    c1, c2, c3 = c
     alpha = 1.0 + (c1 * c1 + c2 * c2 + c3 * c3)
-    n1 = alpha * b1 + a1 * c2 * c3
-    n2 = alpha * b2 + a2 * c3 * n1
-    n3 = alpha * b3 + a3 * n1 * n2
-    return n1, n2, n3, abs(n1 - c1) + abs(n2 - c2) + abs(n3 - c3)
+    n1 = alpha * b[0] + a[0] * c2 * c3
+    n2 = alpha * b[1] + a[1] * c3 * n1
+    n3 = alpha * b[2] + a[2] * n1 * n2
+    return (n1, n2, n3), abs(n1 - c1) + abs(n2 - c2) + abs(n3 - c3)
 
 
 @inline
-def _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3):
+def _five_sweeps(c, a, b):
+    """Renew c five times; give the last change too."""
+    c, change = _sweep(c, a, b)
+    c, change = _sweep(c, a, b)
+    c, change = _sweep(c, a, b)
+    c, change = _sweep(c, a, b)
+    return _sweep(c, a, b)
+
+
+@inline
+def _settle(c, good, a, b):
     """Sweep once more, unless c is good."""
-    n1, n2, n3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-    size = abs(n1) + abs(n2) + abs(n3)
+    n, change = _sweep(c, a, b)
+    size = _size(n)
     settled = good | ((change <= 0.1 * CONVERGED * size) & (size < LOST))
-    return c1 if good else n1, c2 if good else n2, c3 if good else n3, settled
+    return (
+        c[0] if good else n[0],
+        c[1] if good else n[1],
+        c[2] if good else n[2],
+    ), settled
 
 
 @inline
-def _equation(order, series_d, m1, m2, m3, h, i1, i2, i3, v1, v2, v3, method, k):
-    """Set up a and b, and guess c."""
+def _equation(order, series_d, m, h, moments, inverses, method, k):
+    """
+    Set up a and b, and guess c; of the modified inverse moments also the least.
+
+        m                 : (3,) [kg m^2/s]  angular momentum
+        moments, inverses : (3,)             I and 1/I; all of them principal axes
+    """
+    m1, m2, m3 = m
+    i1, i2, i3 = moments
+    v1, v2, v3 = inverses
     half = 0.5 * h * h
-    p = half * (m1 * m1 + m2 * m2 + m3 * m3)
-    t = half * (m1 * m1 * v1 + m2 * m2 * v2 + m3 * m3 * v3)
-    scale = 1.0 + _series(order, p, t, method, k)
-    shift = _series(order, p, t, method, k + series_d)
+    of_momentum = half * dot(m, m)
+    of_energy = half * (m1 * m1 * v1 + m2 * m2 * v2 + m3 * m3 * v3)
+    scale = 1.0 + _series(order, of_momentum, of_energy, method, k)
+    shift = _series(order, of_momentum, of_energy, method, k + series_d)
     j1 = scale * v1 + shift
     j2 = scale * v2 + shift
     j3 = scale * v3 + shift
@@ -141,12 +192,14 @@ def _equation(order, series_d, m1, m2, m3, h, i1, i2, i3, v1, v2, v3, method, k)
     c1 = alpha * (b1 + a1 * b2 * b3 * alpha)
     c2 = alpha * (b2 + a2 * c1 * b3)
     c3 = alpha * b3 + a3 * c1 * c2
-    return a1, a2, a3, b1, b2, b3, c1, c2, c3, min(j1, j2, j3)
+    return (a1, a2, a3), (b1, b2, b3), (c1, c2, c3), min(j1, j2, j3)
 
 
 @inline
-def _turned(x, y, z, w, c1, c2, c3):
+def _turned(q, c):
     """Attitude q (c, 1), normalised."""
+    x, y, z, w = q
+    c1, c2, c3 = c
     n = 1.0 / math.sqrt(1.0 + (c1 * c1 + c2 * c2 + c3 * c3))
     u = (x + (w * c1 + (y * c3 - z * c2))) * n
     v = (y + (w * c2 + (z * c1 - x * c3))) * n
@@ -158,38 +211,37 @@ def _turned(x, y, z, w, c1, c2, c3):
 
 def _carefully(k, h, s, method):
     """Turn one body with as many sweeps as it takes, and in as many equal parts."""
-    i1, i2, i3 = s[k + I1], s[k + I2], s[k + I3]
-    v1, v2, v3 = s[k + J1], s[k + J2], s[k + J3]
+    momentum = s[k + LX], s[k + LY], s[k + LZ]
+    moments = s[k + I1], s[k + I2], s[k + I3]
+    inverses = s[k + J1], s[k + J2], s[k + J3]
     parts = 1
     for _halving in range(HALVINGS + 1):
-        x, y, z, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+        q = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
         done = 0
         while done < parts:
-            m1, m2, m3 = rotate(-x, -y, -z, w, s[k + LX], s[k + LY], s[k + LZ])
-            a1, a2, a3, b1, b2, b3, c1, c2, c3, least = _equation(
-                ORDER, SERIES_D, m1, m2, m3, h / parts, i1, i2, i3, v1, v2, v3, method, k
-            )
+            m = rotated_back(q, momentum)
+            a, b, c, least = _equation(ORDER, SERIES_D, m, h / parts, moments, inverses, method, k)
             converged = False
             sweeps = 0
             while least > 0.0 and not converged and sweeps < MORE_SWEEPS:
-                c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-                size = abs(c1) + abs(c2) + abs(c3)
+                c, change = _sweep(c, a, b)
+                size = _size(c)
                 if not size < LOST:
                     break
                 converged = change <= 0.1 * CONVERGED * size
                 sweeps += 1
             if not converged:
                 break
-            x, y, z, w = _turned(x, y, z, w, c1, c2, c3)
+            q = _turned(q, c)
             done += 1
         if done == parts:
-            s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, y, z, w
+            s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = q
             return
         parts *= 2
     s[k + QW] = math.nan  # the check at the end of the call reports it
 
 
-def _patiently(lanes, h, s, m):
+def _patiently(lanes, h, s, method):
     """
     Turn the lanes that are marked in MISSED: fifteen sweeps, in which a settled lane stands still.
 
@@ -198,42 +250,30 @@ def _patiently(lanes, h, s, m):
     late = 0
     missed = 0
     for k in range(lanes):
-        x = s[k + QX]
-        y = s[k + QY]
-        z = s[k + QZ]
-        w = s[k + QW]
-        m1, m2, m3 = rotate(-x, -y, -z, w, s[k + LX], s[k + LY], s[k + LZ])
-        a1, a2, a3, b1, b2, b3, c1, c2, c3, least = _equation(
-            ORDER, SERIES_D, m1, m2, m3, h, s[k + I1], s[k + I2], s[k + I3],
-            s[k + J1], s[k + J2], s[k + J3], m, k,
-        )  # fmt: skip
-        c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-        size = abs(c1) + abs(c2) + abs(c3)
+        q = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+        m = rotated_back(q, (s[k + LX], s[k + LY], s[k + LZ]))
+        moments = s[k + I1], s[k + I2], s[k + I3]
+        inverses = s[k + J1], s[k + J2], s[k + J3]
+        a, b, c, least = _equation(ORDER, SERIES_D, m, h, moments, inverses, method, k)
+        c, change = _five_sweeps(c, a, b)
+        size = _size(c)
         early = (change <= CONVERGED * size) & (size < LOST) & (least > 0.0)
         good = early
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
-        c1, c2, c3, good = _settle(c1, c2, c3, good, a1, a2, a3, b1, b2, b3)
+        c, good = _settle(c, good, a, b)
+        c, good = _settle(c, good, a, b)
+        c, good = _settle(c, good, a, b)
+        c, good = _settle(c, good, a, b)
+        c, good = _settle(c, good, a, b)
+        c, good = _settle(c, good, a, b)
+        c, good = _settle(c, good, a, b)
+        c, good = _settle(c, good, a, b)
+        c, good = _settle(c, good, a, b)
+        c, good = _settle(c, good, a, b)
         good = good & (least > 0.0)
-        waiting = m[k + MISSED] > 0.0
+        waiting = method[k + MISSED] > 0.0
         taken = good & waiting
-        u, v, t, r = _turned(x, y, z, w, c1, c2, c3)
-        s[k + QX] = u if taken else x
-        s[k + QY] = v if taken else y
-        s[k + QZ] = t if taken else z
-        s[k + QW] = r if taken else w
-        m[k + MISSED] = 0.0 if good else m[k + MISSED]
+        s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = select(taken, _turned(q, c), q)
+        method[k + MISSED] = 0.0 if good else method[k + MISSED]
         late += 0 if early else 1
         missed += 0 if good else 1
     return late, missed
@@ -253,74 +293,62 @@ def _drift(block, lanes, kick, h, rotation, method):
     choice nor the neighbours of a body can be seen in the result.
     """
     s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-    m = method[block * METHOD : block * METHOD + METHOD]
+    own = method[block * METHOD : block * METHOD + METHOD]
     missed = 0
     full = wide(lanes)
-    if m[LATE] > 0.0:
+    if own[LATE] > 0.0:
         for k in range(full):
             s[k + LX] = s[k + LX] + kick * s[k + TX]
             s[k + LY] = s[k + LY] + kick * s[k + TY]
             s[k + LZ] = s[k + LZ] + kick * s[k + TZ]
-            m[k + MISSED] = 1.0
-        late, missed = patiently(full, h, s, m)
-        m[LATE] = 1.0 if late > 0 else 0.0
+            own[k + MISSED] = 1.0
+        late, missed = patiently(full, h, s, own)
+        own[LATE] = 1.0 if late > 0 else 0.0
     else:
         for k in range(full):
-            x = s[k + QX]
-            y = s[k + QY]
-            z = s[k + QZ]
-            w = s[k + QW]
+            q = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
             l1 = s[k + LX] + kick * s[k + TX]
             l2 = s[k + LY] + kick * s[k + TY]
             l3 = s[k + LZ] + kick * s[k + TZ]
-            m1, m2, m3 = rotate(-x, -y, -z, w, l1, l2, l3)
-            a1, a2, a3, b1, b2, b3, c1, c2, c3, least = _equation(
-                ORDER, SERIES_D, m1, m2, m3, h, s[k + I1], s[k + I2], s[k + I3],
-                s[k + J1], s[k + J2], s[k + J3], m, k,
-            )  # fmt: skip
-            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-            c1, c2, c3, change = _sweep(c1, c2, c3, a1, a2, a3, b1, b2, b3)
-            size = abs(c1) + abs(c2) + abs(c3)
+            m = rotated_back(q, (l1, l2, l3))
+            moments = s[k + I1], s[k + I2], s[k + I3]
+            inverses = s[k + J1], s[k + J2], s[k + J3]
+            a, b, c, least = _equation(ORDER, SERIES_D, m, h, moments, inverses, own, k)
+            c, change = _five_sweeps(c, a, b)
+            size = _size(c)
             good = (change <= CONVERGED * size) & (size < LOST) & (least > 0.0)
-            u, v, t, r = _turned(x, y, z, w, c1, c2, c3)
-            s[k + QX] = u if good else x
-            s[k + QY] = v if good else y
-            s[k + QZ] = t if good else z
-            s[k + QW] = r if good else w
+            s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = select(good, _turned(q, c), q)
             s[k + LX] = l1
             s[k + LY] = l2
             s[k + LZ] = l3
-            m[k + MISSED] = 0.0 if good else 1.0
+            own[k + MISSED] = 0.0 if good else 1.0
             missed += 0 if good else 1
         if missed > 0:
-            m[LATE] = 1.0
-            _late, missed = patiently(full, h, s, m)
+            own[LATE] = 1.0
+            _late, missed = patiently(full, h, s, own)
     if missed > 0:
         for k in range(lanes):
-            if m[k + MISSED] > 0.0:
-                carefully(k, h, s, m)
+            if own[k + MISSED] > 0.0:
+                carefully(k, h, s, own)
 
 
 def drift(order: int) -> Callable[..., Any]:
     """Make the drift kernel of an order: 2, 4, 6, 8 or 10."""
-    half = 64 * series_rows(order)
-    bindings: dict[str, Any] = {
+    half = LANES * series_rows(order)
+    offered: dict[str, Any] = {
         'ORDER': order,
         'SERIES_D': half,
         'MISSED': 2 * half,
-        'LATE': 2 * half + 64,
-        'METHOD': 2 * half + 128,
+        'LATE': 2 * half + LANES,
+        'METHOD': 2 * half + 2 * LANES,
     }
     name = f'dmv{order}'
     return specialise(
         _drift,
         name=name,
-        patiently=specialise(_patiently, name=name, **bindings),
-        carefully=specialise(_carefully, name=name, **bindings),
-        **bindings,
+        offered=offered,
+        patiently=specialise(_patiently, name=name, offered=offered),
+        carefully=specialise(_carefully, name=name, offered=offered),
     )
 
 

@@ -29,7 +29,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import kernel, specialise, unbound
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import kernel, slot, specialise
 from rigid_body_sim.physics.state.blocks import (
     I1,
     I2,
@@ -37,6 +38,7 @@ from rigid_body_sim.physics.state.blocks import (
     J1,
     J2,
     J3,
+    LANES,
     LX,
     LY,
     LZ,
@@ -48,36 +50,41 @@ from rigid_body_sim.physics.state.blocks import (
     TX,
     TY,
     TZ,
-    rotate,
+    rotated_back,
 )
 
 LONGEST = 0.52  # [rad] of one series, a longer step is divided; 1 costs all but six digits
 FARTHEST = 1000.0  # [rad] beyond it a step has no meaning left
 ROOM = 2  # rows of the method block: the coefficients of one body, one body at a time
-METHOD = 64 * ROOM
+METHOD = LANES * ROOM
 LENGTH = 18  # numbers of a coefficient series in that room: orders to 17
 
-# bound for each order by `specialise`
-ORDER = 16
-series: Callable[..., Any] = unbound
+room_of_body = Record()
+W1 = room_of_body.numbers(LENGTH, 'rad/s', 'series of omega, body axes')
+W2 = room_of_body.numbers(LENGTH, 'rad/s', 'the same')
+W3 = room_of_body.numbers(LENGTH, 'rad/s', 'the same')
+Q1 = room_of_body.numbers(LENGTH, '-', 'series of q')
+Q2 = room_of_body.numbers(LENGTH, '-', 'the same')
+Q3 = room_of_body.numbers(LENGTH, '-', 'the same')
+Q4 = room_of_body.numbers(LENGTH, '-', 'the same')
+SIZE = room_of_body.size
+
+ORDER = slot('[-] highest power of h')
+series = slot('kernel (q, omega, h, rates, room): sums the series, see `_series`')
 
 
-def _series(x, y, z, w, a, b, c, h, k1, k2, k3, room):
+def _series(q, omega, h, rates, room):
     """
     Sum the series of q and omega over h.
 
-        x, y, z, w : q at the start        a, b, c : omega at the start, body axes
-        k1, k2, k3 : (I2 - I3) / I1 and cyclic
+        q, omega : at the start, omega in body axes
+        rates    : (3,) (I2 - I3) / I1 and cyclic
     """
-    w1 = room[0:LENGTH]
-    w2 = room[LENGTH : 2 * LENGTH]
-    w3 = room[2 * LENGTH : 3 * LENGTH]
-    q1 = room[3 * LENGTH : 4 * LENGTH]
-    q2 = room[4 * LENGTH : 5 * LENGTH]
-    q3 = room[5 * LENGTH : 6 * LENGTH]
-    q4 = room[6 * LENGTH : 7 * LENGTH]
-    w1[0], w2[0], w3[0] = a, b, c
-    q1[0], q2[0], q3[0], q4[0] = x, y, z, w
+    w1, w2, w3 = room[W1:W2], room[W2:W3], room[W3:Q1]
+    q1, q2, q3, q4 = room[Q1:Q2], room[Q2:Q3], room[Q3:Q4], room[Q4:SIZE]
+    k1, k2, k3 = rates
+    w1[0], w2[0], w3[0] = omega
+    q1[0], q2[0], q3[0], q4[0] = q
     for n in range(ORDER):
         s1 = s2 = s3 = r1 = r2 = r3 = r4 = 0.0
         for j in range(n + 1):
@@ -114,12 +121,14 @@ def _series(x, y, z, w, a, b, c, h, k1, k2, k3, room):
         z += q3[n]
         w += q4[n]
     f = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
-    return x * f, y * f, z * f, w * f, a, b, c
+    return (x * f, y * f, z * f, w * f), (a, b, c)
 
 
 @kernel
-def _scale(a, b, c, k1, k2, k3):
+def _scale(omega, rates):
     """Rate at which a free body turns, or at which its omega changes [rad/s]."""
+    a, b, c = omega
+    k1, k2, k3 = rates
     aa, bb, cc = a * a, b * b, c * c
     change = abs(k2 * k3) * aa + abs(k3 * k1) * bb + abs(k1 * k2) * cc
     return math.sqrt(max(aa + bb + cc, change))
@@ -139,20 +148,22 @@ def _drift(block, lanes, kick, h, rotation, method):
         l2 = s[k + LY] + kick * s[k + TY]
         l3 = s[k + LZ] + kick * s[k + TZ]
         s[k + LX], s[k + LY], s[k + LZ] = l1, l2, l3
-        k1 = (s[k + I2] - s[k + I3]) * s[k + J1]
-        k2 = (s[k + I3] - s[k + I1]) * s[k + J2]
-        k3 = (s[k + I1] - s[k + I2]) * s[k + J3]
-        x, y, z, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
-        a, b, c = rotate(-x, -y, -z, w, l1, l2, l3)
-        a, b, c = a * s[k + J1], b * s[k + J2], c * s[k + J3]
-        span = abs(h) * _scale(a, b, c, k1, k2, k3)
+        rates = (
+            (s[k + I2] - s[k + I3]) * s[k + J1],
+            (s[k + I3] - s[k + I1]) * s[k + J2],
+            (s[k + I1] - s[k + I2]) * s[k + J3],
+        )
+        q = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+        a, b, c = rotated_back(q, (l1, l2, l3))
+        omega = a * s[k + J1], b * s[k + J2], c * s[k + J3]
+        span = abs(h) * _scale(omega, rates)
         if span < FARTHEST:
             parts = max(1, int(math.ceil(span / LONGEST)))
             for _part in range(parts):
-                x, y, z, w, a, b, c = series(x, y, z, w, a, b, c, h / parts, k1, k2, k3, room)
+                q, omega = series(q, omega, h / parts, rates, room)
+            s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = q
         else:
-            w = math.nan  # the check at the end of the call reports it
-        s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, y, z, w
+            s[k + QW] = math.nan  # the check at the end of the call reports it
 
 
 def drift(order: int) -> Callable[..., Any]:
