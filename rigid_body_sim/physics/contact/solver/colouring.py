@@ -26,7 +26,7 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     lane_scratch,
 )
-from rigid_body_sim.physics.contact.solver.surfaces import roundness
+from rigid_body_sim.physics.contact.solver.manifold_constraints import roundness
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
