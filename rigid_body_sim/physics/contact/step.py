@@ -226,7 +226,7 @@ def _advance_ticks(ticks, tick, h, world):
                 continue
         if not detect_contacts(h, world) or not prepare_constraints(now, world):
             return 0.0
-        touching = list_touching_bodies(world)
+        touching = world.touching[0 : count_touching(world)]
         begin_energy_balance(h, touching, world)
         for index in range(substeps):
             if COUPLED and not evaluated:
@@ -395,13 +395,12 @@ def _prepare_constraints(now, world):
 
 
 @inline
-def list_touching_bodies(world: World) -> Any:
-    """List the bodies that some manifold names."""
-    count = list_touching(
+def count_touching(world: World) -> int:
+    """List the bodies that some manifold names; return how many."""
+    return list_touching(
         world.counts[tick_counts.MANIFOLDS], world.motion.body_count,
         world.constraints.manifolds, world.constraints.rows, world.marks, world.touching,
     )  # fmt: skip
-    return world.touching[0:count]
 
 
 def _begin_energy_balance(h, touching, world):
