@@ -187,6 +187,6 @@ def know_forces(patch, *kinds):
         if self._types:
             self._types = [kind for kind in FORCES if kind in (*self._types, *kinds)]
             _, self._ranges, self._switches = stacked(scene.forces, self._types, layout)
-            self.hold(np.zeros((0, held_body_wrench.COLUMNS)))
+            self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
     patch.setattr(ActingElements, '__init__', knowing)
