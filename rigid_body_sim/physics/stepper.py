@@ -70,7 +70,7 @@ class Stepper:
         self._elements = ActingElements(scene, layout)
         self.is_timed = self._elements.is_timed
         self._method = self._blocks_of(self._method_rows())
-        self.contact = _contact_plan(scene, layout, integrator)
+        self.contact = _contact_world(scene, layout, integrator)
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         # methods that differ in how they turn bodies share one kernel where nothing turns
@@ -369,10 +369,10 @@ class Stepper:
         self._return_to(self._start)
 
 
-def _contact_plan(scene: Scene, layout: Layout, integrator: Integrator) -> Any:
-    """Make the plan of the contact mode of a scene; None where nothing touches."""
+def _contact_world(scene: Scene, layout: Layout, integrator: Integrator) -> Any:
+    """Make the contact world of a scene; None where nothing touches."""
     if scene.contact.get('mode', 'none') == 'none':
         return None
-    from rigid_body_sim.physics.contact.world import ContactPlan  # only what a scene needs
+    from rigid_body_sim.physics.contact.world import ContactWorld  # only what a scene needs
 
-    return ContactPlan(scene, layout, integrator)
+    return ContactWorld(scene, layout, integrator)
