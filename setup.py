@@ -42,11 +42,12 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.10',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={f'{NAME}.view': ['*.html'], f'{NAME}.report': ['assets/*']},
+    package_data={NAME: ['py.typed'], f'{NAME}.view': ['*.html'], f'{NAME}.report': ['assets/*']},
     install_requires=[
         'setuptools',
         'matplotlib',
         'mcap',
+        'numba',
         'numpy',
         'PyYAML',
         'scipy',
@@ -54,7 +55,6 @@ setup(
         'trimesh',
     ],
     extras_require={
-        'fast': ['numba'],
         'peers': ['mujoco', 'drake', 'dartpy', 'pin', 'rapier3d'],
         'test': [
             'hypothesis',

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
 from rigid_body_sim.physics.errors import SimulationDiverged
@@ -48,7 +49,7 @@ class Simulation:
     One run of one scene.
 
     scene      : what `rigid_body_sim.load_scene` returns
-    integrator : name in `physics.integrators.INTEGRATORS`; None: the scene's
+    integrator : name in `integration.integrators.INTEGRATORS`; None: the scene's
     integrator_options : its options by name; None: those of the scene if the integrator is the
                          scene's, else defaults
     dt         : [s] a whole number of nanoseconds; None: the scene's
@@ -69,6 +70,7 @@ class Simulation:
         dt: float | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
+        warn_if_plain()
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
         self.integrator, self.choice = choose.resolve(
@@ -106,8 +108,8 @@ class Simulation:
     @property
     def _scene_tick(self) -> float:
         """Ticks since the start of the scene, not whole where a recording has another dt."""
-        if not self._start_ns:
-            return self.tick
+        if not (self._start_ns and self._stepper.is_timed):
+            return self.tick  # an integer, also after a reset: a float has its kernel compiled anew
         return (self.tick * self.dt_ns - self._start_ns) / self.dt_ns
 
     @property

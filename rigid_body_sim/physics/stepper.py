@@ -6,7 +6,7 @@ it is first needed.
 
 A scene in which nothing depends on the state (commands in world axes, uniform gravity) takes the
 free kernel; forces between bodies, drag, or a command in body axes take the coupled one. Where a
-force begins or ends at an instant of its own, the ticks are cut there (`schedule`).
+force begins or ends at an instant of its own, the ticks are cut there (`forces.schedule`).
 """
 
 from __future__ import annotations
@@ -27,15 +27,16 @@ from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import f
 from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.blocks import (
-    FX,
-    HX,
-    KX,
-    LX,
-    PX,
-    QX,
+    ANGULAR_MOMENTUM,
+    FORCE,
+    HELD_FORCE,
+    HELD_TORQUE,
+    LANES,
+    MOMENTUM,
+    ORIENTATION,
     ROTATION,
+    TORQUE,
     TRANSLATION,
-    TX,
     blocks,
     gather,
     rows,
@@ -46,6 +47,7 @@ from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
 
+WORKSPACE = 5  # its place among the arguments of a kernel
 CHUNK = 1000  # [tick] between two copies of the state, to which a diverging run returns
 
 
@@ -68,9 +70,11 @@ class Stepper:
         self._elements = ActingElements(scene, layout)
         self.is_timed = self._elements.is_timed
         self._method = self._blocks_of(self._method_rows())
-        self.contact = _contact_plan(scene, layout, integrator)
+        self.contact = _contact_world(scene, layout, integrator)
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
+        # methods that differ in how they turn bodies share one kernel where nothing turns
+        self._kernel_name = integrator.name if layout.n_rigid else 'points'
         size = self._scheme.workspace(blocks(layout.n_moving))
         self._workspace = np.zeros(size)
         self._workspace[: len(integrator.constants)] = integrator.constants
@@ -89,7 +93,7 @@ class Stepper:
         remembers = self._integrator.remembers
         if remembers is None:
             return self._integrator.coefficients(self._layout.moments)
-        return remembers(gather(self.rotation, ROTATION, QX, 4, self._layout.n_rigid))
+        return remembers(gather(self.rotation, ROTATION, ORIENTATION, 4, self._layout.n_rigid))
 
     @property
     def _state(self) -> tuple[Array, ...]:
@@ -118,10 +122,10 @@ class Stepper:
 
     def memory(self) -> Array:
         """Give what the integrator remembers beside the blocks, (n_rigid, rows); often nothing."""
-        rows_kept = self._method.size // max(1, blocks(self._layout.n_rigid) * 64)
+        rows_kept = self._method.size // max(1, blocks(self._layout.n_rigid) * LANES)
         if self._integrator.remembers is None or not rows_kept:
             return np.zeros((self._layout.n_rigid, 0))
-        return gather(self._method, 64 * rows_kept, 0, rows_kept, self._layout.n_rigid)
+        return gather(self._method, LANES * rows_kept, 0, rows_kept, self._layout.n_rigid)
 
     def remembered(self) -> Array:
         """
@@ -142,9 +146,9 @@ class Stepper:
 
     def _blocks_of(self, coefficients: Array) -> Array:
         width = coefficients.shape[1]
-        array = np.zeros(blocks(self._layout.n_rigid) * 64 * width)
+        array = np.zeros(blocks(self._layout.n_rigid) * LANES * width)
         if array.size:
-            scatter(array, 64 * width, 0, coefficients)
+            scatter(array, LANES * width, 0, coefficients)
         return array
 
     def _take_arguments(self) -> None:
@@ -165,13 +169,15 @@ class Stepper:
         if table.size or self._elements.turning:
             self._elements.set_turning(table)
             self._take_arguments()
-        rows(self.translation, TRANSLATION, FX, 3)[:] = rows(self.translation, TRANSLATION, HX, 3)
-        rows(self.rotation, ROTATION, TX, 3)[:] = rows(self.rotation, ROTATION, KX, 3)
+        held = rows(self.translation, TRANSLATION, HELD_FORCE, 3)
+        rows(self.translation, TRANSLATION, FORCE, 3)[:] = held
+        held = rows(self.rotation, ROTATION, HELD_TORQUE, 3)
+        rows(self.rotation, ROTATION, TORQUE, 3)[:] = held
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
             self._free = (
-                self._scheme.free(self._integrator.name)
+                self._scheme.free(self._kernel_name)
                 if self.contact is None
                 else self.contact.kernel('', None, False)
             )
@@ -197,7 +203,7 @@ class Stepper:
         if self._integrator.wants_derivatives:
             more['derivatives'] = elements.derivatives()
         return self._scheme.coupled(
-            self._integrator.name,
+            self._kernel_name,
             scene=elements.kernel_name,
             evaluate=elements.evaluate(),
             velocity_dependent=elements.depends_on_velocity,
@@ -224,7 +230,11 @@ class Stepper:
             self._workspace = self._integrator.plan(self._scene, self._layout, h)
             self._workspace_step = h
             workspace = argument(self._workspace)
-            self._arguments = (*self._arguments[:5], workspace, *self._arguments[6:])
+            self._arguments = (
+                *self._arguments[:WORKSPACE],
+                workspace,
+                *self._arguments[WORKSPACE + 1 :],
+            )
 
     def prepare(
         self, *, commands_in_body_axes: bool, progress: Callable[[str], None] | None
@@ -341,28 +351,28 @@ class Stepper:
 
     def apply_impulse(self, core: int, linear: Array, angular: Array) -> None:
         """Add to momentum [N s] and angular momentum [N m s], world axes."""
-        block, lane = divmod(core, 64)
+        block, lane = divmod(core, LANES)
         if core < self._layout.n_rigid:
             q = self.orientation(core)
             linear, angular = self._elements.pivots.about_pivot(core, linear, angular, q)
-        rows(self.translation, TRANSLATION, PX, 3)[block, :, lane] += linear
+        rows(self.translation, TRANSLATION, MOMENTUM, 3)[block, :, lane] += linear
         if core < self._layout.n_rigid:
-            rows(self.rotation, ROTATION, LX, 3)[block, :, lane] += angular
+            rows(self.rotation, ROTATION, ANGULAR_MOMENTUM, 3)[block, :, lane] += angular
 
     def orientation(self, core: int) -> Array:
         """Quaternion (4,) of the principal axes of a rigid body."""
-        block, lane = divmod(core, 64)
-        return rows(self.rotation, ROTATION, QX, 4)[block, :, lane].copy()
+        block, lane = divmod(core, LANES)
+        return rows(self.rotation, ROTATION, ORIENTATION, 4)[block, :, lane].copy()
 
     def reset(self) -> None:
         """Return to the start of the scene."""
         self._return_to(self._start)
 
 
-def _contact_plan(scene: Scene, layout: Layout, integrator: Integrator) -> Any:
-    """Make the plan of the contact mode of a scene; None where nothing touches."""
+def _contact_world(scene: Scene, layout: Layout, integrator: Integrator) -> Any:
+    """Make the contact world of a scene; None where nothing touches."""
     if scene.contact.get('mode', 'none') == 'none':
         return None
-    from rigid_body_sim.physics.contact.world import ContactPlan  # only what a scene needs
+    from rigid_body_sim.physics.contact.world import ContactWorld  # only what a scene needs
 
-    return ContactPlan(scene, layout, integrator)
+    return ContactWorld(scene, layout, integrator)

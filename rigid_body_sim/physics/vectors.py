@@ -38,6 +38,19 @@ def load_strided(array: Array, place: int, stride: int) -> Any:
 
 
 @inline
+def load_symmetric(array: Array, place: int) -> Any:
+    """Read a symmetric matrix: xx, xy, xz, yy, yz, zz."""
+    return (
+        array[place],
+        array[place + 1],
+        array[place + 2],
+        array[place + 3],
+        array[place + 4],
+        array[place + 5],
+    )
+
+
+@inline
 def store_strided(array: Array, place: int, stride: int, v: Any) -> None:
     """Write three numbers a stride apart."""
     array[place], array[place + stride], array[place + 2 * stride] = v
@@ -101,3 +114,9 @@ def add_strided(array: Array, place: int, stride: int, v: Any) -> None:
     array[place] += v[0]
     array[place + stride] += v[1]
     array[place + 2 * stride] += v[2]
+
+
+@inline
+def divide(v: Any, divisor: float) -> Any:
+    """Return v / divisor, component by component."""
+    return v[0] / divisor, v[1] / divisor, v[2] / divisor

@@ -20,6 +20,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.ros.bags import Bags, need_free
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.node import SimNode
@@ -96,6 +97,7 @@ def _record_path(settings: Settings) -> Path | None:
 
 def _make_run(node: SimNode, signals: Signals) -> Run:
     """Read the scene and compile what it needs, so that no tick has to wait for it."""
+    warn_if_plain(node.warn)
     settings = node.settings
     scene = load_scene(find_scene(settings.scene))
 

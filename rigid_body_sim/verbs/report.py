@@ -21,6 +21,7 @@ from typing import Any
 from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.report import own_scene, results
 from rigid_body_sim.report.entry import Peer
@@ -35,6 +36,7 @@ from rigid_body_sim.report.publish import publish
 from rigid_body_sim.report.warm_up import warm_up
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
+from rigid_body_sim.verbs.warning_lines import warning_printer
 
 SUMMARY = 'speed against error: tables, plots, one HTML page'
 ALL = 'all'
@@ -95,6 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure problem after problem; exit code 0, or 1 where it was interrupted."""
+    warn_if_plain(warning_printer('report'))
     wanted = _wanted(arguments)
     about = made(repetitions=wanted.repetitions, quick=wanted.quick, seed=SEED)
     done: list[dict[str, Any]] = []

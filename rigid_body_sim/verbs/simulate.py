@@ -16,6 +16,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
@@ -92,6 +93,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Simulate; exit code 0, or 1 for a run that diverged (its bag is closed and readable)."""
     scene = _load(find_scene(arguments.scene), quiet=arguments.json)
+    warn_if_plain(warning_printer('simulate'))
     with _Note('reading the scene', shown=not arguments.json) as note:
         simulation = simulation_of(
             scene, integrator=arguments.integrator, dt=arguments.dt, progress=note.show

@@ -156,9 +156,12 @@ def _from_center(part: Body) -> Array:
 
 
 def _leaves_empty(mesh: shapes.Mesh) -> bool:
-    from rigid_body_sim.physics.contact.collision.convexity_defect import TOLERATED, empty_share
+    from rigid_body_sim.physics.contact.collision.convexity_defect import (
+        TOLERATED,
+        convexity_defect_of,
+    )
 
-    return not empty_share(mesh) <= TOLERATED
+    return not convexity_defect_of(mesh) <= TOLERATED
 
 
 def _hull(vertices: Array) -> dict[str, Any]:

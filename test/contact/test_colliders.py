@@ -24,7 +24,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     SPHERE,
     TABLE,
     Colliders,
-    bounding_box,
+    world_aabb,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
@@ -96,13 +96,13 @@ def test_each_solid_is_one_collider_in_scene_order_and_the_rest_is_none():
     assert found.types.tolist() == [*SOLIDS, HULL, SPHERE, BOX]
     assert found.table.reshape(-1, TABLE)[:, 3].tolist() == [0, 1, 2, 3, 4, 5, 8, 9, 10]
     # moving bodies in core order: rigid ones first (the dust is one, the ghost is a point mass)
-    assert found.cores.tolist() == [0, 1, 2, 3, 4, -1, 6, 8, -1]
+    assert found.bodies.tolist() == [0, 1, 2, 3, 4, -1, 6, 8, -1]
 
 
 def test_equal_hulls_share_one_record():
     one = colliders(body('a', ConvexHull(CORNERS)))
     four = colliders(*(body(f'b{i}', Mesh(CORNERS, FACES)) for i in range(4)))
-    assert np.array_equal(one.numbers, four.numbers)
+    assert np.array_equal(one.shape_parameters, four.shape_parameters)
     assert set(four.table[SIZES::TABLE].tolist()) == {0}
 
 
@@ -118,8 +118,17 @@ def test_the_hull_of_a_shape_is_found_once_for_all_bodies_that_share_it(monkeypa
 def test_cylinder_is_given_as_a_prism_only_where_a_pair_needs_it():
     cylinder = body('c', SOLIDS[CYLINDER])
     ground = body('g', SOLIDS[PLANE], fixed=True)
-    assert colliders(cylinder, ground, body('s', SOLIDS[SPHERE])).numbers.size == 2 + 4 + 1
-    assert colliders(cylinder, body('h', SOLIDS[HULL])).numbers.size > 100
+    assert (
+        colliders(cylinder, ground, body('s', SOLIDS[SPHERE])).shape_parameters.size == 2 + 4 + 1
+    )
+    assert colliders(cylinder, body('h', SOLIDS[HULL])).shape_parameters.size > 100
+
+
+@pytest.fixture
+def share_kernels():
+    """
+    Nothing: here pairs are asked for themselves.
+    """
 
 
 def test_pairs_are_those_that_can_meet():
@@ -144,7 +153,7 @@ def test_pose_at_the_start_is_the_shape_in_the_world():
     )
     origin, turn = found.poses[:3], found.poses[3:].reshape(3, 3)
     assert np.allclose(origin + CORNERS @ turn.T, world, rtol=0.0, atol=1e-14)
-    center, mount = found.mounts[:3], found.mounts[3:].reshape(3, 3)
+    center, mount = found.local_poses[:3], found.local_poses[3:].reshape(3, 3)
     q = so3.multiply(record.initial.orientation, layout.principal[0])
     again = so3.matrix_from_quaternion(q) @ mount
     assert np.allclose(again, turn, rtol=0.0, atol=1e-14)
@@ -153,7 +162,7 @@ def test_pose_at_the_start_is_the_shape_in_the_world():
 
 def test_plane_is_where_its_body_is():
     found = colliders(body('g', Plane((0.0, 0.6, 0.8), 0.5), fixed=True))
-    normal, offset = found.numbers[:3], found.numbers[3]
+    normal, offset = found.shape_parameters[:3], found.shape_parameters[3]
     motion = body('g', Plane((0.0, 0.6, 0.8), 0.5), fixed=True).initial
     assert np.allclose(normal, so3.rotate(motion.orientation, (0.0, 0.6, 0.8)), atol=1e-15)
     on_it = np.asarray(motion.position) + so3.rotate(motion.orientation, (7.0, 0.3, 0.4))
@@ -191,17 +200,19 @@ def test_bounding_box_and_ball_hold_the_solid_and_are_not_much_larger(kind):
     for _ in range(50):
         turn = so3.matrix_from_quaternion(so3.normalise(rng.normal(size=4)))
         poses = np.concatenate((rng.normal(size=3), turn.ravel()))
-        box = bounding_box(argument(found.bounds), 0, argument(poses), 0)
-        middle, half = np.array(box[:3]), np.array(box[3:])
+        box = world_aabb(argument(found.local_bounds), 0, argument(poses))
+        middle, half = np.array(box)
         away = np.abs(poses[:3] + points @ turn.T - middle)
         assert np.all(away <= half + 1e-14)
         assert np.max(np.linalg.norm(away, axis=1)) <= found.radius[0] + 1e-14
         assert np.all(half <= 2.0 * np.max(away, axis=0))
-    assert found.radius[0] <= 1.001 * np.max(np.linalg.norm(points - found.bounds[:3], axis=1))
+    assert found.radius[0] <= 1.001 * np.max(
+        np.linalg.norm(points - found.local_bounds[:3], axis=1)
+    )
 
 
 def test_plane_has_no_bounds():
-    assert np.isinf(colliders(body('g', SOLIDS[PLANE], fixed=True)).bounds[BOUNDS - 1])
+    assert np.isinf(colliders(body('g', SOLIDS[PLANE], fixed=True)).local_bounds[BOUNDS - 1])
     assert POSE == len(colliders(body('g', SOLIDS[PLANE], fixed=True)).poses)
 
 

@@ -142,7 +142,7 @@ def test_what_it_decides_is_the_distance_or_the_depth_by_coal():
     assert decided > 400
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.data())
 def test_any_box_and_cylinder_give_a_finite_manifold(data):
     sizes = np.array(data.draw(st.tuples(*[LENGTHS] * 5)))

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact import step
+from rigid_body_sim.physics.contact import tick_counts
 from rigid_body_sim.physics.contact.collision.collider import (
     BOUNDS,
     CORE,
@@ -21,45 +21,50 @@ from rigid_body_sim.physics.contact.collision.collider import (
     SIZES,
     SPHERE,
     TABLE,
+    BroadPhase,
+    ColliderArrays,
 )
-from rigid_body_sim.physics.contact.collision.hash_grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.collision.hash_grid import SIZE as CELL
+from rigid_body_sim.physics.contact.collision.hash_grid import size_of_heads
 from rigid_body_sim.physics.contact.collision.neighbour_list import (
     AGE,
     BRUTE,
-    KEPT,
+    LENGTH,
     find_pairs,
+    size_of_fat_aabbs,
     size_of_list,
-    size_of_rooms,
 )
 from rigid_body_sim.physics.contact.collision.swept_aabbs import (
+    EXPANSION,
     HALF,
-    REACH,
-    ROW,
-    SMALL,
-    SPEED,
-    TURN,
+    MARGIN,
+    TURNING,
+    VELOCITY,
     may_meet,
-    meets_plane,
+    may_meet_plane,
 )
+from rigid_body_sim.physics.contact.collision.swept_aabbs import SIZE as ROW
 from rigid_body_sim.physics.simulation import Simulation
 
+from .. import inside
 from .touching import ball, box, ground, heap, scene
 
 DT = 1.0 / 240.0  # [s]
 
 
-def all_pairs(n, planes, h, numbers, table, bounds, reaches):
+def all_pairs(n, planes, h, colliders):
     """
     Keys of the pairs that may meet, each compared with each.
     """
     keys = []
+    table, reaches = colliders.table, colliders.swept_aabbs
     for j in range(planes, n):
         moves = table[j * TABLE + CORE] >= 0
         for i in range(j):
             if not moves and (i < planes or table[i * TABLE + CORE] < 0):
                 continue
             if i < planes:
-                meets = meets_plane(table[i * TABLE + SIZES], j, h, reaches, numbers, bounds)
+                meets = may_meet_plane(table[i * TABLE + SIZES], j, h, colliders)
             else:
                 meets = may_meet(reaches, i * ROW, j * ROW, h)
             if meets:
@@ -97,7 +102,7 @@ class Crowd:
         self.position = rng.uniform(-2.0, 2.0, (n, 3))
         self.velocity = rng.normal(size=(n, 3))
         self.velocity[: planes + self.statics] = 0.0
-        self.rooms = np.zeros(size_of_rooms(n))
+        self.rooms = np.zeros(size_of_fat_aabbs(n))
         self.grid = np.zeros(CELL * n, dtype=np.int64)
         self.heads = np.zeros(size_of_heads(n), dtype=np.int64)
         self.make_room(self.room)
@@ -109,17 +114,17 @@ class Crowd:
 
     def reaches(self, h):
         """
-        Rows as `find_reaches` writes them.
+        Rows as `find_swept_aabbs` writes them.
         """
         rows = np.zeros((self.n, ROW))
         radius = np.array([0.0] * self.planes + list(self.radii))
         rows[:, :3] = self.position
         rows[:, HALF : HALF + 3] = radius[:, None]
-        rows[:, SPEED : SPEED + 3] = self.velocity
-        rows[:, TURN] = 9.81 * h * h * (self.table[CORE::TABLE] >= 0)
-        rows[:, SMALL] = np.where(radius > 0.0, np.minimum(0.02, 0.1 * radius), 0.02)
+        rows[:, VELOCITY : VELOCITY + 3] = self.velocity
+        rows[:, TURNING] = 9.81 * h * h * (self.table[CORE::TABLE] >= 0)
+        rows[:, MARGIN] = np.where(radius > 0.0, np.minimum(0.02, 0.1 * radius), 0.02)
         speed = np.linalg.norm(self.velocity, axis=1) * h
-        rows[:, REACH] = 0.5 * rows[:, SMALL] + speed + rows[:, TURN]
+        rows[:, EXPANSION] = 0.5 * rows[:, MARGIN] + speed + rows[:, TURNING]
         return rows.ravel()
 
     def compare(self, h=DT):
@@ -128,15 +133,12 @@ class Crowd:
         """
         reaches = self.reaches(h)
         radius = float(np.median(self.radii))
-        arrays = (
-            self.numbers, self.table, self.bounds, reaches, self.rooms, self.grid, self.heads,
-            self.kept, self.keys,
-        )  # fmt: skip
-        of_all = (h, self.numbers, self.table, self.bounds, reaches)
-        count = find_pairs(
-            self.n, self.planes, h, radius, self.room, *(argument(array) for array in arrays)
-        )
-        expected = all_pairs(self.n, self.planes, *of_all)
+        arrays = (self.numbers, self.table, self.bounds, np.zeros(0), reaches)
+        work = (self.rooms, self.grid, self.heads, self.kept, self.keys)
+        colliders = ColliderArrays(*(argument(array) for array in arrays))
+        broad_phase = BroadPhase(*(argument(array) for array in work))
+        count = find_pairs(self.n, self.planes, h, radius, self.room, colliders, broad_phase)
+        expected = all_pairs(self.n, self.planes, h, colliders)
         assert count > self.room or self.keys[:count].tolist() == expected
         return count
 
@@ -223,7 +225,7 @@ def test_a_list_too_short_says_how_long_it_must_be():
     needed = crowd.compare()
     assert needed > 50
     crowd.make_room(2 * needed)
-    assert crowd.compare() <= crowd.kept[KEPT] <= needed
+    assert crowd.compare() <= crowd.kept[LENGTH] <= needed
 
 
 class Watched:
@@ -233,28 +235,29 @@ class Watched:
 
     def __init__(self, bodies):
         self.simulation = Simulation(scene(bodies))
-        self.plan = self.simulation._stepper.contact
+        self.world = inside.world(self.simulation)
         self.made = self.cut = 0
         self._pieces = 1
-        self._in_pieces = self.plan._in_pieces
-        self.plan._in_pieces = self._watch_pieces
+        inside.watch_pieces(self.simulation, self._watch_pieces)
 
-    def _watch_pieces(self, *arguments):
-        self._pieces = int(self.plan.counts[step.PIECES])
+    def _watch_pieces(self):
+        self._pieces = int(self.world.counts[tick_counts.PIECES])
         self.cut += 1
-        return self._in_pieces(*arguments)
 
     def step(self, ticks):
-        plan, counts = self.plan, self.plan.counts
+        world, counts = self.world, self.world.counts
         for _ in range(ticks):
             self._pieces = 1
             self.simulation.step()
             h = self.simulation.dt / self._pieces
-            found = plan.keys[: counts[step.PAIRS]].tolist()
-            n, planes = int(counts[step.N_COLLIDERS]), int(counts[step.PLANES])
-            of_plan = (plan.numbers, plan.table, plan.bounds, plan.reaches)
-            assert found == all_pairs(n, planes, h, *of_plan)
-            self.made += plan.kept[AGE] == 1
+            found = world.pair_ids[: counts[tick_counts.PAIRS]].tolist()
+            n, planes = int(counts[tick_counts.COLLIDERS]), int(counts[tick_counts.PLANES])
+            arrays = (
+                world.shape_parameters, world.table, world.local_bounds, world.poses, world.swept,
+            )  # fmt: skip
+            colliders = ColliderArrays(*(argument(array) for array in arrays))
+            assert found == all_pairs(n, planes, h, colliders)
+            self.made += world.neighbours[AGE] == 1
         return self.simulation.state_bytes()
 
 
@@ -281,5 +284,4 @@ def test_planes_are_kept_only_for_what_is_near():
     bodies.append(box('box', 0.2, (-1.0, 0.0, 9.0)))
     sim = Simulation(scene(bodies))
     sim.step()
-    plan = sim._stepper.contact
-    assert 0 < plan.kept[KEPT] < 8
+    assert 0 < inside.world(sim).neighbours[LENGTH] < 8

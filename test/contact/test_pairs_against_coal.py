@@ -103,7 +103,7 @@ def test_nearest_points_of_boxes_that_are_apart_are_those_of_coal():
         found = argument(np.zeros(FOUND))
         numbers = argument(np.concatenate((a.sizes, b.sizes)))
         poses = np.concatenate((a.origin, a.turn.ravel(), b.origin, b.turn.ravel()))
-        two_boxes.load(numbers, 0, 3, argument(poses), 0, 12, found)
+        two_boxes.relate(numbers, 0, 3, argument(poses), 0, 12, found)
         assert nearest_points(argument(poses), 0, 10.0, found) == 1
         assert abs(found[POINTS + SEPARATION] - truth) < ITERATED, (a, b)
         assert normal @ np.array(found[:3]) > 1.0 - 1e-5, (a, b)

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import hu
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 
+from ..patience import HANGING
 from .hull_cases import PAIRS, Shape, box, capsule, collide, cylinder, hull, name, sphere
 
 MARGIN = 0.01  # [m]
@@ -107,7 +108,7 @@ def check(found, case):
         assert len(set(found.features)) == len(found), (case, found)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(hard_pairs())
 def test_a_manifold_is_finite_and_within_the_margin_for_any_polyhedra(case):
     a, b, middle, along, turn_a, turn_b = case
@@ -116,7 +117,7 @@ def test_a_manifold_is_finite_and_within_the_margin_for_any_polyhedra(case):
     check(collide(a, b, pose_a, pose_b, MARGIN), case)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(hard_hulls(), TURNS, TURNS, SHARES)
 def test_a_hull_on_a_plane_touches_with_its_lowest_corner(solid, turn, tilt, share):
     normal = tilt[2]
@@ -161,7 +162,7 @@ import hashlib, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 import hull_cases as cases
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 print(kernels.COMPILED)
 for pair in cases.PAIRS:
     digest = hashlib.sha256()
@@ -183,7 +184,7 @@ def digests(*, compiled):
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     first, *rest = result.stdout.splitlines()
     assert first == str(compiled)

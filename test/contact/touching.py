@@ -3,8 +3,9 @@
 """
 Bodies and scenes that touch, for the tests of contact.
 
-`scene` adds two fixed bystanders far away, a ball that bounces and resists rolling and a box, so
-that all scenes of this folder share one compiled kernel; `lean` scenes have what they list alone.
+`scene` adds fixed bystanders far away, a ball that bounces and resists rolling among them, so that
+all scenes of this folder share one compiled kernel (see conftest.py); `lean` scenes have what they
+list alone, and a kernel without what is not in them.
 """
 
 import math
@@ -68,7 +69,7 @@ def lean(bodies, *, dt=DT, gravity=(0.0, 0.0, -G), forces=(), **contact):
 
 def scene(bodies, **settings):
     """
-    A scene of these bodies and two far bystanders.
+    A scene of these bodies and far bystanders.
     """
     lively = {'restitution': 0.1, 'rolling_friction': 0.01}
     far = [

@@ -15,6 +15,8 @@ import pytest
 
 from rigid_body_sim.physics.compile import kernels
 
+from ..patience import HANGING
+
 ROOT = str(Path(__file__).parents[2])
 
 SCENE = {
@@ -93,7 +95,7 @@ SCENE = {
 PROGRAM = """
 import hashlib, json, sys
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 scene = load_scene(json.loads(sys.argv[1]))
 print(kernels.COMPILED)
 for name in ('dmv6', 'rk4', 'implicit_euler', 'exact_rotor'):
@@ -117,7 +119,7 @@ def digests(*, compiled):
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     first, *rest = result.stdout.splitlines()
     assert first == str(compiled)

@@ -26,6 +26,8 @@ from rigid_body_sim.physics.state.blocks import (
     scatter,
 )
 
+from .. import inside
+
 STEP = 1e-6  # of the differences
 
 
@@ -63,16 +65,16 @@ def linked():
     }
     simulation = Simulation(load_scene(scene), integrator='implicit_midpoint')
     simulation.set_wrench('q', force=(1, 2, 3), torque=(0.1, 0.2, 0.3), frame='body')
-    simulation._take_held()
-    return simulation
+    return inside.with_commands(simulation)
 
 
 class Wrenches:
     """Forces and torques on the bodies of a simulation as its state is moved a little."""
 
     def __init__(self, simulation):
-        self.stepper = simulation._stepper
-        self.layout = simulation._layout
+        self.stepper = inside.stepper(simulation)
+        self.acting = inside.elements(simulation)
+        self.layout = inside.layout(simulation)
         self.n = self.layout.n_moving
 
     def of(self, *, turned=None, spun=None, moved=None, pushed=None):
@@ -96,8 +98,8 @@ class Wrenches:
             )
         arrays = (argument(translation), argument(turns))
         start_evaluation(n, n, *arrays)
-        elements, ranges = stepper._elements.arguments
-        for place, (_, element) in enumerate(stepper._elements.chain()):
+        elements, ranges = self.acting.arguments
+        for place, (_, element) in enumerate(self.acting.chain()):
             start, count = (int(x) for x in ranges[2 * place : 2 * place + 2])
             element.accumulate(elements, start, count, 0.0, *arrays)
         return np.hstack(
@@ -108,13 +110,13 @@ class Wrenches:
 def test_derivatives_of_wrenches_on_pivoted_bodies_are_their_differences():
     simulation = linked()
     wrenches = Wrenches(simulation)
-    stepper, n = simulation._stepper, wrenches.n
-    plan = coupling.plan(simulation.scene, simulation._layout, 0.01)
+    stepper, acting, n = inside.stepper(simulation), inside.elements(simulation), wrenches.n
+    plan = coupling.plan(simulation.scene, inside.layout(simulation), 0.01)
     table = plan[int(plan[coupling.TABLE_AT]) : int(plan[coupling.MATRIX_AT])].copy()
     wrenches.of()  # tells the pivots what force they carry
     arrays = [argument(x.copy()) for x in (stepper.translation, stepper.rotation)]
-    elements, ranges = stepper._elements.arguments
-    for place, (_, element) in enumerate(stepper._elements.chain()):
+    elements, ranges = acting.arguments
+    for place, (_, element) in enumerate(acting.chain()):
         start, count = (int(x) for x in ranges[2 * place : 2 * place + 2])
         element.linearise(elements, start, count, 0.0, *arrays, argument(table), 0)
     starts = table[2 : 3 + n].astype(int)
@@ -142,12 +144,12 @@ def test_derivatives_of_wrenches_on_pivoted_bodies_are_their_differences():
 
 def test_the_definite_part_of_the_derivatives_is_symmetric_and_negative():
     simulation = linked()
-    stepper, n = simulation._stepper, 3
-    plan = coupling.plan(simulation.scene, simulation._layout, 0.01)
+    stepper, acting, n = inside.stepper(simulation), inside.elements(simulation), 3
+    plan = coupling.plan(simulation.scene, inside.layout(simulation), 0.01)
     table = plan[int(plan[coupling.TABLE_AT]) : int(plan[coupling.MATRIX_AT])].copy()
     arrays = [argument(x.copy()) for x in (stepper.translation, stepper.rotation)]
-    elements, ranges = stepper._elements.arguments
-    for place, (_, element) in enumerate(stepper._elements.chain()):
+    elements, ranges = acting.arguments
+    for place, (_, element) in enumerate(acting.chain()):
         start, count = (int(x) for x in ranges[2 * place : 2 * place + 2])
         element.linearise(elements, start, count, 0.0, *arrays, argument(table), 1)
     starts = table[2 : 3 + n].astype(int)

@@ -10,7 +10,7 @@ import pytest
 
 from rigid_body_sim import physics
 from rigid_body_sim.physics.compile import kernels
-from rigid_body_sim.physics.compile.kernels import Slot, plain, slot, slots_of, specialise
+from rigid_body_sim.physics.compile.kernels import KernelSlot, plain, slot, slots_of, specialise
 
 STAGES = slot('[-] stages of a step')
 SHARES = slot('[tick] share of each stage')
@@ -113,7 +113,7 @@ def _modules():
 
 def test_each_slot_of_the_package_is_named_by_a_function_of_its_module():
     for module in _modules():
-        declared = {name for name, value in vars(module).items() if isinstance(value, Slot)}
+        declared = {name for name, value in vars(module).items() if isinstance(value, KernelSlot)}
         functions = [
             value
             for value in vars(module).values()

@@ -118,7 +118,7 @@ PARTS = st.builds(
 )
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(
     parts=st.lists(PARTS, min_size=1, max_size=3),
     single=st.booleans(),
@@ -160,7 +160,7 @@ def test_each_part_is_drawn_with_the_geometry_and_the_pose_that_contact_has(
         if form == points:
             assert isinstance(shape, Particle)
             continue
-        assert same_geometry(form, row[0], colliders.numbers[row[SIZES] :])
+        assert same_geometry(form, row[0], colliders.shape_parameters[row[SIZES] :])
         if form['type'] == 'surface':
             corners = pose[:3] + surface(form)[0] @ turn.T
             farthest = np.linalg.norm(corners - stands[0], axis=1).max()
@@ -231,7 +231,7 @@ def test_a_plane_is_drawn_where_contact_has_it():
         }
     )
     (found,) = drawn_planes(scene)
-    known = Colliders.of(scene, Layout(scene)).numbers[:4]
+    known = Colliders.of(scene, Layout(scene)).shape_parameters[:4]
     # round-off of lengths of 3 m
     assert [*found['normal'], found['offset']] == pytest.approx(known, abs=4e-15)
 

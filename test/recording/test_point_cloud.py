@@ -4,7 +4,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap_ros2._dynamic import generate_dynamic
 from rosbags.typesys import Stores, get_typestore
@@ -12,7 +12,6 @@ from rosbags.typesys import Stores, get_typestore
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.definitions import definition
 
-ANY_TIME = settings(deadline=None)  # the first example imports what it needs
 STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPE = cdr.PointCloud2.TYPE
 WORDS = st.text(st.characters(codec='utf-8', exclude_characters='\0'), max_size=9)
@@ -54,19 +53,16 @@ def bits(cloud):
     return texts, len(cloud.points), np.array(cloud.points, dtype=float).tobytes()
 
 
-@ANY_TIME
 @given(clouds())
 def test_decoding_inverts_encoding_bit_for_bit(cloud):
     assert bits(cdr.decode(TYPE, cdr.encode(cloud))) == bits(cloud)
 
 
-@ANY_TIME
 @given(clouds())
 def test_bytes_are_those_of_rosbags(cloud):
     assert cdr.encode(cloud) == bytes(STORE.serialize_cdr(foreign(cloud), TYPE))
 
 
-@ANY_TIME
 @given(clouds())
 def test_big_endian_is_read(cloud):
     payload = bytes(STORE.serialize_cdr(foreign(cloud), TYPE, little_endian=False))
@@ -74,7 +70,6 @@ def test_big_endian_is_read(cloud):
     assert bits(cdr.decode(TYPE, payload)) == bits(cloud)
 
 
-@ANY_TIME
 @given(clouds())
 def test_mcap_ros2_reads_the_same_points(cloud):
     read = generate_dynamic(TYPE, definition(TYPE))[TYPE](cdr.encode(cloud))
@@ -85,7 +80,6 @@ def test_mcap_ros2_reads_the_same_points(cloud):
     assert bytes(read.data) == np.array(cloud.points, dtype='<f8').tobytes()
 
 
-@ANY_TIME
 @given(clouds())
 def test_rclpy_reads_what_is_written_and_writes_what_is_read(cloud):
     serialization = pytest.importorskip('rclpy.serialization')
@@ -104,7 +98,6 @@ def test_every_scalar_has_a_name():
     assert (named['points[1].x'], named['points[1].gap']) == (3.0, 4.0)
 
 
-@ANY_TIME
 @given(clouds(), st.data())
 def test_no_part_of_a_cloud_is_a_cloud(cloud, data):
     payload = cdr.encode(cloud)
@@ -115,7 +108,6 @@ def test_no_part_of_a_cloud_is_a_cloud(cloud, data):
             cdr.decode(TYPE, wrong)
 
 
-@ANY_TIME
 @given(clouds())
 def test_what_dds_fills_up_to_four_bytes_is_passed_over(cloud):
     payload = cdr.encode(cloud)

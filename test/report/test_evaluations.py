@@ -26,7 +26,7 @@ METHODS = (
 COUNT = """
 import json, sys
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics.forces import FORCES
+from rigid_body_sim.physics.forces.elements import FORCES
 seen = [0]
 of_spring = FORCES['spring'].accumulate
 def counting(*arguments):

@@ -20,6 +20,8 @@ from rigid_body_sim.runs.replay import compare
 from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.scene import load_scene
 
+from .. import inside
+
 WEIGHT = 9.81  # [N] of each box
 SETTLED = 400  # [tick] 1.6 s: the swings of the soft contacts have faded below a thousandth
 SCENE = {
@@ -55,7 +57,7 @@ def record(run, path, ticks, commands=None):
         tick = run.simulation.tick
         recorder.record(run.advance(1, (commands or {}).get(tick, ())), tick=tick)
         if tick % 100 == 57:  # chunks that end anywhere, as those of the node do
-            recorder._writer.flush()
+            inside.flush(recorder)
     recorder.close('stopped')
     return path
 

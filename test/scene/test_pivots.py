@@ -12,6 +12,8 @@ from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 
+from .. import inside
+
 HALF = math.sqrt(0.5)
 
 
@@ -103,7 +105,7 @@ def test_a_pivot_beside_contact_is_refused():
 def test_a_scene_without_a_pivot_has_nothing_of_it():
     free = Simulation(load_scene(scene(pivot=None)))
     hung = Simulation(load_scene(scene()))
-    none, some = free._stepper._elements, hung._stepper._elements
+    none, some = inside.elements(free), inside.elements(hung)
     assert [name for name, _ in none.chain()] == ['held_body_wrench']
     assert [name for name, _ in some.chain()] == ['held_body_wrench', 'pivot']
     assert none.do_nothing

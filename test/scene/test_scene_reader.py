@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rigid_body_sim.errors import UserError
@@ -24,6 +24,8 @@ from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.shapes import Capsule, Mesh, Particles, Plane
 from rigid_body_sim.scene import load_scene
+
+from ..patience import HANGING
 
 ROUND_OFF = 1e-14  # [-] relative: a few dozen operations
 
@@ -369,7 +371,7 @@ def test_a_scene_without_contact_imports_none_of_it() -> None:
         f'load_scene({scene(contact={"mode": "none"})!r});'
         "assert not [m for m in sys.modules if m.startswith('rigid_body_sim.physics.contact')]"
     )
-    subprocess.run([sys.executable, '-c', code], check=True, timeout=60)
+    subprocess.run([sys.executable, '-c', code], check=True, timeout=HANGING)
 
 
 def test_copies_stand_on_a_grid() -> None:
@@ -767,9 +769,7 @@ def scene_or_user_error(load: Callable[[], Scene]) -> None:
         assert len(str(error).splitlines()) == 1, str(error)
 
 
-ANYTHING = settings(
-    max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+ANYTHING = settings(max_examples=300)
 
 
 @ANYTHING

@@ -206,9 +206,9 @@ def test_the_collision_shape_lies_where_the_link_says(tmp_path: Path) -> None:
     axes = rotation.matrix_from_quaternion(
         rotation.multiply(scene.bodies[0].initial.orientation, layout.principal[0])
     )
-    moving = axes @ colliders.mounts[3:].reshape(3, 3)
+    moving = axes @ colliders.local_poses[3:].reshape(3, 3)
     assert moving == pytest.approx(turned, abs=2 * ROUND_OFF)
-    assert (3, 4, 5) - moving @ colliders.mounts[:3] == pytest.approx(place, abs=1e-14)
+    assert (3, 4, 5) - moving @ colliders.local_poses[:3] == pytest.approx(place, abs=1e-14)
 
 
 def test_a_fixed_body_needs_no_inertial(tmp_path: Path) -> None:
@@ -281,7 +281,7 @@ WORDS = st.sampled_from(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.integers(0, len(WHOLE)), st.integers(0, 12), st.one_of(WORDS, st.text(max_size=6)))
 def test_a_urdf_with_any_slip_is_a_scene_or_one_clear_line(at: int, cut: int, slip: str) -> None:
     text = (WHOLE[:at] + slip + WHOLE[at + cut :]).encode(errors='surrogatepass')
@@ -293,7 +293,6 @@ def test_a_urdf_with_any_slip_is_a_scene_or_one_clear_line(at: int, cut: int, sl
         assert len(str(error).splitlines()) == 1, str(error)
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=60))
 def test_bytes_that_are_no_urdf_are_refused(text: bytes) -> None:
     with pytest.raises(UserError, match=r'^scene: bodies\[0\]\.urdf: toy\.urdf: '):

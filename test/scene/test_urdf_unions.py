@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.contact.collision.collider import POSE, Colliders
-from rigid_body_sim.physics.contact.collision.convexity_defect import hollow_meshes
+from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import hull
 from rigid_body_sim.physics.model import rotation
@@ -133,7 +133,7 @@ SHAPES = st.sampled_from(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     link=st.tuples(PLACES, ANGLES),
     inertial=st.tuples(PLACES, ANGLES),
@@ -155,7 +155,7 @@ def test_each_collision_lies_in_the_link_whatever_the_inertial_frame(
     assert len(colliders) == len(collisions)
     # the same from the state of the core, as every tick does it: R(q) M and r - R c
     core = axes.as_matrix() @ rotation.matrix_from_quaternion(Layout(scene).principal[0])
-    mounts = colliders.mounts.reshape(-1, POSE)
+    mounts = colliders.local_poses.reshape(-1, POSE)
     for (_, place, angles), found, mount in zip(collisions, poses(scene), mounts, strict=True):
         turned = (axes * Rotation.from_euler('xyz', angles)).as_matrix()
         origin = np.array(r) + axes.apply(np.subtract(place, center))
@@ -204,7 +204,7 @@ def test_one_collision_is_no_union() -> None:
 def test_a_mesh_in_several_collisions_is_warned_of_once_for_each_body() -> None:
     link = PLAIN + collision('<mesh filename="dented.off"/>') * 3
     scene = scene_of(link, repeat={'count': [3, 1, 1], 'spacing': [4, 0, 0]})
-    (warning,) = hollow_meshes(scene)
+    (warning,) = convexity_warnings(scene)
     assert warning.startswith("'toy_1' collides as the convex hull of its mesh 'dented.off'")
     assert warning.endswith('(2 bodies more)')
 
@@ -230,7 +230,7 @@ def test_a_mesh_that_many_collisions_name_is_read_and_its_hull_found_once(
     written = {'name': 'stone', 'shape': {'type': 'mesh', 'file': 'dented.off'}, 'mass': 1}
     scene = scene_of(link, written, repeat={'count': [3, 1, 1], 'spacing': [4, 0, 0]})
     assert len(Colliders.of(scene, Layout(scene))) == 3 * 5 + 1
-    assert len(hollow_meshes(scene)) > 0
+    assert len(convexity_warnings(scene)) > 0
     assert read == ['dented.off']
     assert found == ["mesh 'dented.off'"] * 2  # as it is, and twice as large
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision import collider, manifold_record
+from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
 from rigid_body_sim.physics.model import rotation as so3
@@ -26,64 +26,51 @@ Indices = NDArray[np.int64]
 
 
 def read(
-    manifolds: int, *, width: int, bounces: bool, table: Indices, records: Array, rows: Array,
-    bodies: Array,
+    manifold_count: int, *, width: int, bounces: bool, table: Indices, manifolds: Array,
+    rows: Array, bodies: Array,
 ) -> tuple[Contacts, Array]:  # fmt: skip
     """
-    Read the contacts of a tick or piece, and which they are: (m, 2), key of the pair and feature.
+    Read the contacts of a tick or piece, and which they are: (m, 2), pair id and feature.
 
-    manifolds, table, records, rows, bodies : of the plan
+    table, manifolds, rows, bodies : of the kernel of the ticks
     width   : numbers of a point
-    bounces : whether rows hold impulses of bounces
+    bounces : whether rows hold restitution impulses
     """
-    if not manifolds:
+    if not manifold_count:
         return NO_CONTACTS, np.zeros((0, 2))
-    found = records[: manifolds * manifold_record.SIZE].reshape(manifolds, manifold_record.SIZE)
+    found = manifolds[: manifold_count * manifold_record.SIZE].reshape(manifold_count, -1)
     counts = found[:, manifold_record.POINT_COUNT].astype(np.int64)
-    owner = np.repeat(np.arange(manifolds), counts)
+    owner = np.repeat(np.arange(manifold_count), counts)
     index = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
     place = found[owner, manifold_record.LANE].astype(np.int64)
     lane = place % constraint.LANES
     row = place - lane + constraint.SIZE + index * width + lane
-
-    def of_manifold(offset: int) -> Array:
-        return np.stack([rows[place + offset + 8 * axis] for axis in range(3)], axis=1)
-
-    def of_point(offset: int) -> Array:
-        return np.stack([rows[row + offset + 8 * axis] for axis in range(3)], axis=1)
-
-    normal = of_manifold(constraint.NORMAL)
-    sums = (
-        of_point(contact_point.TOTAL_IMPULSE)
-        + of_point(contact_point.NORMAL_IMPULSE)
-        + (of_point(contact_point.RESTITUTION_NORMAL) if bounces else 0.0)
+    normal = _vectors(rows, place + constraint.NORMAL, constraint.LANES)
+    impulses = _vectors(rows, row + contact_point.TOTAL_IMPULSE, constraint.LANES) + _vectors(
+        rows, row + contact_point.NORMAL_IMPULSE, constraint.LANES
+    )
+    impulses = impulses + (
+        _vectors(rows, row + contact_point.RESTITUTION_NORMAL, constraint.LANES)
+        if bounces
+        else 0.0
     )
     impulse = (
-        sums[:, :1] * normal
-        + sums[:, 1:2] * of_manifold(constraint.TANGENT_1)
-        + sums[:, 2:] * of_manifold(constraint.TANGENT_2)
+        impulses[:, :1] * normal
+        + impulses[:, 1:2] * _vectors(rows, place + constraint.TANGENT_1, constraint.LANES)
+        + impulses[:, 2:] * _vectors(rows, place + constraint.TANGENT_2, constraint.LANES)
     )
-    at = manifold_record.POINTS + index * manifold.POINT
-    gap = rows[row + contact_point.SEPARATION]
-    bounces_off = (rows[place + constraint.RESTITUTION] > 0.0) & (
-        rows[row + contact_point.APPROACH_VELOCITY] < 0.0
-    )
-    point = _point(
-        bodies, rows[place + constraint.BODY_A].astype(np.int64), rows[place + constraint.BODY_B].astype(np.int64), of_point(contact_point.ARM_A),
-        of_point(contact_point.ARM_B), 0.5 * gap[:, None] * normal, bounces_off,
-    )  # fmt: skip
-    touches = (sums != 0.0).any(axis=1) | (gap <= 0.0)
-    colliders = found[owner][:, [manifold_record.COLLIDER_A, manifold_record.COLLIDER_B]].astype(
-        np.int64
-    )
-    which = np.stack(
-        (found[owner, manifold_record.PAIR_ID], found[owner, at + manifold.FEATURE]), axis=1
-    )
+    separation = rows[row + contact_point.SEPARATION]
+    point = _points(rows, place, row, separation, normal, bodies)
+    touches = (impulses != 0.0).any(axis=1) | (separation <= 0.0)
+    pair = found[owner][:, [manifold_record.COLLIDER_A, manifold_record.COLLIDER_B]]
+    scene_index = pair.astype(np.int64) * collider_record.SIZE + collider_record.SCENE_INDEX
+    feature = manifold_record.POINTS + index * manifold.POINT + manifold.FEATURE
+    which = np.stack((found[owner, manifold_record.PAIR_ID], found[owner, feature]), axis=1)
     contacts = Contacts(
-        table[colliders * collider.TABLE + collider.SCENE][touches],
+        table[scene_index][touches],
         point[touches],
         normal[touches],
-        gap[touches],
+        separation[touches],
         impulse[touches],
     )
     return contacts, which[touches]
@@ -93,8 +80,9 @@ def together(pieces: Sequence[tuple[Contacts, Array]]) -> tuple[Contacts, Array]
     """
     Join the contacts of successive pieces of a tick, each as `read` gives them.
 
-    Impulses of the same point add up; place, normal and gap are those of the last piece in which
-    it touched. A point that no longer touches stays where it acted; if it never pushed it is gone.
+    Impulses of the same point add up; place, normal and separation are those of the last piece in
+    which it touched. A point that no longer touches stays where it acted; if it never pushed it is
+    gone.
     """
     which = np.concatenate([keys for _, keys in pieces])
     if not len(which):
@@ -124,62 +112,64 @@ def together(pieces: Sequence[tuple[Contacts, Array]]) -> tuple[Contacts, Array]
     return contacts, which[chosen]
 
 
-def _point(
-    bodies: Array, a: Indices, b: Indices, arm_a: Array, arm_b: Array, half: Array,
-    bounces_off: NDArray[np.bool_],
-) -> Array:  # fmt: skip
+def _vectors(array: Array, places: Indices, stride: int, count: int = 3) -> Array:
+    """Read vectors (n, count) that begin at places, their numbers a stride apart."""
+    return np.stack([array[places + stride * axis] for axis in range(count)], axis=1)
+
+
+def _points(
+    rows: Array, place: Indices, row: Indices, separation: Array, normal: Array, bodies: Array
+) -> Array:
     """
-    Points midway between the surfaces, at the end of the tick.
+    Points midway between the surfaces, at the end of the tick; place, row: of lane and point.
 
     Two bodies that move have arms to it; beside one that cannot move the arm of the other ends on
-    its surface, half a gap away. Arms have followed the bodies (`following`), but for those of
-    what bounces off something that cannot move: they are of the start of the tick.
+    its surface, half a separation away. Arms have followed the bodies (`solver.separation`), but
+    for those of what bounces off something that cannot move: they are of the start of the tick.
     """
-    x_a, x_b = (
-        np.stack(
-            [
-                bodies[at + solver_bodies.SUBSTEP_POSITION + axis]
-                + bodies[at + solver_bodies.DISPLACEMENT + axis]
-                for axis in range(3)
-            ],
-            axis=1,
-        )
-        for at in (a, b)
+    row_a, row_b = (
+        rows[place + body].astype(np.int64) for body in (constraint.BODY_A, constraint.BODY_B)
     )
-    a_moves, b_moves = (bodies[at + solver_bodies.INVERSE_MASS][:, None] > 0.0 for at in (a, b))
+    arm_a = _vectors(rows, row + contact_point.ARM_A, constraint.LANES)
+    arm_b = _vectors(rows, row + contact_point.ARM_B, constraint.LANES)
+    half = 0.5 * separation[:, None] * normal
+    bounces_off = (rows[place + constraint.RESTITUTION] > 0.0) & (
+        rows[row + contact_point.APPROACH_VELOCITY] < 0.0
+    )
+    position_a, position_b = (
+        _vectors(bodies, body + solver_bodies.SUBSTEP_POSITION, 1)
+        + _vectors(bodies, body + solver_bodies.DISPLACEMENT, 1)
+        for body in (row_a, row_b)
+    )
+    a_moves, b_moves = (
+        bodies[body + solver_bodies.INVERSE_MASS][:, None] > 0.0 for body in (row_a, row_b)
+    )
     both = a_moves & b_moves
     stayed = bounces_off & ~both[:, 0]
     if stayed.any():
-        arm_a[stayed] = _turned(bodies, a[stayed], arm_a[stayed])
-        arm_b[stayed] = _turned(bodies, b[stayed], arm_b[stayed])
-    alone = np.where(a_moves, x_a + arm_a + half, x_b + arm_b - half)
-    return np.where(both, x_a + arm_a, alone)
+        arm_a[stayed] = _turned(bodies, row_a[stayed], arm_a[stayed])
+        arm_b[stayed] = _turned(bodies, row_b[stayed], arm_b[stayed])
+    alone = np.where(a_moves, position_a + arm_a + half, position_b + arm_b - half)
+    return np.where(both, position_a + arm_a, alone)
 
 
 def _turned(bodies: Array, body: Indices, arm: Array) -> Array:
     """
-    Turn arms (n, 3) as their bodies have turned over the tick, by the rules of `touching_bodies`.
+    Turn arms (n, 3) as their bodies have turned over the tick, by the rules of `solver_bodies`.
 
     The nearest point of a ball does not turn; that of a body of revolution turns with the axis, by
     the smallest turn that takes it from where it was to where it is.
     """
-
-    def of_body(first: int, count: int) -> Array:
-        return np.stack([bodies[body + first + k] for k in range(count)], axis=1)
-
-    before, turn = of_body(solver_bodies.START_ORIENTATION, 4), of_body(solver_bodies.TURN, 4)
-    whole = so3.rotate(
-        turn,
-        so3.rotate(of_body(solver_bodies.SUBSTEP_ORIENTATION, 4), so3.rotate_back(before, arm)),
-    )
-    axis = of_body(solver_bodies.SYMMETRY_AXIS, 3)
-    old, new = (
-        so3.rotate(before, axis),
-        so3.rotate(turn, so3.rotate(of_body(solver_bodies.SUBSTEP_ORIENTATION, 4), axis)),
-    )
+    before = _vectors(bodies, body + solver_bodies.START_ORIENTATION, 1, 4)
+    turn = _vectors(bodies, body + solver_bodies.TURN, 1, 4)
+    substep = _vectors(bodies, body + solver_bodies.SUBSTEP_ORIENTATION, 1, 4)
+    whole = so3.rotate(turn, so3.rotate(substep, so3.rotate_back(before, arm)))
+    axis = _vectors(bodies, body + solver_bodies.SYMMETRY_AXIS, 1)
+    old, new = so3.rotate(before, axis), so3.rotate(turn, so3.rotate(substep, axis))
     cross = np.cross(old, new)
     share = 1.0 / (1.0 + np.maximum(np.sum(old * new, axis=1), 0.0))
     across = np.cross(cross, arm)
     of_axis = arm + across + share[:, None] * np.cross(cross, across)
-    kind = bodies[body + solver_bodies.SYMMETRY][:, None]
-    return np.where(kind == 0.0, whole, np.where(kind == 1.0, of_axis, arm))
+    symmetry = bodies[body + solver_bodies.SYMMETRY][:, None]
+    turned = np.where(symmetry == solver_bodies.ABOUT_AXIS, of_axis, arm)
+    return np.where(symmetry == solver_bodies.AS_IT_IS, whole, turned)

@@ -1,375 +1,619 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Whole ticks with contact: detect once, then substeps of kick, push, drift, relax; then bounce.
+The recipe of a tick with contact, by sequential impulses: detect once, then substeps of integrate,
+solve, update separation, relax (TGS-Soft); then restitution, energy, and what is stored.
 
-    poses, pairs, manifolds, rows; if a list is too short, return: nothing has changed yet
+    detect:    poses, swept AABBs, pairs (broad phase), manifolds (narrow phase)
+    prepare:   constraints, coloured into batches, with the impulses of the last tick (warm start)
+               if a list is too short, return: nothing has changed yet
     each substep h:
-        p += h/2 F, L += h/2 torque, and half the loads: the contact impulses of the last substep,
-                but for what was a blow
-        push:   soft normals of all contacts, which do not pull
-        drift:  x += h v, q by the drift of the integrator, L fixed; world inertia, omega from L
+        p += h/2 F, L += h/2 torque, and half the warm-start impulses: the contact impulses of the
+                  last substep, but for what was a blow
+        solve:    soft normals of all contacts, which do not pull
+        integrate: x += h v, q by the free rotation of the integrator, L fixed
         p += h/2 F, L += h/2 torque
-        follow: points, arms and gaps follow the bodies; the other half of the loads, there
-        relax:  normals without push-out, and friction
-    bounce, which returns no more energy than the impact took
-    take back the energy that a group of bodies has gained
+        update separation: points, anchors and separations follow the bodies; the other half of the
+                  warm-start impulses, there
+        relax:    normals without push-out, and friction
+    restitution:  which returns no more energy than the impact took
+    energy:    what a group of bodies has gained is taken back
+    store:     impulses, for the next tick
+    sleep:     islands that are at rest
 
-Where islands may sleep, sleepers are left out (`sleeping`): who wakes is known before anything has
-changed, who falls asleep at the end of a tick; both return, for memories to be put in order.
+Where islands may sleep, sleepers are left out (`islands.sleep`): who wakes is known before
+anything has changed, who falls asleep at the end of a tick; both return to Python, for impulse
+caches to be put in order.
 
 So all that acts, acts in two halves about the motion: what is carried, slides or pivots moves to
 second order, as what flies does (velocity Verlet). Whom no contact carries moves as without
-contact. Force elements are evaluated after each drift: those of then act for the second half.
+contact. Force elements are evaluated after each motion: those of then act for the second half.
 """
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
-from rigid_body_sim.physics.compile.kernels import kernel, specialise, unbound
-from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision import (
-    manifold_record,
-    narrow_phase,
-    neighbour_list,
-    swept_aabbs,
-)
-from rigid_body_sim.physics.contact.energy import (
-    account,
-    attribution,
-    projection,
-    restitution_bound,
-)
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
+from rigid_body_sim.physics.contact import solver_bodies, tick_counts, tick_settings
+from rigid_body_sim.physics.contact.array_groups import Constraints, Forces, Motion
+from rigid_body_sim.physics.contact.collision import narrow_phase, neighbour_list, swept_aabbs
+from rigid_body_sim.physics.contact.collision.collider import BroadPhase, ColliderArrays
+from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.energy import account, projection, restitution_bound
+from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
+from rigid_body_sim.physics.contact.islands import sleep
+from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.solver import (
-    assembly,
     cache_record,
-    constraint,
+    colouring,
     forces_of_state,
+    impulse_cache,
+    manifold_constraints,
+    variable_mass,
 )
-from rigid_body_sim.physics.contact.solver import impulse_cache as memory_of
-from rigid_body_sim.physics.integration.schemes.steps import (
-    finite,
-    kick,
-    kick_and_drift,
-    kick_rotation,
-    start_evaluation,
-)
+from rigid_body_sim.physics.contact.touching import list_touching
+from rigid_body_sim.physics.integration.schemes import steps
+from rigid_body_sim.physics.state import blocks
 
-# settings: numbers of the scene
-SUBSTEPS, ZETA, RELAXATIONS, THRESHOLD, SLOP, CAP, MARGIN, RADIUS = range(8)
-SETTINGS = 8
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
-# counts: sizes and what is given back
-N_COLLIDERS, PLANES, PAIR_ROOM, MANIFOLD_ROOM, ROW_ROOM, BATCH_ROOM, MEMORY_ROOM = range(7)
-LANES_AT_ONCE = 7
-DONE, PAIRS, MANIFOLDS, BATCHES, SHORT, PIECES, CUT = 8, 9, 10, 11, 12, 13, 14
-ASSEMBLED = 15  # 1: batches and rows are those of the manifolds in memory
-STALE = 16  # 1: other bodies sleep than in the last call
-COUNTS = 17
-NOTHING_SHORT, SHORT_OF_PAIRS, SHORT_OF_MANIFOLDS, SHORT_OF_ROWS, SHORT_OF_MEMORY = range(5)
-TOO_LONG = 5  # the tick should be cut into counts[PIECES]; counts[CUT]: it has been
-WOKEN, FELL_ASLEEP = 6, 7  # sleepers that are marked wake before the tick; some fell asleep in it
-
-# bound for each scene by `specialise`
-WIDTH = 144
-ANGULAR = False
-BOUNCES = False
-COUPLED = False
-VELOCITY_DEPENDENT = False
-SLEEPING = False
-FLOWS = False
-drift_rotation: Callable[..., Any] = unbound
-evaluate: Callable[..., Any] = unbound
-find_manifolds: Callable[..., Any] = unbound
-prepare: Callable[..., Any] = unbound
-push: Callable[..., Any] = unbound
-follow: Callable[..., Any] = unbound
-relax: Callable[..., Any] = unbound
-bounce: Callable[..., Any] = unbound
-asleep: Callable[..., Any] = unbound
-enter: Callable[..., Any] = unbound
-hold_flowing: Callable[..., Any] = unbound
-keep_still: Callable[..., Any] = unbound
-lay_down: Callable[..., Any] = unbound
-leave: Callable[..., Any] = unbound
-note_wrenches: Callable[..., Any] = unbound
-reached: Callable[..., Any] = unbound
-settle: Callable[..., Any] = unbound
-stir: Callable[..., Any] = unbound
-stirs: Callable[..., Any] = unbound
-weigh: Callable[..., Any] = unbound
+# bound for each scene
+WIDTH = slot('[-] numbers of a contact point')
+ANGULAR = slot('[-] whether anything rolls or twists with friction')
+BOUNCES = slot('[-] whether anything bounces')
+COUPLED = slot('[-] whether a force depends on the state')
+VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
+SLEEPING = slot('[-] whether islands may sleep')
+FLOWS = slot('[-] whether the mass of a body that touches changes')
+drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
+evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
+find_manifolds = slot('kernel (pairs, count, h, room, ...): the narrow phase')
+prepare = slot('kernel (lanes, batches, threshold, rows, ...): effective masses and warm start')
+solve_normals = slot('kernel (lanes, batches, 1/h, slop, cap, rows, ...): solves soft normals')
+update_separation = slot('kernel (lanes, batches, rows, ...): lets points follow the bodies')
+relax = slot('kernel (lanes, batches, 1/h, first, last, rows, ...): relaxes normals, and friction')
+apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what bounces')
+# the stages of this module
+evaluate_forces = slot('kernel (time, world): evaluates the force elements')
+gather_bodies = slot('kernel (world)')
+detect_contacts = slot('kernel (h, world): tells whether the manifolds of the tick are there')
+colour_constraints = slot('kernel (world): tells whether there was room')
+prepare_constraints = slot('kernel (tick, world): tells whether the constraints are there')
+begin_energy_balance = slot('kernel (h, touching, world)')
+solve_contacts = slot('kernel (tick, touching, world): warm start and soft normals')
+integrate_motion = slot('kernel (tick, touching, world): moves all bodies over a substep')
+correct_forces = slot('kernel (time, tick, touching, world): forces of after the motion')
+gather_moved_bodies = slot('kernel (tick, touching, world)')
+follow_and_relax = slot('kernel (last, tick, touching, world): separations, then relaxation')
+bound_bounces = slot('kernel (touching, world): restitution')
+take_energy_back = slot('kernel (substep, touching, world): projection of the energy')
+store_impulses = slot('kernel (substep, world)')
+put_to_sleep = slot('kernel (h, end, touching, world): tells whether some body fell asleep')
+advance_ticks = slot('kernel (ticks, tick, h, world): the recipe')
 
 
-@kernel
-def _mark_touching(manifolds, n_moving, records, rows, touching, marks):
-    """List the bodies that some manifold names, in the order of the core; return how many."""
-    for i in range(n_moving + 1):
-        marks[i] = 0
-    for m in range(manifolds):
-        place = int(records[m * manifold_record.SIZE + manifold_record.LANE])
-        marks[int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE] = 1
-        marks[int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE] = 1
-    count = 0
-    for i in range(n_moving):
-        if marks[i] == 1:
-            touching[count] = i
-            count += 1
-    return count
+class World(NamedTuple):
+    """
+    All arrays of a scene with contact.
+
+    settings, counts : see `tick_settings`, `tick_counts`
+    local_poses      : of the shapes in the axes of their bodies: see `collision.pose`
+    materials        : see `collision.material_record`
+    found            : what a pair kernel writes, and its scratch: see `geometry.manifold`
+    bodies           : see `solver_bodies`
+    touching, marks  : see `touching`
+    flows            : bodies whose mass changes: see `solver.variable_mass`
+    """
+
+    motion: Motion
+    forces: Forces
+    settings: Array
+    counts: Indices
+    colliders: ColliderArrays
+    local_poses: Array
+    materials: Array
+    broad_phase: BroadPhase
+    found: Array
+    bodies: Array
+    constraints: Constraints
+    touching: Indices
+    marks: Indices
+    energy: EnergyScratch
+    sleep: SleepState
+    flows: Array
+
+
+class Tick(NamedTuple):
+    """
+    The tick under way.
+
+    start     : [s] since the start of the scene
+    h         : [s] its length
+    substep   : [s]
+    substeps  : how many
+    """
+
+    start: float
+    h: float
+    substep: float
+    substeps: int
 
 
 def _advance(
-    ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges,
-    settings, counts, numbers, table, bounds, mounts, materials, poses, reaches, found, bodies,
-    rows, records, memory, rooms, grid, heads, kept, keys, batches, colours, open_batches,
-    touching, accounts, slumber, limits, ward, flows,
+    ticks, tick, h, body_count, rigid_count, translation, rotation, method, elements, ranges,
+    settings, counts, saved, shape_parameters, table, local_bounds, poses, swept, local_poses,
+    materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
+    rows, batches, colours, open_batches, cache, touching, marks, roots, impacts, groups,
+    changes, parents, sequence, sleep_states, radii, element_groups, island_roots, supported,
+    restless, awake_in_blocks, flows,
 ):  # fmt: skip
     """
-    Advance over ticks. Return 0, or NaN if a number left the finite ones; counts[DONE] tells how
-    many ticks were done, counts[SHORT] which list was too short for the next.
+    Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
+    counts[DONE] tells how many ticks were done, counts[STATUS] why no more.
+
+        ticks, tick, h : how many; number of the first; length [s]
+
+    The arrays stand in a row, because groups of them cost more at the boundary than in here; the
+    names in this row from `settings` on are those by which `world` hands them over (`ARRAYS`).
     """
-    n = counts[N_COLLIDERS]
-    lanes_at_once = counts[LANES_AT_ONCE]
-    substeps = int(settings[SUBSTEPS])
-    relaxations = int(settings[RELAXATIONS])
-    part = h / substeps
-    half = 0.5 * part
-    counts[DONE] = 0
-    counts[SHORT] = NOTHING_SHORT
-    status = finite(n_bodies, n_rigid, translation, rotation)
-    fresh = False
-    if SLEEPING and counts[STALE] == 1:
-        counts[STALE] = 0
-        kept[neighbour_list.AGE] = 0
-        lay_down(
-            n, n_bodies, n_rigid, translation, rotation, table, mounts, poses, reaches, bodies,
-            slumber,
-        )  # fmt: skip
+    world = World(
+        Motion(body_count, rigid_count, translation, rotation, method),
+        Forces(elements, ranges, saved),
+        settings,
+        counts,
+        ColliderArrays(shape_parameters, table, local_bounds, poses, swept),
+        local_poses,
+        materials,
+        BroadPhase(fat_aabbs, grid, hash_heads, neighbours, pair_ids),
+        found,
+        bodies,
+        Constraints(manifolds, rows, batches, colours, open_batches, cache),
+        touching,
+        marks,
+        EnergyScratch(roots, impacts, groups, changes, parents, sequence),
+        SleepState(
+            sleep_states, radii, element_groups, island_roots, supported, restless,
+            awake_in_blocks,
+        ),
+        flows,
+    )  # fmt: skip
+    return advance_ticks(ticks, tick, h, world)
+
+
+def _names_of_arrays() -> tuple[str, ...]:
+    """Give the names of the arrays that `world` hands over, in their order."""
+    names = tuple(inspect.signature(_advance).parameters)
+    return names[names.index('settings') :]
+
+
+ARRAYS = _names_of_arrays()
+
+
+def _advance_ticks(ticks, tick, h, world):
+    """Let ticks pass, one after the other: the recipe."""
+    motion, counts = world.motion, world.counts
+    substeps = int(world.settings[tick_settings.SUBSTEPS])
+    substep = h / substeps
+    counts[tick_counts.DONE] = 0
+    counts[tick_counts.STATUS] = tick_counts.COMPLETE
+    status = finite(motion)
+    evaluated = False
+    if SLEEPING and counts[tick_counts.SLEEP_CHANGED] == 1:
+        counts[tick_counts.SLEEP_CHANGED] = 0
+        place_sleepers(world)
     for passed in range(ticks):
         if not status == 0.0:
             return status
-        if COUPLED and not fresh:
-            start_evaluation(n_bodies, n_rigid, translation, rotation)
-            evaluate(0, (tick + passed) * h, translation, rotation, elements, ranges)
-            fresh = not VELOCITY_DEPENDENT
+        now = Tick((tick + passed) * h, h, substep, substeps)
+        if COUPLED and not evaluated:
+            evaluate_forces(now.start, world)
+            evaluated = not VELOCITY_DEPENDENT
         if SLEEPING:
-            awake = stir(n_bodies, n_rigid, translation, rotation, slumber, ward)
-            if awake < 0:
-                counts[SHORT] = WOKEN
+            awake = sleep.count_awake(motion, world.sleep)
+            if awake == sleep.SOME_WAKES:
+                counts[tick_counts.STATUS] = tick_counts.WOKEN
                 return 0.0
             if awake == 0:
-                counts[MANIFOLDS] = 0
-                counts[DONE] = passed + 1
+                counts[tick_counts.MANIFOLDS] = 0
+                counts[tick_counts.DONE] = passed + 1
                 continue
-        for i in range(n_bodies):
-            if SLEEPING and asleep(i, slumber):
-                continue
-            solver_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
-            if BOUNCES:
-                solver_bodies.accelerate(i, n_rigid, rotation, bodies)
-        for entry in range(solver_bodies.SIZE):
-            bodies[n_bodies * solver_bodies.SIZE + entry] = 0.0
-        narrow_phase.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
-        swept_aabbs.find_reaches(n, h, settings[MARGIN], table, bounds, poses, bodies, reaches)
-        pairs = neighbour_list.find_pairs(
-            n, counts[PLANES], h, settings[RADIUS], counts[PAIR_ROOM], numbers, table, bounds,
-            reaches, rooms, grid, heads, kept, keys,
-        )  # fmt: skip
-        counts[PAIRS] = pairs
-        if pairs > counts[PAIR_ROOM]:
-            counts[SHORT] = SHORT_OF_PAIRS
+        if not detect_contacts(h, world) or not prepare_constraints(now, world):
             return 0.0
-        manifolds = find_manifolds(
-            pairs, n, h, counts[MANIFOLD_ROOM], keys, numbers, table, bounds, reaches, poses,
-            found, records, bodies, counts[PIECES : PIECES + 1],
-        )  # fmt: skip
-        counts[MANIFOLDS] = manifolds
-        if manifolds > counts[MANIFOLD_ROOM]:
-            counts[SHORT] = SHORT_OF_MANIFOLDS
-            return 0.0
-        if SLEEPING and reached(manifolds, h, table, reaches, records, slumber):
-            counts[SHORT] = WOKEN
-            return 0.0
-        if counts[PIECES] > 1 and counts[CUT] == 0:
-            counts[SHORT] = TOO_LONG
-            return 0.0
-        if 2 + manifolds * (2 + 4 * cache_record.POINT_SIZE) > counts[MEMORY_ROOM]:
-            counts[SHORT] = SHORT_OF_MEMORY
-            return 0.0
-        if counts[ASSEMBLED] == 0 or not assembly.is_same(manifolds, records, memory):
-            counts[BATCHES] = assembly.make_batches(
-                manifolds, n_bodies, WIDTH, counts[ROW_ROOM], counts[BATCH_ROOM], table, records,
-                bodies, colours, open_batches, rows, batches,
-            )  # fmt: skip
-            counts[ASSEMBLED] = 0
-            if counts[BATCHES] < 0:
-                counts[SHORT] = SHORT_OF_ROWS
-                return 0.0
-        count = counts[BATCHES]
-        if counts[ASSEMBLED] == 0 or memory[0] != part:
-            assembly.fill_materials(
-                manifolds,
-                part,
-                max(1, counts[CUT]),
-                settings[ZETA],
-                table,
-                bounds,
-                materials,
-                records,
-                rows,
-                bodies,
-            )
-            counts[ASSEMBLED] = 1
-        assembly.fill_rows(
-            manifolds, WIDTH, part, ANGULAR, translation, table, bounds, poses, records, memory,
-            rows,
-        )  # fmt: skip
-        if FLOWS:
-            weigh((tick + passed) * h + 0.5 * h, flows)
-            enter(flows, bodies)
-        prepare(lanes_at_once, count, settings[THRESHOLD], rows, batches, bodies)
-        if FLOWS:
-            leave(flows, bodies)
-            hold_flowing(flows, bodies)
-        touched = _mark_touching(manifolds, n_bodies, records, rows, touching, colours)
-        for i in range(touched):
-            account.begin(touching[i], bodies)
-            if not COUPLED:
-                account.add_half_the_torque(touching[i], n_rigid, h, rotation, bodies)
-        for sub in range(substeps):
-            if COUPLED and not fresh:
-                time = (tick + passed) * h + sub * part
-                start_evaluation(n_bodies, n_rigid, translation, rotation)
-                evaluate(0, time, translation, rotation, elements, ranges)
-            for i in range(touched):
-                solver_bodies.kick(touching[i], n_rigid, part, translation, rotation, bodies)
-            if FLOWS:
-                enter(flows, bodies)
-            push(
-                lanes_at_once,
-                count,
-                1.0 / part,
-                settings[SLOP],
-                settings[CAP],
-                rows,
-                batches,
-                bodies,
-            )
-            if FLOWS:
-                leave(flows, bodies)
-            for block in range((n_bodies + 63) // 64):
-                if SLEEPING and not stirs(block, n_bodies, ward):
-                    continue
-                lanes = min(64, n_bodies - 64 * block)
-                kick_and_drift(block, lanes, half, part, translation)
-                kick(block, lanes, half, translation)
-            for i in range(touched):
-                solver_bodies.before_turn(touching[i], n_rigid, half, rotation, bodies)
-            for block in range((n_rigid + 63) // 64):
-                if SLEEPING and not stirs(block, n_bodies, ward):
-                    continue
-                lanes = min(64, n_rigid - 64 * block)
-                drift_rotation(block, lanes, half, part, rotation, method)
-                kick_rotation(block, lanes, half, rotation)
-            for i in range(touched):
-                solver_bodies.after_turn(touching[i], n_rigid, part, translation, rotation, bodies)
-                if COUPLED:
-                    account.add_half_the_work(
-                        touching[i], n_rigid, part, translation, rotation, bodies
-                    )
-            if SLEEPING:
-                keep_still(n_bodies, n_rigid, translation, rotation, bodies, ward)
+        touching = world.touching[0 : count_touching(world)]
+        begin_energy_balance(h, touching, world)
+        for index in range(substeps):
+            if COUPLED and not evaluated:
+                evaluate_forces(now.start + index * substep, world)
+            solve_contacts(now, touching, world)
+            integrate_motion(now, touching, world)
             if COUPLED:
-                if VELOCITY_DEPENDENT:
-                    for i in range(touched):
-                        forces_of_state.lean(
-                            touching[i], n_rigid, 1.0, translation, rotation, bodies
-                        )
-                forces_of_state.save(n_bodies, n_rigid, translation, rotation, workspace)
-                time = (tick + passed) * h + (sub + 1) * part
-                start_evaluation(n_bodies, n_rigid, translation, rotation)
-                evaluate(0, time, translation, rotation, elements, ranges)
-                forces_of_state.correct(n_bodies, n_rigid, half, translation, rotation, workspace)
-                if VELOCITY_DEPENDENT:
-                    for i in range(touched):
-                        forces_of_state.lean(
-                            touching[i], n_rigid, -1.0, translation, rotation, bodies
-                        )
-                fresh = not VELOCITY_DEPENDENT
-            for i in range(touched):
-                if COUPLED:
-                    account.add_half_the_work(
-                        touching[i], n_rigid, part, translation, rotation, bodies
-                    )
-                solver_bodies.take_over(touching[i], n_rigid, translation, rotation, bodies)
-            for i in range(touched):
-                solver_bodies.let_go(touching[i], bodies)
-            if FLOWS:
-                enter(flows, bodies)
-            follow(lanes_at_once, count, rows, batches, bodies)
-            for turn in range(relaxations):
-                last = turn + 1 == relaxations and sub + 1 < substeps
-                relax(
-                    lanes_at_once,
-                    count,
-                    1.0 / part,
-                    turn == 0,
-                    last,
-                    rows,
-                    batches,
-                    bodies,
-                )
-            if FLOWS:
-                leave(flows, bodies)
-                hold_flowing(flows, bodies)
-            for i in range(touched):
-                solver_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
-                if not COUPLED and sub + 1 == substeps:
-                    account.add_work(touching[i], translation, bodies)
-                    account.add_half_the_torque(touching[i], n_rigid, h, rotation, bodies)
-        if BOUNCES and count > 0:
-            for i in range(touched):
-                restitution_bound.before_bounce(touching[i], bodies)
-            if FLOWS:
-                enter(flows, bodies)
-            bounce(lanes_at_once, count, rows, batches, bodies)
-            if FLOWS:
-                leave(flows, bodies)
-            restitution_bound.limit(
-                manifolds, count, touched, n_bodies, WIDTH, touching, batches, records, rows,
-                colours, accounts, bodies,
-            )  # fmt: skip
-            for i in range(touched):
-                solver_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
-        if projection.take_back(
-            count, touched, n_bodies, WIDTH, part, touching, batches, rows, colours, translation,
-            accounts, bodies,
-        ):  # fmt: skip
-            hung = attribution.hang(
-                manifolds, touched, n_bodies, touching, records, rows, colours, accounts
-            )
-            attribution.charge(hung, n_bodies, WIDTH, records, rows, accounts, bodies)
-            for i in range(touched):
-                solver_bodies.hand_back(touching[i], n_rigid, translation, rotation, bodies)
-        memory_of.remember(manifolds, WIDTH, part, ANGULAR, poses, records, rows, memory)
-        counts[DONE] = passed + 1
-        status = finite(n_bodies, n_rigid, translation, rotation)
-        if SLEEPING:
-            fell = settle(
-                counts[CUT] == 0, touched, manifolds, h, n_bodies, n_rigid, translation, rotation,
-                table, reaches, records, memory, bodies, touching, slumber, limits, ward,
-            )  # fmt: skip
-            if fell > 0:
-                if VELOCITY_DEPENDENT:
-                    start_evaluation(n_bodies, n_rigid, translation, rotation)
-                    evaluate(0, (tick + passed + 1) * h, translation, rotation, elements, ranges)
-                note_wrenches(n_bodies, n_rigid, translation, rotation, slumber)
-                counts[SHORT] = FELL_ASLEEP
-                return status
+                correct_forces(now.start + (index + 1) * substep, now, touching, world)
+                evaluated = not VELOCITY_DEPENDENT
+            follow_and_relax(index + 1 == substeps, now, touching, world)
+        if BOUNCES and counts[tick_counts.BATCHES] > 0:
+            bound_bounces(touching, world)
+        take_energy_back(substep, touching, world)
+        store_impulses(substep, world)
+        counts[tick_counts.DONE] = passed + 1
+        status = finite(motion)
+        if SLEEPING and put_to_sleep(h, (tick + passed + 1) * h, touching, world):
+            counts[tick_counts.STATUS] = tick_counts.FELL_ASLEEP
+            return status
     return status
 
 
+@inline
+def finite(motion: Motion) -> Any:
+    """Return 0 if every number of the state is finite, else NaN."""
+    return steps.finite(motion.body_count, motion.rigid_count, motion.translation, motion.rotation)
+
+
+@inline
+def place_sleepers(world: World) -> None:
+    """Let the colliders say who sleeps, and forget the neighbour list."""
+    world.broad_phase.neighbours[neighbour_list.AGE] = 0
+    sleep.place_sleepers(
+        world.counts[tick_counts.COLLIDERS], world.motion, world.colliders, world.local_poses,
+        world.bodies, world.sleep.sleep_states,
+    )  # fmt: skip
+
+
+def _evaluate_forces(time, world):
+    """Evaluate all force elements at a time [s]."""
+    motion, forces = world.motion, world.forces
+    translation, rotation = motion.translation, motion.rotation
+    steps.start_evaluation(motion.body_count, motion.rigid_count, translation, rotation)
+    evaluate(0, time, translation, rotation, forces.elements, forces.ranges)
+
+
+def _gather_bodies(world):
+    """Give the solver the bodies as they are at the start of the tick."""
+    motion, bodies = world.motion, world.bodies
+    for body in range(motion.body_count):
+        if SLEEPING and sleep.asleep(body, world.sleep.sleep_states):
+            continue
+        solver_bodies.begin_tick(
+            body, motion.rigid_count, motion.translation, motion.rotation, bodies
+        )
+        if BOUNCES:
+            solver_bodies.find_free_acceleration(body, motion.rigid_count, motion.rotation, bodies)
+    for entry in range(solver_bodies.SIZE):
+        bodies[motion.body_count * solver_bodies.SIZE + entry] = 0.0
+
+
+def _detect_contacts(h, world):
+    """
+    Find poses, swept AABBs, pairs and manifolds of a tick [s]. Tell whether the tick can go on;
+    else counts[STATUS] tells why.
+    """
+    motion, settings, counts = world.motion, world.settings, world.counts
+    colliders, bodies = world.colliders, world.bodies
+    count = counts[tick_counts.COLLIDERS]
+    gather_bodies(world)
+    narrow_phase.find_poses(
+        count, motion.rigid_count, motion.translation, motion.rotation, colliders.table,
+        world.local_poses, colliders.poses,
+    )  # fmt: skip
+    swept_aabbs.find_swept_aabbs(count, h, settings[tick_settings.MARGIN], colliders, bodies)
+    pairs = neighbour_list.find_pairs(
+        count, counts[tick_counts.PLANES], h, settings[tick_settings.USUAL_RADIUS],
+        counts[tick_counts.PAIR_ROOM], colliders, world.broad_phase,
+    )  # fmt: skip
+    counts[tick_counts.PAIRS] = pairs
+    if pairs > counts[tick_counts.PAIR_ROOM]:
+        counts[tick_counts.STATUS] = tick_counts.SHORT_OF_PAIRS
+        return False
+    manifolds = find_manifolds(
+        pairs, count, h, counts[tick_counts.MANIFOLD_ROOM], colliders,
+        world.broad_phase.pair_ids, world.found, world.constraints.manifolds, bodies,
+        counts[tick_counts.PIECES : tick_counts.PIECES + 1],
+    )  # fmt: skip
+    counts[tick_counts.MANIFOLDS] = manifolds
+    if manifolds > counts[tick_counts.MANIFOLD_ROOM]:
+        counts[tick_counts.STATUS] = tick_counts.SHORT_OF_MANIFOLDS
+        return False
+    if SLEEPING and sleep.wake_touched(
+        manifolds, h, colliders, world.constraints.manifolds, world.sleep.sleep_states
+    ):
+        counts[tick_counts.STATUS] = tick_counts.WOKEN
+        return False
+    if counts[tick_counts.PIECES] > 1 and counts[tick_counts.PIECE] == 0:
+        counts[tick_counts.STATUS] = tick_counts.TOO_LONG
+        return False
+    return True
+
+
+def _colour_constraints(world):
+    """Colour the constraints into batches; tell whether there was room."""
+    counts, constraints = world.counts, world.constraints
+    count = counts[tick_counts.MANIFOLDS]
+    if counts[tick_counts.ASSEMBLED] == 1 and impulse_cache.holds_same_manifolds(
+        count, constraints.manifolds, constraints.impulse_cache
+    ):
+        return True
+    counts[tick_counts.BATCHES] = colouring.colour_constraints(
+        count, world.motion.body_count, WIDTH, counts[tick_counts.ROW_ROOM],
+        counts[tick_counts.BATCH_ROOM], world.colliders.table, constraints.manifolds,
+        world.bodies, constraints.colours, constraints.open_batches, constraints.rows,
+        constraints.batches,
+    )  # fmt: skip
+    counts[tick_counts.ASSEMBLED] = 0
+    return counts[tick_counts.BATCHES] != colouring.NO_ROOM
+
+
+def _prepare_constraints(now, world):
+    """
+    Make the constraints of a tick, with the impulses of the last one. Tell whether there was
+    room; else counts[STATUS] tells for what not.
+    """
+    settings, counts, constraints = world.settings, world.counts, world.constraints
+    colliders, bodies = world.colliders, world.bodies
+    manifolds, rows, cache = constraints.manifolds, constraints.rows, constraints.impulse_cache
+    count = counts[tick_counts.MANIFOLDS]
+    if (
+        cache_record.HEAD
+        + count * (cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE)
+        > counts[tick_counts.CACHE_ROOM]
+    ):
+        counts[tick_counts.STATUS] = tick_counts.SHORT_OF_CACHE
+        return False
+    if not colour_constraints(world):
+        counts[tick_counts.STATUS] = tick_counts.SHORT_OF_ROWS
+        return False
+    if counts[tick_counts.ASSEMBLED] == 0 or cache[cache_record.SUBSTEP] != now.substep:
+        manifold_constraints.prepare_materials(
+            count, now.substep, max(1, counts[tick_counts.PIECE]),
+            settings[tick_settings.DAMPING_RATIO], colliders.table, colliders.local_bounds,
+            world.materials, manifolds, rows, bodies,
+        )  # fmt: skip
+        counts[tick_counts.ASSEMBLED] = 1
+    manifold_constraints.prepare_points(
+        count, WIDTH, world.motion.translation, colliders.table, colliders.poses, manifolds, rows
+    )
+    impulse_cache.recall(
+        count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, manifolds,
+        cache, rows,
+    )  # fmt: skip
+    if FLOWS:
+        variable_mass.find_mass_scale(now.start + 0.5 * now.h, world.flows)
+        variable_mass.scale_to_present_mass(world.flows, bodies)
+    prepare(
+        counts[tick_counts.LANES], counts[tick_counts.BATCHES],
+        settings[tick_settings.RESTITUTION_THRESHOLD], rows, constraints.batches, bodies,
+    )  # fmt: skip
+    if FLOWS:
+        variable_mass.scale_to_start_mass(world.flows, bodies)
+        variable_mass.scale_warm_start(world.flows, bodies)
+    return True
+
+
+@inline
+def count_touching(world: World) -> int:
+    """List the bodies that some manifold names; return how many."""
+    return list_touching(
+        world.counts[tick_counts.MANIFOLDS], world.motion.body_count,
+        world.constraints.manifolds, world.constraints.rows, world.marks, world.touching,
+    )  # fmt: skip
+
+
+def _begin_energy_balance(h, touching, world):
+    """Start the energy balance of the bodies that touch."""
+    for index in range(len(touching)):
+        account.begin(touching[index], world.bodies)
+        if not COUPLED:
+            account.add_half_the_torque(
+                touching[index], world.motion.rigid_count, h, world.motion.rotation, world.bodies
+            )
+
+
+def _solve_contacts(now, touching, world):
+    """Let half of forces and warm start act, then solve the soft normals."""
+    motion, settings, constraints = world.motion, world.settings, world.constraints
+    for index in range(len(touching)):
+        solver_bodies.kick_and_warm_start(
+            touching[index], motion.rigid_count, now.substep, motion.translation, motion.rotation,
+            world.bodies,
+        )  # fmt: skip
+    if FLOWS:
+        variable_mass.scale_to_present_mass(world.flows, world.bodies)
+    solve_normals(
+        world.counts[tick_counts.LANES], world.counts[tick_counts.BATCHES], 1.0 / now.substep,
+        settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], constraints.rows,
+        constraints.batches, world.bodies,
+    )  # fmt: skip
+    if FLOWS:
+        variable_mass.scale_to_start_mass(world.flows, world.bodies)
+
+
+def _integrate_motion(now, touching, world):
+    """Move all bodies over a substep, and let the other half of the forces act."""
+    motion, bodies = world.motion, world.bodies
+    translation, rotation = motion.translation, motion.rotation
+    half = 0.5 * now.substep
+    for block in range((motion.body_count + blocks.LANES - 1) // blocks.LANES):
+        if SLEEPING and not sleep.stirs(block, world.sleep):
+            continue
+        lanes = min(blocks.LANES, motion.body_count - blocks.LANES * block)
+        steps.kick_and_drift(block, lanes, half, now.substep, translation)
+        steps.kick(block, lanes, half, translation)
+    for index in range(len(touching)):
+        solver_bodies.scatter_angular_momentum(
+            touching[index], motion.rigid_count, half, rotation, bodies
+        )
+    for block in range((motion.rigid_count + blocks.LANES - 1) // blocks.LANES):
+        if SLEEPING and not sleep.stirs(block, world.sleep):
+            continue
+        lanes = min(blocks.LANES, motion.rigid_count - blocks.LANES * block)
+        drift_rotation(block, lanes, half, now.substep, rotation, motion.method)
+        steps.kick_rotation(block, lanes, half, rotation)
+    for index in range(len(touching)):
+        body = touching[index]
+        solver_bodies.integrate_position(
+            body, motion.rigid_count, now.substep, translation, rotation, bodies
+        )
+        if COUPLED:
+            account.add_half_the_work(
+                body, motion.rigid_count, now.substep, translation, rotation, bodies
+            )
+    if SLEEPING:
+        sleep.keep_still(motion, world.sleep, bodies)
+
+
+def _correct_forces(time, now, touching, world):
+    """
+    Evaluate the forces of after the motion, at a time [s], and let them act in place of those of
+    before it for its second half. Those that depend on velocity see the second half of the warm
+    start too.
+    """
+    motion, saved, bodies = world.motion, world.forces.saved, world.bodies
+    translation, rotation = motion.translation, motion.rotation
+    if VELOCITY_DEPENDENT:
+        for index in range(len(touching)):
+            forces_of_state.add_warm_start(
+                touching[index], motion.rigid_count, 1.0, translation, rotation, bodies
+            )
+    forces_of_state.save_wrenches(
+        motion.body_count, motion.rigid_count, translation, rotation, saved
+    )
+    evaluate_forces(time, world)
+    forces_of_state.correct_momenta(
+        motion.body_count, motion.rigid_count, 0.5 * now.substep, translation, rotation, saved
+    )
+    if VELOCITY_DEPENDENT:
+        for index in range(len(touching)):
+            forces_of_state.add_warm_start(
+                touching[index], motion.rigid_count, -1.0, translation, rotation, bodies
+            )
+
+
+def _gather_moved_bodies(now, touching, world):
+    """Give the solver the bodies as they are after the motion."""
+    motion, bodies = world.motion, world.bodies
+    for index in range(len(touching)):
+        body = touching[index]
+        if COUPLED:
+            account.add_half_the_work(
+                body, motion.rigid_count, now.substep, motion.translation, motion.rotation, bodies
+            )
+        solver_bodies.gather_body(
+            body, motion.rigid_count, motion.translation, motion.rotation, bodies
+        )
+    for index in range(len(touching)):
+        solver_bodies.clear_warm_start(touching[index], bodies)
+
+
+def _follow_and_relax(last, now, touching, world):
+    """
+    Update separations, with the second half of the warm start; then relax. last: of the tick.
+    """
+    motion, counts, bodies = world.motion, world.counts, world.bodies
+    rows, batches = world.constraints.rows, world.constraints.batches
+    lanes, batch_count = counts[tick_counts.LANES], counts[tick_counts.BATCHES]
+    relaxations = int(world.settings[tick_settings.RELAXATIONS])
+    gather_moved_bodies(now, touching, world)
+    if FLOWS:
+        variable_mass.scale_to_present_mass(world.flows, bodies)
+    update_separation(lanes, batch_count, rows, batches, bodies)
+    for iteration in range(relaxations):
+        adds_up = iteration + 1 == relaxations and not last
+        relax(
+            lanes, batch_count, 1.0 / now.substep, iteration == 0, adds_up, rows, batches, bodies
+        )
+    if FLOWS:
+        variable_mass.scale_to_start_mass(world.flows, bodies)
+        variable_mass.scale_warm_start(world.flows, bodies)
+    scatter_momenta(touching, world)
+    if not COUPLED and last:
+        for index in range(len(touching)):
+            body = touching[index]
+            account.add_work(body, motion.translation, bodies)
+            account.add_half_the_torque(body, motion.rigid_count, now.h, motion.rotation, bodies)
+
+
+@inline
+def scatter_momenta(touching: Indices, world: World) -> None:
+    """Give the momenta of the solver back to the bodies."""
+    motion = world.motion
+    for index in range(len(touching)):
+        solver_bodies.scatter_momenta(
+            touching[index], motion.rigid_count, motion.translation, motion.rotation, world.bodies
+        )
+
+
+def _bound_bounces(touching, world):
+    """Apply restitution, and bound what it returns."""
+    counts, constraints, bodies = world.counts, world.constraints, world.bodies
+    batch_count = counts[tick_counts.BATCHES]
+    restitution_bound.keep_momenta(touching, bodies)
+    if FLOWS:
+        variable_mass.scale_to_present_mass(world.flows, bodies)
+    apply_restitution(
+        counts[tick_counts.LANES], batch_count, constraints.rows, constraints.batches, bodies
+    )
+    if FLOWS:
+        variable_mass.scale_to_start_mass(world.flows, bodies)
+    restitution_bound.bound_restitution(
+        counts[tick_counts.MANIFOLDS], batch_count, world.motion.body_count, WIDTH, touching,
+        constraints, world.energy, bodies,
+    )  # fmt: skip
+    scatter_momenta(touching, world)
+
+
+def _take_energy_back(substep, touching, world):
+    """Project onto energy that has not risen."""
+    counts, motion = world.counts, world.motion
+    if projection.project_energy(
+        counts[tick_counts.MANIFOLDS], counts[tick_counts.BATCHES], motion.body_count, WIDTH,
+        substep, touching, world.constraints, world.energy, motion.translation, world.bodies,
+    ):  # fmt: skip
+        scatter_momenta(touching, world)
+
+
+def _store_impulses(substep, world):
+    """Store what the next tick starts from."""
+    constraints = world.constraints
+    impulse_cache.store_impulses(
+        world.counts[tick_counts.MANIFOLDS], WIDTH, substep, ANGULAR, world.colliders.poses,
+        constraints.manifolds, constraints.rows, constraints.impulse_cache,
+    )  # fmt: skip
+
+
+def _put_to_sleep(h, end, touching, world):
+    """
+    Let islands fall asleep that are at rest, at the end of a tick [s]; tell whether some body did.
+    """
+    motion, settings, counts = world.motion, world.settings, world.counts
+    fell = sleep.update_sleep(
+        h, settings[tick_settings.SLEEP_SPEED], settings[tick_settings.SLEEP_TIME],
+        counts[tick_counts.PIECE] == 0, counts[tick_counts.MANIFOLDS], touching, motion,
+        world.colliders, world.constraints, world.sleep, world.bodies,
+    )  # fmt: skip
+    if fell == 0:
+        return False
+    if VELOCITY_DEPENDENT:
+        evaluate_forces(end, world)
+    sleep.note_wrenches(motion, world.sleep.sleep_states)
+    return True
+
+
+_STAGES = (
+    _evaluate_forces, _gather_bodies, _detect_contacts, _colour_constraints, _prepare_constraints,
+    _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
+    _gather_moved_bodies, _follow_and_relax, _bound_bounces, _take_energy_back, _store_impulses,
+    _put_to_sleep, _advance_ticks,
+)  # fmt: skip
+
+
 def tick_kernel(name: str, **bindings: Any) -> Callable[..., Any]:
-    """Make the kernel of one scene; `bindings` are the open names of this module."""
-    return specialise(_advance, name=name, **bindings)
+    """Make the kernel of one scene; `bindings` are the slots that others than the stages fill."""
+    offered = dict(bindings)
+    for stage in _STAGES:
+        offered[stage.__name__[1:]] = specialise(stage, name=name, inlined=True, offered=offered)
+    return specialise(_advance, name=name, offered=offered)

@@ -1,6 +1,15 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The contact of one scene: its colliders in their order, its arrays, its kernel."""
+"""
+The contact of one scene: its arrays, its kernel, and what Python answers when the kernel returns
+before all ticks are done.
+
+    a list is too short       it grows
+    islands wake or fall      their impulses move into the impulse cache, or out of it
+    asleep
+    something is too fast     the tick is cut into pieces, each a tick of its own
+                              (`collision.conservative_advancement`)
+"""
 
 from __future__ import annotations
 
@@ -10,56 +19,42 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact import solver_bodies, step
-from rigid_body_sim.physics.contact.collision import collider, manifold_record, swept_aabbs
-from rigid_body_sim.physics.contact.collision.axis_of_symmetry import (
-    members,
-    rolling,
-    round_features,
-)
+from rigid_body_sim.physics.contact import step, tick_counts
+from rigid_body_sim.physics.contact.collision import manifold_record, material_record
+from rigid_body_sim.physics.contact.collision.axis_of_symmetry import symmetry_features
 from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
-from rigid_body_sim.physics.contact.collision.convexity_defect import hollow_meshes
-from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.collision.hash_grid import CELL, size_of_heads
+from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
-from rigid_body_sim.physics.contact.collision.neighbour_list import size_of_list, size_of_rooms
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
-from rigid_body_sim.physics.contact.energy import pressing_groups
-from rigid_body_sim.physics.contact.islands import sleep
+from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.readout import read, together
 from rigid_body_sim.physics.contact.settings import ContactSettings
-from rigid_body_sim.physics.contact.solver import (
-    batch_record,
-    cache_record,
-    constraint,
-    contact_point,
-    lane_scratch,
-    variable_mass,
-)
-from rigid_body_sim.physics.contact.solver.impulse_cache import end_of_memory
+from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
+from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
+from rigid_body_sim.physics.contact.tick_settings import settings_row
+from rigid_body_sim.physics.contact.world_arrays import WorldArrays
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 from rigid_body_sim.physics.model.scene import Scene
-from rigid_body_sim.physics.state.blocks import blocks
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
 from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Call = Callable[[int, float, float], float]  # ticks, number of the first, length [s] -> status
 
 PIECES_AT_ONCE = 64  # [-] whose contacts are kept apart; more take memory, fewer take time
 
 
-class ContactPlan:
+class ContactWorld:
     """
     What the contact of a scene needs beside the blocks.
 
-    settings : of the scene
+    arrays   : of the kernel
     warnings : what the scene should know before it starts, a line each
     """
 
@@ -70,225 +65,98 @@ class ContactPlan:
                 f'integrator {integrator.name!r} refuses the scene {scene.name!r}: {reason}',
                 at=('integrator',),
             )
-        self.settings = ContactSettings.of(scene.contact)
+        settings = ContactSettings.of(scene.contact)
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
-        self.warnings = hollow_meshes(scene)
-        self._order = order(scene, colliders)
+        self.warnings = convexity_warnings(scene)
         self._kinds = colliders.pairs()
-        materials = colliders.materials.reshape(-1, collider.MATERIAL)
-        self.angular = bool(np.any(materials[:, 2:] > 0.0))
-        self.bounces = bool(np.any(materials[:, 0] > 0.0))
+        materials = colliders.materials.reshape(-1, material_record.SIZE)
+        resistances = materials[:, [material_record.ROLLING, material_record.TORSIONAL]]
+        self._angular = bool(np.any(resistances > 0.0))
+        self._bounces = bool(np.any(materials[:, material_record.RESTITUTION] > 0.0))
         self._width = (
-            contact_point.SIZE_LONG if self.angular or self.bounces else contact_point.SIZE
+            contact_point.SIZE_LONG if self._angular or self._bounces else contact_point.SIZE
         )
-        self._take(colliders)
-        self._flows = variable_mass.flows_of(layout, colliders.cores.tolist())
-        self._sleepers: Any = None
-        if self.settings.sleeping:
-            from rigid_body_sim.physics.contact.islands.sleepers import Sleepers
-
-            self._sleepers = Sleepers(
-                scene, layout, self.settings, self.table, self.bounds, self.mounts
-            )
-        self._make_room(len(self._order))
+        flows = variable_mass.flows_of(layout, colliders.bodies.tolist())
+        self.arrays = WorldArrays(layout.n_moving, self._width, flows)
+        self.arrays.take_colliders(colliders, order(scene, colliders))
+        self.arrays.settings = settings_row(settings, self.arrays.usual_radius())
+        self._sleepers = self._make_sleepers(scene, settings.sleeping)
+        self.arrays.pack()
         self._kernels: dict[str, Callable[..., Any]] = {}
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
         self._pieces: list[tuple[Contacts, Array]] = []  # of the last tick, if it was cut
 
-    def _take(self, colliders: Colliders) -> None:
-        """Bring the colliders into their order."""
-        n = len(self._order)
+    def _make_sleepers(self, scene: Scene, sleeping: bool) -> Any:
+        """Make what keeps the contacts of sleepers; None where nobody may sleep."""
+        if not sleeping:
+            nobody = make_sleep_state(np.zeros(0), np.zeros(0, dtype=np.int64))
+            self.arrays.take_sleep_state(nobody)
+            return None
+        from rigid_body_sim.physics.contact.islands.sleepers import Sleepers
 
-        def ordered(array: NDArray[Any], size: int) -> NDArray[Any]:
-            return np.ascontiguousarray(array.reshape(-1, size)[self._order]).ravel()
-
-        self.numbers = colliders.numbers
-        self.table = ordered(colliders.table, collider.TABLE)
-        self.bounds = ordered(colliders.bounds, collider.BOUNDS)
-        self.mounts = ordered(colliders.mounts, collider.POSE)
-        self.materials = ordered(colliders.materials, collider.MATERIAL)
-        self.poses = np.concatenate(
-            (ordered(colliders.poses, collider.POSE), np.zeros(2 * collider.POSE))
+        arrays = self.arrays
+        sleepers = Sleepers(
+            scene, self._layout, arrays.table, arrays.local_bounds, arrays.local_poses
         )
-        self.reaches = np.zeros(max(1, n) * swept_aabbs.ROW)
-        self.found = np.zeros(manifold.FOUND)
-        self.bodies = _aligned((self._layout.n_moving + 1) * solver_bodies.SIZE)
-        table, mounts = (
-            self.table.reshape(-1, collider.TABLE),
-            self.mounts.reshape(-1, collider.POSE),
-        )
-        for core, places in members(table[:, collider.CORE]):
-            row = self.bodies[core * solver_bodies.SIZE : (core + 1) * solver_bodies.SIZE]
-            kinds = table[places, collider.TYPE].tolist()
-            (
-                row[solver_bodies.SYMMETRY],
-                row[solver_bodies.SYMMETRY_AXIS : solver_bodies.SYMMETRY_AXIS + 3],
-            ) = rolling(kinds, mounts[places])
-
-    def _make_room(self, n: int) -> None:
-        """Make the lists that grow."""
-        moving = self._layout.n_moving
-        self.rooms = np.zeros(size_of_rooms(n))
-        self.heads = np.zeros(size_of_heads(n), dtype=np.int64)
-        self.grid = np.zeros(max(1, n) * CELL, dtype=np.int64)
-        self._make_room_for_pairs(16 * n + 16)
-        self.records = np.zeros((4 * n + 8) * manifold_record.SIZE)
-        self.memory = np.zeros(2 + (4 * n + 8) * (2 + 4 * cache_record.POINT_SIZE))
-        self.rows = _aligned(
-            lane_scratch.SIZE + (n // 2 + 40) * (constraint.SIZE + 4 * self._width)
-        )
-        self.batches = np.zeros((4 * n + 64) * batch_record.SIZE, dtype=np.int64)
-        self.colours = np.zeros(moving + 1, dtype=np.int64)
-        self.open_batches = np.zeros(3 * batch_record.COLOURS + 3, dtype=np.int64)
-        self.touching = np.zeros(moving + 1, dtype=np.int64)
-        self.accounts = np.zeros((moving + 1) * pressing_groups.ACCOUNT)
-        self.workspace = np.zeros(max(1, blocks(moving)) * 384)
-        self.counts = np.zeros(step.COUNTS, dtype=np.int64)
-        self.counts[step.N_COLLIDERS] = n
-        self.counts[step.LANES_AT_ONCE] = constraint.LANES
-        self.counts[step.PLANES] = int(
-            np.sum(self.table[collider.TYPE :: collider.TABLE] == collider.PLANE)
-        )
-        radii = self.bounds[7 :: collider.BOUNDS]
-        radii = radii[np.isfinite(radii) & (radii > 0.0)]
-        radius = float(np.median(radii)) if radii.size else 1.0
-        s = self.settings
-        self.numbers_of_settings = np.array(
-            [
-                s.substeps, s.damping_ratio, s.relaxations, s.restitution_threshold, s.slop,
-                s.push_out_speed, s.margin, radius,
-            ],
-            dtype=np.float64,
-        )  # fmt: skip
-        self._pack()
-
-    def _make_room_for_pairs(self, room: int) -> None:
-        self.kept = np.zeros(size_of_list(room), dtype=np.int64)
-        self.keys = np.zeros(room, dtype=np.int64)
-
-    def _pack(self) -> None:
-        """Measure the lists and make the arguments of the kernel."""
-        counts = self.counts
-        counts[step.ASSEMBLED] = 0
-        counts[step.PAIR_ROOM] = len(self.keys)
-        counts[step.MANIFOLD_ROOM] = len(self.records) // manifold_record.SIZE
-        counts[step.ROW_ROOM] = len(self.rows)
-        counts[step.BATCH_ROOM] = len(self.batches) // batch_record.SIZE
-        counts[step.MEMORY_ROOM] = len(self.memory)
-        self._arguments = tuple(
-            argument(array)
-            for array in (
-                self.numbers_of_settings, counts, self.numbers, self.table, self.bounds,
-                self.mounts, self.materials, self.poses, self.reaches, self.found, self.bodies,
-                self.rows, self.records, self.memory, self.rooms, self.grid, self.heads, self.kept,
-                self.keys,
-                self.batches, self.colours, self.open_batches, self.touching,
-                self.accounts,
-            )
-        )  # fmt: skip
-        nothing = 3 * (argument(np.zeros(0)),)
-        self._arguments += nothing if self._sleepers is None else self._sleepers.arguments
-        self._arguments += (argument(self._flows),)
-
-    def _grow(self) -> None:
-        """Double the list that was too short; nothing else in it is needed but the memory."""
-        short = self.counts[step.SHORT]
-        if short == step.SHORT_OF_PAIRS:
-            self._make_room_for_pairs(2 * int(self.counts[step.PAIRS]))
-        elif short == step.SHORT_OF_MANIFOLDS:
-            self.records = np.zeros(2 * int(self.counts[step.MANIFOLDS]) * manifold_record.SIZE)
-        elif short == step.SHORT_OF_MEMORY:
-            self.memory = np.concatenate((self.memory, np.zeros(len(self.memory))))
-        else:
-            self.rows = _aligned(2 * len(self.rows))
-            self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
-        self._pack()
-
-    def _answer(self, h: float) -> None:
-        """Do what the kernel returned for: make room, or put in order who sleeps."""
-        short = self.counts[step.SHORT]
-        if self._sleepers is None or short not in (step.WOKEN, step.FELL_ASLEEP):
-            self._grow()
-            return
-        memory = self.memory[: end_of_memory(self.memory)]
-        if short == step.WOKEN:
-            self._put_memory(self._sleepers.wake(memory))
-        else:
-            memory, records = self._sleepers.fall_asleep(
-                memory,
-                table=self.table,
-                records=self._records,
-                h=h,
-                read=lambda records: self._read(records)[0],
-            )
-            self._put_memory(memory)
-            self.records[: len(records)] = records
-            self.counts[step.MANIFOLDS] = len(records) // manifold_record.SIZE
-        self.counts[step.STALE] = 1
+        arrays.take_sleep_state(sleepers.state)
+        return sleepers
 
     def remembered(self) -> Array:
-        """Give what the next tick starts from beside the blocks, in one row: see `assembly`."""
-        memory = self.memory[: end_of_memory(self.memory)].copy()
+        """Give what the next tick starts from beside the blocks: see `cache_record`."""
+        cache = self.arrays.cache_in_use.copy()
         if self._sleepers is None:
-            return memory
-        return np.concatenate((memory, self._sleepers.remembered()))
+            return cache
+        return np.concatenate((cache, self._sleepers.remembered()))
 
     def recall(self, numbers: Array) -> None:
-        """Restore what `remembered` gave; without numbers there is no memory of any contact."""
+        """Restore what `remembered` gave; without numbers nothing is known of any contact."""
         if self._sleepers is not None:
-            end = end_of_memory(numbers) if len(numbers) else 0
+            end = size_in_use(numbers) if len(numbers) else 0
             self._sleepers.recall(numbers[end:])
-            self.counts[step.STALE] = 1
             numbers = numbers[:end]
-        self._put_memory(numbers)
-        self._is_read = False
+        self._restart_from(numbers)
 
     def snapshot(self) -> tuple[Any, ...]:
         """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
-        memory = self.memory[: end_of_memory(self.memory)].copy()
-        return memory, None if self._sleepers is None else self._sleepers.snapshot()
+        sleepers = None if self._sleepers is None else self._sleepers.snapshot()
+        return self.arrays.cache_in_use.copy(), sleepers
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
-        memory, sleepers = snapshot
+        cache, sleepers = snapshot
         if self._sleepers is not None:
             self._sleepers.return_to(sleepers)
-            self.counts[step.STALE] = 1
-        self._put_memory(memory)
-        self._is_read = False
+        self._restart_from(cache)
 
-    def _put_memory(self, numbers: Array) -> None:
-        if len(numbers) > len(self.memory):
-            self.memory = np.zeros(len(numbers))
-            self._pack()
-        self.memory[: cache_record.HEAD] = 0.0
-        self.memory[: len(numbers)] = numbers
-        self.counts[step.ASSEMBLED] = 0
+    def _restart_from(self, cache: Array) -> None:
+        """Let the next tick start from an impulse cache; what was read of the last one is gone."""
+        if self._sleepers is not None:
+            self.arrays.counts[tick_counts.SLEEP_CHANGED] = 1
+        self.arrays.put_cache(cache)
+        self._is_read = False
 
     def contacts(self) -> Contacts:
         """Read the contacts of the last tick; none before the first."""
         if not self._is_read:
             return NO_CONTACTS
-        found = together(self._pieces) if self._pieces else self._read(self._records)
-        return found[0] if self._sleepers is None else self._sleepers.contacts(found[0], self._h)
+        found, _ = (
+            together(self._pieces) if self._pieces else self._read(self.arrays.manifolds_in_use)
+        )
+        return found if self._sleepers is None else self._sleepers.contacts(found, self._h)
 
-    @property
-    def _records(self) -> Array:
-        """Records of the manifolds of the last tick or piece."""
-        return self.records[: self.counts[step.MANIFOLDS] * manifold_record.SIZE]
-
-    def _read(self, records: Array) -> tuple[Contacts, Array]:
+    def _read(self, manifolds: Array) -> tuple[Contacts, Array]:
+        """Read the contacts of some manifolds of the last tick or piece, and which they are."""
         return read(
-            len(records) // manifold_record.SIZE,
+            len(manifolds) // manifold_record.SIZE,
             width=self._width,
-            bounces=self.bounces,
-            table=self.table,
-            records=records,
-            rows=self.rows,
-            bodies=self.bodies,
+            bounces=self._bounces,
+            table=self.arrays.table,
+            manifolds=manifolds,
+            rows=self.arrays.rows,
+            bodies=self.arrays.bodies,
         )
 
     def kernel(
@@ -301,99 +169,123 @@ class ContactPlan:
                                               depends on the state
         """
         if scene not in self._kernels:
-            assert isinstance(self._integrator.scheme, Splitting)
-            flags = {'angular': self.angular, 'bounces': self.bounces}
-            flags['turns'] = bool(np.ptp(self._layout.moments, axis=1).any() or self._flows.size)
-            pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
-            passes = solver(width=self._width, **flags, **round_features(self._kinds))
-            if self._sleepers is not None:
-                passes |= sleep.KERNELS
-            if self._flows.size:
-                passes |= variable_mass.KERNELS
-            compiled = step.tick_kernel(
-                f'{self._integrator.name}_{scene}',
-                WIDTH=self._width,
-                ANGULAR=self.angular,
-                BOUNCES=self.bounces,
-                COUPLED=evaluate is not None,
-                VELOCITY_DEPENDENT=velocity_dependent,
-                SLEEPING=self._sleepers is not None,
-                FLOWS=self._flows.size > 0,
-                drift_rotation=self._integrator.scheme.drift_rotation,
-                evaluate=_nothing if evaluate is None else evaluate,
-                find_manifolds=manifold_finder(pairs),
-                **passes,
-            )
+            compiled = self._compile(scene, evaluate, velocity_dependent)
             self._kernels[scene] = self._with_arrays(compiled)
         return self._kernels[scene]
 
+    def _compile(
+        self, scene: str, evaluate: Callable[..., Any] | None, velocity_dependent: bool
+    ) -> Callable[..., Any]:
+        """Make the kernel of the ticks: only what the scene needs."""
+        assert isinstance(self._integrator.scheme, Splitting)
+        flows = bool(self.arrays.flows.size)
+        pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
+        iterations = solver(
+            width=self._width,
+            angular=self._angular,
+            bounces=self._bounces,
+            turns=bool(np.ptp(self._layout.moments, axis=1).any()) or flows,
+            **symmetry_features(self._kinds),
+        )
+        return step.tick_kernel(
+            f'{self._integrator.name}_{scene}',
+            WIDTH=self._width,
+            ANGULAR=self._angular,
+            BOUNCES=self._bounces,
+            COUPLED=evaluate is not None,
+            VELOCITY_DEPENDENT=velocity_dependent,
+            SLEEPING=self._sleepers is not None,
+            FLOWS=flows,
+            drift_rotation=self._integrator.scheme.drift_rotation,
+            evaluate=_nothing if evaluate is None else evaluate,
+            find_manifolds=manifold_finder(pairs),
+            **{'apply_restitution': _nothing, **iterations},
+        )
+
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
+        """Give a kernel of the ticks the call of a scheme; its workspace is not needed."""
+
         def advance(
-            ticks: int, at: float, h: float, n_moving: int, n_rigid: int, translation: Any,
-            rotation: Any, method: Any, workspace: Any, elements: Any, ranges: Any,
+            ticks: int, tick: float, h: float, n_moving: int, n_rigid: int, translation: Any,
+            rotation: Any, method: Any, _workspace: Any, elements: Any, ranges: Any,
         ) -> float:  # fmt: skip
-            own = argument(self.workspace)
-            done, status = 0, 0.0
-            while True:
-                status = compiled(
-                    ticks - done, at + done, h, n_moving, n_rigid, translation, rotation, method,
-                    own, elements, ranges, *self._arguments,
-                )  # fmt: skip
-                if self.counts[step.DONE]:
-                    done += int(self.counts[step.DONE])
-                    self._is_read, self._pieces = True, []
-                self._h = h
-                if status != 0.0 or self.counts[step.SHORT] == step.NOTHING_SHORT:
-                    return status
-                if self.counts[step.SHORT] != step.TOO_LONG:
-                    self._answer(h)
-                    if done == ticks:
-                        return status
-                    continue
-                status = self._in_pieces(
-                    compiled, at + done, h, n_moving, n_rigid, translation, rotation, method, own,
-                    elements, ranges,
-                )  # fmt: skip
-                done += 1
-                self._is_read = True
-                if status != 0.0 or done == ticks:
-                    return status
+            given = (n_moving, n_rigid, translation, rotation, method, elements, ranges)
+
+            def call(ticks: int, tick: float, h: float) -> float:
+                return compiled(ticks, tick, h, *given, *self.arrays.arguments)
+
+            return self._advance(call, ticks, tick, h)
 
         return advance
 
-    def _in_pieces(
-        self, compiled: Callable[..., Any], at: float, h: float, *arguments: Any
-    ) -> float:
+    def _advance(self, call: Call, ticks: int, tick: float, h: float) -> float:
+        """Call the kernel, and do what it returns for, until all ticks are done; its status."""
+        counts = self.arrays.counts
+        done = 0
+        while True:
+            status = call(ticks - done, tick + done, h)
+            if counts[tick_counts.DONE]:
+                done += int(counts[tick_counts.DONE])
+                self._is_read, self._pieces = True, []
+            self._h = h
+            if status != 0.0 or counts[tick_counts.STATUS] == tick_counts.COMPLETE:
+                return status
+            if counts[tick_counts.STATUS] == tick_counts.TOO_LONG:
+                status = self._advance_in_pieces(call, tick + done, h)
+                self._is_read = True
+                done += 1
+            else:
+                self._answer(h)
+            if status != 0.0 or done == ticks:
+                return status
+
+    def _advance_in_pieces(self, call: Call, tick: float, h: float) -> float:
         """
         Advance over one tick in pieces, because something fast hits something in it, and read the
         contacts of each piece before the next one writes over them.
         """
-        pieces = int(self.counts[step.PIECES])
-        self.counts[step.CUT] = pieces
+        counts = self.arrays.counts
+        pieces = int(counts[tick_counts.PIECES])
+        counts[tick_counts.PIECE] = pieces
         self._pieces = []
         done, status = 0, 0.0
         while done < pieces and status == 0.0:
-            status = compiled(1, at * pieces + done, h / pieces, *arguments, *self._arguments)
-            if self.counts[step.DONE]:
+            status = call(1, tick * pieces + done, h / pieces)
+            if counts[tick_counts.DONE]:
                 done += 1
-                self._pieces.append(self._read(self._records))
+                self._pieces.append(self._read(self.arrays.manifolds_in_use))
                 if len(self._pieces) == PIECES_AT_ONCE:
                     self._pieces = [together(self._pieces)]
             elif status == 0.0:
                 self._answer(h / pieces)
-        self.counts[step.CUT] = 0
+        counts[tick_counts.PIECE] = 0
         return status
 
+    def _answer(self, h: float) -> None:
+        """Do what the kernel returned for: let a list grow, or put in order who sleeps."""
+        status = self.arrays.counts[tick_counts.STATUS]
+        if status == tick_counts.WOKEN:
+            self.arrays.put_cache(self._sleepers.wake(self.arrays.cache_in_use))
+        elif status == tick_counts.FELL_ASLEEP:
+            self._let_sleep(h)
+        else:
+            self.arrays.grow()
+            return
+        self.arrays.counts[tick_counts.SLEEP_CHANGED] = 1
 
-def _aligned(size: int) -> Array:
-    """
-    Make zeros that begin where a cache line does: eight lanes are one line, and a vector that
-    straddles two costs twice as much.
-    """
-    array = np.zeros(size + 8)
-    skip = -array.ctypes.data // 8 % 8
-    return array[skip : skip + size]
+    def _let_sleep(self, h: float) -> None:
+        """Let sleepers keep the contacts of who fell asleep in the last tick of length h [s]."""
+        arrays = self.arrays
+        cache, manifolds = self._sleepers.fall_asleep(
+            arrays.cache_in_use,
+            table=arrays.table,
+            manifolds=arrays.manifolds_in_use,
+            h=h,
+            read=lambda manifolds: self._read(manifolds)[0],
+        )
+        arrays.put_cache(cache)
+        arrays.put_manifolds(manifolds)
 
 
 def _nothing(*_arguments: Any) -> None:
-    """Stand for the forces of a scene where there are none that depend on its state."""
+    """Stand for forces, or bounces, in a scene without."""

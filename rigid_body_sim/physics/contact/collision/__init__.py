@@ -1,3 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Which colliders meet in a tick, and where: reaches, kept pairs, manifolds, what is too fast."""
+"""
+Collision detection: which colliders meet in a tick, and where.
+
+    collider, pose : what collides and where it stands, as records of the arrays of kernels
+    swept_aabbs    : how far each collider reaches in a tick, speculative margin of a pair
+    neighbour_list : broad phase, the pairs that may meet, kept over ticks; `hash_grid` below it
+    narrow_phase   : contact manifolds of those pairs, by the pair kernels in `pairs`
+    conservative_advancement : what is fast, whether and when it hits (CCD)
+"""

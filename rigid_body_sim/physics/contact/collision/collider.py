@@ -1,41 +1,43 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What collides, as arrays: one collider for each solid of each body (`compound`), in scene order.
+What collides, as arrays: one collider for each solid of each body (`solids`), in scene order.
 
 A fixed body is a static collider. A point mass collides as a sphere of radius zero, but never with
 another point. A mesh collides as its convex hull. Bodies without a shape and particles that make a
 rigid body do not collide.
 
-    numbers : sizes of all shapes, one after the other; equal hulls share one record
-        SPHERE    radius
-        CAPSULE   radius, half length; axis z
-        BOX       half edges along x, y, z
-        CYLINDER  radius, half length; axis z; then, only where a pair needs it, the prism record
-                  of `hull_records`
-        HULL      record of `hull_records`
-        PLANE     unit normal out of the solid (3), distance from the world's origin; world axes
-    table   : TABLE per collider: type, where its sizes begin, core index of its body (-1: static),
-              scene index of its body
-    bounds  : BOUNDS per collider, see `bounding_box`
-    mounts  : POSE per collider: centre of mass seen from the origin of the shape, shape axes (3),
-              then the rotation from shape axes to principal axes, row by row (9): how the pose of
-              a shape follows from r and q of the core: R = R(q) M, x = r - R c; point masses and
-              static colliders: M = 1
-    poses   : POSE per collider: origin of the shape in the world (3), then R row by row (9), shape
-              axes to world; here those at the start
+    shape_parameters : of all shapes, one after the other, see `shape_parameters`; equal hulls
+                       share one record; a cylinder has the prism record of `hull_records` behind
+                       its two numbers only where a pair needs it
+    table            : collider table, see `collider_record`
+    local_bounds     : local AABB and bounding ball of each, see `bounds_record`
+    local_poses      : where each sits in its body, see `pose`; point masses and static colliders
+                       have M = 1
+    poses            : where each stands, see `pose`; here those at the start
+    materials        : restitution and friction of each, see `material_record`
 Lengths in metres.
+
+Kernels get these arrays as `ColliderArrays`, and those of the broad phase as `BroadPhase`: groups
+that are made inside the kernel that Python calls, where they cost nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
+    collider_record,
+    material_record,
+    pose,
+)
+from rigid_body_sim.physics.contact.collision.aabb import extent
 from rigid_body_sim.physics.contact.collision.solids import solids
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
@@ -51,6 +53,7 @@ from rigid_body_sim.physics.model.shapes import (
     Sphere,
 )
 from rigid_body_sim.physics.state.layout import Layout
+from rigid_body_sim.physics.vectors import add, load
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -58,14 +61,47 @@ Indices = NDArray[np.int64]
 SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE = range(6)
 NAMES = ('sphere', 'capsule', 'box', 'cylinder', 'hull', 'plane')
 
-TABLE = 4  # numbers of a collider in `table`
-TYPE, SIZES, CORE, SCENE = range(4)
-POSE = 12  # numbers of a collider in `poses` and `mounts`
-BOUNDS = 8  # numbers of a collider in `bounds`
-MATERIAL = 4  # numbers of a collider in `materials`
-RESTITUTION, FRICTION, ROLLING, TORSIONAL = range(4)
+# former names
+TABLE = collider_record.SIZE
+TYPE, SIZES = collider_record.TYPE, collider_record.PARAMETERS
+CORE, SCENE = collider_record.BODY, collider_record.SCENE_INDEX
+POSE, BOUNDS, MATERIAL = pose.SIZE, bounds_record.SIZE, material_record.SIZE
+RESTITUTION, FRICTION = material_record.RESTITUTION, material_record.FRICTION
+ROLLING, TORSIONAL = material_record.ROLLING, material_record.TORSIONAL
+
+NO_COLLIDER = -1  # type of a body that does not collide
 
 _BY_PRISM = (CAPSULE, BOX, HULL)  # types that meet a cylinder as a prism
+
+
+class ColliderArrays(NamedTuple):
+    """
+    The colliders of a scene, as kernels take them; one-dimensional, see the module.
+
+    swept_aabbs : what each may reach within a tick, see `swept_aabbs`
+    """
+
+    parameters: Array
+    table: Indices
+    local_bounds: Array
+    poses: Array
+    swept_aabbs: Array
+
+
+class BroadPhase(NamedTuple):
+    """
+    What the broad phase keeps from tick to tick, and what it works with; one-dimensional.
+
+    fat_aabbs, neighbours : see `neighbour_list`
+    grid, hash_heads      : see `hash_grid`
+    pair_ids              : written: the pairs that may meet, see `neighbour_list.find_pairs`
+    """
+
+    fat_aabbs: Array
+    grid: Indices
+    hash_heads: Indices
+    neighbours: Indices
+    pair_ids: Indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,15 +109,14 @@ class Colliders:
     """
     All colliders of a scene.
 
-    numbers, bounds, mounts, poses, table : one-dimensional, see the module
-    materials : one-dimensional, MATERIAL per collider: restitution and friction [-], rolling and
-                torsional friction [m]
+    shape_parameters, local_bounds, local_poses, poses, table, materials : one-dimensional, see the
+                                                                           module
     """
 
-    numbers: Array
+    shape_parameters: Array
     table: Indices
-    bounds: Array
-    mounts: Array
+    local_bounds: Array
+    local_poses: Array
     poses: Array
     materials: Array
 
@@ -92,32 +127,32 @@ class Colliders:
             (index, solid, type_of(solid))
             for index, body in enumerate(scene.bodies)
             for solid in solids(body)
-            if type_of(solid) >= 0
+            if type_of(solid) != NO_COLLIDER
         ]
         prisms = _needs_prisms([kind for _, _, kind in found])
-        core = {int(index): k for k, index in enumerate(layout.moving)}
+        moving = {int(index): i for i, index in enumerate(layout.moving)}
         to_principal = layout.to_body_axes(np.broadcast_to(np.eye(3), (layout.n_rigid, 3, 3)))
-        numbers: list[float] = []
+        parameters: list[float] = []
         known: dict[bytes, int] = {}
         hulls: dict[int, Array] = {}
-        table, bounds, mounts, poses, materials = [], [], [], [], []
+        table, bounds, local_poses, poses, materials = [], [], [], [], []
         for index, body, kind in found:
             try:
-                record = _sizes(body, prisms, hulls)
+                of_shape = _parameters(body, prisms, hulls)
             except InvalidModel as error:
                 raise InvalidModel(
                     f'{body.name!r} cannot collide: {error}', at=('bodies', index, 'shape')
                 ) from error
-            at = known.setdefault(record.tobytes(), len(numbers))
-            if at == len(numbers):
-                numbers.extend(record.tolist())
-            place = core.get(index, -1)
-            table.append((kind, at, place, index))
+            begin = known.setdefault(of_shape.tobytes(), len(parameters))
+            if begin == len(parameters):
+                parameters.extend(of_shape.tolist())
+            place = moving.get(index, collider_record.STATIC)
+            table.append((kind, begin, place, index))
             bounds.append(_bounds(body, kind))
             turn = np.eye(3)
             if 0 <= place < layout.n_rigid:
                 turn = to_principal[place] @ _shape_axes(body)
-            mounts.append((*_center_in_shape(body), *turn.ravel()))
+            local_poses.append((*_center_in_shape(body), *turn.ravel()))
             poses.append(_pose(body))
             material = body.material
             materials.append(
@@ -129,48 +164,49 @@ class Colliders:
                 )
             )
         return cls(
-            numbers=np.array(numbers, dtype=np.float64),
+            shape_parameters=np.array(parameters, dtype=np.float64),
             table=np.array(table, dtype=np.int64).ravel(),
-            bounds=np.array(bounds, dtype=np.float64).ravel(),
-            mounts=np.array(mounts, dtype=np.float64).ravel(),
+            local_bounds=np.array(bounds, dtype=np.float64).ravel(),
+            local_poses=np.array(local_poses, dtype=np.float64).ravel(),
             poses=np.array(poses, dtype=np.float64).ravel(),
             materials=np.array(materials, dtype=np.float64).ravel(),
         )
 
     def __len__(self) -> int:
-        return len(self.table) // TABLE
+        return len(self.table) // collider_record.SIZE
 
     @property
     def types(self) -> Indices:
         """Type of each collider (n,)."""
-        return self.table[TYPE::TABLE]
+        return self.table[collider_record.TYPE :: collider_record.SIZE]
 
     @property
-    def cores(self) -> Indices:
-        """Core index of the body of each collider (n,); -1: static."""
-        return self.table[CORE::TABLE]
+    def bodies(self) -> Indices:
+        """Index of the body of each collider among those that move (n,); -1: static."""
+        return self.table[collider_record.BODY :: collider_record.SIZE]
 
     @property
     def radius(self) -> Array:
         """Radius of the ball about the bounding centre that holds each collider (n,) [m]."""
-        return self.bounds[7::BOUNDS]
+        return self.local_bounds[bounds_record.RADIUS :: bounds_record.SIZE]
 
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """Give the pairs of types (a <= b) that may meet in this scene, in order."""
         kinds = len(NAMES)
-        all_of = np.bincount(self.types, minlength=kinds)
-        moves = self.cores >= 0
-        of_body = np.zeros((int(np.max(self.cores, initial=-1)) + 1, kinds), dtype=np.int64)
-        np.add.at(of_body, (self.cores[moves], self.types[moves]), 1)
+        of_all = np.bincount(self.types, minlength=kinds)
+        moves = self.bodies >= 0
+        count = int(np.max(self.bodies, initial=collider_record.STATIC)) + 1
+        of_body = np.zeros((count, kinds), dtype=np.int64)
+        np.add.at(of_body, (self.bodies[moves], self.types[moves]), 1)
         # some body has a of its own, and b is found among the others
-        meets = (of_body > 0).T.astype(np.int64) @ (all_of - of_body > 0) > 0
+        meets = (of_body > 0).T.astype(np.int64) @ (of_all - of_body > 0) > 0
         return tuple(
             (a, b) for a in range(kinds) for b in range(a, kinds) if meets[a, b] or meets[b, a]
         )
 
 
 def type_of(body: Body) -> int:
-    """Tell as what a body collides; -1: not at all."""
+    """Tell as what a body collides; NO_COLLIDER: not at all."""
     match body.shape:
         case Sphere() | Particle():
             return SPHERE
@@ -185,7 +221,7 @@ def type_of(body: Body) -> int:
         case Plane():
             return PLANE
         case _:
-            return -1
+            return NO_COLLIDER
 
 
 def _needs_prisms(types: list[int]) -> bool:
@@ -195,9 +231,9 @@ def _needs_prisms(types: list[int]) -> bool:
     )
 
 
-def _sizes(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
+def _parameters(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
     """
-    Give the numbers of a shape.
+    Give the parameters of a shape, see `shape_parameters`.
 
     hulls : those that were found already, by the identity of the shape: copies of a body share it
     """
@@ -215,9 +251,9 @@ def _sizes(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
         case ConvexHull() | Mesh() as shape:
             return _record(shape, hulls)
         case Plane(normal=normal, offset=offset):
-            pose = _pose(body)
-            turned = pose[3:].reshape(3, 3) @ np.asarray(normal)
-            return np.array([*turned, offset + turned @ pose[:3]])
+            placed = _pose(body)
+            turned = placed[pose.ROW_X :].reshape(3, 3) @ np.asarray(normal)
+            return np.array([*turned, offset + turned @ placed[: pose.ROW_X]])
         case _:
             return np.zeros(1)
 
@@ -252,8 +288,8 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
     center, half = low + 0.5 * (high - low), 0.5 * (high - low)
     radius = float(np.sqrt(np.sum(half * half))) + rounding
     match body.shape:
-        case Cylinder(radius=r, length=length):
-            radius = float(np.hypot(r, 0.5 * length))
+        case Cylinder(radius=of_side, length=length):
+            radius = float(np.hypot(of_side, 0.5 * length))
         case ConvexHull(vertices=vertices) | Mesh(vertices=vertices):
             radius = float(np.sqrt(np.max(np.sum((vertices - center) ** 2, axis=1))))
     return (*center.tolist(), *half.tolist(), rounding, radius)
@@ -276,27 +312,23 @@ def _center_in_shape(body: Body) -> Array:
 
 
 @inline
-def bounding_box(bounds: Array, b: int, poses: Array, p: int) -> Any:
+def world_aabb(local_bounds: Array, collider: int, poses: Array) -> Any:
     """
-    Return the box along the world axes that holds a collider: middle (3), half edges (3) [m].
+    Return the AABB of a collider in the world: its middle and its half edges, two vectors [m].
 
     c = x + R m,  e_i = min(sum_k |R_ik| h_k + d, radius)
-        bounds : BOUNDS per collider: middle m (3) and half edges h (3) of a box along the shape
-                 axes, thickness d of the layer around it, radius of the ball about the middle;
-                 plane: infinite
-        b, p   : where the numbers of this collider begin in `bounds` and `poses`
+        m, h, d, radius : middle, half edges, rounding and bounding ball of its local bounds
     """
-    mx, my, mz = bounds[b], bounds[b + 1], bounds[b + 2]
-    hx, hy, hz = bounds[b + 3], bounds[b + 4], bounds[b + 5]
-    layer, radius = bounds[b + 6], bounds[b + 7]
-    xx, xy, xz = poses[p + 3], poses[p + 4], poses[p + 5]
-    yx, yy, yz = poses[p + 6], poses[p + 7], poses[p + 8]
-    zx, zy, zz = poses[p + 9], poses[p + 10], poses[p + 11]
-    return (
-        poses[p] + (xx * mx + xy * my + xz * mz),
-        poses[p + 1] + (yx * mx + yy * my + yz * mz),
-        poses[p + 2] + (zx * mx + zy * my + zz * mz),
-        min(abs(xx) * hx + abs(xy) * hy + abs(xz) * hz + layer, radius),
-        min(abs(yx) * hx + abs(yy) * hy + abs(yz) * hz + layer, radius),
-        min(abs(zx) * hx + abs(zy) * hy + abs(zz) * hz + layer, radius),
+    bounds, place = collider * bounds_record.SIZE, collider * pose.SIZE
+    center = add(
+        load(poses, place + pose.POSITION),
+        pose.to_world(poses, place, load(local_bounds, bounds + bounds_record.CENTER)),
+    )
+    half = load(local_bounds, bounds + bounds_record.HALF)
+    layer = local_bounds[bounds + bounds_record.ROUNDING]
+    radius = local_bounds[bounds + bounds_record.RADIUS]
+    return center, (
+        min(extent(half, load(poses, place + pose.ROW_X)) + layer, radius),
+        min(extent(half, load(poses, place + pose.ROW_Y)) + layer, radius),
+        min(extent(half, load(poses, place + pose.ROW_Z)) + layer, radius),
     )

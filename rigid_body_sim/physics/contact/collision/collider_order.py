@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.collision.collider import BOUNDS, PLANE, TABLE, Colliders
+from rigid_body_sim.physics.contact.collision import collider_record
+from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
 from rigid_body_sim.physics.model.scene import Scene
 
 Indices = NDArray[np.int64]
@@ -21,7 +22,7 @@ Indices = NDArray[np.int64]
 
 def order(scene: Scene, colliders: Colliders) -> Indices:
     """Order of the colliders that does not depend on how the scene lists them."""
-    indices = colliders.table[3::TABLE]
+    indices = colliders.table[collider_record.SCENE_INDEX :: collider_record.SIZE]
     if not len(indices):
         return np.zeros(0, dtype=np.int64)
     starts = np.array([scene.bodies[i].initial.position for i in indices])
@@ -29,7 +30,13 @@ def order(scene: Scene, colliders: Colliders) -> Indices:
     down = np.asarray(scene.gravity)
     height = -(starts @ down)
     planes = colliders.types != PLANE
-    moves = colliders.cores >= 0
-    sizes = colliders.bounds.reshape(-1, BOUNDS)[:, 7]
-    keys = [*velocities.T, sizes, colliders.types, starts[:, 1], starts[:, 0], starts[:, 2]]
+    moves = colliders.bodies >= 0
+    keys = [
+        *velocities.T,
+        colliders.radius,
+        colliders.types,
+        starts[:, 1],
+        starts[:, 0],
+        starts[:, 2],
+    ]
     return np.lexsort((*keys, height, moves, planes))

@@ -1,9 +1,10 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Meshes that are not convex: they collide as their hull, so they touch where they have no surface.
+The convexity defect of meshes: they collide as their hull, so one that is not convex touches where
+it has no surface.
 
-    defect = 1 - V_mesh / V_hull [-], `geometry.hulls.convexity_defect`
+    defect = 1 - V_mesh / V_hull [-], `geometry.polyhedra.hulls.convexity_defect`
 
 Of an open surface nobody knows the volume; that is said too. A defect of at most TOLERATED is that
 of a rounding that was cut into triangles, or of a nearly flat dent; nothing is said of it.
@@ -22,7 +23,7 @@ from rigid_body_sim.physics.model.volume_integrals import need_closed
 TOLERATED = 0.01  # [-] of the hull; zero would name every scanned mesh
 
 
-def hollow_meshes(scene: Scene) -> tuple[str, ...]:
+def convexity_warnings(scene: Scene) -> tuple[str, ...]:
     """Name the bodies whose mesh leaves more of its hull empty than is tolerated, a line each."""
     bodies: dict[int, list[str]] = {}
     meshes: dict[int, Mesh] = {}
@@ -35,7 +36,7 @@ def hollow_meshes(scene: Scene) -> tuple[str, ...]:
                     of_mesh.append(body.name)
     found = []
     for key, mesh in meshes.items():
-        defect = empty_share(mesh)
+        defect = convexity_defect_of(mesh)
         if not defect <= TOLERATED:
             first, *others = bodies[key]
             more = f' ({len(others)} bod{"y" if len(others) == 1 else "ies"} more)'
@@ -52,7 +53,7 @@ def hollow_meshes(scene: Scene) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))  # parts that read the same file: one line
 
 
-def empty_share(mesh: Mesh) -> float:
+def convexity_defect_of(mesh: Mesh) -> float:
     """Tell what share of its hull a mesh leaves empty [-]; NaN where nobody knows."""
     # Qhull takes a quarter of a second to import: only for the scenes that have a hull.
     from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import convexity_defect

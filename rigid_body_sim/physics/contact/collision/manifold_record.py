@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A manifold as the narrow phase hands it to the solver: the pair, its normal, up to four points.
+A contact manifold as the narrow phase hands it to the solver: the pair, its normal, up to four
+points.
 """
 
 from rigid_body_sim.physics.arrays import Record
@@ -15,7 +16,7 @@ POINT_COUNT = manifold.number('-', 'points, at most four')
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
 _UNUSED = manifold.number('-', 'unused')
 POINTS = manifold.numbers(
-    MOST * POINT, 'm', 'the points as the pair kernels give them: `manifold`'
+    MOST * POINT, 'm', 'the points as the pair kernels give them: `geometry.manifold`'
 )
 LANE = manifold.number('-', 'where its lane begins in the rows of the solver')
 SIZE = manifold.padding(32)

@@ -1,10 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-From pairs that may meet to manifolds: poses, the pair kernels, and what they find.
+The narrow phase: from pairs that may meet to contact manifolds, by way of poses and pair kernels.
 
-A record of a manifold is RECORD numbers: key of the pair, its colliders A and B (type of A <= type
-of B), points, normal from A to B, then the points as the pair kernels give them (`manifold`).
+A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A pair
+that moves far within the tick is advanced first, see `conservative_advancement`. A manifold is
+written as `manifold_record` says.
 """
 
 from __future__ import annotations
@@ -16,161 +17,205 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import inline, kernel, specialise, unbound
-from rigid_body_sim.physics.contact.collision import manifold_record
-from rigid_body_sim.physics.contact.collision.collider import (
-    BOUNDS,
-    CORE,
-    POSE,
-    SIZES,
-    TABLE,
-    TYPE,
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
+from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
+    collider_record,
+    manifold_record,
+    pose,
+    swept_aabbs,
 )
+from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     FAST,
-    MOST_PIECES,
-    PIECE,
-    advancement,
+    hit_finder,
     motion_of,
-    size_of,
+    pieces_of,
+    smaller_radius,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT, POINTS
-from rigid_body_sim.physics.contact.collision.swept_aabbs import ROW, margin_of
-from rigid_body_sim.physics.state.blocks import QW, QX, QY, QZ, ROTATION, RX, TRANSLATION, at
+from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
+from rigid_body_sim.physics.state.blocks import (
+    LANES,
+    QW,
+    QX,
+    QY,
+    QZ,
+    ROTATION,
+    RX,
+    TRANSLATION,
+    at,
+)
+from rigid_body_sim.physics.vectors import dot, load, load_strided, store, store_strided
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# bound for each link of the chain, and for each scene, by `specialise`
-TYPE_A, TYPE_B = 0, 0
-collide: Callable[..., Any] = unbound
-others: Callable[..., Any] = unbound
-meet: Callable[..., Any] = unbound
-hits: Callable[..., Any] = unbound
+TYPE_A, TYPE_B = slot('[-] type of A of a pair kernel'), slot('[-] type of B')
+collide_this = slot(
+    'kernel (parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, found): finds the '
+    'manifold of a pair of these types'
+)
+collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
+collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
+hits = slot('kernel (a, b, count, ...): tells whether a fast pair hits within the tick')
+
+
+@inline
+def _rotation_matrix(rotation: Array, place: int) -> Any:
+    """Return the rows of R(q), q the quaternion of a body at a place of the blocks."""
+    x, y, z, w = (
+        rotation[place + QX],
+        rotation[place + QY],
+        rotation[place + QZ],
+        rotation[place + QW],
+    )
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
 
 
 @kernel
 def find_poses(
-    n: int, n_rigid: int, translation: Array, rotation: Array, table: Indices, mounts: Array,
-    poses: Array,
+    count: int, n_rigid: int, translation: Array, rotation: Array, table: Indices,
+    local_poses: Array, poses: Array,
 ) -> None:  # fmt: skip
-    """Find the poses of the shapes that move: R = R(q) M, x = r - R c."""
-    for i in range(n):
-        core = table[i * TABLE + CORE]
-        if core < 0:
+    """Find the poses of the shapes that move: R = R(q) M, x = r - R c, see `pose`."""
+    stride = pose.ROW_Y - pose.ROW_X
+    for collider in range(count):
+        body = table[collider * collider_record.SIZE + collider_record.BODY]
+        if body < 0:
             continue
-        k = at(core, TRANSLATION)
-        o = i * POSE
-        for axis in range(3):
-            poses[o + axis] = translation[k + RX + 64 * axis]
-        if core >= n_rigid:
+        place = collider * pose.SIZE
+        lane = at(body, TRANSLATION)
+        store(poses, place + pose.POSITION, load_strided(translation, lane + RX, LANES))
+        if body >= n_rigid:
             continue
-        k = at(core, ROTATION)
-        x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-        xx, xy, xz = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
-        yx, yy, yz = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
-        zx, zy, zz = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
-        a, b, c = mounts[o], mounts[o + 1], mounts[o + 2]
+        row_x, row_y, row_z = _rotation_matrix(rotation, at(body, ROTATION))
         for column in range(3):
-            u, v, t = mounts[o + 3 + column], mounts[o + 6 + column], mounts[o + 9 + column]
-            poses[o + 3 + column] = xx * u + xy * v + xz * t
-            poses[o + 6 + column] = yx * u + yy * v + yz * t
-            poses[o + 9 + column] = zx * u + zy * v + zz * t
-        for axis in range(3):
-            row = o + 3 + 3 * axis
-            poses[o + axis] -= poses[row] * a + poses[row + 1] * b + poses[row + 2] * c
+            axis = pose.axis(local_poses, place, column)
+            turned = dot(row_x, axis), dot(row_y, axis), dot(row_z, axis)
+            store_strided(poses, place + pose.ROW_X + column, stride, turned)
+        center = load(local_poses, place + pose.POSITION)
+        for row in range(3):
+            poses[place + pose.POSITION + row] -= dot(
+                load(poses, place + pose.ROW_X + stride * row), center
+            )
 
 
 @inline
-def _no_pair(ta, tb, numbers, a, b, poses, pa, pb, margin, found):
+def _no_pair(
+    type_a, type_b, parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, found
+):  # fmt: skip
     """End the chain."""
     return 0
 
 
-def _meet(ta, tb, numbers, a, b, poses, pa, pb, margin, found):
+def _collide(
+    type_a, type_b, parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, found
+):  # fmt: skip
     """Let the kernel of a pair of types answer, or pass on."""
-    if ta == TYPE_A and tb == TYPE_B:
-        return collide(numbers, a, b, poses, pa, pb, margin, found)
-    return others(ta, tb, numbers, a, b, poses, pa, pb, margin, found)
+    if type_a == TYPE_A and type_b == TYPE_B:
+        return collide_this(parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, found)
+    return collide_others(
+        type_a, type_b, parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, found
+    )
 
 
-def meeting(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
+def collider_of_pairs(
+    kernels: Sequence[tuple[int, int, Callable[..., Any]]],
+) -> Callable[..., Any]:
     """
     Join the pair kernels of a scene.
 
         kernels : (type of A, type of B, kernel)
-        returns : kernel (type of A, type of B, numbers, a, b, poses, pa, pb, margin, found)
+        returns : kernel (type of A, type of B, parameters, shape_a, shape_b, poses, pose_a,
+                  pose_b, margin, found)
     """
     chain, name = _no_pair, ''
-    for a, b, one in reversed(kernels):
-        name = f'{a}{b}_{name}'
-        chain = specialise(_meet, name=name, TYPE_A=a, TYPE_B=b, collide=one, others=chain)
+    for type_a, type_b, one in reversed(kernels):
+        name = f'{type_a}{type_b}_{name}'
+        chain = specialise(
+            _collide, name=name, TYPE_A=type_a, TYPE_B=type_b, collide_this=one,
+            collide_others=chain,
+        )  # fmt: skip
     return chain
 
 
+@kernel
+def _write_manifold(
+    place: int, pair_id: int, a: int, b: int, points: int, found: Array, manifolds: Array
+) -> None:
+    """Write what a pair kernel has found as a manifold that begins at a place."""
+    manifolds[place + manifold_record.PAIR_ID] = float(pair_id)
+    manifolds[place + manifold_record.COLLIDER_A] = float(a)
+    manifolds[place + manifold_record.COLLIDER_B] = float(b)
+    manifolds[place + manifold_record.POINT_COUNT] = float(points)
+    for entry in range(3):
+        manifolds[place + manifold_record.NORMAL + entry] = found[entry]
+    for entry in range(POINT * min(points, MOST)):
+        manifolds[place + manifold_record.POINTS + entry] = found[POINTS + entry]
+
+
 def _find_manifolds(
-    pairs: int, n: int, h: float, room: int, keys: Indices, numbers: Array, table: Indices,
-    bounds: Array, reaches: Array, poses: Array, found: Array, records: Array, bodies: Array,
-    pieces: Indices,
+    pairs: int, count: int, h: float, room: int, colliders: ColliderArrays, pair_ids: Indices,
+    found: Array, manifolds: Array, bodies: Array, pieces: Indices,
 ) -> int:  # fmt: skip
     """
-    Write the manifolds of pairs that are within their margins; return how many, also beyond the
-    room.
+    Write the manifolds of pairs that are within their speculative margins; return how many, also
+    beyond the room.
 
-    pieces : [0] is set to the pieces into which the tick should be cut, see `advancement`
+        pairs     : of colliders that may meet, see `neighbour_list.find_pairs`
+        count     : of colliders;   h : tick [s]
+        room      : manifolds for which there is room
+        found     : scratch of a pair kernel
+        manifolds : written, see `manifold_record`
+        pieces    : [0] is set to the pieces into which the tick should be cut, see
+                    `conservative_advancement`
     """
-    count = 0
+    table, swept = colliders.table, colliders.swept_aabbs
+    length = 0
     pieces[0] = 1
-    for pair in range(pairs):
-        key = keys[pair]
-        a, b = key // n, key % n
-        ta, tb = table[a * TABLE + TYPE], table[b * TABLE + TYPE]
-        if ta > tb or (ta == tb and a > b):
+    for index in range(pairs):
+        pair_id = pair_ids[index]
+        a, b = pair_id // count, pair_id % count
+        type_a = table[a * collider_record.SIZE + collider_record.TYPE]
+        type_b = table[b * collider_record.SIZE + collider_record.TYPE]
+        if type_a > type_b or (type_a == type_b and a > b):
             a, b = b, a
-            ta, tb = tb, ta
+            type_a, type_b = type_b, type_a
+        shape_a = table[a * collider_record.SIZE + collider_record.PARAMETERS]
+        shape_b = table[b * collider_record.SIZE + collider_record.PARAMETERS]
+        row_a, row_b = a * swept_aabbs.SIZE, b * swept_aabbs.SIZE
         margin = 0.0
-        if bounds[b * BOUNDS + 7] == math.inf:
-            o = a * ROW
-            at_plane = table[b * TABLE + SIZES]
-            toward = (
-                numbers[at_plane] * reaches[o + 6]
-                + numbers[at_plane + 1] * reaches[o + 7]
-                + numbers[at_plane + 2] * reaches[o + 8]
-            )
-            margin = reaches[o + 10] + max(-toward, 0.0) * h + reaches[o + 9]
+        if colliders.local_bounds[b * bounds_record.SIZE + bounds_record.RADIUS] == math.inf:
+            normal = load(colliders.parameters, shape_b + NORMAL)
+            margin = swept_aabbs.plane_margin(swept, row_a, normal, h)
         else:
-            margin = margin_of(reaches, a * ROW, b * ROW, h)
-            size = size_of(bounds, a, b)
-            motion = motion_of(reaches, a, b, h)
-            if motion > FAST * size:
-                if not hits(
-                    a, b, n, h, motion, numbers, table, bounds, bodies, reaches, poses, found
-                ):
+            margin = swept_aabbs.speculative_margin(swept, row_a, row_b, h)
+            radius = smaller_radius(colliders.local_bounds, a, b)
+            motion = motion_of(swept, a, b, h)
+            if motion > FAST * radius:
+                if not hits(a, b, count, h, motion, colliders, bodies, found):
                     continue
-                finer = motion / max(PIECE * size, motion / MOST_PIECES)
-                pieces[0] = max(pieces[0], int(math.ceil(finer)))
-        points = meet(
-            ta, tb, numbers, table[a * TABLE + SIZES], table[b * TABLE + SIZES], poses,
-            a * POSE, b * POSE, margin, found,
+                pieces[0] = max(pieces[0], pieces_of(motion, radius))
+        points = collide(
+            type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
+            a * pose.SIZE, b * pose.SIZE, margin, found,
         )  # fmt: skip
         if points == 0:
             continue
-        if count < room:
-            o = count * manifold_record.SIZE
-            records[o + manifold_record.PAIR_ID] = float(key)
-            records[o + manifold_record.COLLIDER_A] = float(a)
-            records[o + manifold_record.COLLIDER_B] = float(b)
-            records[o + manifold_record.POINT_COUNT] = float(points)
-            for entry in range(3):
-                records[o + manifold_record.NORMAL + entry] = found[entry]
-            for entry in range(POINT * min(points, MOST)):
-                records[o + manifold_record.POINTS + entry] = found[POINTS + entry]
-        count += 1
-    return count
+        if length < room:
+            place = length * manifold_record.SIZE
+            _write_manifold(place, pair_id, a, b, points, found, manifolds)
+        length += 1
+    return length
 
 
 def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
     """Make the kernel that finds the manifolds of a scene with these pair kernels."""
-    name = '_'.join(f'{a}{b}' for a, b, _ in kernels)
-    meet = meeting(kernels)
-    return specialise(_find_manifolds, name=name, meet=meet, hits=advancement(name, meet))
+    name = '_'.join(f'{type_a}{type_b}' for type_a, type_b, _ in kernels)
+    collide = collider_of_pairs(kernels)
+    return specialise(_find_manifolds, name=name, collide=collide, hits=hit_finder(name, collide))

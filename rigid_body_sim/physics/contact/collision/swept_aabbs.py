@@ -1,150 +1,159 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-How far colliders reach within a tick, and which may touch in it.
+Swept AABBs: how far colliders reach within a tick, and which may touch in it.
 
-A collider reaches as far as its bounding box, what it may move in a tick, and the margin. Two
-boxes, or a box and a plane, that pass the tests here are a pair for the narrow phase; `pair_list`
-finds them.
+A collider reaches as far as its AABB, what it may move in a tick, and its margin. The speculative
+margin of a pair is the separation from which the two may still meet in this tick:
+
+    margin = min(m_A, m_B) + h |v_B - v_A| + w_A + w_B
+
+        m : margin of a collider, MARGIN of the row [m]: what counts as near at rest
+        v : velocity of its body [m/s];  h : tick [s]
+        w : what turning and forces add in a tick [m]: min(|omega| l, 2 l / h) h + |a| h^2, l the
+            longest lever, a the acceleration of free motion
+
+Contacts within it are speculative: the solver lets the two approach by their separation, no more.
+Two boxes, or a box and a plane, that pass the tests here are a pair for the narrow phase;
+`neighbour_list` finds them.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision.collider import (
-    BOUNDS,
-    CORE,
-    POSE,
-    TABLE,
-    bounding_box,
+from rigid_body_sim.physics.contact.collision import bounds_record, collider_record
+from rigid_body_sim.physics.contact.collision.aabb import extent
+from rigid_body_sim.physics.contact.collision.collider import ColliderArrays, world_aabb
+from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
+from rigid_body_sim.physics.vectors import (
+    apply_symmetric,
+    dot,
+    load,
+    load_symmetric,
+    scale,
+    store,
+    subtract,
 )
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# reaches: one row per collider; [m], velocity [m/s]; TURN: what turning and forces add; REACH: how
-# far beyond its box another may be that a pair of it counts as near, if that one does not move
-MIDDLE, HALF, SPEED, TURN, SMALL, REACH = (
-    0,
-    3,
-    6,
-    9,
-    10,
-    11,
+swept_aabb = Record()
+CENTER = swept_aabb.vector('m', 'middle of the AABB at the start of the tick')
+HALF = swept_aabb.vector('m', 'half edges of the AABB')
+VELOCITY = swept_aabb.vector('m/s', 'of the body')
+TURNING = swept_aabb.number('m', 'what turning and forces add in a tick')
+MARGIN = swept_aabb.number('m', 'separation that counts as near at rest')
+EXPANSION = swept_aabb.number(
+    'm', 'how far beyond its AABB another may be that counts as near, if that one does not move'
 )
-ROW = 12
+SIZE = swept_aabb.size
+
+MARGIN_SHARE = 0.1  # [-] of its radius: the largest margin of a collider
 
 
 @kernel
-def find_reaches(
-    n: int, h: float, margin: float, table: Indices, bounds: Array, poses: Array, bodies: Array,
-    reaches: Array,
-) -> None:  # fmt: skip
+def find_swept_aabbs(
+    count: int, h: float, margin: float, colliders: ColliderArrays, bodies: Array
+) -> None:
     """
-    Find how far each collider reaches: bounding box, velocity, and what turning adds in a tick.
+    Find how far each collider reaches: AABB, velocity, and what turning adds in a tick.
+
+        count  : of colliders
+        h      : tick [s];   margin : of the scene [m]
+        bodies : see `solver_bodies`
     """
-    for i in range(n):
-        b, o = i * BOUNDS, i * ROW
-        radius = bounds[b + 7]
+    swept = colliders.swept_aabbs
+    for collider in range(count):
+        row = collider * SIZE
+        radius = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
         if radius == math.inf:
             continue
-        x, y, z, ex, ey, ez = bounding_box(bounds, b, poses, i * POSE)
-        reaches[o], reaches[o + 1], reaches[o + 2] = x, y, z
-        reaches[o + 3], reaches[o + 4], reaches[o + 5] = ex, ey, ez
-        small = min(margin, 0.1 * radius) if radius > 0.0 else margin
-        reaches[o + SMALL] = small
-        core = table[i * TABLE + CORE]
-        speed = 0.0
-        if core >= 0:
-            m = core * solver_bodies.SIZE
-            u, v, w = (
-                bodies[m + solver_bodies.MOMENTUM],
-                bodies[m + solver_bodies.MOMENTUM + 1],
-                bodies[m + solver_bodies.MOMENTUM + 2],
+        center, half = world_aabb(colliders.local_bounds, collider, colliders.poses)
+        store(swept, row + CENTER, center)
+        store(swept, row + HALF, half)
+        near = min(margin, MARGIN_SHARE * radius) if radius > 0.0 else margin
+        swept[row + MARGIN] = near
+        body = colliders.table[collider * collider_record.SIZE + collider_record.BODY]
+        path = 0.0
+        if body >= 0:
+            place = body * solver_bodies.SIZE
+            velocity = scale(
+                bodies[place + solver_bodies.INVERSE_MASS],
+                load(bodies, place + solver_bodies.MOMENTUM),
             )
-            im = bodies[m + solver_bodies.INVERSE_MASS]
-            u, v, w = u * im, v * im, w * im
-            reaches[o + SPEED], reaches[o + SPEED + 1], reaches[o + SPEED + 2] = u, v, w
-            speed = math.sqrt(u * u + v * v + w * w) * h
-            a, b2, c = (
-                bodies[m + solver_bodies.ANGULAR_MOMENTUM],
-                bodies[m + solver_bodies.ANGULAR_MOMENTUM + 1],
-                bodies[m + solver_bodies.ANGULAR_MOMENTUM + 2],
-            )
-            i1, i2, i3 = (
-                bodies[m + solver_bodies.INVERSE_INERTIA],
-                bodies[m + solver_bodies.INVERSE_INERTIA + 1],
-                bodies[m + solver_bodies.INVERSE_INERTIA + 2],
-            )
-            i4, i5, i6 = (
-                bodies[m + solver_bodies.INVERSE_INERTIA + 3],
-                bodies[m + solver_bodies.INVERSE_INERTIA + 4],
-                bodies[m + solver_bodies.INVERSE_INERTIA + 5],
-            )
-            p = i1 * a + i2 * b2 + i3 * c
-            q = i2 * a + i4 * b2 + i5 * c
-            r = i3 * a + i5 * b2 + i6 * c
-            u, v, w = (
-                x - bodies[m + solver_bodies.START_POSITION],
-                y - bodies[m + solver_bodies.START_POSITION + 1],
-                z - bodies[m + solver_bodies.START_POSITION + 2],
-            )
-            lever = math.sqrt(u * u + v * v + w * w) + radius
-            turn = math.sqrt(p * p + q * q + r * r) * lever * h
-            u, v, w = (
-                bodies[m + solver_bodies.FREE_ACCELERATION],
-                bodies[m + solver_bodies.FREE_ACCELERATION + 1],
-                bodies[m + solver_bodies.FREE_ACCELERATION + 2],
-            )
-            fall = math.sqrt(u * u + v * v + w * w) * h * h
-            reaches[o + TURN] = min(turn, 2.0 * lever) + fall
-        reaches[o + REACH] = 0.5 * small + speed + reaches[o + TURN]
+            store(swept, row + VELOCITY, velocity)
+            path = math.sqrt(dot(velocity, velocity)) * h
+            swept[row + TURNING] = _turning(center, radius, h, place, bodies)
+        swept[row + EXPANSION] = 0.5 * near + path + swept[row + TURNING]
 
 
 @inline
-def margin_of(reaches: Array, a: int, b: int, h: float) -> float:
-    """Gap within which two colliders may meet in a tick [m]."""
-    u = reaches[b + SPEED] - reaches[a + SPEED]
-    v = reaches[b + SPEED + 1] - reaches[a + SPEED + 1]
-    w = reaches[b + SPEED + 2] - reaches[a + SPEED + 2]
+def _turning(center: Any, radius: float, h: float, place: int, bodies: Array) -> float:
+    """Bound what turning and forces move of a ball of a body about its middle in a tick [m]."""
+    spin = apply_symmetric(
+        load_symmetric(bodies, place + solver_bodies.INVERSE_INERTIA),
+        load(bodies, place + solver_bodies.ANGULAR_MOMENTUM),
+    )
+    arm = subtract(center, load(bodies, place + solver_bodies.START_POSITION))
+    lever = math.sqrt(dot(arm, arm)) + radius
+    turn = math.sqrt(dot(spin, spin)) * lever * h
+    acceleration = load(bodies, place + solver_bodies.FREE_ACCELERATION)
+    fall = math.sqrt(dot(acceleration, acceleration)) * h * h
+    return min(turn, 2.0 * lever) + fall
+
+
+@inline
+def relative_speed(swept: Array, row_a: int, row_b: int) -> float:
+    """Speed at which two colliders move relative to each other [m/s]."""
+    velocity = subtract(load(swept, row_b + VELOCITY), load(swept, row_a + VELOCITY))
+    return math.sqrt(dot(velocity, velocity))
+
+
+@inline
+def speculative_margin(swept: Array, row_a: int, row_b: int, h: float) -> float:
+    """Separation within which two colliders may meet in a tick [m], see the module."""
     return (
-        min(reaches[a + SMALL], reaches[b + SMALL])
-        + h * math.sqrt(u * u + v * v + w * w)
-        + (reaches[a + TURN] + reaches[b + TURN])
+        min(swept[row_a + MARGIN], swept[row_b + MARGIN])
+        + h * relative_speed(swept, row_a, row_b)
+        + (swept[row_a + TURNING] + swept[row_b + TURNING])
     )
 
 
 @inline
-def may_meet(reaches: Array, a: int, b: int, h: float) -> bool:
-    """Tell whether two colliders may touch in a tick; a, b: where their rows begin."""
-    margin = margin_of(reaches, a, b, h)
+def plane_margin(swept: Array, row: int, normal: Any, h: float) -> float:
+    """Give the same of a collider and a plane with this normal, which stands still [m]."""
+    approach = -dot(normal, load(swept, row + VELOCITY))
+    return swept[row + MARGIN] + max(approach, 0.0) * h + swept[row + TURNING]
+
+
+@inline
+def may_meet(swept: Array, row_a: int, row_b: int, h: float) -> bool:
+    """Tell whether the swept AABBs of two colliders overlap, given where their rows begin."""
+    margin = speculative_margin(swept, row_a, row_b, h)
+    a, b = row_a + CENTER, row_b + CENTER
+    half_a, half_b = row_a + HALF, row_b + HALF
     return (
-        abs(reaches[b] - reaches[a]) <= reaches[a + HALF] + reaches[b + HALF] + margin
-        and abs(reaches[b + 1] - reaches[a + 1])
-        <= reaches[a + HALF + 1] + reaches[b + HALF + 1] + margin
-        and abs(reaches[b + 2] - reaches[a + 2])
-        <= reaches[a + HALF + 2] + reaches[b + HALF + 2] + margin
+        abs(swept[b] - swept[a]) <= swept[half_a] + swept[half_b] + margin
+        and abs(swept[b + 1] - swept[a + 1]) <= swept[half_a + 1] + swept[half_b + 1] + margin
+        and abs(swept[b + 2] - swept[a + 2]) <= swept[half_a + 2] + swept[half_b + 2] + margin
     )
 
 
 @inline
-def meets_plane(at: int, b: int, h: float, reaches: Array, numbers: Array, bounds: Array) -> bool:
-    """Tell whether collider b may touch the plane whose numbers begin at a place."""
-    nx, ny, nz = numbers[at], numbers[at + 1], numbers[at + 2]
-    o = b * ROW
-    x, y, z = reaches[o], reaches[o + 1], reaches[o + 2]
-    extent = min(
-        abs(nx) * reaches[o + HALF]
-        + abs(ny) * reaches[o + HALF + 1]
-        + abs(nz) * reaches[o + HALF + 2],
-        bounds[b * BOUNDS + 7],
-    )
-    toward = -(nx * reaches[o + SPEED] + ny * reaches[o + SPEED + 1] + nz * reaches[o + SPEED + 2])
-    margin = reaches[o + SMALL] + max(toward, 0.0) * h + reaches[o + TURN]
-    return nx * x + ny * y + nz * z - numbers[at + 3] - extent <= margin
+def may_meet_plane(plane: int, collider: int, h: float, colliders: ColliderArrays) -> bool:
+    """Tell whether a collider may touch the plane whose parameters begin at a place."""
+    normal = load(colliders.parameters, plane + NORMAL)
+    swept, row = colliders.swept_aabbs, collider * SIZE
+    radius = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
+    reach = min(extent(load(swept, row + HALF), normal), radius)
+    height = dot(normal, load(swept, row + CENTER)) - colliders.parameters[plane + OFFSET]
+    return height - reach <= plane_margin(swept, row, normal, h)

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The energy of bodies that touch.
+The energy balance of bodies that touch.
 
     E = T_0 + W     what the kinetic energy of a body would be without contacts
         T_0 : [J] kinetic energy at the start of the tick
@@ -17,113 +17,114 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.state.blocks import EX, FX, ROTATION, RX, TRANSLATION, TX, at
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.vectors import (
+    apply_symmetric,
+    dot,
+    load,
+    load_strided,
+    load_symmetric,
+)
 
 Array = NDArray[np.float64]
 
 
 @inline
-def turning(bodies: Array, o: int, x: float, y: float, z: float, u: float, v: float, w: float):
-    """Return (x, y, z) . I^-1 (u, v, w) of a body."""
-    xx, xy, xz = (
-        bodies[o + solver_bodies.INVERSE_INERTIA],
-        bodies[o + solver_bodies.INVERSE_INERTIA + 1],
-        bodies[o + solver_bodies.INVERSE_INERTIA + 2],
-    )
-    yy, yz, zz = (
-        bodies[o + solver_bodies.INVERSE_INERTIA + 3],
-        bodies[o + solver_bodies.INVERSE_INERTIA + 4],
-        bodies[o + solver_bodies.INVERSE_INERTIA + 5],
-    )
-    return (
-        x * (xx * u + xy * v + xz * w)
-        + y * (xy * u + yy * v + yz * w)
-        + z * (xz * u + yz * v + zz * w)
-    )
+def inverse_inertia_product(bodies: Array, row: int, first: Any, second: Any) -> Any:
+    """Return first . I^-1 second of a body."""
+    inverse_inertia = load_symmetric(bodies, row + solver_bodies.INVERSE_INERTIA)
+    return dot(first, apply_symmetric(inverse_inertia, second))
 
 
 @inline
-def twice(bodies: Array, o: int, x: float, y: float, z: float, u: float, v: float, w: float):
-    """Return p . v for the momenta (x, y, z), (u, v, w) of a body, and v for them: 2 T."""
-    return bodies[o + solver_bodies.INVERSE_MASS] * (x * x + y * y + z * z) + turning(
-        bodies, o, u, v, w, u, v, w
-    )
+def twice_kinetic(bodies: Array, row: int, momentum: Any, angular_momentum: Any) -> Any:
+    """Return p . v + L . omega of a body for these momenta: 2 T."""
+    return bodies[row + solver_bodies.INVERSE_MASS] * dot(
+        momentum, momentum
+    ) + inverse_inertia_product(bodies, row, angular_momentum, angular_momentum)
 
 
 @inline
-def kinetic(bodies: Array, o: int) -> Any:
+def kinetic(bodies: Array, row: int) -> Any:
     """Return the kinetic energy of a body [J]."""
-    return 0.5 * twice(
-        bodies, o, bodies[o + solver_bodies.MOMENTUM], bodies[o + solver_bodies.MOMENTUM + 1], bodies[o + solver_bodies.MOMENTUM + 2], bodies[o + solver_bodies.ANGULAR_MOMENTUM],
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1], bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2],
-    )  # fmt: skip
+    return 0.5 * twice_kinetic(
+        bodies,
+        row,
+        load(bodies, row + solver_bodies.MOMENTUM),
+        load(bodies, row + solver_bodies.ANGULAR_MOMENTUM),
+    )
 
 
 @kernel
-def begin(i: int, bodies: Array) -> None:
-    """Start the account of a body with its kinetic energy."""
-    o = i * solver_bodies.SIZE
-    bodies[o + solver_bodies.ENERGY] = kinetic(bodies, o)
+def begin(body: int, bodies: Array) -> None:
+    """Start the balance of a body with its kinetic energy."""
+    row = body * solver_bodies.SIZE
+    bodies[row + solver_bodies.ENERGY] = kinetic(bodies, row)
 
 
 @inline
-def _power(i: int, n_rigid: int, rotation: Array, bodies: Array) -> Any:
+def _power_of_torque(body: int, rigid_count: int, rotation: Array, bodies: Array) -> Any:
     """Power of the torques of this instant [W]."""
-    if i >= n_rigid:
+    if body >= rigid_count:
         return 0.0
-    o, k = i * solver_bodies.SIZE, at(i, ROTATION)
-    x, y, z = rotation[k + TX], rotation[k + TX + 64], rotation[k + TX + 128]
-    if x == 0.0 and y == 0.0 and z == 0.0:
+    place = blocks.at(body, blocks.ROTATION)
+    torque = load_strided(rotation, place + blocks.TX, blocks.LANES)
+    if torque[0] == 0.0 and torque[1] == 0.0 and torque[2] == 0.0:
         return 0.0
-    u, v, w = (
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM],
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1],
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2],
-    )
-    return turning(bodies, o, x, y, z, u, v, w)
+    row = body * solver_bodies.SIZE
+    angular_momentum = load(bodies, row + solver_bodies.ANGULAR_MOMENTUM)
+    return inverse_inertia_product(bodies, row, torque, angular_momentum)
 
 
 @inline
-def _work(i: int, place: int, residual: int, translation: Array, bodies: Array) -> Any:
-    """Work of the forces of this instant since a body was at a place [J]."""
-    o, k = i * solver_bodies.SIZE, at(i, TRANSLATION)
+def _work_of_force(
+    body: int, position: int, residual: int, translation: Array, bodies: Array
+) -> Any:
+    """Work of the forces of this instant since a body was at a position [J]."""
+    row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
     work = 0.0
     for axis in range(3):
-        row = k + 64 * axis
-        moved = translation[row + RX] - bodies[o + place + axis]
-        moved += translation[row + EX] - bodies[o + residual + axis]
-        work += translation[row + FX] * moved
+        lane = place + blocks.LANES * axis
+        moved = translation[lane + blocks.RX] - bodies[row + position + axis]
+        moved += translation[lane + blocks.EX] - bodies[row + residual + axis]
+        work += translation[lane + blocks.FX] * moved
     return work
 
 
 @kernel
 def add_half_the_work(
-    i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
+    body: int, rigid_count: int, substep: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """
-    Add half the work of the forces of this instant over the motion of a substep h [s]: called for
-    those before and those after the motion, and before the second half of the loads.
+    Add half the work of the forces of this instant over the motion of a substep [s]: called for
+    those before and those after the motion, and before the second half of the warm start.
     """
-    work = _work(
-        i, solver_bodies.SUBSTEP_POSITION, solver_bodies.SUBSTEP_RESIDUAL, translation, bodies
-    ) + h * _power(i, n_rigid, rotation, bodies)
-    bodies[i * solver_bodies.SIZE + solver_bodies.ENERGY] += 0.5 * work
+    work = _work_of_force(
+        body,
+        solver_bodies.SUBSTEP_POSITION,
+        solver_bodies.SUBSTEP_RESIDUAL,
+        translation,
+        bodies,
+    ) + substep * _power_of_torque(body, rigid_count, rotation, bodies)
+    bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += 0.5 * work
 
 
 @kernel
-def add_half_the_torque(i: int, n_rigid: int, h: float, rotation: Array, bodies: Array) -> None:
+def add_half_the_torque(
+    body: int, rigid_count: int, h: float, rotation: Array, bodies: Array
+) -> None:
     """
     Add half the work of constant torques over a tick h [s]: called before and after it, which is
     exact where the axis is fixed.
     """
-    bodies[i * solver_bodies.SIZE + solver_bodies.ENERGY] += (
-        0.5 * h * _power(i, n_rigid, rotation, bodies)
+    bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += (
+        0.5 * h * _power_of_torque(body, rigid_count, rotation, bodies)
     )
 
 
 @kernel
-def add_work(i: int, translation: Array, bodies: Array) -> None:
+def add_work(body: int, translation: Array, bodies: Array) -> None:
     """Add the work of constant forces over a tick."""
-    bodies[i * solver_bodies.SIZE + solver_bodies.ENERGY] += _work(
-        i, solver_bodies.START_POSITION, solver_bodies.START_RESIDUAL, translation, bodies
+    bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += _work_of_force(
+        body, solver_bodies.START_POSITION, solver_bodies.START_RESIDUAL, translation, bodies
     )

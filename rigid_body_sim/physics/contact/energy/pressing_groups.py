@@ -4,7 +4,7 @@
 Groups: bodies that press on each other in a tick, and how what cannot move holds them.
 
 In a group, contacts only pass energy on, or take it. It is named by its first body, and has a row
-of numbers, its account; so has what cannot move, the last row.
+of numbers (`pressing_record`).
 """
 
 from __future__ import annotations
@@ -13,125 +13,110 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.islands.union_find import join, root_of
+from rigid_body_sim.physics.contact.energy import pressing_record
+from rigid_body_sim.physics.contact.energy.limits import PARALLEL
+from rigid_body_sim.physics.contact.energy.pressing_record import CALM, FAST, FREE, SLIDING
+from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import batch_record, constraint, contact_point
+from rigid_body_sim.physics.contact.touching import bodies_of
+from rigid_body_sim.physics.vectors import dot, load, load_strided, store
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# of a group: first what a bounce may return, after that what it has gained
-TAKEN, LINEAR, SQUARE, SHARE, FACTOR = range(5)  # see `returned_energy`
-GAIN, FALL = 0, 1  # [J]; [J] of its bodies, if each fell for a substep from rest
-FORCE = 2  # (3) [N] upon it, without contacts
-BODIES = 5  # how many it has
-HELD = 6  # CALM: has not gained; else how it is held by what cannot move
-PRESS = 7  # (3) [N s] what it got from all that cannot move
-NORMAL = 10  # (3) [-] of the plane on which it slides
-MASS, CENTRE = 13, 14  # [kg]; (3) [m]
-U, OMEGA = 17, 20  # (3) [m/s], (3) [rad/s] of its rigid motion; momenta on the way
-INERTIA = 23  # (6) [kg m^2] about the centre: xx, xy, xz, yy, yz, zz
-MOVING = 29  # [J] kinetic energy of the motion relative to u
-DOWN = 30  # [m/(N s)] how far a body alone is let down, over the size of the impulse
-# of a body, and of a place in an order: see `charged_impulses`
-PARENT, ORDER = 31, 32
-ACCOUNT = 33
 
-CALM, UNHELD, FREE, SLIDING, FAST = -2.0, -1.0, 0.0, 1.0, 2.0  # UNHELD: nothing presses
-PARALLEL = 1e-12  # [-] 1 - cosine of normals of one plane, at most
+@inline
+def group_of(body_a: int, body_b: int, static: int, roots: Indices) -> int:
+    """Name the group of a constraint, of whose bodies one moves."""
+    return roots[body_b if body_a == static else body_a]
 
 
 @kernel
-def join_pressing(
-    count: int, touched: int, nothing: int, touching: Indices, batches: Indices, rows: Array,
-    groups: Indices,
-) -> None:  # fmt: skip
+def unite_pressing(
+    batch_count: int, static: int, touching: Indices, batches: Indices, rows: Array, roots: Indices
+) -> None:
     """
     Give each body the first of its group: of those that press on each other, by way of whoever
-    does; what cannot move, `nothing`, joins nobody.
+    does; what cannot move joins nobody.
 
-        count : batches
+        static : index of what cannot move
     """
-    for t in range(touched):
-        groups[touching[t]] = touching[t]
-    for batch in range(count):
-        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
-        for place in range(
-            begin, begin + batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
-        ):
-            a, b = (
-                int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
-                int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
-            )
-            if a != nothing and b != nothing and rows[place + constraint.TOUCHED] > 0.0:
-                join(a, b, groups)
-    for t in range(touched):
-        groups[touching[t]] = root_of(touching[t], groups)
+    for index in range(len(touching)):
+        roots[touching[index]] = touching[index]
+    for batch in range(batch_count):
+        record = batch * batch_record.SIZE
+        begin = batches[record + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
+            body_a, body_b = bodies_of(lane, rows)
+            if body_a != static and body_b != static and rows[lane + constraint.TOUCHED] > 0.0:
+                unite(body_a, body_b, roots)
+    for index in range(len(touching)):
+        roots[touching[index]] = find(touching[index], roots)
 
 
 @inline
-def _note_plane(place: int, g: int, rows: Array, accounts: Array) -> None:
-    """Note one manifold of a group with something that cannot move."""
-    x, y, z = (
-        rows[place + constraint.NORMAL],
-        rows[place + constraint.NORMAL + 8],
-        rows[place + constraint.NORMAL + 16],
-    )
+def _note_plane(lane: int, group: int, rows: Array, groups: Array) -> None:
+    """Note one constraint of a group with something that cannot move."""
+    normal = load_strided(rows, lane + constraint.NORMAL, constraint.LANES)
     slides = (
-        rows[place + constraint.FRICTION]
-        + rows[place + constraint.ROLLING_FRICTION]
-        + rows[place + constraint.TORSIONAL_FRICTION]
+        rows[lane + constraint.FRICTION]
+        + rows[lane + constraint.ROLLING_FRICTION]
+        + rows[lane + constraint.TORSIONAL_FRICTION]
         == 0.0
     )
-    if slides and accounts[g + HELD] == SLIDING:
-        i = g + NORMAL
-        c = x * accounts[i] + y * accounts[i + 1] + z * accounts[i + 2]
-        slides = 1.0 - abs(c) < PARALLEL
-    accounts[g + HELD] = max(accounts[g + HELD], SLIDING if slides else FAST)
-    accounts[g + NORMAL], accounts[g + NORMAL + 1], accounts[g + NORMAL + 2] = x, y, z
+    if slides and groups[group + pressing_record.HELD] == SLIDING:
+        cosine = dot(normal, load(groups, group + pressing_record.NORMAL))
+        slides = 1.0 - abs(cosine) < PARALLEL
+    groups[group + pressing_record.HELD] = max(
+        groups[group + pressing_record.HELD], SLIDING if slides else FAST
+    )
+    store(groups, group + pressing_record.NORMAL, normal)
 
 
 @inline
-def _note_press(place: int, first: int, end: int, width: int, sign: float, g: int, rows: Array,
-    accounts: Array,
-) -> None:  # fmt: skip
-    """Add up what the points of a manifold gave to its group, from `first` to `end`."""
+def _add_press(
+    lane: int, points: int, width: int, sign: float, group: int, rows: Array, groups: Array
+) -> None:
+    """Add up what the points of a constraint gave to its group."""
     press = 0.0
-    for q in range(first, end, width):
-        press += rows[q + contact_point.TOTAL_IMPULSE] + rows[q + contact_point.NORMAL_IMPULSE]
+    first = lane + constraint.SIZE
+    for point in range(first, first + points * width, width):
+        press += (
+            rows[point + contact_point.TOTAL_IMPULSE] + rows[point + contact_point.NORMAL_IMPULSE]
+        )
     for axis in range(3):
-        accounts[g + PRESS + axis] += sign * press * rows[place + constraint.NORMAL + 8 * axis]
+        groups[group + pressing_record.PRESS + axis] += (
+            sign * press * rows[lane + constraint.NORMAL + constraint.LANES * axis]
+        )
 
 
 @kernel
 def find_held(
-    count: int, nothing: int, width: int, batches: Indices, rows: Array, groups: Indices,
-    accounts: Array,
+    batch_count: int, static: int, width: int, batches: Indices, rows: Array, roots: Indices,
+    groups: Array,
 ) -> None:  # fmt: skip
     """
     Find how each group that is not calm is held by what cannot move, and how hard that presses.
 
-        count : batches
-        width : numbers of a point
+        static : index of what cannot move
+        width  : numbers of a point
     """
-    for batch in range(count):
-        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
-        length = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT] * width
-        for lane in range(batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]):
-            place = begin + lane
-            if not rows[place + constraint.TOUCHED] > 0.0:
+    for batch in range(batch_count):
+        record = batch * batch_record.SIZE
+        begin = batches[record + batch_record.BEGIN]
+        points = batches[record + batch_record.POINT_COUNT]
+        for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
+            if not rows[lane + constraint.TOUCHED] > 0.0:
                 continue
-            a, b = (
-                int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
-                int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
-            )
-            g = groups[b if a == nothing else a] * ACCOUNT
-            if accounts[g + HELD] == CALM:
+            body_a, body_b = bodies_of(lane, rows)
+            group = group_of(body_a, body_b, static, roots) * pressing_record.SIZE
+            if groups[group + pressing_record.HELD] == CALM:
                 continue
-            if a != nothing and b != nothing:
-                accounts[g + HELD] = max(accounts[g + HELD], FREE)
+            if body_a != static and body_b != static:
+                groups[group + pressing_record.HELD] = max(
+                    groups[group + pressing_record.HELD], FREE
+                )
                 continue
-            _note_plane(place, g, rows, accounts)
-            first = place + constraint.SIZE
-            sign = 1.0 if a == nothing else -1.0
-            _note_press(place, first, first + length, width, sign, g, rows, accounts)
+            _note_plane(lane, group, rows, groups)
+            sign = 1.0 if body_a == static else -1.0
+            _add_press(lane, points, width, sign, group, rows, groups)

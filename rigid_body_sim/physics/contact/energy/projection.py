@@ -1,17 +1,18 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Contact takes energy, or leaves it: what a group of bodies that press on each other has gained
-over a tick, because a tick is not infinitely short, is taken back.
+Projection onto non-increasing energy. Contact takes energy, or leaves it: what a group of bodies
+that press on each other has gained over a tick, because a tick is not infinitely short, is taken
+back.
 
 The motion of a substep is of second order, so a group may gain or lose some (omega h)^3 of its
 energy in it, and what had sunk in a little is lifted when it is unloaded. Losses look like
 contact. Gains do not, and grow into vibration:
 
-    gain = sum over the group of T - (T_0 + W) > 0        (`energy_account`)
+    gain = sum over the group of T - (T_0 + W) > 0        (`account`)
 
 A group pays with its motion relative to u, the motion that contact could not change
-(`group_motion`):
+(`rigid_motion`):
 
     v <- u + s (v - u),   s^2 = 1 - gain / (kinetic energy of v - u)
 
@@ -27,8 +28,8 @@ which is some nanometres; and so it pays what its motion does not suffice for.
 
 Limits: what overlaps by more than LIFT gains what lifts it, and so do piles. To several bodies
 that are slow, gains below `START` are left. Where friction holds the group, momentum goes with the
-energy; `charged_impulses` tells which contacts gave it. Two planes without friction that are not
-parallel count as one that holds.
+energy; `attribution` tells which contacts gave it. Two planes without friction that are not
+parallel count as one that holds. The numbers are in `limits`.
 """
 
 from __future__ import annotations
@@ -41,265 +42,262 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.energy import pressing_groups
-from rigid_body_sim.physics.contact.energy.account import kinetic, twice
-from rigid_body_sim.physics.contact.energy.pressing_groups import find_held, join_pressing
+from rigid_body_sim.physics.contact.array_groups import Constraints
+from rigid_body_sim.physics.contact.energy import pressing_record
+from rigid_body_sim.physics.contact.energy.account import kinetic, twice_kinetic
+from rigid_body_sim.physics.contact.energy.attribution import attribute_changes
+from rigid_body_sim.physics.contact.energy.limits import LIFT, ROUND_OFF, SLOW, SMALL, START, STILL
+from rigid_body_sim.physics.contact.energy.pressing_groups import (
+    find_held,
+    group_of,
+    unite_pressing,
+)
+from rigid_body_sim.physics.contact.energy.pressing_record import CALM, FREE, SLIDING, UNHELD
 from rigid_body_sim.physics.contact.energy.rigid_motion import find_rigid_motions, rigid_momenta
+from rigid_body_sim.physics.contact.energy.scratch import CHANGE, EnergyScratch
 from rigid_body_sim.physics.contact.solver import batch_record, constraint, contact_point
-from rigid_body_sim.physics.state.blocks import FX, RX, TRANSLATION, at
+from rigid_body_sim.physics.contact.touching import bodies_of
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.vectors import (
+    add,
+    dot,
+    load,
+    load_strided,
+    scale,
+    store,
+    store_strided,
+    subtract,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# [-] of the energy of what falls for a substep from rest, see above: kinetic energies, which are
-# 0.1 mm/s and 0.03 m/s with 4 substeps in 1/240 s, and gains that are left
-STILL, SLOW = 1e-4, 10.0
-SMALL, START = 1e-6, 2e-3
-ROUND_OFF = 1e-13  # [-] of its kinetic energy
-LIFT = 0.2  # [-] of h^2 |F| / m: twice what the ground gives way under a body
-
 
 @inline
-def _fall(i: int, h: float, translation: Array, bodies: Array) -> Any:
+def _fall(body: int, substep: float, translation: Array, bodies: Array) -> Any:
     """Kinetic energy of a body that falls for a substep from rest [J]."""
-    k = at(i, TRANSLATION)
-    x, y, z = h * translation[k + FX], h * translation[k + FX + 64], h * translation[k + FX + 128]
-    return (
-        0.5 * bodies[i * solver_bodies.SIZE + solver_bodies.INVERSE_MASS] * (x * x + y * y + z * z)
-    )
+    place = blocks.at(body, blocks.TRANSLATION) + blocks.FX
+    impulse = scale(substep, load_strided(translation, place, blocks.LANES))
+    inverse_mass = bodies[body * solver_bodies.SIZE + solver_bodies.INVERSE_MASS]
+    return 0.5 * inverse_mass * dot(impulse, impulse)
 
 
 @inline
-def _allowed(bodies: float, fall: float, moving: float) -> Any:
+def _allowed(body_count: float, fall: float, kinetic_energy: float) -> Any:
     """Gain [J] that is left to so many bodies that move with a kinetic energy."""
-    share = START if bodies > 1.0 and moving < SLOW * fall else SMALL
-    return share * fall + ROUND_OFF * moving
+    share = START if body_count > 1.0 and kinetic_energy < SLOW * fall else SMALL
+    return share * fall + ROUND_OFF * kinetic_energy
+
+
+@inline
+def _some_body_gains(substep: float, touching: Indices, translation: Array, bodies: Array) -> bool:
+    """Tell whether the energy of any body has risen."""
+    for index in range(len(touching)):
+        row = touching[index] * solver_bodies.SIZE
+        kinetic_energy = kinetic(bodies, row)
+        gain = kinetic_energy - bodies[row + solver_bodies.ENERGY]
+        fall = _fall(touching[index], substep, translation, bodies)
+        if gain > _allowed(1.0, fall, kinetic_energy):
+            return True
+    return False
 
 
 @kernel
 def _find_gains(
-    touched: int, h: float, touching: Indices, groups: Indices, translation: Array,
-    bodies: Array, accounts: Array,
+    substep: float, touching: Indices, roots: Indices, translation: Array, bodies: Array,
+    groups: Array,
 ) -> bool:  # fmt: skip
-    """Open the accounts of the groups, and tell whether any has gained."""
-    for t in range(touched):
-        g = touching[t] * pressing_groups.ACCOUNT
-        for entry in range(pressing_groups.HELD):
-            accounts[g + entry] = 0.0
-        accounts[g + pressing_groups.MOVING] = 0.0
-    for t in range(touched):
-        i = touching[t]
-        g, k = groups[i] * pressing_groups.ACCOUNT, at(i, TRANSLATION)
-        accounts[g + pressing_groups.GAIN] += bodies[i * solver_bodies.SIZE + solver_bodies.ENERGY]
-        accounts[g + pressing_groups.BODIES] += 1.0
-        accounts[g + pressing_groups.FALL] += _fall(i, h, translation, bodies)
-        accounts[g + pressing_groups.MOVING] += kinetic(bodies, i * solver_bodies.SIZE)
+    """Open the rows of the groups, and tell whether any group has gained."""
+    for index in range(len(touching)):
+        group = touching[index] * pressing_record.SIZE
+        for entry in range(pressing_record.SIZE):
+            groups[group + entry] = 0.0
+    for index in range(len(touching)):
+        body = touching[index]
+        row, group = body * solver_bodies.SIZE, roots[body] * pressing_record.SIZE
+        place = blocks.at(body, blocks.TRANSLATION) + blocks.FX
+        kinetic_energy = kinetic(bodies, row)
+        groups[group + pressing_record.GAIN] += kinetic_energy - bodies[row + solver_bodies.ENERGY]
+        groups[group + pressing_record.BODIES] += 1.0
+        groups[group + pressing_record.FALL] += _fall(body, substep, translation, bodies)
+        groups[group + pressing_record.KINETIC_ENERGY] += kinetic_energy
         for axis in range(3):
-            accounts[g + pressing_groups.FORCE + axis] += translation[k + FX + 64 * axis]
+            groups[group + pressing_record.FORCE + axis] += translation[
+                place + blocks.LANES * axis
+            ]
     found = False
-    for t in range(touched):
-        g = touching[t] * pressing_groups.ACCOUNT
-        gains = groups[touching[t]] == touching[t] and accounts[
-            g + pressing_groups.GAIN
+    for index in range(len(touching)):
+        group = touching[index] * pressing_record.SIZE
+        gains = roots[touching[index]] == touching[index] and groups[
+            group + pressing_record.GAIN
         ] > _allowed(
-            accounts[g + pressing_groups.BODIES],
-            accounts[g + pressing_groups.FALL],
-            accounts[g + pressing_groups.MOVING],
+            groups[group + pressing_record.BODIES],
+            groups[group + pressing_record.FALL],
+            groups[group + pressing_record.KINETIC_ENERGY],
         )
         found = found or gains
-        accounts[g + pressing_groups.HELD] = (
-            pressing_groups.UNHELD if gains else pressing_groups.CALM
-        )
-        for entry in range(pressing_groups.HELD + 1, pressing_groups.ACCOUNT):
-            accounts[g + entry] = 0.0
+        groups[group + pressing_record.HELD] = UNHELD if gains else CALM
     return found
 
 
-@kernel
-def _find_moving(
-    touched: int, touching: Indices, groups: Indices, translation: Array, bodies: Array,
-    accounts: Array,
-) -> None:  # fmt: skip
+@inline
+def _find_relative_energies(
+    touching: Indices, roots: Indices, translation: Array, bodies: Array, groups: Array
+) -> None:
     """Add up the kinetic energy of each group relative to its rigid motion."""
-    for t in range(touched):
-        i = touching[t]
-        o, g = i * solver_bodies.SIZE, groups[i] * pressing_groups.ACCOUNT
-        if accounts[g + pressing_groups.HELD] >= pressing_groups.FREE:
-            x, y, z, u, v, w = rigid_momenta(i, g, translation, bodies, accounts)
-            x, y, z = (
-                bodies[o + solver_bodies.MOMENTUM] - x,
-                bodies[o + solver_bodies.MOMENTUM + 1] - y,
-                bodies[o + solver_bodies.MOMENTUM + 2] - z,
+    for index in range(len(touching)):
+        body = touching[index]
+        row, group = body * solver_bodies.SIZE, roots[body] * pressing_record.SIZE
+        if groups[group + pressing_record.HELD] >= FREE:
+            momentum, angular_momentum = rigid_momenta(body, group, translation, bodies, groups)
+            groups[group + pressing_record.RELATIVE_ENERGY] += 0.5 * twice_kinetic(
+                bodies,
+                row,
+                subtract(load(bodies, row + solver_bodies.MOMENTUM), momentum),
+                subtract(load(bodies, row + solver_bodies.ANGULAR_MOMENTUM), angular_momentum),
             )
-            u, v, w = (
-                bodies[o + solver_bodies.ANGULAR_MOMENTUM] - u,
-                bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] - v,
-                bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2] - w,
-            )
-            accounts[g + pressing_groups.MOVING] += 0.5 * twice(bodies, o, x, y, z, u, v, w)
 
 
 @inline
-def _pays_with_its_place(g: int, accounts: Array) -> bool:
+def _pays_with_its_place(group: int, groups: Array) -> bool:
     """Tell whether a group is a body alone that is slow but does not rest."""
-    moving, fall = accounts[g + pressing_groups.MOVING], accounts[g + pressing_groups.FALL]
-    return accounts[g + pressing_groups.BODIES] == 1.0 and STILL * fall < moving < SLOW * fall
+    fall = groups[group + pressing_record.FALL]
+    relative_energy = groups[group + pressing_record.RELATIVE_ENERGY]
+    return (
+        groups[group + pressing_record.BODIES] == 1.0
+        and STILL * fall < relative_energy < SLOW * fall
+    )
 
 
 @inline
-def _let_down(g: int, accounts: Array) -> Any:
+def _find_let_down(group: int, groups: Array) -> Any:
     """
     How far a body alone is let down.
 
     returns : d / |impulse| [m/(N s)], negative or 0
     """
-    rest = accounts[g + pressing_groups.GAIN]
-    if not _pays_with_its_place(g, accounts):
-        rest -= accounts[g + pressing_groups.MOVING]
+    unpaid = groups[group + pressing_record.GAIN]
+    if not _pays_with_its_place(group, groups):
+        unpaid -= groups[group + pressing_record.RELATIVE_ENERGY]
     if (
-        not rest > 0.0
-        or accounts[g + pressing_groups.BODIES] > 1.0
-        or accounts[g + pressing_groups.HELD] < pressing_groups.SLIDING
+        not unpaid > 0.0
+        or groups[group + pressing_record.BODIES] > 1.0
+        or groups[group + pressing_record.HELD] < SLIDING
     ):
         return 0.0
-    i, j = g + pressing_groups.PRESS, g + pressing_groups.FORCE
-    x, y, z = accounts[i], accounts[i + 1], accounts[i + 2]
-    u, v, w = accounts[j], accounts[j + 1], accounts[j + 2]
-    along = x * u + y * v + z * w
+    press = load(groups, group + pressing_record.PRESS)
+    force = load(groups, group + pressing_record.FORCE)
+    along = dot(press, force)
     if not along < 0.0:
         return 0.0
-    size = math.sqrt((x * x + y * y + z * z) * (u * u + v * v + w * w))
+    size = math.sqrt(dot(press, press) * dot(force, force))
     # h^2 |F| / m = 2 `FALL` / |F|
-    return (
-        rest / along
-        if rest * size <= -2.0 * LIFT * accounts[g + pressing_groups.FALL] * along
-        else 0.0
-    )
+    most = -2.0 * LIFT * groups[group + pressing_record.FALL] * along
+    return unpaid / along if unpaid * size <= most else 0.0
 
 
 @kernel
-def _let_gaps_follow(
-    count: int, nothing: int, width: int, batches: Indices, rows: Array, groups: Indices,
-    accounts: Array,
+def _update_separations(
+    batch_count: int, static: int, width: int, batches: Indices, rows: Array, roots: Indices,
+    groups: Array,
 ) -> None:  # fmt: skip
-    """Let the gaps of those that were let down be those of their new places."""
-    for batch in range(count):
-        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
-        length = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT] * width
-        for place in range(
-            begin, begin + batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
-        ):
-            a, b = (
-                int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
-                int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
-            )
-            g = groups[b if a == nothing else a] * pressing_groups.ACCOUNT
-            if (
-                accounts[g + pressing_groups.HELD] == pressing_groups.CALM
-                or accounts[g + pressing_groups.DOWN] == 0.0
-            ):
+    """Let the separations of those that were let down be those of their new places."""
+    for batch in range(batch_count):
+        record = batch * batch_record.SIZE
+        begin = batches[record + batch_record.BEGIN]
+        length = batches[record + batch_record.POINT_COUNT] * width
+        for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
+            body_a, body_b = bodies_of(lane, rows)
+            group = group_of(body_a, body_b, static, roots) * pressing_record.SIZE
+            let_down = groups[group + pressing_record.LET_DOWN]
+            if groups[group + pressing_record.HELD] == CALM or let_down == 0.0:
                 continue
             closer = 0.0
             for axis in range(3):
                 closer += (
-                    accounts[g + pressing_groups.PRESS + axis]
-                    * rows[place + constraint.NORMAL + 8 * axis]
+                    groups[group + pressing_record.PRESS + axis]
+                    * rows[lane + constraint.NORMAL + constraint.LANES * axis]
                 )
-            closer *= (
-                accounts[g + pressing_groups.DOWN]
-                if a == nothing
-                else -accounts[g + pressing_groups.DOWN]
-            )
-            first = place + constraint.SIZE
-            for q in range(first, first + length, width):
-                rows[q + contact_point.SEPARATION] += closer
+            closer *= let_down if body_a == static else -let_down
+            first = lane + constraint.SIZE
+            for point in range(first, first + length, width):
+                rows[point + contact_point.SEPARATION] += closer
 
 
 @inline
-def _slow_down(i: int, g: int, translation: Array, bodies: Array, accounts: Array) -> None:
-    """Let a body pay with its motion; P_HELD becomes the change of its momentum."""
-    o = i * solver_bodies.SIZE
-    moving = accounts[g + pressing_groups.MOVING]
-    if not moving > 0.0:
+def _slow_down(
+    body: int, group: int, translation: Array, bodies: Array, groups: Array, changes: Array
+) -> None:
+    """Let a body pay with its motion, and note the change of its momentum."""
+    relative_energy = groups[group + pressing_record.RELATIVE_ENERGY]
+    if not relative_energy > 0.0:
         return
-    s = math.sqrt(max(0.0, 1.0 - accounts[g + pressing_groups.GAIN] / moving))
-    x, y, z, u, v, w = rigid_momenta(i, g, translation, bodies, accounts)
-    x, y, z = (
-        x - bodies[o + solver_bodies.MOMENTUM],
-        y - bodies[o + solver_bodies.MOMENTUM + 1],
-        z - bodies[o + solver_bodies.MOMENTUM + 2],
+    row = body * solver_bodies.SIZE
+    factor = math.sqrt(max(0.0, 1.0 - groups[group + pressing_record.GAIN] / relative_energy))
+    rigid, angular_rigid = rigid_momenta(body, group, translation, bodies, groups)
+    momentum = load(bodies, row + solver_bodies.MOMENTUM)
+    angular_momentum = load(bodies, row + solver_bodies.ANGULAR_MOMENTUM)
+    change = scale(1.0 - factor, subtract(rigid, momentum))
+    store(changes, body * CHANGE, change)
+    store(bodies, row + solver_bodies.MOMENTUM, add(momentum, change))
+    store(
+        bodies,
+        row + solver_bodies.ANGULAR_MOMENTUM,
+        add(angular_rigid, scale(factor, subtract(angular_momentum, angular_rigid))),
     )
-    x, y, z = (1.0 - s) * x, (1.0 - s) * y, (1.0 - s) * z
-    (
-        bodies[o + solver_bodies.WARM_IMPULSE],
-        bodies[o + solver_bodies.WARM_IMPULSE + 1],
-        bodies[o + solver_bodies.WARM_IMPULSE + 2],
-    ) = x, y, z
-    bodies[o + solver_bodies.MOMENTUM] += x
-    bodies[o + solver_bodies.MOMENTUM + 1] += y
-    bodies[o + solver_bodies.MOMENTUM + 2] += z
-    bodies[o + solver_bodies.ANGULAR_MOMENTUM] = u + s * (
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM] - u
-    )
-    bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] = v + s * (
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] - v
-    )
-    bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2] = w + s * (
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2] - w
-    )
+
+
+@inline
+def _pay(
+    body: int, roots: Indices, translation: Array, bodies: Array, groups: Array, changes: Array
+) -> bool:
+    """Let a body of a group that has gained pay; tell whether it was let down."""
+    row, group = body * solver_bodies.SIZE, roots[body] * pressing_record.SIZE
+    store(changes, body * CHANGE, (0.0, 0.0, 0.0))
+    if groups[group + pressing_record.HELD] < FREE:
+        return False
+    let_down = _find_let_down(group, groups)
+    groups[group + pressing_record.LET_DOWN] = let_down
+    moved = scale(let_down, load(groups, group + pressing_record.PRESS))
+    place = blocks.at(body, blocks.TRANSLATION) + blocks.RX
+    position = load_strided(translation, place, blocks.LANES)
+    store_strided(translation, place, blocks.LANES, add(position, moved))
+    displacement = load(bodies, row + solver_bodies.DISPLACEMENT)
+    store(bodies, row + solver_bodies.DISPLACEMENT, add(displacement, moved))
+    if not (let_down < 0.0 and _pays_with_its_place(group, groups)):
+        _slow_down(body, group, translation, bodies, groups, changes)
+    return let_down < 0.0
 
 
 @kernel
-def take_back(
-    count: int, touched: int, nothing: int, width: int, h: float, touching: Indices,
-    batches: Indices, rows: Array, groups: Indices, translation: Array, accounts: Array,
+def project_energy(
+    manifold_count: int, batch_count: int, static: int, width: int, substep: float,
+    touching: Indices, constraints: Constraints, scratch: EnergyScratch, translation: Array,
     bodies: Array,
 ) -> bool:  # fmt: skip
     """
-    Take back what groups have gained over a tick of substeps h. Tell whether any has: then P_HELD
-    of each body is the change of its momentum.
+    Take back what groups have gained over a tick, and attribute it to contacts. Tell whether any
+    group has gained: then momenta in `bodies` have changed.
 
-        count   : batches
-        nothing : index of what cannot move
-        width   : numbers of a point
-        groups  : scratch, one number a body
-        accounts: scratch, ACCOUNT numbers a body
+        static : index of what cannot move
+        width  : numbers of a point
     """
-    any_gain = False
-    for t in range(touched):
-        i = touching[t]
-        o = i * solver_bodies.SIZE
-        moving = kinetic(bodies, o)
-        gain = moving - bodies[o + solver_bodies.ENERGY]
-        bodies[o + solver_bodies.ENERGY] = gain
-        if gain > _allowed(1.0, _fall(i, h, translation, bodies), moving):
-            any_gain = True
-    if not any_gain:
+    if not _some_body_gains(substep, touching, translation, bodies):
         return False
-    join_pressing(count, touched, nothing, touching, batches, rows, groups)
-    if not _find_gains(touched, h, touching, groups, translation, bodies, accounts):
+    batches, rows = constraints.batches, constraints.rows
+    roots, groups = scratch.roots, scratch.groups
+    unite_pressing(batch_count, static, touching, batches, rows, roots)
+    if not _find_gains(substep, touching, roots, translation, bodies, groups):
         return False
-    find_held(count, nothing, width, batches, rows, groups, accounts)
-    find_rigid_motions(touched, touching, groups, translation, bodies, accounts)
-    _find_moving(touched, touching, groups, translation, bodies, accounts)
-    let_down = False
-    for t in range(touched):
-        i = touching[t]
-        g, k = groups[i] * pressing_groups.ACCOUNT, at(i, TRANSLATION)
-        for axis in range(3):
-            bodies[i * solver_bodies.SIZE + solver_bodies.WARM_IMPULSE + axis] = 0.0
-        if accounts[g + pressing_groups.HELD] < pressing_groups.FREE:
-            continue
-        down = _let_down(g, accounts)
-        accounts[g + pressing_groups.DOWN] = down
-        let_down = let_down or down < 0.0
-        for axis in range(3):
-            translation[k + RX + 64 * axis] += down * accounts[g + pressing_groups.PRESS + axis]
-            bodies[i * solver_bodies.SIZE + solver_bodies.DISPLACEMENT + axis] += (
-                down * accounts[g + pressing_groups.PRESS + axis]
-            )
-        if not (down < 0.0 and _pays_with_its_place(g, accounts)):
-            _slow_down(i, g, translation, bodies, accounts)
-    if let_down:
-        _let_gaps_follow(count, nothing, width, batches, rows, groups, accounts)
+    find_held(batch_count, static, width, batches, rows, roots, groups)
+    find_rigid_motions(touching, roots, translation, bodies, groups)
+    _find_relative_energies(touching, roots, translation, bodies, groups)
+    any_let_down = False
+    for index in range(len(touching)):
+        body = touching[index]
+        if _pay(body, roots, translation, bodies, groups, scratch.changes):
+            any_let_down = True
+    if any_let_down:
+        _update_separations(batch_count, static, width, batches, rows, roots, groups)
+    attribute_changes(manifold_count, static, width, touching, constraints, scratch)
     return True

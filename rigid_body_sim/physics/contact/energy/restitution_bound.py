@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a bounce may give back: at most the share e^2 of the energy that the impact took.
+The restitution bound: a bounce gives back at most the share e^2 of the energy that the impact
+took.
 
 Newton's law, v_n <- -e v_n at each point, gives a ball or a central impact the right energy. At an
 eccentric one with friction it can create energy (Kane and Levinson 1985), and where several points
@@ -31,147 +32,158 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.array_groups import Constraints
 from rigid_body_sim.physics.contact.collision import manifold_record
-from rigid_body_sim.physics.contact.energy import pressing_groups
-from rigid_body_sim.physics.contact.energy.account import kinetic, twice
-from rigid_body_sim.physics.contact.energy.pressing_groups import join_pressing
+from rigid_body_sim.physics.contact.energy import impact_record
+from rigid_body_sim.physics.contact.energy.account import kinetic, twice_kinetic
+from rigid_body_sim.physics.contact.energy.pressing_groups import group_of, unite_pressing
+from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
+from rigid_body_sim.physics.contact.touching import bodies_of, lane_of
+from rigid_body_sim.physics.vectors import load, store, subtract
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
 @kernel
-def before_bounce(i: int, bodies: Array) -> None:
+def keep_momenta(touching: Indices, bodies: Array) -> None:
     """Keep the momenta from which the bounce starts."""
-    o = i * solver_bodies.SIZE
-    for axis in range(3):
-        bodies[o + solver_bodies.WARM_IMPULSE + axis] = bodies[o + solver_bodies.MOMENTUM + axis]
-        bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + axis] = bodies[
-            o + solver_bodies.ANGULAR_MOMENTUM + axis
-        ]
+    for index in range(len(touching)):
+        row = touching[index] * solver_bodies.SIZE
+        momentum = load(bodies, row + solver_bodies.MOMENTUM)
+        angular_momentum = load(bodies, row + solver_bodies.ANGULAR_MOMENTUM)
+        store(bodies, row + solver_bodies.MOMENTUM_BEFORE_RESTITUTION, momentum)
+        store(bodies, row + solver_bodies.ANGULAR_MOMENTUM_BEFORE_RESTITUTION, angular_momentum)
 
 
 @inline
-def _factor(taken: float, linear: float, square: float) -> Any:
-    """Return the largest s in [0, 1] with s b + s^2 c <= taken, else what gives the least."""
-    if linear + square <= taken:
+def _largest_factor(allowed: float, linear: float, square: float) -> Any:
+    """Return the largest s in [0, 1] with s b + s^2 c <= allowed, else what gives the least."""
+    if linear + square <= allowed:
         return 1.0
-    root = linear * linear + 4.0 * square * taken
+    root = linear * linear + 4.0 * square * allowed
     if not root > 0.0:
         return min(max(-0.5 * linear / square, 0.0), 1.0) if square > 0.0 else 0.0
     root = math.sqrt(root)
     # the larger root, without a difference of like numbers
-    s = 2.0 * taken / (linear + root) if linear > 0.0 else 0.5 * (root - linear) / square
-    return min(max(s, 0.0), 1.0)
+    factor = 2.0 * allowed / (linear + root) if linear > 0.0 else 0.5 * (root - linear) / square
+    return min(max(factor, 0.0), 1.0)
+
+
+@inline
+def _find_restitutions(
+    manifold_count: int, static: int, width: int, manifolds: Array, rows: Array, roots: Indices,
+    impacts: Array,
+) -> None:  # fmt: skip
+    """Find the largest restitution of the points of each group that bounce."""
+    for manifold in range(manifold_count):
+        lane = lane_of(manifold, manifolds)
+        body_a, body_b = bodies_of(lane, rows)
+        impact = group_of(body_a, body_b, static, roots) * impact_record.SIZE
+        points = int(manifolds[manifold * manifold_record.SIZE + manifold_record.POINT_COUNT])
+        first = lane + constraint.SIZE
+        for point in range(first, first + points * width, width):
+            if (
+                rows[lane + constraint.TOUCHED] > 0.0
+                and rows[point + contact_point.APPROACH_VELOCITY] < 0.0
+            ):
+                impacts[impact + impact_record.RESTITUTION] = max(
+                    impacts[impact + impact_record.RESTITUTION],
+                    rows[lane + constraint.RESTITUTION],
+                )
+
+
+@inline
+def _add_energies(body: int, impact: int, bodies: Array, impacts: Array) -> None:
+    """Add to the account of a group what the impact took of a body, and what the bounce gave."""
+    row = body * solver_bodies.SIZE
+    momentum = load(bodies, row + solver_bodies.MOMENTUM_BEFORE_RESTITUTION)
+    angular_momentum = load(bodies, row + solver_bodies.ANGULAR_MOMENTUM_BEFORE_RESTITUTION)
+    before = 0.5 * twice_kinetic(bodies, row, momentum, angular_momentum)
+    change = subtract(load(bodies, row + solver_bodies.MOMENTUM), momentum)
+    angular_change = subtract(load(bodies, row + solver_bodies.ANGULAR_MOMENTUM), angular_momentum)
+    square = 0.5 * twice_kinetic(bodies, row, change, angular_change)
+    impacts[impact + impact_record.TAKEN] += bodies[row + solver_bodies.ENERGY] - before
+    impacts[impact + impact_record.SQUARE] += square
+    impacts[impact + impact_record.LINEAR] += kinetic(bodies, row) - before - square
+
+
+@inline
+def _shrink_momenta(body: int, factor: float, bodies: Array) -> None:
+    row = body * solver_bodies.SIZE
+    for axis in range(3):
+        momentum = bodies[row + solver_bodies.MOMENTUM_BEFORE_RESTITUTION + axis]
+        angular_momentum = bodies[row + solver_bodies.ANGULAR_MOMENTUM_BEFORE_RESTITUTION + axis]
+        bodies[row + solver_bodies.MOMENTUM + axis] = momentum + factor * (
+            bodies[row + solver_bodies.MOMENTUM + axis] - momentum
+        )
+        bodies[row + solver_bodies.ANGULAR_MOMENTUM + axis] = angular_momentum + factor * (
+            bodies[row + solver_bodies.ANGULAR_MOMENTUM + axis] - angular_momentum
+        )
+
+
+@inline
+def _shrink_impulses(
+    manifold_count: int, static: int, width: int, manifolds: Array, rows: Array, roots: Indices,
+    impacts: Array,
+) -> None:  # fmt: skip
+    """Let the restitution impulses of each group shrink by its factor."""
+    for manifold in range(manifold_count):
+        lane = lane_of(manifold, manifolds)
+        body_a, body_b = bodies_of(lane, rows)
+        group = group_of(body_a, body_b, static, roots)
+        factor = impacts[group * impact_record.SIZE + impact_record.FACTOR]
+        if factor < 1.0:
+            points = int(manifolds[manifold * manifold_record.SIZE + manifold_record.POINT_COUNT])
+            first = lane + constraint.SIZE
+            for point in range(first, first + points * width, width):
+                rows[point + contact_point.RESTITUTION_NORMAL] *= factor
+                rows[point + contact_point.RESTITUTION_TANGENT_1] *= factor
+                rows[point + contact_point.RESTITUTION_TANGENT_2] *= factor
 
 
 @kernel
-def limit(
-    manifolds: int, count: int, touched: int, nothing: int, width: int, touching: Indices,
-    batches: Indices, records: Array, rows: Array, groups: Indices, accounts: Array,
-    bodies: Array,
+def bound_restitution(
+    manifold_count: int, batch_count: int, static: int, width: int, touching: Indices,
+    constraints: Constraints, scratch: EnergyScratch, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Shrink the bounce of each group that would return more than its share.
 
-    count   : batches
-    nothing : index of what cannot move; it joins nobody
-    groups  : scratch, one number a body
-    accounts: scratch, ACCOUNT numbers a body
+    static : index of what cannot move; it joins nobody
+    width  : numbers of a point
     """
-    join_pressing(count, touched, nothing, touching, batches, rows, groups)
-    for t in range(touched):
-        g = touching[t] * pressing_groups.ACCOUNT
-        for entry in range(pressing_groups.TAKEN, pressing_groups.FACTOR):
-            accounts[g + entry] = 0.0
-        accounts[g + pressing_groups.FACTOR] = 1.0
-    for m in range(manifolds):
-        place = int(records[m * manifold_record.SIZE + manifold_record.LANE])
-        a, b = (
-            int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
-            int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
-        )
-        g = groups[b if a == nothing else a] * pressing_groups.ACCOUNT
-        begin = place + constraint.SIZE
-        for point in range(int(records[m * manifold_record.SIZE + manifold_record.POINT_COUNT])):
-            q = begin + point * width
-            if (
-                rows[place + constraint.TOUCHED] > 0.0
-                and rows[q + contact_point.APPROACH_VELOCITY] < 0.0
-            ):
-                accounts[g + pressing_groups.SHARE] = max(
-                    accounts[g + pressing_groups.SHARE], rows[place + constraint.RESTITUTION]
-                )
-    for t in range(touched):
-        o = touching[t] * solver_bodies.SIZE
-        g = groups[touching[t]] * pressing_groups.ACCOUNT
-        x, y, z = (
-            bodies[o + solver_bodies.WARM_IMPULSE],
-            bodies[o + solver_bodies.WARM_IMPULSE + 1],
-            bodies[o + solver_bodies.WARM_IMPULSE + 2],
-        )
-        u, v, w = (
-            bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE],
-            bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + 1],
-            bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + 2],
-        )
-        before = 0.5 * twice(bodies, o, x, y, z, u, v, w)
-        x, y, z = (
-            bodies[o + solver_bodies.MOMENTUM] - x,
-            bodies[o + solver_bodies.MOMENTUM + 1] - y,
-            bodies[o + solver_bodies.MOMENTUM + 2] - z,
-        )
-        u, v, w = (
-            bodies[o + solver_bodies.ANGULAR_MOMENTUM] - u,
-            bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] - v,
-            bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2] - w,
-        )
-        square = 0.5 * twice(bodies, o, x, y, z, u, v, w)
-        accounts[g + pressing_groups.TAKEN] += bodies[o + solver_bodies.ENERGY] - before
-        accounts[g + pressing_groups.SQUARE] += square
-        accounts[g + pressing_groups.LINEAR] += kinetic(bodies, o) - before - square
-    for t in range(touched):
-        g = touching[t] * pressing_groups.ACCOUNT
-        if groups[touching[t]] == touching[t]:
-            taken = (
-                accounts[g + pressing_groups.SHARE]
-                * accounts[g + pressing_groups.SHARE]
-                * accounts[g + pressing_groups.TAKEN]
+    manifolds, rows = constraints.manifolds, constraints.rows
+    roots, impacts = scratch.roots, scratch.impacts
+    unite_pressing(batch_count, static, touching, constraints.batches, rows, roots)
+    for index in range(len(touching)):
+        impact = touching[index] * impact_record.SIZE
+        impacts[impact + impact_record.TAKEN] = 0.0
+        impacts[impact + impact_record.LINEAR] = 0.0
+        impacts[impact + impact_record.SQUARE] = 0.0
+        impacts[impact + impact_record.RESTITUTION] = 0.0
+        impacts[impact + impact_record.FACTOR] = 1.0
+    _find_restitutions(manifold_count, static, width, manifolds, rows, roots, impacts)
+    for index in range(len(touching)):
+        body = touching[index]
+        _add_energies(body, roots[body] * impact_record.SIZE, bodies, impacts)
+    for index in range(len(touching)):
+        impact = touching[index] * impact_record.SIZE
+        if roots[touching[index]] == touching[index]:
+            allowed = (
+                impacts[impact + impact_record.RESTITUTION]
+                * impacts[impact + impact_record.RESTITUTION]
+                * impacts[impact + impact_record.TAKEN]
             )
-            accounts[g + pressing_groups.FACTOR] = _factor(
-                taken, accounts[g + pressing_groups.LINEAR], accounts[g + pressing_groups.SQUARE]
+            impacts[impact + impact_record.FACTOR] = _largest_factor(
+                allowed,
+                impacts[impact + impact_record.LINEAR],
+                impacts[impact + impact_record.SQUARE],
             )
-    for t in range(touched):
-        o = touching[t] * solver_bodies.SIZE
-        s = accounts[groups[touching[t]] * pressing_groups.ACCOUNT + pressing_groups.FACTOR]
-        if s < 1.0:
-            for axis in range(3):
-                p, j = (
-                    bodies[o + solver_bodies.WARM_IMPULSE + axis],
-                    bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + axis],
-                )
-                bodies[o + solver_bodies.MOMENTUM + axis] = p + s * (
-                    bodies[o + solver_bodies.MOMENTUM + axis] - p
-                )
-                bodies[o + solver_bodies.ANGULAR_MOMENTUM + axis] = j + s * (
-                    bodies[o + solver_bodies.ANGULAR_MOMENTUM + axis] - j
-                )
-    for m in range(manifolds):
-        place = int(records[m * manifold_record.SIZE + manifold_record.LANE])
-        a, b = (
-            int(rows[place + constraint.BODY_A]) // solver_bodies.SIZE,
-            int(rows[place + constraint.BODY_B]) // solver_bodies.SIZE,
-        )
-        s = accounts[
-            groups[b if a == nothing else a] * pressing_groups.ACCOUNT + pressing_groups.FACTOR
-        ]
-        begin = place + constraint.SIZE
-        if s < 1.0:
-            for point in range(
-                int(records[m * manifold_record.SIZE + manifold_record.POINT_COUNT])
-            ):
-                q = begin + point * width
-                rows[q + contact_point.RESTITUTION_NORMAL] *= s
-                rows[q + contact_point.RESTITUTION_TANGENT_1] *= s
-                rows[q + contact_point.RESTITUTION_TANGENT_2] *= s
+    for index in range(len(touching)):
+        body = touching[index]
+        factor = impacts[roots[body] * impact_record.SIZE + impact_record.FACTOR]
+        if factor < 1.0:
+            _shrink_momenta(body, factor, bodies)
+    _shrink_impulses(manifold_count, static, width, manifolds, rows, roots, impacts)

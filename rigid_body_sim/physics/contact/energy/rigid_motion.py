@@ -20,165 +20,177 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.energy import pressing_groups
-from rigid_body_sim.physics.contact.solver.wide_lanes import cross, times
-from rigid_body_sim.physics.state.blocks import RX, TRANSLATION, at
+from rigid_body_sim.physics.contact.energy import pressing_record
+from rigid_body_sim.physics.contact.energy.pressing_record import FAST, FREE, SLIDING
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.vectors import (
+    add,
+    apply_symmetric,
+    cross,
+    dot,
+    load,
+    load_strided,
+    load_symmetric,
+    scale,
+    store,
+    subtract,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+AT_REST = (0.0, 0.0, 0.0)
+
 
 @inline
-def _solve(xx, xy, xz, yy, yz, zz, x, y, z):
+def _solve(matrix: Any, vector: Any) -> Any:
     """Solve a symmetric system; 0 where it is singular."""
-    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
-    d, e, f = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
-    determinant = xx * a + xy * b + xz * c
-    k = 1.0 / determinant if determinant > 0.0 else 0.0
-    return k * (a * x + b * y + c * z), k * (b * x + d * y + e * z), k * (c * x + e * y + f * z)
+    xx, xy, xz, yy, yz, zz = matrix
+    cofactors = (
+        yy * zz - yz * yz,
+        xz * yz - xy * zz,
+        xy * yz - xz * yy,
+        xx * zz - xz * xz,
+        xy * xz - xx * yz,
+        xx * yy - xy * xy,
+    )
+    determinant = xx * cofactors[0] + xy * cofactors[1] + xz * cofactors[2]
+    inverse = 1.0 / determinant if determinant > 0.0 else 0.0
+    return scale(inverse, apply_symmetric(cofactors, vector))
 
 
 @inline
-def _spin(bodies: Array, o: int, x: float, y: float, z: float) -> Any:
-    """Angular momentum of a body at an angular velocity; II is the inverse of its inertia."""
-    return _solve(
-        bodies[o + solver_bodies.INVERSE_INERTIA], bodies[o + solver_bodies.INVERSE_INERTIA + 1], bodies[o + solver_bodies.INVERSE_INERTIA + 2], bodies[o + solver_bodies.INVERSE_INERTIA + 3],
-        bodies[o + solver_bodies.INVERSE_INERTIA + 4], bodies[o + solver_bodies.INVERSE_INERTIA + 5], x, y, z,
-    )  # fmt: skip
+def _angular_momentum(bodies: Array, row: int, angular_velocity: Any) -> Any:
+    """Angular momentum of a body at an angular velocity: solves I^-1 L = omega."""
+    inverse_inertia = load_symmetric(bodies, row + solver_bodies.INVERSE_INERTIA)
+    return _solve(inverse_inertia, angular_velocity)
 
 
 @inline
-def _arm(i: int, g: int, translation: Array, accounts: Array) -> Any:
-    k = at(i, TRANSLATION)
+def _arm(body: int, group: int, translation: Array, groups: Array) -> Any:
+    """Place of a body from the centre of mass of its group."""
+    place = blocks.at(body, blocks.TRANSLATION)
+    position = load_strided(translation, place + blocks.RX, blocks.LANES)
+    return subtract(position, load(groups, group + pressing_record.CENTRE))
+
+
+@inline
+def rigid_momenta(body: int, group: int, translation: Array, bodies: Array, groups: Array) -> Any:
+    """Momentum and angular momentum of a body in the rigid motion u of its group."""
+    if groups[group + pressing_record.HELD] == FAST:
+        return AT_REST, AT_REST
+    row = body * solver_bodies.SIZE
+    arm = _arm(body, group, translation, groups)
+    angular_velocity = load(groups, group + pressing_record.ANGULAR_VELOCITY)
+    velocity = add(cross(angular_velocity, arm), load(groups, group + pressing_record.VELOCITY))
+    mass = 1.0 / bodies[row + solver_bodies.INVERSE_MASS]
+    return scale(mass, velocity), _angular_momentum(bodies, row, angular_velocity)
+
+
+@inline
+def _accumulate(groups: Array, place: int, vector: Any) -> None:
+    store(groups, place, add(load(groups, place), vector))
+
+
+@inline
+def _moves(group: int, groups: Array) -> bool:
+    """Tell whether a group has a rigid motion that contact cannot change."""
     return (
-        translation[k + RX] - accounts[g + pressing_groups.CENTRE],
-        translation[k + RX + 64] - accounts[g + pressing_groups.CENTRE + 1],
-        translation[k + RX + 128] - accounts[g + pressing_groups.CENTRE + 2],
+        groups[group + pressing_record.HELD] == FREE
+        or groups[group + pressing_record.HELD] == SLIDING
     )
 
 
 @inline
-def rigid_momenta(i: int, g: int, translation: Array, bodies: Array, accounts: Array) -> Any:
-    """Momenta of a body in the rigid motion u of its group: linear, angular."""
-    o = i * solver_bodies.SIZE
-    if accounts[g + pressing_groups.HELD] == pressing_groups.FAST:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    x, y, z = _arm(i, g, translation, accounts)
-    u, v, w = (
-        accounts[g + pressing_groups.OMEGA],
-        accounts[g + pressing_groups.OMEGA + 1],
-        accounts[g + pressing_groups.OMEGA + 2],
+def _add_body(body: int, group: int, translation: Array, bodies: Array, groups: Array) -> None:
+    """Add mass and momentum of a body to those of its group."""
+    row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
+    mass = 1.0 / bodies[row + solver_bodies.INVERSE_MASS]
+    groups[group + pressing_record.MASS] += mass
+    position = load_strided(translation, place + blocks.RX, blocks.LANES)
+    _accumulate(groups, group + pressing_record.FIRST_MOMENT, scale(mass, position))
+    momentum = load(bodies, row + solver_bodies.MOMENTUM)
+    _accumulate(groups, group + pressing_record.MOMENTUM, momentum)
+
+
+@inline
+def _add_turning(body: int, group: int, translation: Array, bodies: Array, groups: Array) -> None:
+    """Add angular momentum and inertia of a body about the centre to those of its group."""
+    row = body * solver_bodies.SIZE
+    mass = 1.0 / bodies[row + solver_bodies.INVERSE_MASS]
+    arm = _arm(body, group, translation, groups)
+    orbital = cross(arm, load(bodies, row + solver_bodies.MOMENTUM))
+    spin = load(bodies, row + solver_bodies.ANGULAR_MOMENTUM)
+    _accumulate(groups, group + pressing_record.ANGULAR_MOMENTUM, add(spin, orbital))
+    xx, xy, xz = _angular_momentum(bodies, row, (1.0, 0.0, 0.0))
+    _, yy, yz = _angular_momentum(bodies, row, (0.0, 1.0, 0.0))
+    _, _, zz = _angular_momentum(bodies, row, (0.0, 0.0, 1.0))
+    arm_x, arm_y, arm_z = arm
+    inertia = group + pressing_record.INERTIA
+    _accumulate(
+        groups,
+        inertia,
+        (
+            xx + mass * (arm_y * arm_y + arm_z * arm_z),
+            xy - mass * arm_x * arm_y,
+            xz - mass * arm_x * arm_z,
+        ),
     )
-    m = 1.0 / bodies[o + solver_bodies.INVERSE_MASS]
-    px, py, pz = cross(u, v, w, x, y, z)
-    lx, ly, lz = _spin(bodies, o, u, v, w)
-    return (
-        m * (px + accounts[g + pressing_groups.U]),
-        m * (py + accounts[g + pressing_groups.U + 1]),
-        m * (pz + accounts[g + pressing_groups.U + 2]),
-        lx,
-        ly,
-        lz,
+    _accumulate(
+        groups,
+        inertia + 3,
+        (
+            yy + mass * (arm_x * arm_x + arm_z * arm_z),
+            yz - mass * arm_y * arm_z,
+            zz + mass * (arm_x * arm_x + arm_y * arm_y),
+        ),
     )
 
 
 @kernel
 def find_rigid_motions(
-    touched: int, touching: Indices, groups: Indices, translation: Array, bodies: Array,
-    accounts: Array,
-) -> None:  # fmt: skip
-    """Find the rigid motion u of each group that is held (`groups.find_held`) or free."""
-    for t in range(touched):
-        i = touching[t]
-        o, g, k = i * solver_bodies.SIZE, groups[i] * pressing_groups.ACCOUNT, at(i, TRANSLATION)
-        if (
-            accounts[g + pressing_groups.HELD] == pressing_groups.FREE
-            or accounts[g + pressing_groups.HELD] == pressing_groups.SLIDING
-        ):
-            m = 1.0 / bodies[o + solver_bodies.INVERSE_MASS]
-            accounts[g + pressing_groups.MASS] += m
+    touching: Indices, roots: Indices, translation: Array, bodies: Array, groups: Array
+) -> None:
+    """Find the rigid motion u of each group that is held (`find_held`) or free."""
+    for index in range(len(touching)):
+        body = touching[index]
+        group = roots[body] * pressing_record.SIZE
+        if _moves(group, groups):
+            _add_body(body, group, translation, bodies, groups)
+    for index in range(len(touching)):
+        group = touching[index] * pressing_record.SIZE
+        mass = groups[group + pressing_record.MASS]
+        if roots[touching[index]] == touching[index] and mass > 0.0:
             for axis in range(3):
-                accounts[g + pressing_groups.CENTRE + axis] += m * translation[k + RX + 64 * axis]
-                accounts[g + pressing_groups.U + axis] += bodies[o + solver_bodies.MOMENTUM + axis]
-    for t in range(touched):
-        g = touching[t] * pressing_groups.ACCOUNT
-        if groups[touching[t]] == touching[t] and accounts[g + pressing_groups.MASS] > 0.0:
-            for axis in range(3):
-                accounts[g + pressing_groups.CENTRE + axis] /= accounts[g + pressing_groups.MASS]
-                accounts[g + pressing_groups.U + axis] /= accounts[g + pressing_groups.MASS]
-    for t in range(touched):
-        i = touching[t]
-        o, g = i * solver_bodies.SIZE, groups[i] * pressing_groups.ACCOUNT
-        if (
-            accounts[g + pressing_groups.HELD] == pressing_groups.FREE
-            or accounts[g + pressing_groups.HELD] == pressing_groups.SLIDING
-        ):
-            m = 1.0 / bodies[o + solver_bodies.INVERSE_MASS]
-            x, y, z = _arm(i, g, translation, accounts)
-            lx, ly, lz = cross(
-                x,
-                y,
-                z,
-                bodies[o + solver_bodies.MOMENTUM],
-                bodies[o + solver_bodies.MOMENTUM + 1],
-                bodies[o + solver_bodies.MOMENTUM + 2],
-            )
-            accounts[g + pressing_groups.OMEGA] += bodies[o + solver_bodies.ANGULAR_MOMENTUM] + lx
-            accounts[g + pressing_groups.OMEGA + 1] += (
-                bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1] + ly
-            )
-            accounts[g + pressing_groups.OMEGA + 2] += (
-                bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2] + lz
-            )
-            xx, xy, xz = _spin(bodies, o, 1.0, 0.0, 0.0)
-            _, yy, yz = _spin(bodies, o, 0.0, 1.0, 0.0)
-            _, _, zz = _spin(bodies, o, 0.0, 0.0, 1.0)
-            accounts[g + pressing_groups.INERTIA] += xx + m * (y * y + z * z)
-            accounts[g + pressing_groups.INERTIA + 1] += xy - m * x * y
-            accounts[g + pressing_groups.INERTIA + 2] += xz - m * x * z
-            accounts[g + pressing_groups.INERTIA + 3] += yy + m * (x * x + z * z)
-            accounts[g + pressing_groups.INERTIA + 4] += yz - m * y * z
-            accounts[g + pressing_groups.INERTIA + 5] += zz + m * (x * x + y * y)
-    for t in range(touched):
-        if groups[touching[t]] == touching[t]:
-            _keep_to_what_is_free(touching[t] * pressing_groups.ACCOUNT, accounts)
+                groups[group + pressing_record.CENTRE + axis] = (
+                    groups[group + pressing_record.FIRST_MOMENT + axis] / mass
+                )
+                groups[group + pressing_record.VELOCITY + axis] = (
+                    groups[group + pressing_record.MOMENTUM + axis] / mass
+                )
+    for index in range(len(touching)):
+        body = touching[index]
+        group = roots[body] * pressing_record.SIZE
+        if _moves(group, groups):
+            _add_turning(body, group, translation, bodies, groups)
+    for index in range(len(touching)):
+        if roots[touching[index]] == touching[index]:
+            _keep_to_what_is_free(touching[index] * pressing_record.SIZE, groups)
 
 
 @inline
-def _keep_to_what_is_free(g: int, accounts: Array) -> None:
-    """Turn the angular momentum of a group into the angular velocity of its rigid motion."""
-    i = g + pressing_groups.INERTIA
-    xx, xy, xz, yy, yz, zz = (
-        accounts[i], accounts[i + 1], accounts[i + 2], accounts[i + 3], accounts[i + 4],
-        accounts[i + 5],
-    )  # fmt: skip
-    x, y, z = (
-        accounts[g + pressing_groups.OMEGA],
-        accounts[g + pressing_groups.OMEGA + 1],
-        accounts[g + pressing_groups.OMEGA + 2],
-    )
-    if accounts[g + pressing_groups.HELD] == pressing_groups.SLIDING:
-        u, v, w = (
-            accounts[g + pressing_groups.NORMAL],
-            accounts[g + pressing_groups.NORMAL + 1],
-            accounts[g + pressing_groups.NORMAL + 2],
-        )
-        across = (
-            u * accounts[g + pressing_groups.U]
-            + v * accounts[g + pressing_groups.U + 1]
-            + w * accounts[g + pressing_groups.U + 2]
-        )
-        accounts[g + pressing_groups.U] -= across * u
-        accounts[g + pressing_groups.U + 1] -= across * v
-        accounts[g + pressing_groups.U + 2] -= across * w
-        a, b, c = times(xx, xy, xz, yy, yz, zz, u, v, w)
-        about = u * a + v * b + w * c
-        turn = (u * x + v * y + w * z) / about if about > 0.0 else 0.0
-        x, y, z = turn * u, turn * v, turn * w
+def _keep_to_what_is_free(group: int, groups: Array) -> None:
+    """Find the angular velocity of the rigid motion; keep what slides to its plane."""
+    inertia = load_symmetric(groups, group + pressing_record.INERTIA)
+    angular_momentum = load(groups, group + pressing_record.ANGULAR_MOMENTUM)
+    if groups[group + pressing_record.HELD] == SLIDING:
+        normal = load(groups, group + pressing_record.NORMAL)
+        across = dot(normal, load(groups, group + pressing_record.VELOCITY))
+        along = subtract(load(groups, group + pressing_record.VELOCITY), scale(across, normal))
+        store(groups, group + pressing_record.VELOCITY, along)
+        about = dot(normal, apply_symmetric(inertia, normal))
+        rate = dot(normal, angular_momentum) / about if about > 0.0 else 0.0
+        angular_velocity = scale(rate, normal)
     else:
-        x, y, z = _solve(xx, xy, xz, yy, yz, zz, x, y, z)
-    (
-        accounts[g + pressing_groups.OMEGA],
-        accounts[g + pressing_groups.OMEGA + 1],
-        accounts[g + pressing_groups.OMEGA + 2],
-    ) = x, y, z
+        angular_velocity = _solve(inertia, angular_momentum)
+    store(groups, group + pressing_record.ANGULAR_VELOCITY, angular_velocity)

@@ -28,32 +28,35 @@ resistance too. An island wakes and sleeps as one, however large it is.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.array_groups import Constraints, Motion
 from rigid_body_sim.physics.contact.collision import (
-    collider,
+    collider_record,
     manifold_record,
     narrow_phase,
     swept_aabbs,
 )
+from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
+from rigid_body_sim.physics.contact.collision.collider_record import STATIC
+from rigid_body_sim.physics.contact.islands import sleep_record
 from rigid_body_sim.physics.contact.islands.islands import find_islands, may_touch
-from rigid_body_sim.physics.state.blocks import (
-    EX,
-    FX,
-    GX,
-    LX,
-    PX,
-    QX,
-    ROTATION,
-    RX,
-    TRANSLATION,
-    TX,
-    at,
+from rigid_body_sim.physics.contact.islands.sleep_record import AWAKE
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.vectors import (
+    apply_symmetric,
+    dot,
+    load,
+    load_strided,
+    load_symmetric,
+    store,
+    store_strided,
+    subtract,
 )
 
 Array = NDArray[np.float64]
@@ -61,321 +64,347 @@ Indices = NDArray[np.int64]
 
 STEADY = 1e-5  # [-] change of a wrench that drives a body; springs at rest jitter by less
 
-# of a body
-ISLAND, TIMER, WRENCH = 0, 1, 2  # 0: awake, n > 0: asleep in island n, -n: wakes; [s]; F', T'
-SLEEPER = 8
+NOBODY = -1  # ends the list of the restless
+SOME_WAKES = -1  # in place of a count
 
-# limits: speed [m/s], time [s], then the radius of each body [m]
-SLEEP_SPEED, SLEEP_TIME, RADIUS = range(3)
+
+class SleepState(NamedTuple):
+    """
+    What is known of sleep.
+
+    sleep_states     : of each body, see `sleep_record`
+    radii            : [m] of each body, r above
+    element_groups   : of each body, some body, the same for all that force elements join
+    island_roots     : of each body, the first of its island: see `islands`
+    supported        : 1 for roots of islands that something which cannot move pushes
+    restless         : sleepers that share a block with what moves, ended by NOBODY
+    awake_in_blocks  : how many bodies of each block are awake
+    """
+
+    sleep_states: Array
+    radii: Array
+    element_groups: Indices
+    island_roots: Indices
+    supported: Indices
+    restless: Indices
+    awake_in_blocks: Indices
+
+
+def make_sleep_state(radii: Array, element_groups: Indices) -> SleepState:
+    """Make the state of bodies of which all are awake."""
+    count = len(radii)
+    return SleepState(
+        sleep_states=np.zeros(count * sleep_record.SIZE),
+        radii=radii,
+        element_groups=element_groups,
+        island_roots=np.zeros(count, dtype=np.int64),
+        supported=np.zeros(count, dtype=np.int64),
+        restless=np.full(count + 1, NOBODY, dtype=np.int64),
+        awake_in_blocks=np.zeros(blocks.blocks(count), dtype=np.int64),
+    )
 
 
 @inline
-def asleep(i: int, slumber: Array) -> bool:
+def asleep(body: int, sleep: Array) -> bool:
     """Tell whether a body sleeps."""
-    return slumber[i * SLEEPER + ISLAND] != 0.0
+    return sleep[body * sleep_record.SIZE + sleep_record.ISLAND] != AWAKE
 
 
 @inline
-def _home(core: int) -> int:
-    """Core index in the table of a body that sleeps or not; -1 where it cannot move."""
-    return core if core >= -1 else -2 - core
-
-
-# ward: integers: how many are restless, then parts of n numbers, one a body; then the blocks
-GROUPS, PARENTS, HELD_UP, RESTLESS, BLOCKS = range(5)  # restless: shares a block with what moves
+def _mark_woken(body: int, sleep: Array) -> None:
+    """Mark the island of a sleeper: it wakes."""
+    island = body * sleep_record.SIZE + sleep_record.ISLAND
+    sleep[island] = -abs(sleep[island])
 
 
 @inline
-def _part(which: int, n: int) -> int:
-    """Where a part of the ward begins."""
-    return 1 + which * n
+def _asleep_in_table(core: int) -> int:
+    """How the table names a body that sleeps, and back: below STATIC."""
+    return -2 - core
 
 
 @inline
-def stirs(block: int, n: int, ward: Indices) -> Any:
+def _core_of(named: int) -> int:
+    """Core index of a body that sleeps or not, as the table names it; STATIC stays so."""
+    return named if named >= STATIC else _asleep_in_table(named)
+
+
+@inline
+def stirs(block: int, state: SleepState) -> Any:
     """Tell whether some body of a block is awake."""
-    return ward[_part(BLOCKS, n) + block] > 0
-
-
-def ward_of(groups: Indices) -> Indices:
-    """Make the integers that the kernels need of a scene: groups of force elements, and room."""
-    n = len(groups)
-    ward = np.zeros(1 + 4 * n + (n + 63) // 64, dtype=np.int64)
-    ward[1 : 1 + n] = groups
-    return ward
+    return state.awake_in_blocks[block] > 0
 
 
 @kernel
-def lay_down(
-    n: int, n_bodies: int, n_rigid: int, translation: Array, rotation: Array, table: Indices,
-    mounts: Array, poses: Array, reaches: Array, bodies: Array, slumber: Array,
-) -> None:  # fmt: skip
-    """Give sleepers the poses they keep, and let the table say who sleeps: core -2 - core."""
-    for i in range(n):
-        table[i * collider.TABLE + collider.CORE] = _home(
-            table[i * collider.TABLE + collider.CORE]
-        )
-    narrow_phase.find_poses(n, n_rigid, translation, rotation, table, mounts, poses)
-    for i in range(n):
-        core = table[i * collider.TABLE + collider.CORE]
-        if core >= 0 and asleep(core, slumber):
-            table[i * collider.TABLE + collider.CORE] = -2 - core
-            for entry in range(4):  # velocity, and what turning adds
-                reaches[i * swept_aabbs.ROW + swept_aabbs.SPEED + entry] = 0.0
-    for i in range(n_bodies):
-        if asleep(i, slumber):
-            solver_bodies.begin_tick(i, n_rigid, translation, rotation, bodies)
+def place_sleepers(
+    collider_count: int,
+    motion: Motion,
+    colliders: ColliderArrays,
+    local_poses: Array,
+    bodies: Array,
+    sleep: Array,
+) -> None:
+    """Give sleepers the poses they keep, and let the table say who sleeps."""
+    table, swept = colliders.table, colliders.swept_aabbs
+    for index in range(collider_count):
+        entry = index * collider_record.SIZE + collider_record.BODY
+        table[entry] = _core_of(table[entry])
+    narrow_phase.find_poses(
+        collider_count, motion.rigid_count, motion.translation, motion.rotation, table,
+        local_poses, colliders.poses,
+    )  # fmt: skip
+    for index in range(collider_count):
+        core = table[index * collider_record.SIZE + collider_record.BODY]
+        if core >= 0 and asleep(core, sleep):
+            table[index * collider_record.SIZE + collider_record.BODY] = _asleep_in_table(core)
+            row = index * swept_aabbs.SIZE
+            store(swept, row + swept_aabbs.VELOCITY, (0.0, 0.0, 0.0))
+            swept[row + swept_aabbs.TURNING] = 0.0
+    for body in range(motion.body_count):
+        if asleep(body, sleep):
+            solver_bodies.begin_tick(
+                body, motion.rigid_count, motion.translation, motion.rotation, bodies
+            )
 
 
 @inline
-def _same_wrench(i, n_rigid, translation, rotation, slumber):
-    o = i * SLEEPER + WRENCH
-    k = at(i, TRANSLATION)
-    same = True
-    for axis in range(3):
-        same = same and translation[k + FX + 64 * axis] == slumber[o + axis]
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            same = same and rotation[k + TX + 64 * axis] == slumber[o + 3 + axis]
+def _force(body: int, motion: Motion) -> Any:
+    """Force upon a body without contacts [N]."""
+    place = blocks.at(body, blocks.TRANSLATION) + blocks.FX
+    return load_strided(motion.translation, place, blocks.LANES)
+
+
+@inline
+def _torque(body: int, motion: Motion) -> Any:
+    """Torque upon a rigid body without contacts [N m]."""
+    place = blocks.at(body, blocks.ROTATION) + blocks.TX
+    return load_strided(motion.rotation, place, blocks.LANES)
+
+
+@inline
+def _equal(first: Any, second: Any) -> bool:
+    return first[0] == second[0] and first[1] == second[1] and first[2] == second[2]
+
+
+@inline
+def _same_wrench(body: int, motion: Motion, sleep: Array) -> bool:
+    row = body * sleep_record.SIZE
+    same = _equal(_force(body, motion), load(sleep, row + sleep_record.FORCE))
+    if body < motion.rigid_count:
+        same = same and _equal(_torque(body, motion), load(sleep, row + sleep_record.TORQUE))
     return same
 
 
 @inline
-def _still(i, n_rigid, translation, rotation):
-    k = at(i, TRANSLATION)
-    still = True
-    for axis in range(3):
-        still = still and translation[k + PX + 64 * axis] == 0.0
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            still = still and rotation[k + LX + 64 * axis] == 0.0
+def _still(body: int, motion: Motion) -> bool:
+    at_rest = (0.0, 0.0, 0.0)
+    place = blocks.at(body, blocks.TRANSLATION) + blocks.PX
+    still = _equal(load_strided(motion.translation, place, blocks.LANES), at_rest)
+    if body < motion.rigid_count:
+        place = blocks.at(body, blocks.ROTATION) + blocks.LX
+        still = still and _equal(load_strided(motion.rotation, place, blocks.LANES), at_rest)
     return still
 
 
+@inline
+def _list_restless(motion: Motion, state: SleepState) -> None:
+    count = 0
+    for block in range((motion.body_count + blocks.LANES - 1) // blocks.LANES):
+        if stirs(block, state):
+            first = blocks.LANES * block
+            for body in range(first, min(first + blocks.LANES, motion.body_count)):
+                if asleep(body, state.sleep_states):
+                    state.restless[count] = body
+                    count += 1
+    state.restless[count] = NOBODY
+
+
 @kernel
-def stir(
-    n_bodies: int, n_rigid: int, translation: Array, rotation: Array, slumber: Array,
-    ward: Indices,
-) -> int:  # fmt: skip
-    """Count the bodies that are awake; -1: some sleeper, now marked, wakes."""
+def count_awake(motion: Motion, state: SleepState) -> int:
+    """Count the bodies that are awake; SOME_WAKES: some sleeper, now marked, wakes."""
     awake = 0
     woken = False
-    for block in range((n_bodies + 63) // 64):
+    for block in range((motion.body_count + blocks.LANES - 1) // blocks.LANES):
         here = 0
-        for i in range(64 * block, min(64 * block + 64, n_bodies)):
-            if not asleep(i, slumber):
+        first = blocks.LANES * block
+        for body in range(first, min(first + blocks.LANES, motion.body_count)):
+            if not asleep(body, state.sleep_states):
                 here += 1
-            elif not (
-                _still(i, n_rigid, translation, rotation)
-                and _same_wrench(i, n_rigid, translation, rotation, slumber)
-            ):
-                slumber[i * SLEEPER + ISLAND] = -abs(slumber[i * SLEEPER + ISLAND])
+            elif not (_still(body, motion) and _same_wrench(body, motion, state.sleep_states)):
+                _mark_woken(body, state.sleep_states)
                 woken = True
-        ward[1 + 4 * n_bodies + block] = here
+        state.awake_in_blocks[block] = here
         awake += here
     if woken:
-        return -1
-    restless = _part(RESTLESS, n_bodies)
-    count = 0
-    for block in range((n_bodies + 63) // 64):
-        if stirs(block, n_bodies, ward):
-            for i in range(64 * block, min(64 * block + 64, n_bodies)):
-                if asleep(i, slumber):
-                    ward[restless + count] = i
-                    count += 1
-    ward[0] = count
+        return SOME_WAKES
+    _list_restless(motion, state)
     return awake
 
 
 @kernel
-def reached(
-    manifolds: int, h: float, table: Indices, reaches: Array, records: Array, slumber: Array
+def wake_touched(
+    manifold_count: int, h: float, colliders: ColliderArrays, manifolds: Array, sleep: Array
 ) -> bool:
     """Tell whether something awake may touch a sleeper within the tick, and mark whom."""
     some = False
-    for m in range(manifolds):
-        a = table[
-            int(records[m * manifold_record.SIZE + manifold_record.COLLIDER_A]) * collider.TABLE
-            + collider.CORE
-        ]
-        b = table[
-            int(records[m * manifold_record.SIZE + manifold_record.COLLIDER_B]) * collider.TABLE
-            + collider.CORE
-        ]
-        if (a < -1 or b < -1) and may_touch(m, h, reaches, records):
-            o = _home(min(a, b)) * SLEEPER
-            slumber[o + ISLAND] = -abs(slumber[o + ISLAND])
+    table = colliders.table
+    for manifold in range(manifold_count):
+        record = manifold * manifold_record.SIZE
+        collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
+        collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+        least = min(
+            table[collider_a * collider_record.SIZE + collider_record.BODY],
+            table[collider_b * collider_record.SIZE + collider_record.BODY],
+        )
+        if least < STATIC and may_touch(manifold, h, colliders.swept_aabbs, manifolds):
+            _mark_woken(_core_of(least), sleep)
             some = True
     return some
 
 
 @kernel
-def keep_still(
-    n_bodies: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array, ward: Indices
-) -> None:
+def keep_still(motion: Motion, state: SleepState, bodies: Array) -> None:
     """Put the sleepers of blocks that moved back to the bit."""
-    restless = _part(RESTLESS, n_bodies)
-    for j in range(ward[0]):
-        i = ward[restless + j]
-        o = i * solver_bodies.SIZE
-        _stop(i, n_rigid, translation, rotation)
-        k = at(i, TRANSLATION)
-        for axis in range(3):
-            translation[k + RX + 64 * axis] = bodies[o + solver_bodies.START_POSITION + axis]
-            translation[k + EX + 64 * axis] = bodies[o + solver_bodies.START_RESIDUAL + axis]
-        if i < n_rigid:
-            k = at(i, ROTATION)
+    index = 0
+    while state.restless[index] != NOBODY:
+        body = state.restless[index]
+        index += 1
+        row = body * solver_bodies.SIZE
+        _stop(body, motion)
+        place = blocks.at(body, blocks.TRANSLATION)
+        position = load(bodies, row + solver_bodies.START_POSITION)
+        residual = load(bodies, row + solver_bodies.START_RESIDUAL)
+        store_strided(motion.translation, place + blocks.RX, blocks.LANES, position)
+        store_strided(motion.translation, place + blocks.EX, blocks.LANES, residual)
+        if body < motion.rigid_count:
+            place = blocks.at(body, blocks.ROTATION) + blocks.QX
             for entry in range(4):
-                rotation[k + QX + 64 * entry] = bodies[o + solver_bodies.START_ORIENTATION + entry]
+                motion.rotation[place + blocks.LANES * entry] = bodies[
+                    row + solver_bodies.START_ORIENTATION + entry
+                ]
 
 
 @inline
-def _stop(i, n_rigid, translation, rotation):
+def _stop(body: int, motion: Motion) -> None:
     """Take all momentum."""
-    k = at(i, TRANSLATION)
-    for axis in range(3):
-        translation[k + PX + 64 * axis] = 0.0
-        translation[k + GX + 64 * axis] = 0.0
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            rotation[k + LX + 64 * axis] = 0.0
+    nothing = (0.0, 0.0, 0.0)
+    place = blocks.at(body, blocks.TRANSLATION)
+    store_strided(motion.translation, place + blocks.PX, blocks.LANES, nothing)
+    store_strided(motion.translation, place + blocks.GX, blocks.LANES, nothing)
+    if body < motion.rigid_count:
+        place = blocks.at(body, blocks.ROTATION) + blocks.LX
+        store_strided(motion.rotation, place, blocks.LANES, nothing)
 
 
 @inline
-def _is_slow(i, radius, limit, bodies):
-    o = i * solver_bodies.SIZE
-    u, v, w = (
-        bodies[o + solver_bodies.MOMENTUM],
-        bodies[o + solver_bodies.MOMENTUM + 1],
-        bodies[o + solver_bodies.MOMENTUM + 2],
+def _is_slow(body: int, radius: float, limit: float, bodies: Array) -> bool:
+    row = body * solver_bodies.SIZE
+    momentum = load(bodies, row + solver_bodies.MOMENTUM)
+    speed = bodies[row + solver_bodies.INVERSE_MASS] * math.sqrt(dot(momentum, momentum))
+    angular_velocity = apply_symmetric(
+        load_symmetric(bodies, row + solver_bodies.INVERSE_INERTIA),
+        load(bodies, row + solver_bodies.ANGULAR_MOMENTUM),
     )
-    speed = bodies[o + solver_bodies.INVERSE_MASS] * math.sqrt(u * u + v * v + w * w)
-    x, y, z = (
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM],
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 1],
-        bodies[o + solver_bodies.ANGULAR_MOMENTUM + 2],
-    )
-    p = (
-        bodies[o + solver_bodies.INVERSE_INERTIA] * x
-        + bodies[o + solver_bodies.INVERSE_INERTIA + 1] * y
-        + bodies[o + solver_bodies.INVERSE_INERTIA + 2] * z
-    )
-    q = (
-        bodies[o + solver_bodies.INVERSE_INERTIA + 1] * x
-        + bodies[o + solver_bodies.INVERSE_INERTIA + 3] * y
-        + bodies[o + solver_bodies.INVERSE_INERTIA + 4] * z
-    )
-    r = (
-        bodies[o + solver_bodies.INVERSE_INERTIA + 2] * x
-        + bodies[o + solver_bodies.INVERSE_INERTIA + 4] * y
-        + bodies[o + solver_bodies.INVERSE_INERTIA + 5] * z
-    )
-    return speed < limit and radius * math.sqrt(p * p + q * q + r * r) < limit
+    return speed < limit and radius * math.sqrt(dot(angular_velocity, angular_velocity)) < limit
 
 
 @inline
-def _note_wrench(i, n_rigid, translation, rotation, slumber):
-    o = i * SLEEPER + WRENCH
-    k = at(i, TRANSLATION)
-    for axis in range(3):
-        slumber[o + axis] = translation[k + FX + 64 * axis]
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            slumber[o + 3 + axis] = rotation[k + TX + 64 * axis]
+def _note_wrench(body: int, motion: Motion, sleep: Array) -> None:
+    row = body * sleep_record.SIZE
+    store(sleep, row + sleep_record.FORCE, _force(body, motion))
+    if body < motion.rigid_count:
+        store(sleep, row + sleep_record.TORQUE, _torque(body, motion))
 
 
 @inline
-def _is_steady(i, n_rigid, radius, translation, rotation, slumber):
-    o = i * SLEEPER + WRENCH
-    k = at(i, TRANSLATION)
-    size, change = 0.0, 0.0
-    for axis in range(3):
-        f = translation[k + FX + 64 * axis]
-        size += f * f
-        change += (f - slumber[o + axis]) * (f - slumber[o + axis])
-    steady = change <= STEADY * STEADY * size
-    if i < n_rigid:
-        k = at(i, ROTATION)
+def _is_steady(body: int, radius: float, motion: Motion, sleep: Array) -> bool:
+    row = body * sleep_record.SIZE
+    force = _force(body, motion)
+    change = subtract(force, load(sleep, row + sleep_record.FORCE))
+    size = dot(force, force)
+    steady = dot(change, change) <= STEADY * STEADY * size
+    if body < motion.rigid_count:
+        torque = _torque(body, motion)
+        change = subtract(torque, load(sleep, row + sleep_record.TORQUE))
         size *= radius * radius
-        change = 0.0
-        for axis in range(3):
-            f = rotation[k + TX + 64 * axis]
-            size += f * f
-            change += (f - slumber[o + 3 + axis]) * (f - slumber[o + 3 + axis])
-        steady = steady and change <= STEADY * STEADY * size
+        size = size + torque[0] * torque[0] + torque[1] * torque[1] + torque[2] * torque[2]
+        steady = steady and dot(change, change) <= STEADY * STEADY * size
     return steady
 
 
+@inline
+def _is_tired(timer: float, sleep_time: float) -> bool:
+    """Tell whether a body has rested long enough, and in this tick."""
+    return timer >= sleep_time and timer > 0.0
+
+
+@inline
+def _count_time(
+    h: float, sleep_speed: float, touching: Indices, motion: Motion, state: SleepState,
+    bodies: Array,
+) -> None:  # fmt: skip
+    """Count the time that bodies rest: a timer that does not count in this tick becomes zero."""
+    sleep = state.sleep_states
+    for index in range(len(touching)):
+        body = touching[index]
+        timer = body * sleep_record.SIZE + sleep_record.TIMER
+        radius = state.radii[body]
+        if not _is_steady(body, radius, motion, sleep):
+            _note_wrench(body, motion, sleep)
+        elif _is_slow(body, radius, sleep_speed, bodies):
+            sleep[timer] = -(sleep[timer] + h)  # the sign: in this tick
+    for body in range(motion.body_count):
+        timer = body * sleep_record.SIZE + sleep_record.TIMER
+        rested = -sleep[timer]
+        sleep[timer] = rested if rested > 0.0 else 0.0
+
+
+@inline
+def _some_are_tired(sleep_time: float, body_count: int, sleep: Array) -> bool:
+    for body in range(body_count):
+        if _is_tired(sleep[body * sleep_record.SIZE + sleep_record.TIMER], sleep_time):
+            return True
+    return False
+
+
 @kernel
-def settle(
-    whole: bool, touched: int, manifolds: int, h: float, n_bodies: int, n_rigid: int,
-    translation: Array, rotation: Array, table: Indices, reaches: Array, records: Array,
-    memory: Array, bodies: Array, touching: Indices, slumber: Array, limits: Array, ward: Indices,
+def update_sleep(
+    h: float, sleep_speed: float, sleep_time: float, whole: bool, manifold_count: int,
+    touching: Indices, motion: Motion, colliders: ColliderArrays,
+    constraints: Constraints, state: SleepState, bodies: Array,
 ) -> int:  # fmt: skip
     """
     Count the time that bodies rest, and let islands fall asleep; return how many bodies did.
 
-    whole             : not a piece of a tick: in the middle of one nobody falls asleep
-    touched, touching : the bodies with contacts in this tick, whose rows in `bodies` are current
+    whole    : not a piece of a tick: in the middle of one nobody falls asleep
+    touching : the bodies with contacts in this tick, whose rows in `bodies` are current
     """
-    for j in range(touched):
-        i = touching[j]
-        o = i * SLEEPER
-        radius = limits[RADIUS + i]
-        if not _is_steady(i, n_rigid, radius, translation, rotation, slumber):
-            _note_wrench(i, n_rigid, translation, rotation, slumber)
-        elif _is_slow(i, radius, limits[SLEEP_SPEED], bodies):
-            slumber[o + TIMER] = -(slumber[o + TIMER] + h)  # the sign: in this tick
-    tired = False
-    for i in range(n_bodies):
-        timer = -slumber[i * SLEEPER + TIMER]
-        slumber[i * SLEEPER + TIMER] = timer if timer > 0.0 else 0.0
-        tired = tired or (timer >= limits[SLEEP_TIME] and timer > 0.0)
-    if not (tired and whole):
+    sleep, roots, supported = state.sleep_states, state.island_roots, state.supported
+    _count_time(h, sleep_speed, touching, motion, state, bodies)
+    if not (whole and _some_are_tired(sleep_time, motion.body_count, sleep)):
         return 0
-    begin = _part(GROUPS, n_bodies)
-    groups = ward[begin : begin + n_bodies]
-    parents = ward[begin + n_bodies : begin + 2 * n_bodies]
-    held = ward[begin + 2 * n_bodies : begin + 3 * n_bodies]
     find_islands(
-        manifolds, n_bodies, h, table, reaches, records, memory, groups, parents,
-        held,
+        manifold_count, motion.body_count, h, colliders.table, colliders.swept_aabbs,
+        constraints.manifolds, constraints.impulse_cache, state.element_groups, roots, supported,
     )  # fmt: skip
-    for i in range(n_bodies):
-        timer = slumber[i * SLEEPER + TIMER]
-        if not (timer >= limits[SLEEP_TIME] and timer > 0.0):
-            held[parents[i]] = 0
+    for body in range(motion.body_count):
+        timer = sleep[body * sleep_record.SIZE + sleep_record.TIMER]
+        if not _is_tired(timer, sleep_time):
+            supported[roots[body]] = 0
     fell = 0
-    for i in range(n_bodies):
-        if held[parents[i]] == 1:
-            slumber[i * SLEEPER + ISLAND] = float(1 + parents[i])
-            _stop(i, n_rigid, translation, rotation)
+    for body in range(motion.body_count):
+        if supported[roots[body]] == 1:
+            sleep[body * sleep_record.SIZE + sleep_record.ISLAND] = float(1 + roots[body])
+            _stop(body, motion)
             fell += 1
     return fell
 
 
 @kernel
-def note_wrenches(
-    n_bodies: int, n_rigid: int, translation: Array, rotation: Array, slumber: Array
-) -> None:
+def note_wrenches(motion: Motion, sleep: Array) -> None:
     """Note the wrenches with which bodies fell asleep in this tick."""
-    for i in range(n_bodies):
-        if slumber[i * SLEEPER + TIMER] > 0.0 and asleep(i, slumber):
-            slumber[i * SLEEPER + TIMER] = 0.0
-            _note_wrench(i, n_rigid, translation, rotation, slumber)
-
-
-KERNELS = {
-    'asleep': asleep,
-    'keep_still': keep_still,
-    'lay_down': lay_down,
-    'note_wrenches': note_wrenches,
-    'reached': reached,
-    'settle': settle,
-    'stir': stir,
-    'stirs': stirs,
-}  # by the names that `tick` leaves open
+    for body in range(motion.body_count):
+        timer = body * sleep_record.SIZE + sleep_record.TIMER
+        if sleep[timer] > 0.0 and asleep(body, sleep):
+            sleep[timer] = 0.0
+            _note_wrench(body, motion, sleep)

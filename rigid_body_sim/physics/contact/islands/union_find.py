@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Bodies that belong together, as a forest (union-find): each hangs on another one, or is a root.
+Union-find: bodies that belong together, as a forest of trees. Each body names a parent, or itself
+if it is a root.
 """
 
 from __future__ import annotations
@@ -15,19 +16,19 @@ Indices = NDArray[np.int64]
 
 
 @inline
-def root_of(i: int, parents: Indices) -> int:
-    """Find the root of a body, and hang it higher on the way."""
-    while parents[i] != i:
-        parents[i] = parents[parents[i]]
-        i = parents[i]
-    return i
+def find(body: int, parents: Indices) -> int:
+    """Find the root of a body; halve the path on the way."""
+    while parents[body] != body:
+        parents[body] = parents[parents[body]]
+        body = parents[body]
+    return body
 
 
 @inline
-def join(i: int, j: int, parents: Indices) -> None:
-    """Hang two trees together; the smaller number stays a root."""
-    i, j = root_of(i, parents), root_of(j, parents)
-    if i < j:
-        parents[j] = i
+def unite(first: int, second: int, parents: Indices) -> None:
+    """Unite the trees of two bodies; the smaller root stays one."""
+    first, second = find(first, parents), find(second, parents)
+    if first < second:
+        parents[second] = first
     else:
-        parents[i] = j
+        parents[first] = second

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A batch of eight constraints that share no moving body, as a row of integers.
+A batch of wide constraints: up to eight that share no moving body, as a row of integers.
 """
 
 from rigid_body_sim.physics.arrays import Record
@@ -12,5 +12,12 @@ batch = Record()
 BEGIN = batch.number('-', 'where it begins in the rows')
 POINT_COUNT = batch.number('-', 'points of each of its manifolds')
 LANE_COUNT = batch.number('-', 'lanes in use')
-KIND = batch.number('-', '1: balls among themselves')
+KIND = batch.number('-', 'MIXED or BALLS')
 SIZE = batch.size
+
+# sorts of batches of a colour: of one point each, what is not round, and balls among themselves or
+# on what cannot move; of several points
+MIXED, BALLS, SEVERAL_POINTS = range(3)
+SORTS = 3
+OPEN_BATCHES = SORTS * (COLOURS + 1)  # [-] that may be open at a time
+NONE_OPEN = -1

@@ -44,4 +44,5 @@ RESTITUTION_TANGENT_2 = point.number('N s', 'impulse of the bounce, tangent 2')
 WARM_ROLLING_1 = point.number('N m s', 'half the warm-start angular impulse, tangent 1')
 WARM_ROLLING_2 = point.number('N m s', 'the same, tangent 2')
 WARM_TWIST = point.number('N m s', 'the same, normal')
+RECALLED_ANGULAR_IMPULSE = point.vector('N m s', 'of the impulse cache, world axes')
 SIZE_LONG = point.size

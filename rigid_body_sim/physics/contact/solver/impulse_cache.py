@@ -1,85 +1,250 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What the contacts of a tick leave to the next one; the list is described in `assembly`."""
+"""
+The impulse cache: accumulated impulses from tick to tick, for the warm start of the next one.
+
+Old and new manifolds are both in the order of their pairs, so that they are matched in one walk.
+A point is the same as before if its feature is, else if its anchor lies within a fifth of the
+radius.
+Impulses are kept as vectors of the world (`cache_record`) and recalled along the new tangents; if
+the substep changed they change with it.
+"""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.collision import collider, manifold_record
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import bounds_record, manifold_record, pose
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import cache_record, constraint, contact_point
-from rigid_body_sim.physics.contact.solver.assembly import anchor_of
-from rigid_body_sim.physics.contact.solver.warm_start import lasting
+from rigid_body_sim.physics.contact.solver.warm_start import lasting_share
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    dot,
+    load,
+    load_strided,
+    scale,
+    store,
+    store_strided,
+    subtract,
+)
 
 Array = NDArray[np.float64]
 
+SAME_PLACE = 0.2  # [-] of the radius: an anchor that moved less is the same point
+NEW = -1  # in place of a point of the cache: there is none for this one
+
 
 @kernel
-def remember(
-    manifolds: int, width: int, h: float, angular: bool, poses: Array, records: Array,
-    rows: Array, memory: Array,
+def holds_same_manifolds(manifold_count: int, manifolds: Array, cache: Array) -> bool:
+    """Tell whether the manifolds are those of the cache, with as many points."""
+    if cache[cache_record.MANIFOLDS] != float(manifold_count):
+        return False
+    old = cache_record.HEAD
+    for m in range(manifold_count):
+        record = m * manifold_record.SIZE
+        if (
+            cache[old + cache_record.PAIR_ID] != manifolds[record + manifold_record.PAIR_ID]
+            or cache[old + cache_record.POINTS] != manifolds[record + manifold_record.POINT_COUNT]
+        ):
+            return False
+        old += _size(old, cache)
+    return True
+
+
+@inline
+def _size(old: int, cache: Array) -> int:
+    """Numbers of a manifold of the cache."""
+    points = int(cache[old + cache_record.POINTS])
+    return cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+
+
+@inline
+def _anchor(point: Any, place: int, poses: Array) -> Any:
+    """Return a point in the axes of a shape, R^T (r - x)."""
+    return pose.to_shape(poses, place, subtract(point, load(poses, place + pose.POSITION)))
+
+
+@inline
+def _same_feature(feature: float, old_points: int, count: int, taken: int, cache: Array) -> int:
+    """Find a feature among the points of the cache that are not taken, or NEW."""
+    best = NEW
+    for i in range(count):
+        place = old_points + i * cache_record.POINT_SIZE
+        same = (cache[place + cache_record.FEATURE] == feature) & (not (taken >> i) & 1)
+        best = i if same else best
+    return best
+
+
+@kernel
+def _nearest(
+    point: int, old_points: int, count: int, taken: int, near: float, shape: int, poses: Array,
+    manifolds: Array, cache: Array,
+) -> int:  # fmt: skip
+    """
+    Find the nearest point of a manifold of the cache that is not taken, or NEW.
+
+    near : [m^2] of a distance squared: what is farther is another point
+    """
+    anchor = _anchor(load(manifolds, point), shape, poses)
+    best, least = NEW, near
+    for i in range(count):
+        old_anchor = load(cache, old_points + i * cache_record.POINT_SIZE + cache_record.ANCHOR)
+        way = subtract(anchor, old_anchor)
+        distance = dot(way, way)
+        if not (taken >> i) & 1 and distance < least:
+            best, least = i, distance
+    return best
+
+
+@kernel
+def recall(
+    manifold_count: int, width: int, h: float, angular: bool, bounds: Array, poses: Array,
+    manifolds: Array, cache: Array, rows: Array,
+) -> None:  # fmt: skip
+    """
+    Match all points with those of the cache and give them their accumulated impulses, those of the
+    last substep, along the new normals and tangents.
+
+        width   : numbers of a point
+        h       : [s] substep
+        angular : whether anything rolls or twists with friction
+    """
+    before = cache[cache_record.SUBSTEP]
+    factor = h / before if before > 0.0 and before != h else 1.0
+    left = int(cache[cache_record.MANIFOLDS])
+    old = cache_record.HEAD
+    for m in range(manifold_count):
+        record = m * manifold_record.SIZE
+        lane = int(manifolds[record + manifold_record.LANE])
+        pair = manifolds[record + manifold_record.PAIR_ID]
+        while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
+            old += _size(old, cache)
+            left -= 1
+        is_known = left > 0 and cache[old + cache_record.PAIR_ID] == pair
+        count = int(cache[old + cache_record.POINTS]) if is_known else 0
+        old_points = old + cache_record.MANIFOLD_HEAD
+        a = int(manifolds[record + manifold_record.COLLIDER_A])
+        b = int(manifolds[record + manifold_record.COLLIDER_B])
+        radius = min(
+            bounds[a * bounds_record.SIZE + bounds_record.RADIUS],
+            bounds[b * bounds_record.SIZE + bounds_record.RADIUS],
+        )
+        near = SAME_PLACE * SAME_PLACE * radius * radius
+        taken = 0
+        for point in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+            found = record + manifold_record.POINTS + point * manifold.POINT
+            row = lane + constraint.SIZE + point * width
+            feature = manifolds[found + manifold.FEATURE]
+            same = _same_feature(feature, old_points, count, taken, cache)
+            if same == NEW and count > 0:
+                same = _nearest(
+                    found, old_points, count, taken, near, a * pose.SIZE, poses, manifolds,
+                    cache,
+                )  # fmt: skip
+            place = NEW
+            if same != NEW:
+                taken |= 1 << same
+                place = old_points + same * cache_record.POINT_SIZE
+            _recall_point(lane, row, place, factor, cache, rows)
+            if angular:
+                _recall_angular(row, place, factor, cache, rows)
+
+
+@inline
+def _recall_point(
+    lane: int, row: int, place: int, factor: float, cache: Array, rows: Array
+) -> None:
+    """Give a point the impulses of a place of the cache; NEW: none."""
+    normal_impulse, friction = 0.0, (0.0, 0.0, 0.0)
+    if place != NEW:
+        normal_impulse = factor * cache[place + cache_record.NORMAL_IMPULSE]
+        friction = scale(factor, load(cache, place + cache_record.FRICTION_IMPULSE))
+    tangent_1 = load_strided(rows, lane + constraint.TANGENT_1, constraint.LANES)
+    tangent_2 = load_strided(rows, lane + constraint.TANGENT_2, constraint.LANES)
+    rows[row + contact_point.NORMAL_IMPULSE] = normal_impulse
+    rows[row + contact_point.TANGENT_IMPULSE_1] = dot(tangent_1, friction)
+    rows[row + contact_point.TANGENT_IMPULSE_2] = dot(tangent_2, friction)
+
+
+@inline
+def _recall_angular(row: int, place: int, factor: float, cache: Array, rows: Array) -> None:
+    """Give a point the angular impulse of a place of the cache; NEW: none."""
+    impulse = (0.0, 0.0, 0.0)
+    if place != NEW:
+        impulse = scale(factor, load(cache, place + cache_record.ANGULAR_IMPULSE))
+    store_strided(rows, row + contact_point.RECALLED_ANGULAR_IMPULSE, constraint.LANES, impulse)
+
+
+@inline
+def _stored_share(lane: int, row: int, rows: Array) -> Any:
+    """
+    Share of the impulses of a point from which the next tick starts: its load. A point that
+    bounced leaves: its friction would pull the body back for a substep.
+    """
+    bounced = (
+        rows[lane + constraint.RESTITUTION] > 0.0
+        and rows[row + contact_point.APPROACH_VELOCITY] < 0.0
+    )
+    return 0.0 if bounced else lasting_share(rows, row)
+
+
+@kernel
+def store_impulses(
+    manifold_count: int, width: int, h: float, angular: bool, poses: Array, manifolds: Array,
+    rows: Array, cache: Array,
 ) -> None:  # fmt: skip
     """Write what the next tick starts from; poses are those at the start of this one."""
-    memory[0] = h
-    memory[1] = float(manifolds)
+    cache[cache_record.SUBSTEP] = h
+    cache[cache_record.MANIFOLDS] = float(manifold_count)
     to = cache_record.HEAD
-    for m in range(manifolds):
-        o = m * manifold_record.SIZE
-        count = int(records[o + manifold_record.POINT_COUNT])
-        memory[to] = records[o + manifold_record.PAIR_ID]
-        memory[to + 1] = float(count)
-        to += 2
-        place = int(records[o + manifold_record.LANE])
-        pose = int(records[o + manifold_record.COLLIDER_A]) * collider.POSE
+    for m in range(manifold_count):
+        record = m * manifold_record.SIZE
+        count = int(manifolds[record + manifold_record.POINT_COUNT])
+        cache[to + cache_record.PAIR_ID] = manifolds[record + manifold_record.PAIR_ID]
+        cache[to + cache_record.POINTS] = float(count)
+        to += cache_record.MANIFOLD_HEAD
+        lane = int(manifolds[record + manifold_record.LANE])
+        shape = int(manifolds[record + manifold_record.COLLIDER_A]) * pose.SIZE
+        normal = load_strided(rows, lane + constraint.NORMAL, constraint.LANES)
+        tangent_1 = load_strided(rows, lane + constraint.TANGENT_1, constraint.LANES)
+        tangent_2 = load_strided(rows, lane + constraint.TANGENT_2, constraint.LANES)
         for point in range(count):
-            at_point = o + manifold_record.POINTS + point * manifold.POINT
-            p = place + constraint.SIZE + point * width
-            # a point that bounced leaves: its friction would pull the body back for a substep
-            left = (
-                rows[place + constraint.RESTITUTION] > 0.0
-                and rows[p + contact_point.APPROACH_VELOCITY] < 0.0
+            found = record + manifold_record.POINTS + point * manifold.POINT
+            row = lane + constraint.SIZE + point * width
+            share = _stored_share(lane, row, rows)
+            cache[to + cache_record.FEATURE] = manifolds[found + manifold.FEATURE]
+            cache[to + cache_record.NORMAL_IMPULSE] = (
+                share * rows[row + contact_point.NORMAL_IMPULSE]
             )
-            keep = 0.0 if left else lasting(rows, p)
-            t, s = (
-                keep * rows[p + contact_point.TANGENT_IMPULSE_1],
-                keep * rows[p + contact_point.TANGENT_IMPULSE_2],
+            friction = add(
+                scale(share * rows[row + contact_point.TANGENT_IMPULSE_1], tangent_1),
+                scale(share * rows[row + contact_point.TANGENT_IMPULSE_2], tangent_2),
             )
-            memory[to + cache_record.FEATURE] = records[at_point + manifold.FEATURE]
-            memory[to + cache_record.NORMAL_IMPULSE] = (
-                keep * rows[p + contact_point.NORMAL_IMPULSE]
-            )
-            for axis in range(3):
-                row = place + 8 * axis
-                memory[to + cache_record.FRICTION_IMPULSE + axis] = (
-                    t * rows[row + constraint.TANGENT_1] + s * rows[row + constraint.TANGENT_2]
+            store(cache, to + cache_record.FRICTION_IMPULSE, friction)
+            torsion = (0.0, 0.0, 0.0)
+            if angular:
+                rolling = add(
+                    scale(rows[row + contact_point.ROLLING_IMPULSE_1], tangent_1),
+                    scale(rows[row + contact_point.ROLLING_IMPULSE_2], tangent_2),
                 )
-                memory[to + cache_record.ANGULAR_IMPULSE + axis] = (
-                    keep
-                    * (
-                        rows[p + contact_point.ROLLING_IMPULSE_1]
-                        * rows[row + constraint.TANGENT_1]
-                        + rows[p + contact_point.ROLLING_IMPULSE_2]
-                        * rows[row + constraint.TANGENT_2]
-                        + rows[p + contact_point.TWIST_IMPULSE] * rows[row + constraint.NORMAL]
-                    )
-                    if angular
-                    else 0.0
+                torsion = scale(
+                    share, add_scaled(rolling, rows[row + contact_point.TWIST_IMPULSE], normal)
                 )
-            x, y, z = anchor_of(
-                poses, pose, records[at_point], records[at_point + 1], records[at_point + 2]
-            )
-            memory[to + cache_record.ANCHOR] = x
-            memory[to + cache_record.ANCHOR + 1] = y
-            memory[to + cache_record.ANCHOR + 2] = z
+            store(cache, to + cache_record.ANGULAR_IMPULSE, torsion)
+            store(cache, to + cache_record.ANCHOR, _anchor(load(manifolds, found), shape, poses))
             to += cache_record.POINT_SIZE
 
 
-def end_of_memory(memory: Array) -> int:
-    """Count the numbers of the memory that are in use."""
+def size_in_use(cache: Array) -> int:
+    """Count the numbers of the cache that are in use."""
     end = cache_record.HEAD
-    for _ in range(int(memory[1])):
-        end += 2 + int(memory[end + 1]) * cache_record.POINT_SIZE
+    for _ in range(int(cache[cache_record.MANIFOLDS])):
+        points = int(cache[end + cache_record.POINTS])
+        end += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
     return end

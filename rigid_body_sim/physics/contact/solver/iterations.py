@@ -1,25 +1,25 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Passes over all batches of contacts: what the equations of `passes` are visited for, and in which
-order.
+The passes of the solver over all batches of constraints, and how often a batch is visited.
 
-    g : scratch at the head of the rows; s : manifolds of one batch; q : one point of each
+Sequential impulses (projected Gauss-Seidel): batch after batch, point after point, each visit sees
+the velocities that the last one left. The equations are those of `prepare`, `warm_start`, `solve`,
+`separation`, `rolling_friction` and `restitution`, for the eight lanes of a batch at once.
 
 `lanes` are eight, or four where a batch has no more, which must not be known to the compiler: it
-would unroll the loops over the lanes and lose SIMD, which is five times faster. So `most`, always
-eight, comes from outside.
+would unroll the loops over the lanes and lose SIMD, which is five times faster. So
+`lanes_at_once`, always eight, comes from outside.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import inline, specialise, unbound
+from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
@@ -38,206 +38,222 @@ from rigid_body_sim.physics.state.blocks import wide
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SWEEPS = 40  # of the bounce, at most; a stack of that many balls is not yet at rest
+RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at rest
 
 # A batch that is struck is visited again until it is calm: what an impact leaves of the approach
 # sinks in over the next substep, and what pushes it out again lifts the body.
-VISITS = 20  # at most
+ITERATIONS = 20  # at most
 # [m/s] changes of a normal velocity: a blow to what moves on, to what is about to move (what it
 # sinks in is lifted again); what is left alone
 IMPACT, KNOCK, CALM = 0.02, 0.002, 1e-4
 REST = 1e-7  # [m/s] what a pass has changed by less gets no second pass
 
-# bound for each scene by `specialise`
-WIDTH = 144  # numbers of a point
-ANGULAR = False  # whether anything rolls or twists with friction
-TURNS = True  # whether the inertia of anything turns with it, or changes
-RIMS = False  # whether a cylinder may touch a plane or a box
-follow_points: Callable[..., Any] = unbound
-BOUNCES = False  # whether anything bounces
+WIDTH = slot('[-] numbers of a point')
+ANGULAR = slot('[-] whether anything rolls or twists with friction')
+BOUNCES = slot('[-] whether anything bounces')
+TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
+RIMS = slot('[-] whether a cylinder may touch a plane or a box')
+update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 
 
 @inline
-def _changes(used: int, g: Array) -> bool:
-    """Tell whether a visit has changed more than is calm; let calm lanes stand still then."""
+def _lanes(number: int, lanes_at_once: int, batches: Indices) -> Any:
+    """Lanes of a batch: in use, and to visit."""
+    used = batches[number * batch_record.SIZE + batch_record.LANE_COUNT]
+    return used, min(wide(used), lanes_at_once)
+
+
+@inline
+def _points(number: int, batches: Indices) -> Any:
+    """Points of each manifold of a batch: how many, and where the first begins in the rows."""
+    batch = number * batch_record.SIZE
+    first = batches[batch + batch_record.BEGIN] + constraint.SIZE
+    return batches[batch + batch_record.POINT_COUNT], first
+
+
+@inline
+def _is_calm(used: int, scratch: Array) -> bool:
+    """Tell whether a visit has changed no more than is calm; let calm lanes stand still else."""
     largest = 0.0
-    for k in range(used):
-        change = g[k + lane_scratch.NORMAL_CHANGE]
+    for lane in range(used):
+        change = scratch[lane + lane_scratch.NORMAL_CHANGE]
         largest = change if change > largest else largest
     if not largest > 0.0:
-        return False
-    for k in range(used):
-        g[k + lane_scratch.ACTIVE] = 1.0 if g[k + lane_scratch.NORMAL_CHANGE] > 0.0 else 0.0
-        g[k + lane_scratch.NORMAL_CHANGE] = 0.0
-    return True
+        return True
+    for lane in range(used):
+        change = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        scratch[lane + lane_scratch.ACTIVE] = 1.0 if change > 0.0 else 0.0
+        scratch[lane + lane_scratch.NORMAL_CHANGE] = 0.0
+    return False
 
 
 def _prepare(
-    most: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
-) -> None:  # fmt: skip
+    lanes_at_once: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
+) -> None:
     """
-    Find tangents, gains and speeds of approach, and what the last tick left to start from.
+    Find effective masses and velocities of approach, and the warm start that the last tick left.
 
-    threshold : [m/s] slower impacts do not bounce
+        count     : batches
+        threshold : [m/s] slower impacts do not bounce
     """
-    g = rows[0 : lane_scratch.SIZE]
-    for batch in range(count):
-        points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
-        used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
-        lanes = min(wide(used), most)
-        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
-        s = rows[begin : begin + constraint.SIZE]
-        begin += constraint.SIZE
-        prepare.frames(lanes, s)
-        warm_start.clear(lanes, g)
-        for point in range(points):
-            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            warm_start.turn(lanes, s, q, g)
+    scratch = rows[0 : lane_scratch.SIZE]
+    for number in range(count):
+        used, lanes = _lanes(number, lanes_at_once, batches)
+        point_count, first = _points(number, batches)
+        constraints = rows[first - constraint.SIZE : first]
+        warm_start.clear(lanes, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            warm_start.start_tick(lanes, constraints, points, scratch)
             if ANGULAR:
-                warm_start.turn_twist(lanes, s, q, g)
-        warm_start.give(used, solver_bodies.WARM_IMPULSE, s, g, bodies)
-        solve.gather_inertia(used, s, bodies)
-        solve.gather(lanes, used, s, g, bodies)
-        for point in range(points):
-            q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-            prepare.gains(lanes, s, q, g)
+                warm_start.start_tick_angular(lanes, constraints, points, scratch)
+        warm_start.scatter(
+            used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
+            scratch, bodies,
+        )  # fmt: skip
+        solve.gather_inverse_masses(used, constraints, bodies)
+        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            prepare.effective_masses(lanes, constraints, points)
         if ANGULAR:
-            prepare.angular_gains(lanes, s, g)
+            prepare.angular_effective_masses(lanes, constraints)
         if BOUNCES:
-            prepare.gather_accelerations(used, s, g, bodies)
-            for point in range(points):
-                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                prepare.approach(lanes, threshold, s, q, g)
+            prepare.gather_accelerations(used, constraints, scratch, bodies)
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                prepare.approach_velocities(lanes, threshold, constraints, points, scratch)
 
 
-def _push(
-    most: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array,
+def _solve_normals(
+    lanes_at_once: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array,
     batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
-    """Visit the normals of all batches, softly."""
-    g = rows[0 : lane_scratch.SIZE]
-    for batch in range(count):
-        points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
-        used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
-        lanes = min(wide(used), most)
-        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
-        s = rows[begin : begin + constraint.SIZE]
-        begin += constraint.SIZE
-        solve.gather(lanes, used, s, g, bodies)
-        visits = VISITS if points > 1 else 1
-        for visit in range(visits):
-            calm = KNOCK if visit == 0 else CALM
-            for point in range(points):
-                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                solve.push(lanes, s, q, g, inverse_h, slop, cap, calm)
+    """Solve the soft normals of all batches, before the motion."""
+    scratch = rows[0 : lane_scratch.SIZE]
+    for number in range(count):
+        used, lanes = _lanes(number, lanes_at_once, batches)
+        point_count, first = _points(number, batches)
+        constraints = rows[first - constraint.SIZE : first]
+        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        iterations = ITERATIONS if point_count > 1 else 1
+        for iteration in range(iterations):
+            calm = KNOCK if iteration == 0 else CALM
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                solve.solve_normals(
+                    lanes, constraints, points, scratch, inverse_h, slop, cap, calm
+                )
                 if ANGULAR:
-                    rolling_friction.release(lanes, s, q, g)
-            if visit + 1 < visits and not _changes(used, g):
+                    rolling_friction.limit(lanes, constraints, points, scratch)
+            if iteration + 1 < iterations and _is_calm(used, scratch):
                 break
-        solve.scatter(used, s, g, bodies)
-        solve.mark_carried(used, s, g, bodies)
+        solve.scatter_momenta(used, constraints, scratch, bodies)
+        solve.mark_carried(used, constraints, scratch, bodies)
 
 
-def _follow(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> None:
-    """Move points, arms and gaps of all batches with the bodies; give the second half of loads."""
-    g = rows[0 : lane_scratch.SIZE]
-    for batch in range(count):
-        points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
-        used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
-        lanes = min(wide(used), most)
-        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
-        s = rows[begin : begin + constraint.SIZE]
-        begin += constraint.SIZE
+def _update_separation(
+    lanes_at_once: int, count: int, rows: Array, batches: Indices, bodies: Array
+) -> None:
+    """
+    Move points, arms and separations of all batches with the bodies; give the second half of the
+    warm start.
+    """
+    scratch = rows[0 : lane_scratch.SIZE]
+    for number in range(count):
+        used, lanes = _lanes(number, lanes_at_once, batches)
+        point_count, first = _points(number, batches)
+        constraints = rows[first - constraint.SIZE : first]
         if TURNS:
-            solve.gather_inertia(used, s, bodies)
-        warm_start.clear(lanes, g)
-        if batches[batch * batch_record.SIZE + batch_record.KIND] > 0:
-            separation.gather_way(used, s, g, bodies)
-            separation.follow_balls(lanes, s, rows[begin : begin + WIDTH], g)
+            solve.gather_inverse_masses(used, constraints, bodies)
+        warm_start.clear(lanes, scratch)
+        if batches[number * batch_record.SIZE + batch_record.KIND] == batch_record.BALLS:
+            points = rows[first : first + WIDTH]
+            separation.gather_relative_motion(used, constraints, scratch, bodies)
+            separation.update_balls(lanes, constraints, points, scratch)
             if ANGULAR:
-                rolling_friction.load(lanes, s, rows[begin : begin + WIDTH], g)
+                rolling_friction.apply_second_half(lanes, constraints, points, scratch)
         else:
-            separation.gather_motion(used, s, g, bodies)
+            separation.gather_motion(used, constraints, scratch, bodies)
             if RIMS:
-                rolling_frame.go_round(used, s, g, bodies)
-            for point in range(points):
-                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                follow_points(lanes, s, q, g)
+                rolling_frame.turn_rims(used, constraints, scratch, bodies)
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                update_points(lanes, constraints, points, scratch)
                 if ANGULAR:
-                    rolling_friction.load(lanes, s, q, g)
-        warm_start.give(used, solver_bodies.MOMENTUM, s, g, bodies)
+                    rolling_friction.apply_second_half(lanes, constraints, points, scratch)
+        warm_start.scatter(
+            used, solver_bodies.MOMENTUM, solver_bodies.ANGULAR_MOMENTUM, constraints, scratch,
+            bodies,
+        )  # fmt: skip
 
 
 def _relax(
-    most: int, count: int, inverse_h: float, first: bool, last: bool, rows: Array,
-    batches: Indices, bodies: Array,
+    lanes_at_once: int, count: int, inverse_h: float, first_pass: bool, last_pass: bool,
+    rows: Array, batches: Indices, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Visit normals and friction of all batches.
+    Relax normals and friction of all batches, after the motion.
 
-    first : visit all; else those in which the last pass has changed something
-    last  : add up the loads from which the next substep starts
+    first_pass : visit all; else those in which the last pass has changed something
+    last_pass  : add up the warm start of the next substep
     """
-    g = rows[0 : lane_scratch.SIZE]
-    for batch in range(count):
-        points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
-        used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
-        lanes = min(wide(used), most)
-        begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
-        s = rows[begin : begin + constraint.SIZE]
-        begin += constraint.SIZE
-        visits = (
-            VISITS
-            if points > 1 or batches[batch * batch_record.SIZE + batch_record.KIND] == 0
-            else 1
-        )
-        solve.gather(lanes, used, s, g, bodies)
-        if not first and not solve.wait(used, s, g):
-            visits = 0
-        for visit in range(visits):
-            calm = IMPACT if visit == 0 else CALM
-            for point in range(points):
-                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                solve.relax(lanes, s, q, g, inverse_h, calm, REST)
+    scratch = rows[0 : lane_scratch.SIZE]
+    for number in range(count):
+        used, lanes = _lanes(number, lanes_at_once, batches)
+        point_count, first = _points(number, batches)
+        constraints = rows[first - constraint.SIZE : first]
+        kind = batches[number * batch_record.SIZE + batch_record.KIND]
+        iterations = ITERATIONS if point_count > 1 or kind == batch_record.MIXED else 1
+        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        if not first_pass and not solve.skip_settled(used, constraints, scratch):
+            iterations = 0
+        for iteration in range(iterations):
+            calm = IMPACT if iteration == 0 else CALM
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                solve.relax(lanes, constraints, points, scratch, inverse_h, calm, REST)
                 if ANGULAR:
-                    rolling_friction.resist(lanes, s, q, g)
-            if visit + 1 < visits and not _changes(used, g):
+                    rolling_friction.solve(lanes, constraints, points, scratch)
+            if iteration + 1 < iterations and _is_calm(used, scratch):
                 break
-        if visits > 0:
-            solve.note_unrest(used, s, g)
-            solve.scatter(used, s, g, bodies)
-        if last:
-            warm_start.clear(lanes, g)
-            for point in range(points):
-                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                warm_start.carry_on(lanes, s, q, g)
+        if iterations > 0:
+            solve.mark_unsettled(used, constraints, scratch)
+            solve.scatter_momenta(used, constraints, scratch, bodies)
+        if last_pass:
+            warm_start.clear(lanes, scratch)
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                warm_start.start_substep(lanes, constraints, points, scratch)
                 if ANGULAR:
-                    warm_start.carry_twist_on(lanes, s, q, g)
-            warm_start.give(used, solver_bodies.WARM_IMPULSE, s, g, bodies)
+                    warm_start.start_substep_angular(lanes, constraints, points, scratch)
+            warm_start.scatter(
+                used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
+                scratch, bodies,
+            )  # fmt: skip
 
 
-def _bounce(most: int, count: int, rows: Array, batches: Indices, bodies: Array) -> Any:
-    """Let bounce what bounces, sweep by sweep until nothing changes; return the sweeps."""
-    g = rows[0 : lane_scratch.SIZE]
-    for sweep in range(SWEEPS):
+def _apply_restitution(
+    lanes_at_once: int, count: int, rows: Array, batches: Indices, bodies: Array
+) -> Any:
+    """Apply restitution to all batches until nothing changes; return the iterations."""
+    scratch = rows[0 : lane_scratch.SIZE]
+    for iteration in range(RESTITUTION_ITERATIONS):
         change = 0.0
-        for batch in range(count):
-            points = batches[batch * batch_record.SIZE + batch_record.POINT_COUNT]
-            used = batches[batch * batch_record.SIZE + batch_record.LANE_COUNT]
-            lanes = min(wide(used), most)
-            begin = batches[batch * batch_record.SIZE + batch_record.BEGIN]
-            s = rows[begin : begin + constraint.SIZE]
-            begin += constraint.SIZE
-            solve.gather(lanes, used, s, g, bodies)
-            for point in range(points):
-                q = rows[begin + point * WIDTH : begin + (point + 1) * WIDTH]
-                restitution.bounce(lanes, s, q, g)
-            solve.scatter(used, s, g, bodies)
-            for k in range(used):
-                change = max(change, g[lane_scratch.NORMAL_CHANGE + k])
+        for number in range(count):
+            used, lanes = _lanes(number, lanes_at_once, batches)
+            point_count, first = _points(number, batches)
+            constraints = rows[first - constraint.SIZE : first]
+            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                restitution.apply_restitution(lanes, constraints, points, scratch)
+            solve.scatter_momenta(used, constraints, scratch, bodies)
+            for lane in range(used):
+                change = max(change, scratch[lane_scratch.NORMAL_CHANGE + lane])
         if not change > 0.0:
-            return sweep + 1
-    return SWEEPS
+            return iteration + 1
+    return RESTITUTION_ITERATIONS
 
 
 def solver(
@@ -247,18 +263,29 @@ def solver(
     Make the passes of a scene, by name.
 
         width   : numbers of a point
+        angular : whether anything rolls or twists with friction
+        bounces : whether anything bounces
         turns   : whether some inertia changes with the attitude: not of balls and cubes alone
         on_rims : whether a cylinder may touch a plane or a box
         layered : whether anything is a ball or a capsule
     """
-    name = f'{width}'
-    bound: dict[str, Any] = {'WIDTH': width, 'ANGULAR': angular, 'BOUNCES': bounces}
-    bound |= {
+    offered = {
+        'WIDTH': width,
+        'ANGULAR': angular,
+        'BOUNCES': bounces,
         'TURNS': turns,
         'RIMS': on_rims,
-        'follow_points': separation.follower(layered=layered),
+        'update_points': separation.update_kernel(layered=layered),
     }
-    made = {'prepare': _prepare, 'push': _push, 'follow': _follow, 'relax': _relax}
+    passes = {
+        'prepare': _prepare,
+        'solve_normals': _solve_normals,
+        'update_separation': _update_separation,
+        'relax': _relax,
+    }
     if bounces:
-        made['bounce'] = _bounce
-    return {key: specialise(source, name=name, **bound) for key, source in made.items()}
+        passes['apply_restitution'] = _apply_restitution
+    return {
+        name: specialise(source, name=f'{width}', offered=offered)
+        for name, source in passes.items()
+    }

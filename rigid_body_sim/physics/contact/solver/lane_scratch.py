@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Scratch of the batch under way: what a pass knows of the two bodies of a lane, and what it has done
-to them so far. Rows of eight lanes, see `constraint`.
+Scratch of the batch under way: the bodies of its lanes, gathered, and what impulses have done to
+them so far. Rows of eight lanes, see `constraint`.
 """
 
 from rigid_body_sim.physics.arrays import Record
@@ -13,13 +13,18 @@ RELATIVE_VELOCITY = scratch.vector('m/s', 'of the centre of B from that of A, be
 IMPULSE = scratch.vector('N s', 'on B so far')
 ANGULAR_MOMENTUM_A = scratch.vector('kg m^2/s', 'as it is now')
 ANGULAR_MOMENTUM_B = scratch.vector('kg m^2/s', 'as it is now')
-DISPLACEMENT_A = scratch.vector('m', 'of A over the substep; m/s^2: its acceleration')
-TURN_A = scratch.vector('-', 'vector part of its turn; rad/s^2: its angular acceleration')
+DISPLACEMENT_A = scratch.vector('m', 'of A over the substep')
+TURN_A = scratch.vector('-', 'vector part of its turn')
 TURN_SCALAR_A = scratch.number('-', 'scalar part of its turn')
 DISPLACEMENT_B = scratch.vector('m', 'the same of B')
 TURN_B = scratch.vector('-', 'the same of B')
 TURN_SCALAR_B = scratch.number('-', 'the same of B')
-PUSHES = scratch.number('-', '1: some point pushes')
+RELATIVE_DISPLACEMENT = scratch.vector('m', 'of B from A over the substep, where balls meet')
+ACCELERATION_A = scratch.vector('m/s^2', 'of A without contact')
+ANGULAR_ACCELERATION_A = scratch.vector('rad/s^2', 'of A without contact')
+ACCELERATION_B = scratch.vector('m/s^2', 'of B without contact')
+ANGULAR_ACCELERATION_B = scratch.vector('rad/s^2', 'of B without contact')
+PRESSES = scratch.number('-', '1: some point presses')
 NORMAL_CHANGE = scratch.number('N s', 'largest change of a normal impulse, less what is calm')
 ACTIVE = scratch.number('-', '1: the lane is visited; what is calm is not visited again')
 LARGEST_CHANGE = scratch.number('N s', 'largest change of an impulse, less what is rest')

@@ -1,13 +1,16 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a batch of contacts needs once in a tick: gains of its points, speeds of approach.
+What a batch of contacts needs once in a tick: effective masses of its points, and the velocities
+of approach from which restitution follows.
 
-    1/m = n . (1/m_A + 1/m_B) n + (r_A x n) . I_A^-1 (r_A x n) + (r_B x n) . I_B^-1 (r_B x n)
-    lambda_max = (k11 + k22)/2 + sqrt((k11 - k22)^2/4 + k12^2), of the same form with the tangents
+    effective mass along the normal 1/K_nn, along the tangents 1/lambda_max:
+    K_uv = u . (1/m_A + 1/m_B) v + (r_A x u) . I_A^-1 (r_A x v) + (r_B x u) . I_B^-1 (r_B x v)
+    lambda_max = (K_11 + K_22)/2 + sqrt((K_11 - K_22)^2/4 + K_12^2)
 
-The speed with which two surfaces a gap s apart would meet, v_n' from v_n under the acceleration
-a_n of free motion at the point (gravity, forces, and what the turn of the bodies adds):
+an entry of J M^-1 J^T each. The velocity with which two surfaces a separation s apart would meet,
+v_n' from v_n under the acceleration a_n of free motion at the point (gravity, forces, and what the
+turn of the bodies adds):
 
     v_n'^2 = v_n^2 - 2 a_n s        for v_n < 0, s > 0; else v_n
 
@@ -24,162 +27,138 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import (
-    arms,
-    cross,
-    inertia,
-    relative,
-    times,
-    turning,
-    vector,
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
 )
+from rigid_body_sim.physics.vectors import add, apply_symmetric, cross, dot, load, subtract
 
 Array = NDArray[np.float64]
 
 
 @inline
-def _inverse(xx, xy, xz, yy, yz, zz, ax, ay, az, bx, by, bz):
-    """Return a . I^-1 b."""
-    x, y, z = times(xx, xy, xz, yy, yz, zz, bx, by, bz)
-    return ax * x + ay * y + az * z
+def _between(matrix: Any, left: Any, right: Any) -> Any:
+    """Return left . M right."""
+    return dot(left, apply_symmetric(matrix, right))
 
 
 @inline
-def _largest(k11: float, k12: float, k22: float) -> Any:
+def _largest_eigenvalue(k11: float, k12: float, k22: float) -> Any:
+    """Larger eigenvalue of a symmetric matrix (2, 2)."""
     half = 0.5 * (k11 - k22)
     return 0.5 * (k11 + k22) + math.sqrt(half * half + k12 * k12)
 
 
 @kernel
-def frames(lanes: int, s: Array) -> None:
-    """Find the tangents of each lane, the first across the axis x or z farther from the normal."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        flat = abs(nz) < 0.7
-        other = nx if flat else nz
-        square = ny * ny + other * other
-        length = math.sqrt(square if square > 0.0 else 1.0)
-        y, x = ny / length, other / length
-        tx, ty, tz = y if flat else 0.0, -x if flat else x, 0.0 if flat else -y
-        (
-            s[k + constraint.TANGENT_1],
-            s[k + constraint.TANGENT_1 + 8],
-            s[k + constraint.TANGENT_1 + 16],
-        ) = tx, ty, tz
-        (
-            s[k + constraint.TANGENT_2],
-            s[k + constraint.TANGENT_2 + 8],
-            s[k + constraint.TANGENT_2 + 16],
-        ) = cross(nx, ny, nz, tx, ty, tz)
+def effective_masses(lanes: int, constraints: Array, points: Array) -> None:
+    """Find the effective masses of one point of each lane."""
+    for lane in range(lanes):
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        inverse_a = wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_A)
+        inverse_b = wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_B)
+        inverse_mass = (
+            constraints[lane + constraint.INVERSE_MASS_A]
+            + constraints[lane + constraint.INVERSE_MASS_B]
+        )
+        moment_a, moment_b = cross(arm_a, normal), cross(arm_b, normal)
+        turn_a = apply_symmetric(inverse_a, moment_a)
+        turn_b = apply_symmetric(inverse_b, moment_b)
+        k_normal = inverse_mass + (dot(moment_a, turn_a) + dot(moment_b, turn_b))
+        first_a, first_b = cross(arm_a, tangent_1), cross(arm_b, tangent_1)
+        second_a, second_b = cross(arm_a, tangent_2), cross(arm_b, tangent_2)
+        k11 = inverse_mass + (
+            _between(inverse_a, first_a, first_a) + _between(inverse_b, first_b, first_b)
+        )
+        k22 = inverse_mass + (
+            _between(inverse_a, second_a, second_a) + _between(inverse_b, second_b, second_b)
+        )
+        k12 = _between(inverse_a, first_a, second_a) + _between(inverse_b, first_b, second_b)
+        largest = _largest_eigenvalue(k11, k12, k22)
+        points[lane + contact_point.CROSS_TERM_1] = dot(first_a, turn_a) + dot(first_b, turn_b)
+        points[lane + contact_point.CROSS_TERM_2] = dot(second_a, turn_a) + dot(second_b, turn_b)
+        points[lane + contact_point.NORMAL_MASS] = 1.0 / k_normal if k_normal > 0.0 else 0.0
+        points[lane + contact_point.TANGENT_MASS] = 1.0 / largest if largest > 0.0 else 0.0
 
 
 @kernel
-def gains(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Find the gains of one point of each lane."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        ax, ay, az, bx, by, bz = arms(q, k)
-        a1, a2, a3, a4, a5, a6 = inertia(s, k + constraint.INVERSE_INERTIA_A)
-        b1, b2, b3, b4, b5, b6 = inertia(s, k + constraint.INVERSE_INERTIA_B)
-        m = s[k + constraint.INVERSE_MASS_A] + s[k + constraint.INVERSE_MASS_B]
-        x, y, z = cross(ax, ay, az, nx, ny, nz)
-        cx, cy, cz = times(a1, a2, a3, a4, a5, a6, x, y, z)
-        u, v, w = cross(bx, by, bz, nx, ny, nz)
-        dx, dy, dz = times(b1, b2, b3, b4, b5, b6, u, v, w)
-        normal = m + ((x * cx + y * cy + z * cz) + (u * dx + v * dy + w * dz))
-        ux, uy, uz = cross(ax, ay, az, tx, ty, tz)
-        vx, vy, vz = cross(bx, by, bz, tx, ty, tz)
-        px, py, pz = cross(ax, ay, az, ox, oy, oz)
-        rx, ry, rz = cross(bx, by, bz, ox, oy, oz)
-        k11 = m + (
-            _inverse(a1, a2, a3, a4, a5, a6, ux, uy, uz, ux, uy, uz)
-            + _inverse(b1, b2, b3, b4, b5, b6, vx, vy, vz, vx, vy, vz)
+def angular_effective_masses(lanes: int, constraints: Array) -> None:
+    """Find the effective masses against rolling and twisting; without inertia there are none."""
+    for lane in range(lanes):
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        a_xx, a_xy, a_xz, a_yy, a_yz, a_zz = wide_lanes.symmetric(
+            constraints, lane + constraint.INVERSE_INERTIA_A
         )
-        k22 = m + (
-            _inverse(a1, a2, a3, a4, a5, a6, px, py, pz, px, py, pz)
-            + _inverse(b1, b2, b3, b4, b5, b6, rx, ry, rz, rx, ry, rz)
+        b_xx, b_xy, b_xz, b_yy, b_yz, b_zz = wide_lanes.symmetric(
+            constraints, lane + constraint.INVERSE_INERTIA_B
         )
-        k12 = _inverse(a1, a2, a3, a4, a5, a6, ux, uy, uz, px, py, pz) + _inverse(
-            b1, b2, b3, b4, b5, b6, vx, vy, vz, rx, ry, rz
-        )
-        largest = _largest(k11, k12, k22)
-        q[k + contact_point.CROSS_TERM_1] = (ux * cx + uy * cy + uz * cz) + (
-            vx * dx + vy * dy + vz * dz
-        )
-        q[k + contact_point.CROSS_TERM_2] = (px * cx + py * cy + pz * cz) + (
-            rx * dx + ry * dy + rz * dz
-        )
-        q[k + contact_point.NORMAL_MASS] = 1.0 / normal if normal > 0.0 else 0.0
-        q[k + contact_point.TANGENT_MASS] = 1.0 / largest if largest > 0.0 else 0.0
+        inverse = (a_xx + b_xx, a_xy + b_xy, a_xz + b_xz, a_yy + b_yy, a_yz + b_yz, a_zz + b_zz)
+        k_twist = _between(inverse, normal, normal)
+        k11 = _between(inverse, tangent_1, tangent_1)
+        k22 = _between(inverse, tangent_2, tangent_2)
+        k12 = _between(inverse, tangent_1, tangent_2)
+        largest = _largest_eigenvalue(k11, k12, k22)
+        constraints[lane + constraint.ROLLING_MASS] = 1.0 / largest if largest > 0.0 else 0.0
+        constraints[lane + constraint.TWIST_MASS] = 1.0 / k_twist if k_twist > 0.0 else 0.0
 
 
 @kernel
-def angular_gains(lanes: int, s: Array, g: Array) -> None:
-    """Find the gains against rolling and twisting of each lane; without inertia there are none."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        a1, a2, a3, a4, a5, a6 = inertia(s, k + constraint.INVERSE_INERTIA_A)
-        b1, b2, b3, b4, b5, b6 = inertia(s, k + constraint.INVERSE_INERTIA_B)
-        a1, a2, a3, a4, a5, a6 = a1 + b1, a2 + b2, a3 + b3, a4 + b4, a5 + b5, a6 + b6
-        spin = _inverse(a1, a2, a3, a4, a5, a6, nx, ny, nz, nx, ny, nz)
-        k11 = _inverse(a1, a2, a3, a4, a5, a6, tx, ty, tz, tx, ty, tz)
-        k22 = _inverse(a1, a2, a3, a4, a5, a6, ox, oy, oz, ox, oy, oz)
-        k12 = _inverse(a1, a2, a3, a4, a5, a6, tx, ty, tz, ox, oy, oz)
-        largest = _largest(k11, k12, k22)
-        s[k + constraint.ROLLING_MASS] = 1.0 / largest if largest > 0.0 else 0.0
-        s[k + constraint.TWIST_MASS] = 1.0 / spin if spin > 0.0 else 0.0
-
-
-@kernel
-def gather_accelerations(used: int, s: Array, g: Array, bodies: Array) -> None:
+def gather_accelerations(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
     """Fetch the accelerations of the bodies of a batch."""
-    for k in range(used):
-        a, b = (
-            int(s[k + constraint.BODY_A]) + solver_bodies.FREE_ACCELERATION,
-            int(s[k + constraint.BODY_B]) + solver_bodies.FREE_ACCELERATION,
+    linear = solver_bodies.FREE_ACCELERATION
+    angular = solver_bodies.FREE_ANGULAR_ACCELERATION
+    for lane in range(used):
+        body_a = int(constraints[lane + constraint.BODY_A])
+        body_b = int(constraints[lane + constraint.BODY_B])
+        wide_lanes.put_vector(
+            scratch, lane + lane_scratch.ACCELERATION_A, load(bodies, body_a + linear)
         )
-        for row in range(6):
-            g[k + lane_scratch.DISPLACEMENT_A + 8 * row] = bodies[a + row]
-            g[k + lane_scratch.DISPLACEMENT_B + 8 * row] = bodies[b + row]
+        wide_lanes.put_vector(
+            scratch, lane + lane_scratch.ACCELERATION_B, load(bodies, body_b + linear)
+        )
+        wide_lanes.put_vector(
+            scratch, lane + lane_scratch.ANGULAR_ACCELERATION_A, load(bodies, body_a + angular)
+        )
+        wide_lanes.put_vector(
+            scratch, lane + lane_scratch.ANGULAR_ACCELERATION_B, load(bodies, body_b + angular)
+        )
 
 
 @inline
-def _acceleration(g, d, u, wx, wy, wz, k, x, y, z):
-    """Acceleration of a point at arm r: a + alpha x r + omega x (omega x r)."""
-    ux, uy, uz = vector(g, k + u)
-    vx, vy, vz = cross(wx, wy, wz, x, y, z)
-    tx, ty, tz = cross(wx, wy, wz, vx, vy, vz)
-    vx, vy, vz = cross(ux, uy, uz, x, y, z)
-    return g[k + d] + (vx + tx), g[k + d + 8] + (vy + ty), g[k + d + 16] + (vz + tz)
+def _acceleration(linear: Any, angular: Any, omega: Any, arm: Any) -> Any:
+    """Acceleration of a point at an arm r: a + (alpha x r + omega x (omega x r))."""
+    return add(linear, add(cross(angular, arm), cross(omega, cross(omega, arm))))
 
 
 @kernel
-def approach(lanes: int, threshold: float, s: Array, q: Array, g: Array) -> None:
-    """Find the speed of approach of one point of each lane; 0 for what does not bounce."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
-        vn = nx * x + ny * y + nz * z
-        wx, wy, wz = turning(
-            s, k + constraint.INVERSE_INERTIA_A, g, k + lane_scratch.ANGULAR_MOMENTUM_A
+def approach_velocities(
+    lanes: int, threshold: float, constraints: Array, points: Array, scratch: Array
+) -> None:
+    """Find the velocity of approach of one point of each lane; 0 for what does not bounce."""
+    for lane in range(lanes):
+        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        normal_velocity = dot(normal, velocity)
+        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
+        acceleration_a = _acceleration(
+            wide_lanes.vector(scratch, lane + lane_scratch.ACCELERATION_A),
+            wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_ACCELERATION_A),
+            omega_a,
+            arm_a,
         )
-        ax, ay, az = _acceleration(
-            g, lane_scratch.DISPLACEMENT_A, lane_scratch.TURN_A, wx, wy, wz, k, ax, ay, az
+        acceleration_b = _acceleration(
+            wide_lanes.vector(scratch, lane + lane_scratch.ACCELERATION_B),
+            wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_ACCELERATION_B),
+            omega_b,
+            arm_b,
         )
-        wx, wy, wz = turning(
-            s, k + constraint.INVERSE_INERTIA_B, g, k + lane_scratch.ANGULAR_MOMENTUM_B
+        separation = points[lane + contact_point.INITIAL_SEPARATION]
+        square = normal_velocity * normal_velocity - 2.0 * separation * dot(
+            normal, subtract(acceleration_b, acceleration_a)
         )
-        bx, by, bz = _acceleration(
-            g, lane_scratch.DISPLACEMENT_B, lane_scratch.TURN_B, wx, wy, wz, k, bx, by, bz
-        )
-        gap = q[k + contact_point.INITIAL_SEPARATION]
-        square = vn * vn - 2.0 * gap * (nx * (bx - ax) + ny * (by - ay) + nz * (bz - az))
-        ahead = (vn < 0.0) & (gap > 0.0)
-        met = -math.sqrt(square if square > 0.0 else 0.0) if ahead else vn
-        q[k + contact_point.APPROACH_VELOCITY] = met if met < -threshold else 0.0
+        is_ahead = (normal_velocity < 0.0) & (separation > 0.0)
+        met = -math.sqrt(square if square > 0.0 else 0.0) if is_ahead else normal_velocity
+        points[lane + contact_point.APPROACH_VELOCITY] = met if met < -threshold else 0.0

@@ -1,12 +1,13 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The bounce of one batch of contacts, lane by lane: Newton's law after the last substep.
+Restitution of one batch of contacts, lane by lane: Newton's law of impact after the last substep.
 
-    J <- J - m (v_n + e v_approach),  J >= 0,  for contacts that pushed in this tick
+    J <- J - m (v_n + e v_approach),  J >= 0,  for contacts that pressed in this tick
 
-v_approach: see `preparation`. Contacts that press but do not bounce keep v_n >= 0. Friction acts
-on the impulse of the bounce: with that of the substeps it adds up to Coulomb's law for the whole.
+v_approach: see `prepare`. Contacts that press but do not bounce keep v_n >= 0. Friction acts on
+the impulse of restitution: with that of the substeps it adds up to Coulomb's law for the whole.
+What bounds the energy that comes back is `energy.restitution_bound`.
 """
 
 from __future__ import annotations
@@ -15,8 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import arms, disc, relative, strike, vector
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
+)
+from rigid_body_sim.physics.vectors import dot
 
 Array = NDArray[np.float64]
 
@@ -24,51 +30,49 @@ SETTLED = 1e-12  # [-] of what a point gives in this tick: what changes by less 
 
 
 @kernel
-def bounce(lanes: int, s: Array, q: Array, g: Array) -> None:
+def apply_restitution(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
-    Visit one point of each lane after the last substep: v_n <- -e v_approach where it bounces,
-    v_n >= 0 elsewhere; friction on the impulse of the bounce.
+    Solve one point of each lane after the last substep: v_n <- -e v_approach where it bounces,
+    v_n >= 0 elsewhere; friction on the impulse of restitution.
     """
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
-        approach = q[k + contact_point.APPROACH_VELOCITY]
-        aim = -s[k + constraint.RESTITUTION] * approach if approach < 0.0 else 0.0
-        old, old_t, old_o = (
-            q[k + contact_point.RESTITUTION_NORMAL],
-            q[k + contact_point.RESTITUTION_TANGENT_1],
-            q[k + contact_point.RESTITUTION_TANGENT_2],
-        )
-        gain = q[k + contact_point.TANGENT_MASS]
-        largest = g[k + lane_scratch.NORMAL_CHANGE]
-        new = old - q[k + contact_point.NORMAL_MASS] * ((nx * x + ny * y + nz * z) - aim)
+    for lane in range(lanes):
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        approach = points[lane + contact_point.APPROACH_VELOCITY]
+        target = -constraints[lane + constraint.RESTITUTION] * approach if approach < 0.0 else 0.0
+        old = points[lane + contact_point.RESTITUTION_NORMAL]
+        old_1 = points[lane + contact_point.RESTITUTION_TANGENT_1]
+        old_2 = points[lane + contact_point.RESTITUTION_TANGENT_2]
+        tangent_mass = points[lane + contact_point.TANGENT_MASS]
+        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        new = old - points[lane + contact_point.NORMAL_MASS] * (dot(normal, velocity) - target)
         new = new if new > 0.0 else 0.0
-        press = q[k + contact_point.LARGEST_NORMAL_IMPULSE] + q[k + contact_point.NORMAL_IMPULSE]
-        new = new if press > 0.0 else 0.0
+        pressure = (
+            points[lane + contact_point.LARGEST_NORMAL_IMPULSE]
+            + points[lane + contact_point.NORMAL_IMPULSE]
+        )
+        new = new if pressure > 0.0 else 0.0
         change = new - old
-        t = old_t - gain * (
-            (tx * x + ty * y + tz * z) + q[k + contact_point.CROSS_TERM_1] * change
+        new_1 = old_1 - tangent_mass * (
+            dot(tangent_1, velocity) + points[lane + contact_point.CROSS_TERM_1] * change
         )
-        o = old_o - gain * (
-            (ox * x + oy * y + oz * z) + q[k + contact_point.CROSS_TERM_2] * change
+        new_2 = old_2 - tangent_mass * (
+            dot(tangent_2, velocity) + points[lane + contact_point.CROSS_TERM_2] * change
         )
-        t, o = disc(t, o, s[k + constraint.FRICTION] * new)
-        size = abs(change) + (abs(t - old_t) + abs(o - old_o))
+        new_1, new_2 = wide_lanes.clamp_to_disc(
+            new_1, new_2, constraints[lane + constraint.FRICTION] * new
+        )
+        size = abs(change) + (abs(new_1 - old_1) + abs(new_2 - old_2))
         # what is settled keeps its bits, however long others take
-        moves = size > SETTLED * (press + new)
-        size = size if moves else 0.0
-        new, t, o = (new, t, o) if moves else (old, old_t, old_o)
-        change, dt, do = new - old, t - old_t, o - old_o
-        x = change * nx + (dt * tx + do * ox)
-        y = change * ny + (dt * ty + do * oy)
-        z = change * nz + (dt * tz + do * oz)
-        (
-            q[k + contact_point.RESTITUTION_NORMAL],
-            q[k + contact_point.RESTITUTION_TANGENT_1],
-            q[k + contact_point.RESTITUTION_TANGENT_2],
-        ) = new, t, o
-        g[k + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
-        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
+        changes = size > SETTLED * (pressure + new)
+        size = size if changes else 0.0
+        new, new_1, new_2 = (new, new_1, new_2) if changes else (old, old_1, old_2)
+        impulse = wide_lanes.impulse_of(
+            new - old, new_1 - old_1, new_2 - old_2, normal, tangent_1, tangent_2
+        )
+        points[lane + contact_point.RESTITUTION_NORMAL] = new
+        points[lane + contact_point.RESTITUTION_TANGENT_1] = new_1
+        points[lane + contact_point.RESTITUTION_TANGENT_2] = new_2
+        scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)

@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-How the lowest points of a body of revolution go round its rim while its axis turns over a plane
-or a side of a box that cannot move.
+The rolling frame of a rim: how the lowest points of a body of revolution go round its rim while
+its axis turns over a plane or a side of a box that cannot move.
 
     n normal of the plane, a axis, p = n x a / |n x a| the level line across it, so that the lowest
     point of a rim of radius r lies at c a + r (a x p) from the centre of mass
@@ -29,9 +29,13 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import FLAT
-from rigid_body_sim.physics.contact.solver import constraint, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import cross, shift, vector
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    lane_scratch,
+    wide_lanes,
+)
 from rigid_body_sim.physics.state.blocks import rotate
+from rigid_body_sim.physics.vectors import add, cross, dot, load, scale
 
 Array = NDArray[np.float64]
 
@@ -41,48 +45,50 @@ TURNED, TILTED = 0.0, 0.1
 
 
 @kernel
-def go_round(used: int, s: Array, g: Array, bodies: Array) -> None:
+def turn_rims(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
     """Let the points of the rims of a batch turn with the frame of their lowest points."""
-    for k in range(used):
-        whose = s[k + constraint.ROUNDNESS]
-        if whose >= 0.0:
+    for lane in range(used):
+        whose = constraints[lane + constraint.ROUNDNESS]
+        if whose >= constraint.NOT_ROUND:
             continue
-        o = int(s[k + constraint.BODY_A] if whose == -1.0 else s[k + constraint.BODY_B])
-        ax, ay, az = rotate(
-            bodies[o + solver_bodies.SUBSTEP_ORIENTATION], bodies[o + solver_bodies.SUBSTEP_ORIENTATION + 1], bodies[o + solver_bodies.SUBSTEP_ORIENTATION + 2], bodies[o + solver_bodies.SUBSTEP_ORIENTATION + 3],
-            bodies[o + solver_bodies.SYMMETRY_AXIS], bodies[o + solver_bodies.SYMMETRY_AXIS + 1], bodies[o + solver_bodies.SYMMETRY_AXIS + 2],
+        of_a = whose == constraint.RIM_OF_A
+        body = int(constraints[lane + (constraint.BODY_A if of_a else constraint.BODY_B)])
+        orientation = body + solver_bodies.SUBSTEP_ORIENTATION
+        symmetry_axis = load(bodies, body + solver_bodies.SYMMETRY_AXIS)
+        axis = rotate(
+            bodies[orientation], bodies[orientation + 1], bodies[orientation + 2],
+            bodies[orientation + 3],
+            symmetry_axis[0], symmetry_axis[1], symmetry_axis[2],
         )  # fmt: skip
-        ux, uy, uz = (
-            bodies[o + solver_bodies.TURN],
-            bodies[o + solver_bodies.TURN + 1],
-            bodies[o + solver_bodies.TURN + 2],
-        )
-        ux, uy, uz = shift(ux, uy, uz, bodies[o + solver_bodies.TURN_SCALAR], ax, ay, az)
-        bx, by, bz = ax + ux, ay + uy, az + uz
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        px, py, pz = cross(nx, ny, nz, ax, ay, az)
-        qx, qy, qz = cross(nx, ny, nz, bx, by, bz)
-        before = math.sqrt(px * px + py * py + pz * pz)
-        after = math.sqrt(qx * qx + qy * qy + qz * qz)
-        if not (before > FLAT and after > FLAT):
+        turn = load(bodies, body + solver_bodies.TURN)
+        scalar = bodies[body + solver_bodies.TURN_SCALAR]
+        new_axis = add(axis, wide_lanes.displacement_by_turn(turn, scalar, axis))
+        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+        level, new_level = cross(normal, axis), cross(normal, new_axis)
+        sine, new_sine = math.sqrt(dot(level, level)), math.sqrt(dot(new_level, new_level))
+        if not (sine > FLAT and new_sine > FLAT):
             continue
-        px, py, pz = px / before, py / before, pz / before
-        qx, qy, qz = qx / after, qy / after, qz / after
-        heading = px * qx + py * qy + pz * qz
+        level = level[0] / sine, level[1] / sine, level[2] / sine
+        new_level = new_level[0] / new_sine, new_level[1] / new_sine, new_level[2] / new_sine
+        heading = dot(level, new_level)
         if not heading > TURNED:
             continue
-        tx, ty, tz = cross(px, py, pz, qx, qy, qz)
-        big_c = math.sqrt(0.5 * (1.0 + heading))
-        big_s = 0.5 * (nx * tx + ny * ty + nz * tz) / big_c
-        up, now = nx * ax + ny * ay + nz * az, nx * bx + ny * by + nz * bz
-        c = math.sqrt(max(0.5 * (1.0 + (up * now + before * after)), 0.0))
-        if not c > TILTED:
+        heading_cosine = math.sqrt(0.5 * (1.0 + heading))
+        heading_sine = 0.5 * dot(normal, cross(level, new_level)) / heading_cosine
+        cosine, new_cosine = dot(normal, axis), dot(normal, new_axis)
+        tilt_cosine = math.sqrt(max(0.5 * (1.0 + (cosine * new_cosine + sine * new_sine)), 0.0))
+        if not tilt_cosine > TILTED:
             continue
-        d = 0.5 * (after * up - before * now) / c
-        tx, ty, tz = cross(nx, ny, nz, px, py, pz)
-        along, about, both = d * big_c, c * big_s, d * big_s
-        to = k + (lane_scratch.TURN_A if whose == -1.0 else lane_scratch.TURN_B)
-        g[to] = along * px + (about * nx + both * tx)
-        g[to + 8] = along * py + (about * ny + both * ty)
-        g[to + 16] = along * pz + (about * nz + both * tz)
-        g[to + 24] = c * big_c  # SA, SB
+        tilt_sine = 0.5 * (new_sine * cosine - sine * new_cosine) / tilt_cosine
+        about_normal = add(
+            scale(tilt_cosine * heading_sine, normal),
+            scale(tilt_sine * heading_sine, cross(normal, level)),
+        )
+        wide_lanes.put_vector(
+            scratch,
+            lane + (lane_scratch.TURN_A if of_a else lane_scratch.TURN_B),
+            add(scale(tilt_sine * heading_cosine, level), about_normal),
+        )
+        scratch[lane + (lane_scratch.TURN_SCALAR_A if of_a else lane_scratch.TURN_SCALAR_B)] = (
+            tilt_cosine * heading_cosine
+        )

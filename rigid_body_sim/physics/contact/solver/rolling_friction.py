@@ -3,132 +3,123 @@
 """
 Rolling and torsional friction of one batch of contacts, lane by lane.
 
-    twist:   J_s <- J_s - g_s omega_n,  |J_s| <= spin J_n
-    rolling: J_r <- J_r - g_r omega_t,  |J_r| <= roll J_n
+    twisting: J_s <- J_s - m_s omega_n,  |J_s| <= spin J_n
+    rolling:  J_r <- J_r - m_r omega_t,  |J_r| <= roll J_n
 
-omega = omega_B - omega_A; g: 1/(n-entry), 1/(largest eigenvalue of the tangential block) of
-I_A^-1 + I_B^-1; spin, roll [m]: lengths, mu times the size of the patch for instance.
+omega = omega_B - omega_A; m: effective masses, 1/(n-entry) and 1/(largest eigenvalue of the
+tangential block) of I_A^-1 + I_B^-1; spin, roll [m]: lengths, mu times the size of the patch for
+instance.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import disc, turning, twist, vector
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
+)
+from rigid_body_sim.physics.vectors import dot, subtract
 
 Array = NDArray[np.float64]
 
 
 @inline
-def _give(s, g, k, r, p, turn):
+def _apply(scratch: Array, lane: int, about: Any, frame: Any) -> None:
     """Give the bodies of a lane an angular impulse about the two tangents and the normal."""
-    nx, ny, nz = vector(s, k + constraint.NORMAL)
-    tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-    ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-    twist(
-        g, k, r * tx + p * ox + turn * nx, r * ty + p * oy + turn * ny, r * tz + p * oz + turn * nz
+    normal, tangent_1, tangent_2 = frame
+    wide_lanes.apply_angular_impulse(
+        scratch,
+        lane,
+        wide_lanes.angular_impulse_of(about[0], about[1], about[2], normal, tangent_1, tangent_2),
     )
 
 
 @kernel
-def load(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Give one point of each lane the second half of its angular load, after the motion."""
-    for k in range(lanes):
-        _give(
-            s,
-            g,
-            k,
-            q[k + contact_point.WARM_ROLLING_1],
-            q[k + contact_point.WARM_ROLLING_2],
-            q[k + contact_point.WARM_TWIST],
+def apply_second_half(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
+    """Give one point of each lane the second half of its angular warm start, after the motion."""
+    for lane in range(lanes):
+        warm = (
+            points[lane + contact_point.WARM_ROLLING_1],
+            points[lane + contact_point.WARM_ROLLING_2],
+            points[lane + contact_point.WARM_TWIST],
         )
+        _apply(scratch, lane, warm, wide_lanes.contact_frame(constraints, lane))
 
 
 @kernel
-def resist(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Visit rolling and torsional friction of one point of each lane."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        fx, fy, fz = turning(
-            s, k + constraint.INVERSE_INERTIA_A, g, k + lane_scratch.ANGULAR_MOMENTUM_A
+def solve(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
+    """Solve rolling and torsional friction of one point of each lane."""
+    for lane in range(lanes):
+        frame = wide_lanes.contact_frame(constraints, lane)
+        normal, tangent_1, tangent_2 = frame
+        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
+        omega = subtract(omega_b, omega_a)
+        press = points[lane + contact_point.NORMAL_IMPULSE]
+        old_1 = points[lane + contact_point.ROLLING_IMPULSE_1]
+        old_2 = points[lane + contact_point.ROLLING_IMPULSE_2]
+        old_twist = points[lane + contact_point.TWIST_IMPULSE]
+        rolling_mass = constraints[lane + constraint.ROLLING_MASS]
+        new_1 = old_1 - rolling_mass * dot(tangent_1, omega)
+        new_2 = old_2 - rolling_mass * dot(tangent_2, omega)
+        new_1, new_2 = wide_lanes.clamp_to_disc(
+            new_1, new_2, constraints[lane + constraint.ROLLING_FRICTION] * press
         )
-        wx, wy, wz = turning(
-            s, k + constraint.INVERSE_INERTIA_B, g, k + lane_scratch.ANGULAR_MOMENTUM_B
-        )
-        x, y, z = wx - fx, wy - fy, wz - fz
-        press = q[k + contact_point.NORMAL_IMPULSE]
-        old_r, old_p, old_s = (
-            q[k + contact_point.ROLLING_IMPULSE_1],
-            q[k + contact_point.ROLLING_IMPULSE_2],
-            q[k + contact_point.TWIST_IMPULSE],
-        )
-        gain = s[k + constraint.ROLLING_MASS]
-        r = old_r - gain * (tx * x + ty * y + tz * z)
-        p = old_p - gain * (ox * x + oy * y + oz * z)
-        r, p = disc(r, p, s[k + constraint.ROLLING_FRICTION] * press)
-        limit = s[k + constraint.TORSIONAL_FRICTION] * press
-        turn = old_s - s[k + constraint.TWIST_MASS] * (nx * x + ny * y + nz * z)
-        turn = turn if turn < limit else limit
-        turn = turn if turn > -limit else -limit
-        active = g[k + lane_scratch.ACTIVE] > 0.0
-        r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
-        _give(s, g, k, r - old_r, p - old_p, turn - old_s)
-        (
-            q[k + contact_point.ROLLING_IMPULSE_1],
-            q[k + contact_point.ROLLING_IMPULSE_2],
-            q[k + contact_point.TWIST_IMPULSE],
-        ) = r, p, turn
+        limit = constraints[lane + constraint.TORSIONAL_FRICTION] * press
+        twist_mass = constraints[lane + constraint.TWIST_MASS]
+        twist = wide_lanes.clamp(old_twist - twist_mass * dot(normal, omega), limit)
+        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
+        new_1, new_2, twist = (new_1, new_2, twist) if active else (old_1, old_2, old_twist)
+        _apply(scratch, lane, (new_1 - old_1, new_2 - old_2, twist - old_twist), frame)
+        points[lane + contact_point.ROLLING_IMPULSE_1] = new_1
+        points[lane + contact_point.ROLLING_IMPULSE_2] = new_2
+        points[lane + contact_point.TWIST_IMPULSE] = twist
 
 
 @kernel
-def release(lanes: int, s: Array, q: Array, g: Array) -> None:
+def limit(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
-    Bring the angular impulses of the last substep within what presses now; half of the load is
-    still to come, of what presses.
+    Bring the angular impulses of the last substep within what presses now; half of the warm start
+    is still to come, of what presses.
     """
-    for k in range(lanes):
-        press = q[k + contact_point.NORMAL_IMPULSE]
-        old_r, old_p, old_s = (
-            q[k + contact_point.ROLLING_IMPULSE_1],
-            q[k + contact_point.ROLLING_IMPULSE_2],
-            q[k + contact_point.TWIST_IMPULSE],
+    for lane in range(lanes):
+        press = points[lane + contact_point.NORMAL_IMPULSE]
+        old_1 = points[lane + contact_point.ROLLING_IMPULSE_1]
+        old_2 = points[lane + contact_point.ROLLING_IMPULSE_2]
+        old_twist = points[lane + contact_point.TWIST_IMPULSE]
+        old_warm_1 = points[lane + contact_point.WARM_ROLLING_1]
+        old_warm_2 = points[lane + contact_point.WARM_ROLLING_2]
+        old_warm_twist = points[lane + contact_point.WARM_TWIST]
+        new_1, new_2 = wide_lanes.clamp_to_disc(
+            old_1, old_2, constraints[lane + constraint.ROLLING_FRICTION] * press
         )
-        r, p = disc(old_r, old_p, s[k + constraint.ROLLING_FRICTION] * press)
-        limit = s[k + constraint.TORSIONAL_FRICTION] * press
-        turn = old_s if old_s < limit else limit
-        turn = turn if turn > -limit else -limit
+        twist = wide_lanes.clamp(
+            old_twist, constraints[lane + constraint.TORSIONAL_FRICTION] * press
+        )
         presses = press > 0.0
-        old_hr, old_hq, old_hs = (
-            q[k + contact_point.WARM_ROLLING_1],
-            q[k + contact_point.WARM_ROLLING_2],
-            q[k + contact_point.WARM_TWIST],
+        warm_1 = old_warm_1 if presses else 0.0
+        warm_2 = old_warm_2 if presses else 0.0
+        warm_twist = old_warm_twist if presses else 0.0
+        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
+        new_1, new_2, twist = (new_1, new_2, twist) if active else (old_1, old_2, old_twist)
+        warm_1 = warm_1 if active else old_warm_1
+        warm_2 = warm_2 if active else old_warm_2
+        warm_twist = warm_twist if active else old_warm_twist
+        change = (
+            (new_1 - warm_1) - (old_1 - old_warm_1),
+            (new_2 - warm_2) - (old_2 - old_warm_2),
+            (twist - warm_twist) - (old_twist - old_warm_twist),
         )
-        hr = old_hr if presses else 0.0
-        hq = old_hq if presses else 0.0
-        hs = old_hs if presses else 0.0
-        active = g[k + lane_scratch.ACTIVE] > 0.0
-        r, p, turn = (r, p, turn) if active else (old_r, old_p, old_s)
-        hr, hq, hs = (hr, hq, hs) if active else (old_hr, old_hq, old_hs)
-        _give(
-            s,
-            g,
-            k,
-            (r - hr) - (old_r - old_hr),
-            (p - hq) - (old_p - old_hq),
-            (turn - hs) - (old_s - old_hs),
-        )
-        (
-            q[k + contact_point.ROLLING_IMPULSE_1],
-            q[k + contact_point.ROLLING_IMPULSE_2],
-            q[k + contact_point.TWIST_IMPULSE],
-        ) = r, p, turn
-        (
-            q[k + contact_point.WARM_ROLLING_1],
-            q[k + contact_point.WARM_ROLLING_2],
-            q[k + contact_point.WARM_TWIST],
-        ) = hr, hq, hs
+        _apply(scratch, lane, change, wide_lanes.contact_frame(constraints, lane))
+        points[lane + contact_point.ROLLING_IMPULSE_1] = new_1
+        points[lane + contact_point.ROLLING_IMPULSE_2] = new_2
+        points[lane + contact_point.TWIST_IMPULSE] = twist
+        points[lane + contact_point.WARM_ROLLING_1] = warm_1
+        points[lane + contact_point.WARM_ROLLING_2] = warm_2
+        points[lane + contact_point.WARM_TWIST] = warm_twist

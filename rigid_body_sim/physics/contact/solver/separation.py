@@ -1,13 +1,13 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What contact points are after the motion over a substep: gap and arms follow the bodies.
+Separation and anchors of contact points after the motion over a substep: both follow the bodies.
 
-And there they get the second half of their load. A load J, what the last substep gave, acts in
-two halves, as other forces do (velocity Verlet): J/2 before the motion, at the arms of then, and
-J/2 after it, at those of now. So what is carried, slides or rolls moves with its mean velocity,
-to second order in the substep, and the two halves of a point at rest cancel its weight exactly.
-A point that did not press during the motion gets neither half.
+And there they get the second half of their warm start. A load J, what the last substep gave, acts
+in two halves, as other forces do (velocity Verlet): J/2 before the motion, at the arms of then,
+and J/2 after it, at those of now. So what is carried, slides or rolls moves with its mean
+velocity, to second order in the substep, and the two halves of a point at rest cancel its weight
+exactly. A point that did not press during the motion gets neither half.
 """
 
 from __future__ import annotations
@@ -19,179 +19,188 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import inline, kernel, specialise
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import arms, shift, strike, vector
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
+)
+from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, subtract
 
 Array = NDArray[np.float64]
 
-LAYERED = False  # whether anything is a ball or a capsule; bound by `specialise`
+LAYERED = slot('[-] whether anything is a ball or a capsule')
 
 
 @kernel
-def gather_motion(used: int, s: Array, g: Array, bodies: Array) -> None:
+def gather_motion(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
     """Fetch how the bodies of a batch have moved over the substep."""
-    for k in range(used):
-        a, b = (
-            int(s[k + constraint.BODY_A]) + solver_bodies.DISPLACEMENT,
-            int(s[k + constraint.BODY_B]) + solver_bodies.DISPLACEMENT,
-        )
-        for row in range(7):
-            g[k + lane_scratch.DISPLACEMENT_A + 8 * row] = bodies[a + row]
-            g[k + lane_scratch.DISPLACEMENT_B + 8 * row] = bodies[b + row]
+    for lane in range(used):
+        body_a = int(constraints[lane + constraint.BODY_A])
+        body_b = int(constraints[lane + constraint.BODY_B])
+        for axis in range(3):
+            row = lane + LANES * axis
+            scratch[row + lane_scratch.DISPLACEMENT_A] = bodies[
+                body_a + solver_bodies.DISPLACEMENT + axis
+            ]
+            scratch[row + lane_scratch.DISPLACEMENT_B] = bodies[
+                body_b + solver_bodies.DISPLACEMENT + axis
+            ]
+            scratch[row + lane_scratch.TURN_A] = bodies[body_a + solver_bodies.TURN + axis]
+            scratch[row + lane_scratch.TURN_B] = bodies[body_b + solver_bodies.TURN + axis]
+        scratch[lane + lane_scratch.TURN_SCALAR_A] = bodies[body_a + solver_bodies.TURN_SCALAR]
+        scratch[lane + lane_scratch.TURN_SCALAR_B] = bodies[body_b + solver_bodies.TURN_SCALAR]
 
 
 @inline
-def _load(s, q, g, k, nx, ny, nz, tx, ty, tz, ox, oy, oz, ax, ay, az, bx, by, bz):
+def _apply_second_half(
+    points: Array, scratch: Array, lane: int, frame: Any, arm_a: Any, arm_b: Any
+) -> None:
     """
-    Give one point of a lane the second half of its load, where it is now.
+    Give one point of a lane the second half of its warm start, where it is now.
 
     A point that did not press during the motion has none.
     """
-    presses = q[k + contact_point.NORMAL_IMPULSE] > 0.0
-    new = q[k + contact_point.WARM_NORMAL] if presses else 0.0
-    t = q[k + contact_point.WARM_TANGENT_1] if presses else 0.0
-    o = q[k + contact_point.WARM_TANGENT_2] if presses else 0.0
-    x = new * nx + (t * tx + o * ox)
-    y = new * ny + (t * ty + o * oy)
-    z = new * nz + (t * tz + o * oz)
-    q[k + contact_point.ARM_A], q[k + contact_point.ARM_A + 8], q[k + contact_point.ARM_A + 16] = (
-        ax,
-        ay,
-        az,
-    )
-    q[k + contact_point.ARM_B], q[k + contact_point.ARM_B + 8], q[k + contact_point.ARM_B + 16] = (
-        bx,
-        by,
-        bz,
-    )
-    strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
+    presses = points[lane + contact_point.NORMAL_IMPULSE] > 0.0
+    warm = points[lane + contact_point.WARM_NORMAL] if presses else 0.0
+    warm_1 = points[lane + contact_point.WARM_TANGENT_1] if presses else 0.0
+    warm_2 = points[lane + contact_point.WARM_TANGENT_2] if presses else 0.0
+    normal, tangent_1, tangent_2 = frame
+    impulse = wide_lanes.impulse_of(warm, warm_1, warm_2, normal, tangent_1, tangent_2)
+    wide_lanes.put_vector(points, lane + contact_point.ARM_A, arm_a)
+    wide_lanes.put_vector(points, lane + contact_point.ARM_B, arm_b)
+    wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
-def _follow(lanes: int, s: Array, q: Array, g: Array) -> None:
+def _update_points(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
-    Find gap and arms of a point of each lane after the motion over a substep, and give it the
-    second half of its load there.
+    Find separation and arms of a point of each lane after the motion over a substep, and give it
+    the second half of its warm start there.
 
-    The point moves as the surface of A, of B, or in the middle (`WEIGHT`), and both arms end in
-    it: impulses at it keep the angular momentum of the two to the last digits. The layer of a
-    ball or a capsule about its core does not turn with it: r = c + layer n moves by D c.
+    The point moves as the surface of A, of B, or in the middle (`SURFACE_WEIGHT`), and both arms
+    end in it: impulses at it keep the angular momentum of the two to the last digits. The layer of
+    a ball or a capsule about its core does not turn with it: r = c + layer n moves by D c.
 
     What bounces off something that cannot move keeps its arms: it bounces at the end of the tick
     by the law of the place where it hit.
     """
-    for k in range(lanes):
-        ax, ay, az, bx, by, bz = arms(q, k)
-        fixed = (s[k + constraint.INVERSE_MASS_A] == 0.0) | (
-            s[k + constraint.INVERSE_MASS_B] == 0.0
+    for lane in range(lanes):
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        fixed = (constraints[lane + constraint.INVERSE_MASS_A] == 0.0) | (
+            constraints[lane + constraint.INVERSE_MASS_B] == 0.0
         )
-        stays = (
-            fixed
-            & (s[k + constraint.RESTITUTION] > 0.0)
-            & (q[k + contact_point.APPROACH_VELOCITY] < 0.0)
+        bounces = (constraints[lane + constraint.RESTITUTION] > 0.0) & (
+            points[lane + contact_point.APPROACH_VELOCITY] < 0.0
         )
-        f = 0.0 if stays else 1.0
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        ux, uy, uz = vector(g, k + lane_scratch.TURN_A)
-        vx, vy, vz = vector(g, k + lane_scratch.TURN_B)
+        follows = 0.0 if fixed & bounces else 1.0
+        frame = wide_lanes.contact_frame(constraints, lane)
+        normal = frame[0]
+        turn_a = wide_lanes.vector(scratch, lane + lane_scratch.TURN_A)
+        turn_b = wide_lanes.vector(scratch, lane + lane_scratch.TURN_B)
+        scalar_a = scratch[lane + lane_scratch.TURN_SCALAR_A]
+        scalar_b = scratch[lane + lane_scratch.TURN_SCALAR_B]
         if LAYERED:
-            c, d = s[k + constraint.RADIUS_A], s[k + constraint.RADIUS_B]
-            x, y, z = ax - c * nx, ay - c * ny, az - c * nz
-            ux, uy, uz = shift(ux, uy, uz, g[k + lane_scratch.TURN_SCALAR_A], x, y, z)
-            x, y, z = bx + d * nx, by + d * ny, bz + d * nz
-            vx, vy, vz = shift(vx, vy, vz, g[k + lane_scratch.TURN_SCALAR_B], x, y, z)
+            radius_a = constraints[lane + constraint.RADIUS_A]
+            radius_b = constraints[lane + constraint.RADIUS_B]
+            core_a = subtract(arm_a, scale(radius_a, normal))
+            moved_a = wide_lanes.displacement_by_turn(turn_a, scalar_a, core_a)
+            core_b = add_scaled(arm_b, radius_b, normal)
+            moved_b = wide_lanes.displacement_by_turn(turn_b, scalar_b, core_b)
         else:
-            ux, uy, uz = shift(ux, uy, uz, g[k + lane_scratch.TURN_SCALAR_A], ax, ay, az)
-            vx, vy, vz = shift(vx, vy, vz, g[k + lane_scratch.TURN_SCALAR_B], bx, by, bz)
-        x, y, z = (
-            g[k + lane_scratch.DISPLACEMENT_B] - g[k + lane_scratch.DISPLACEMENT_A],
-            g[k + lane_scratch.DISPLACEMENT_B + 8] - g[k + lane_scratch.DISPLACEMENT_A + 8],
-            g[k + lane_scratch.DISPLACEMENT_B + 16] - g[k + lane_scratch.DISPLACEMENT_A + 16],
+            moved_a = wide_lanes.displacement_by_turn(turn_a, scalar_a, arm_a)
+            moved_b = wide_lanes.displacement_by_turn(turn_b, scalar_b, arm_b)
+        of_centers = subtract(
+            wide_lanes.vector(scratch, lane + lane_scratch.DISPLACEMENT_B),
+            wide_lanes.vector(scratch, lane + lane_scratch.DISPLACEMENT_A),
         )
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        x, y, z = x + (vx - ux), y + (vy - uy), z + (vz - uz)
-        gap = q[k + contact_point.SEPARATION]
-        gap += nx * x + ny * y + nz * z
-        w = s[k + constraint.SURFACE_WEIGHT]
-        ax, ay, az = ax + f * (ux + w * x), ay + f * (uy + w * y), az + f * (uz + w * z)
-        w = 1.0 - w
-        bx, by, bz = bx + f * (vx - w * x), by + f * (vy - w * y), bz + f * (vz - w * z)
-        q[k + contact_point.SEPARATION] = gap
-        _load(s, q, g, k, nx, ny, nz, tx, ty, tz, ox, oy, oz, ax, ay, az, bx, by, bz)
+        apart = add(of_centers, subtract(moved_b, moved_a))
+        separation = points[lane + contact_point.SEPARATION]
+        separation += dot(normal, apart)
+        points[lane + contact_point.SEPARATION] = separation
+        weight = constraints[lane + constraint.SURFACE_WEIGHT]
+        arm_a = add_scaled(arm_a, follows, add_scaled(moved_a, weight, apart))
+        weight = 1.0 - weight
+        arm_b = add_scaled(arm_b, follows, subtract(moved_b, scale(weight, apart)))
+        _apply_second_half(points, scratch, lane, frame, arm_a, arm_b)
 
 
-def follower(*, layered: bool) -> Callable[..., Any]:
+def update_kernel(*, layered: bool) -> Callable[..., Any]:
     """Make the kernel of a scene; layered: it has balls or capsules."""
-    return specialise(_follow, name='layered' if layered else 'bare', LAYERED=layered)
+    return specialise(_update_points, name='layered' if layered else 'bare', LAYERED=layered)
 
 
 @kernel
-def gather_way(used: int, s: Array, g: Array, bodies: Array) -> None:
-    """Fetch how far the bodies of a batch have moved over the substep."""
-    for k in range(used):
-        a, b = (
-            int(s[k + constraint.BODY_A]) + solver_bodies.DISPLACEMENT,
-            int(s[k + constraint.BODY_B]) + solver_bodies.DISPLACEMENT,
+def gather_relative_motion(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
+    """Fetch how far the bodies of a batch have moved from each other over the substep."""
+    for lane in range(used):
+        motion_a = load(
+            bodies, int(constraints[lane + constraint.BODY_A]) + solver_bodies.DISPLACEMENT
         )
-        for axis in range(3):
-            g[k + lane_scratch.DISPLACEMENT_A + 8 * axis] = bodies[b + axis] - bodies[a + axis]
+        motion_b = load(
+            bodies, int(constraints[lane + constraint.BODY_B]) + solver_bodies.DISPLACEMENT
+        )
+        wide_lanes.put_vector(
+            scratch, lane + lane_scratch.RELATIVE_DISPLACEMENT, subtract(motion_b, motion_a)
+        )
+
+
+@inline
+def _turned(tangent: Any, share: float, new_normal: Any, both: Any) -> Any:
+    """Turn a tangent with the normal: t - (n' . t)/(1 + n . n') (n + n')."""
+    turn = share * dot(tangent, new_normal)
+    return subtract(tangent, scale(turn, both))
 
 
 @kernel
-def follow_balls(lanes: int, s: Array, q: Array, g: Array) -> None:
+def update_balls(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
-    Do what `follow` does where a ball meets a ball, or what cannot move.
+    Do what `update_kernel` does where a ball meets a ball, or what cannot move.
 
-    Between two balls the normal turns into their line of centres, and the gap is not linearised:
+    Between two balls the normal turns into their line of centres, and the separation is not
+    linearised:
 
         d = x_B - x_A = r_A - r_B,  n' = d / |d|,  s' = s + |d'| - |d|
         t' = t - (n' . t)/(1 + n . n') (n + n'), the smallest turn that takes n to n'
     """
-    for k in range(lanes):
-        ax, ay, az, bx, by, bz = arms(q, k)
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        vx, vy, vz = vector(g, k + lane_scratch.DISPLACEMENT_A)
-        gap = q[k + contact_point.SEPARATION]
-        w = s[k + constraint.SURFACE_WEIGHT]
-        x, y, z = ax - bx + vx, ay - by + vy, az - bz + vz
-        square = x * x + y * y + z * z
-        balls = (s[k + constraint.ROUNDNESS] > 1.0) & (square > manifold.TINY)
-        now = math.sqrt(square if balls else 1.0)
-        before = nx * (ax - bx) + ny * (ay - by) + nz * (az - bz)
-        closer = now - before if balls else nx * vx + ny * vy + nz * vz
-        ux = x / now if balls else nx
-        uy = y / now if balls else ny
-        uz = z / now if balls else nz
-        arm = (nx * ax + ny * ay + nz * az) + w * closer
-        ax = arm * ux if balls else ax + w * vx
-        ay = arm * uy if balls else ay + w * vy
-        az = arm * uz if balls else az + w * vz
-        q[k + contact_point.SEPARATION] = gap + closer
-        bx, by, bz = ax - x, ay - y, az - z
-        s[k + constraint.NORMAL], s[k + constraint.NORMAL + 8], s[k + constraint.NORMAL + 16] = (
-            ux,
-            uy,
-            uz,
+    for lane in range(lanes):
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        motion = wide_lanes.vector(scratch, lane + lane_scratch.RELATIVE_DISPLACEMENT)
+        separation = points[lane + contact_point.SEPARATION]
+        weight = constraints[lane + constraint.SURFACE_WEIGHT]
+        line = subtract(arm_a, arm_b)
+        way = add(line, motion)
+        square = dot(way, way)
+        balls = (constraints[lane + constraint.ROUNDNESS] > constraint.BALL_ON_FIXED) & (
+            square > manifold.TINY
         )
-        share = 1.0 / (1.0 + (nx * ux + ny * uy + nz * uz))
-        nx, ny, nz = nx + ux, ny + uy, nz + uz
-        turn = share * (tx * ux + ty * uy + tz * uz)
-        tx, ty, tz = tx - turn * nx, ty - turn * ny, tz - turn * nz
-        turn = share * (ox * ux + oy * uy + oz * uz)
-        ox, oy, oz = ox - turn * nx, oy - turn * ny, oz - turn * nz
-        (
-            s[k + constraint.TANGENT_1],
-            s[k + constraint.TANGENT_1 + 8],
-            s[k + constraint.TANGENT_1 + 16],
-        ) = tx, ty, tz
-        (
-            s[k + constraint.TANGENT_2],
-            s[k + constraint.TANGENT_2 + 8],
-            s[k + constraint.TANGENT_2 + 16],
-        ) = ox, oy, oz
-        _load(s, q, g, k, ux, uy, uz, tx, ty, tz, ox, oy, oz, ax, ay, az, bx, by, bz)
+        length = math.sqrt(square if balls else 1.0)
+        before = dot(normal, line)
+        opening = length - before if balls else dot(normal, motion)
+        new_normal = (
+            way[0] / length if balls else normal[0],
+            way[1] / length if balls else normal[1],
+            way[2] / length if balls else normal[2],
+        )
+        reach = dot(normal, arm_a) + weight * opening
+        new_arm_a = (
+            reach * new_normal[0] if balls else arm_a[0] + weight * motion[0],
+            reach * new_normal[1] if balls else arm_a[1] + weight * motion[1],
+            reach * new_normal[2] if balls else arm_a[2] + weight * motion[2],
+        )
+        points[lane + contact_point.SEPARATION] = separation + opening
+        share = 1.0 / (1.0 + dot(normal, new_normal))
+        both = add(normal, new_normal)
+        frame = (
+            new_normal,
+            _turned(tangent_1, share, new_normal, both),
+            _turned(tangent_2, share, new_normal, both),
+        )
+        wide_lanes.put_vector(constraints, lane + constraint.NORMAL, frame[0])
+        wide_lanes.put_vector(constraints, lane + constraint.TANGENT_1, frame[1])
+        wide_lanes.put_vector(constraints, lane + constraint.TANGENT_2, frame[2])
+        _apply_second_half(points, scratch, lane, frame, new_arm_a, subtract(new_arm_a, way))

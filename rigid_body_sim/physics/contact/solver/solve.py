@@ -1,21 +1,26 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-One visit to one batch of contacts: the equations of a contact point, lane by lane.
+One iteration over one batch of wide constraints: sequential impulses, lane by lane.
+
+Each point changes its accumulated impulse J by what makes its own velocity right, and clamps the
+sum, not the change (sequential impulses). Normals are soft constraints (TGS-Soft): first soft,
+with a bias that brings overlaps out, then, after the motion, relaxed without it. What is still
+apart may close its separation within the substep, no more (speculative contact).
 
 With relative velocity at the point v = v_B + omega_B x r_B - v_A - omega_A x r_A, v_n = n . v,
-gap s, substep h, omega_c = 2 pi f, a1 = 2 zeta + h omega_c, a2 = h omega_c a1, a3 = 1/(1 + a2),
-beta = omega_c / a1, sigma = a2 a3, iota = a3:
+separation s, substep h, and beta, sigma, iota the bias rate, mass scale and impulse scale of
+`manifold_constraints`:
 
-    pushed:   s > 0: dJ = -m (v_n + s/h)
+    soft:     s > 0: dJ = -m (v_n + s/h)
               s <= 0: dJ = -m sigma (v_n + max(beta (s + slop), -cap)) - iota J
-              J_n - J_load/2 >= 0: the other half of the load is still to come
-    relaxed:  dJ = -m (v_n + max(s, 0)/h),  J_n >= 0; with a load: dJ = -m v_n
+              J_n - J_warm/2 >= 0: the other half of the warm start is still to come
+    relaxed:  dJ = -m (v_n + max(s, 0)/h),  J_n >= 0; with a warm start: dJ = -m v_n
     friction: J_t <- J_t - v_t / lambda_max, then onto the disc |J_t| <= mu J_n
 
-m = 1/(n-entry of J M^-1 J^T); lambda_max largest eigenvalue of its tangential block. A step by
-1/lambda_max and not by the inverse of the block: only so is the friction of a slide opposite to
-its velocity.
+m : effective mass, 1/(n-entry of J M^-1 J^T); lambda_max largest eigenvalue of its tangential
+block. A step by 1/lambda_max and not by the inverse of the block: only so is the friction of a
+slide opposite to its velocity.
 """
 
 from __future__ import annotations
@@ -25,232 +30,239 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import arms, disc, relative, strike, vector
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
+)
+from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.vectors import dot
 
 Array = NDArray[np.float64]
 
 
 @kernel
-def gather_inertia(used: int, s: Array, bodies: Array) -> None:
+def gather_inverse_masses(used: int, constraints: Array, bodies: Array) -> None:
     """Fetch the inverse masses and inertias of the bodies of a batch."""
-    for k in range(used):
-        a, b = int(s[k + constraint.BODY_A]), int(s[k + constraint.BODY_B])
-        s[k + constraint.INVERSE_MASS_A] = bodies[a + solver_bodies.INVERSE_MASS]
-        s[k + constraint.INVERSE_MASS_B] = bodies[b + solver_bodies.INVERSE_MASS]
+    for lane in range(used):
+        body_a = int(constraints[lane + constraint.BODY_A])
+        body_b = int(constraints[lane + constraint.BODY_B])
+        constraints[lane + constraint.INVERSE_MASS_A] = bodies[body_a + solver_bodies.INVERSE_MASS]
+        constraints[lane + constraint.INVERSE_MASS_B] = bodies[body_b + solver_bodies.INVERSE_MASS]
         for entry in range(6):
-            s[k + constraint.INVERSE_INERTIA_A + 8 * entry] = bodies[
-                a + solver_bodies.INVERSE_INERTIA + entry
+            row = lane + LANES * entry
+            constraints[row + constraint.INVERSE_INERTIA_A] = bodies[
+                body_a + solver_bodies.INVERSE_INERTIA + entry
             ]
-            s[k + constraint.INVERSE_INERTIA_B + 8 * entry] = bodies[
-                b + solver_bodies.INVERSE_INERTIA + entry
+            constraints[row + constraint.INVERSE_INERTIA_B] = bodies[
+                body_b + solver_bodies.INVERSE_INERTIA + entry
             ]
 
 
 @kernel
-def gather(lanes: int, used: int, s: Array, g: Array, bodies: Array) -> None:
+def gather_momenta(
+    lanes: int, used: int, constraints: Array, scratch: Array, bodies: Array
+) -> None:
     """Fetch the momenta of the bodies of a batch; what empty lanes hold does not matter."""
-    for k in range(lanes):
-        g[k + lane_scratch.IMPULSE] = 0.0
-        g[k + lane_scratch.IMPULSE + 8] = 0.0
-        g[k + lane_scratch.IMPULSE + 16] = 0.0
-        g[k + lane_scratch.PUSHES] = 0.0
-        g[k + lane_scratch.NORMAL_CHANGE] = 0.0
-        g[k + lane_scratch.LARGEST_CHANGE] = 0.0
-        g[k + lane_scratch.ACTIVE] = 1.0
-    for k in range(used):
-        a, b = int(s[k + constraint.BODY_A]), int(s[k + constraint.BODY_B])
-        m, n = s[k + constraint.INVERSE_MASS_A], s[k + constraint.INVERSE_MASS_B]
+    for lane in range(lanes):
+        wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
+        scratch[lane + lane_scratch.PRESSES] = 0.0
+        scratch[lane + lane_scratch.NORMAL_CHANGE] = 0.0
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
+        scratch[lane + lane_scratch.ACTIVE] = 1.0
+    for lane in range(used):
+        body_a = int(constraints[lane + constraint.BODY_A])
+        body_b = int(constraints[lane + constraint.BODY_B])
+        inverse_mass_a = constraints[lane + constraint.INVERSE_MASS_A]
+        inverse_mass_b = constraints[lane + constraint.INVERSE_MASS_B]
         for axis in range(3):
-            row = k + 8 * axis
-            g[row + lane_scratch.RELATIVE_VELOCITY] = (
-                n * bodies[b + solver_bodies.MOMENTUM + axis]
-                - m * bodies[a + solver_bodies.MOMENTUM + axis]
+            row = lane + LANES * axis
+            scratch[row + lane_scratch.RELATIVE_VELOCITY] = (
+                inverse_mass_b * bodies[body_b + solver_bodies.MOMENTUM + axis]
+                - inverse_mass_a * bodies[body_a + solver_bodies.MOMENTUM + axis]
             )
-            g[row + lane_scratch.ANGULAR_MOMENTUM_A] = bodies[
-                a + solver_bodies.ANGULAR_MOMENTUM + axis
+            scratch[row + lane_scratch.ANGULAR_MOMENTUM_A] = bodies[
+                body_a + solver_bodies.ANGULAR_MOMENTUM + axis
             ]
-            g[row + lane_scratch.ANGULAR_MOMENTUM_B] = bodies[
-                b + solver_bodies.ANGULAR_MOMENTUM + axis
+            scratch[row + lane_scratch.ANGULAR_MOMENTUM_B] = bodies[
+                body_b + solver_bodies.ANGULAR_MOMENTUM + axis
             ]
 
 
 @kernel
-def scatter(used: int, s: Array, g: Array, bodies: Array) -> None:
+def scatter_momenta(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
     """Give the bodies of a batch what a pass has changed."""
-    for k in range(used):
-        a, b = int(s[k + constraint.BODY_A]), int(s[k + constraint.BODY_B])
+    for lane in range(used):
+        body_a = int(constraints[lane + constraint.BODY_A])
+        body_b = int(constraints[lane + constraint.BODY_B])
         for axis in range(3):
-            row = k + 8 * axis
-            bodies[a + solver_bodies.MOMENTUM + axis] -= g[row + lane_scratch.IMPULSE]
-            bodies[b + solver_bodies.MOMENTUM + axis] += g[row + lane_scratch.IMPULSE]
-            bodies[a + solver_bodies.ANGULAR_MOMENTUM + axis] = g[
+            row = lane + LANES * axis
+            bodies[body_a + solver_bodies.MOMENTUM + axis] -= scratch[row + lane_scratch.IMPULSE]
+            bodies[body_b + solver_bodies.MOMENTUM + axis] += scratch[row + lane_scratch.IMPULSE]
+            bodies[body_a + solver_bodies.ANGULAR_MOMENTUM + axis] = scratch[
                 row + lane_scratch.ANGULAR_MOMENTUM_A
             ]
-            bodies[b + solver_bodies.ANGULAR_MOMENTUM + axis] = g[
+            bodies[body_b + solver_bodies.ANGULAR_MOMENTUM + axis] = scratch[
                 row + lane_scratch.ANGULAR_MOMENTUM_B
             ]
 
 
 @inline
-def wait(used: int, s: Array, g: Array) -> bool:
+def skip_settled(used: int, constraints: Array, scratch: Array) -> bool:
     """Let the lanes stand still that the last pass left at rest; tell whether any is left."""
-    left = False
-    for k in range(used):
-        g[k + lane_scratch.ACTIVE] = s[k + constraint.UNSETTLED]
-        left = left or s[k + constraint.UNSETTLED] > 0.0
-    return left
+    any_left = False
+    for lane in range(used):
+        scratch[lane + lane_scratch.ACTIVE] = constraints[lane + constraint.UNSETTLED]
+        any_left = any_left or constraints[lane + constraint.UNSETTLED] > 0.0
+    return any_left
 
 
 @inline
-def note_unrest(used: int, s: Array, g: Array) -> None:
+def mark_unsettled(used: int, constraints: Array, scratch: Array) -> None:
     """Note which lanes this pass has changed by more than rest."""
-    for k in range(used):
-        s[k + constraint.UNSETTLED] = 1.0 if g[k + lane_scratch.LARGEST_CHANGE] > 0.0 else 0.0
-        if g[k + lane_scratch.LARGEST_CHANGE] > 0.0:
-            s[k + constraint.TOUCHED] = 1.0
+    for lane in range(used):
+        changed = scratch[lane + lane_scratch.LARGEST_CHANGE] > 0.0
+        constraints[lane + constraint.UNSETTLED] = 1.0 if changed else 0.0
+        if changed:
+            constraints[lane + constraint.TOUCHED] = 1.0
 
 
 @kernel
-def mark_carried(used: int, s: Array, g: Array, bodies: Array) -> None:
-    """Mark the bodies that some point of a batch pushes."""
-    for k in range(used):
-        if g[k + lane_scratch.PUSHES] > 0.0:
-            s[k + constraint.TOUCHED] = 1.0
-            bodies[int(s[k + constraint.BODY_A]) + solver_bodies.CARRIED] = 1.0
-            bodies[int(s[k + constraint.BODY_B]) + solver_bodies.CARRIED] = 1.0
+def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
+    """Mark the bodies on which some point of a batch presses."""
+    for lane in range(used):
+        if scratch[lane + lane_scratch.PRESSES] > 0.0:
+            constraints[lane + constraint.TOUCHED] = 1.0
+            body_a = int(constraints[lane + constraint.BODY_A])
+            body_b = int(constraints[lane + constraint.BODY_B])
+            bodies[body_a + solver_bodies.CARRIED] = 1.0
+            bodies[body_b + solver_bodies.CARRIED] = 1.0
 
 
 @kernel
-def push(
-    lanes: int,
-    s: Array,
-    q: Array,
-    g: Array,
-    inverse_h: float,
-    slop: float,
-    cap: float,
-    calm: float,
-) -> None:
-    """Visit the normals of one point of each lane, soft where the surfaces overlap."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
-        vn = nx * x + ny * y + nz * z
-        gap = q[k + contact_point.SEPARATION]
-        old, old_t, old_o = (
-            q[k + contact_point.NORMAL_IMPULSE],
-            q[k + contact_point.TANGENT_IMPULSE_1],
-            q[k + contact_point.TANGENT_IMPULSE_2],
-        )
-        gain, largest = q[k + contact_point.NORMAL_MASS], g[k + lane_scratch.NORMAL_CHANGE]
-        pushed = g[k + lane_scratch.PUSHES]
-        is_open = gap > 0.0
-        depth = gap + slop
+def solve_normals(
+    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
+    cap: float, calm: float,
+) -> None:  # fmt: skip
+    """
+    Solve the normal of one point of each lane, soft where the surfaces overlap.
+
+        cap  : [m/s] speed at which an overlap goes, at most
+        calm : [m/s] change of the normal velocity that is left alone
+    """
+    for lane in range(lanes):
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        normal_velocity = dot(normal, velocity)
+        separation = points[lane + contact_point.SEPARATION]
+        old = points[lane + contact_point.NORMAL_IMPULSE]
+        old_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
+        old_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
+        mass = points[lane + contact_point.NORMAL_MASS]
+        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        pressed_already = scratch[lane + lane_scratch.PRESSES]
+        is_open = separation > 0.0
+        depth = separation + slop
         depth = depth if depth < 0.0 else 0.0
-        soft = s[k + constraint.BIAS_RATE] * depth
+        soft = constraints[lane + constraint.BIAS_RATE] * depth
         soft = soft if soft > -cap else -cap
-        bias = gap * inverse_h if is_open else soft
-        scale = 1.0 if is_open else s[k + constraint.MASS_SCALE]
-        keep = 0.0 if is_open else s[k + constraint.IMPULSE_SCALE]
-        # half of the load is still to come, of what presses
+        bias = separation * inverse_h if is_open else soft
+        mass_scale = 1.0 if is_open else constraints[lane + constraint.MASS_SCALE]
+        impulse_scale = 0.0 if is_open else constraints[lane + constraint.IMPULSE_SCALE]
+        # half of the warm start is still to come, of what presses
         pressed = old > 0.0
-        hn, ht, ho = (
-            q[k + contact_point.WARM_NORMAL],
-            q[k + contact_point.WARM_TANGENT_1],
-            q[k + contact_point.WARM_TANGENT_2],
-        )
-        before = old - hn if pressed else 0.0
-        before_t = old_t - ht if pressed else 0.0
-        before_o = old_o - ho if pressed else 0.0
-        now = before - gain * scale * (vn + bias) - keep * old
+        warm = points[lane + contact_point.WARM_NORMAL]
+        warm_1 = points[lane + contact_point.WARM_TANGENT_1]
+        warm_2 = points[lane + contact_point.WARM_TANGENT_2]
+        before = old - warm if pressed else 0.0
+        before_1 = old_1 - warm_1 if pressed else 0.0
+        before_2 = old_2 - warm_2 if pressed else 0.0
+        now = before - mass * mass_scale * (normal_velocity + bias) - impulse_scale * old
         now = now if now > 0.0 else 0.0
-        active = g[k + lane_scratch.ACTIVE] > 0.0
+        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         now = now if active else before
         presses = now > 0.0
         # friction of the last substep is none of this one where less presses: it keeps its share
         less = now < before
         share = now / (before if less else 1.0) if less else 1.0
-        t, o = share * before_t, share * before_o
-        change, dt, do = now - before, t - before_t, o - before_o
-        x = change * nx + (dt * tx + do * ox)
-        y = change * ny + (dt * ty + do * oy)
-        z = change * nz + (dt * tz + do * oz)
-        new = now + hn if presses else 0.0
-        t = t + ht if presses else 0.0
-        o = o + ho if presses else 0.0
+        now_1, now_2 = share * before_1, share * before_2
+        change = now - before
+        impulse = wide_lanes.impulse_of(
+            change, now_1 - before_1, now_2 - before_2, normal, tangent_1, tangent_2
+        )
+        new = now + warm if presses else 0.0
+        new_1 = now_1 + warm_1 if presses else 0.0
+        new_2 = now_2 + warm_2 if presses else 0.0
         # a lane that is not visited keeps its bits
-        q[k + contact_point.NORMAL_IMPULSE] = new if active else old
-        q[k + contact_point.TANGENT_IMPULSE_1] = t if active else old_t
-        q[k + contact_point.TANGENT_IMPULSE_2] = o if active else old_o
-        size = abs(change) - calm * gain
-        g[k + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
-        g[k + lane_scratch.PUSHES] = 1.0 if presses else pushed
-        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
+        points[lane + contact_point.NORMAL_IMPULSE] = new if active else old
+        points[lane + contact_point.TANGENT_IMPULSE_1] = new_1 if active else old_1
+        points[lane + contact_point.TANGENT_IMPULSE_2] = new_2 if active else old_2
+        size = abs(change) - calm * mass
+        scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        scratch[lane + lane_scratch.PRESSES] = 1.0 if presses else pressed_already
+        wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
 @kernel
 def relax(
-    lanes: int, s: Array, q: Array, g: Array, inverse_h: float, calm: float, rest: float
+    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, calm: float,
+    rest: float,
 ) -> None:  # fmt: skip
     """
-    Visit normal and friction of one point of each lane, without push-out.
+    Solve normal and friction of one point of each lane, without push-out.
 
-    Friction sees the tangential velocity that the new normal impulse leaves. What came with a load
+    Friction sees the tangential velocity that the new normal impulse leaves. What was warm-started
     touches: a motion along a curve has opened it by h^2 only. To send it back at s/h, as what is
     still apart, would take energy of first order in h.
+
+        calm : [m/s] change of the normal velocity that is left alone
+        rest : [m/s] change of any velocity below which a lane is settled
     """
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = relative(s, g, k, ax, ay, az, bx, by, bz)
-        gap = q[k + contact_point.SEPARATION]
-        old, old_t, old_o = (
-            q[k + contact_point.NORMAL_IMPULSE],
-            q[k + contact_point.TANGENT_IMPULSE_1],
-            q[k + contact_point.TANGENT_IMPULSE_2],
-        )
-        gain, slip_gain, largest = (
-            q[k + contact_point.NORMAL_MASS],
-            q[k + contact_point.TANGENT_MASS],
-            g[k + lane_scratch.NORMAL_CHANGE],
-        )
-        unrest = g[k + lane_scratch.LARGEST_CHANGE]
-        is_open = gap > 0.0
-        bias = gap * inverse_h if is_open & (q[k + contact_point.WARM_NORMAL] <= 0.0) else 0.0
-        new = old - gain * ((nx * x + ny * y + nz * z) + bias)
+    for lane in range(lanes):
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        separation = points[lane + contact_point.SEPARATION]
+        old = points[lane + contact_point.NORMAL_IMPULSE]
+        old_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
+        old_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
+        mass = points[lane + contact_point.NORMAL_MASS]
+        tangent_mass = points[lane + contact_point.TANGENT_MASS]
+        largest_normal = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
+        is_open = separation > 0.0
+        is_new = points[lane + contact_point.WARM_NORMAL] <= 0.0
+        bias = separation * inverse_h if is_open & is_new else 0.0
+        new = old - mass * (dot(normal, velocity) + bias)
         new = new if new > 0.0 else 0.0
         # what touches in the next substep bounces there: at the end of a tick here is too early
-        waits = is_open & (s[k + constraint.RESTITUTION] > 0.0) & (old <= 0.0)
+        waits = is_open & (constraints[lane + constraint.RESTITUTION] > 0.0) & (old <= 0.0)
         new = 0.0 if waits else new
-        active = g[k + lane_scratch.ACTIVE] > 0.0
+        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         new = new if active else old
         change = new - old
-        t = old_t - slip_gain * (
-            (tx * x + ty * y + tz * z) + q[k + contact_point.CROSS_TERM_1] * change
+        new_1 = old_1 - tangent_mass * (
+            dot(tangent_1, velocity) + points[lane + contact_point.CROSS_TERM_1] * change
         )
-        o = old_o - slip_gain * (
-            (ox * x + oy * y + oz * z) + q[k + contact_point.CROSS_TERM_2] * change
+        new_2 = old_2 - tangent_mass * (
+            dot(tangent_2, velocity) + points[lane + contact_point.CROSS_TERM_2] * change
         )
-        t, o = disc(t, o, s[k + constraint.FRICTION] * new)
-        t, o = (t, o) if active else (old_t, old_o)
-        dt, do = t - old_t, o - old_o
-        x = change * nx + (dt * tx + do * ox)
-        y = change * ny + (dt * ty + do * oy)
-        z = change * nz + (dt * tz + do * oz)
-        size, slip = abs(change), abs(dt) + abs(do)
-        either = (size if size > slip else slip) - rest * gain
-        size = size - calm * gain
-        g[k + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
-        g[k + lane_scratch.LARGEST_CHANGE] = either if either > unrest else unrest
-        (
-            q[k + contact_point.NORMAL_IMPULSE],
-            q[k + contact_point.TANGENT_IMPULSE_1],
-            q[k + contact_point.TANGENT_IMPULSE_2],
-        ) = new, t, o
-        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
+        new_1, new_2 = wide_lanes.clamp_to_disc(
+            new_1, new_2, constraints[lane + constraint.FRICTION] * new
+        )
+        new_1, new_2 = (new_1, new_2) if active else (old_1, old_2)
+        change_1, change_2 = new_1 - old_1, new_2 - old_2
+        impulse = wide_lanes.impulse_of(change, change_1, change_2, normal, tangent_1, tangent_2)
+        size, slip = abs(change), abs(change_1) + abs(change_2)
+        either = (size if size > slip else slip) - rest * mass
+        size = size - calm * mass
+        scratch[lane + lane_scratch.NORMAL_CHANGE] = (
+            size if size > largest_normal else largest_normal
+        )
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = either if either > largest else largest
+        points[lane + contact_point.NORMAL_IMPULSE] = new
+        points[lane + contact_point.TANGENT_IMPULSE_1] = new_1
+        points[lane + contact_point.TANGENT_IMPULSE_2] = new_2
+        wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)

@@ -1,13 +1,15 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The impulses from which a substep starts, those of the last one, lane by lane.
+Warm start: the impulses from which a substep starts, those of the last one, lane by lane.
 
-    J_t = T . J_W,  |J_t| <= mu J_n        J_W : friction as a vector of the world
-    held by B: J, r_B x J; by A: -J, -r_A x J
+What lasts of the accumulated impulse of a substep, its load, acts on the next one in two halves
+about the motion, as other forces do (`separation`):
 
-Between substeps the arms are those of now, so that angular momentum stays. From the last tick
-`assembly` leaves J_W in the rows of the sums, and angular impulses in those of the bounce.
+    warm start of B: J/2, r_B x J/2; of A: -J/2, -r_A x J/2
+
+and Coulomb's law holds for it: |J_t| <= mu J_n. Between substeps the arms are those of now, so
+that angular momentum stays. The first substep of a tick starts from what `impulse_cache` recalls.
 """
 
 from __future__ import annotations
@@ -18,16 +20,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import arms, disc, strike, twist, vector
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
+)
+from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.vectors import dot, scale
 
 Array = NDArray[np.float64]
 
 LOAD = 0.02  # [m/s] what gravity gives in two milliseconds
+GROWTH = 16.0  # [-] of half a warm start: a load is at most eight times the last one
 
 
 @inline
-def lasting(q: Array, p: int) -> Any:
+def lasting_share(points: Array, row: int) -> Any:
     """
     Share of the impulse of a point that is a load, from which the next substep starts.
 
@@ -35,155 +44,134 @@ def lasting(q: Array, p: int) -> Any:
     is taken back. A load changes the velocity of the point by less than LOAD, or is at most eight
     times what this substep started from.
     """
-    limit = max(16.0 * q[p + contact_point.WARM_NORMAL], LOAD * q[p + contact_point.NORMAL_MASS])
-    new = q[p + contact_point.NORMAL_IMPULSE]
-    return limit / new if new > limit else 1.0
+    limit = max(
+        GROWTH * points[row + contact_point.WARM_NORMAL],
+        LOAD * points[row + contact_point.NORMAL_MASS],
+    )
+    impulse = points[row + contact_point.NORMAL_IMPULSE]
+    return limit / impulse if impulse > limit else 1.0
+
+
+@inline
+def _warm_start(constraints: Array, points: Array, scratch: Array, lane: int) -> None:
+    """Halve the accumulated impulse of a point; sum up what that is to its bodies."""
+    normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+    arm_a, arm_b = wide_lanes.arms(points, lane)
+    warm = 0.5 * points[lane + contact_point.NORMAL_IMPULSE]
+    warm_1 = 0.5 * points[lane + contact_point.TANGENT_IMPULSE_1]
+    warm_2 = 0.5 * points[lane + contact_point.TANGENT_IMPULSE_2]
+    points[lane + contact_point.WARM_NORMAL] = warm
+    points[lane + contact_point.WARM_TANGENT_1] = warm_1
+    points[lane + contact_point.WARM_TANGENT_2] = warm_2
+    impulse = wide_lanes.impulse_of(warm, warm_1, warm_2, normal, tangent_1, tangent_2)
+    wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
 @kernel
-def carry_on(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Let the loads of one point of each lane go on; add what it gave to the sums of the tick."""
-    for k in range(lanes):
-        ax, ay, az, bx, by, bz = arms(q, k)
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        new, t, o = (
-            q[k + contact_point.NORMAL_IMPULSE],
-            q[k + contact_point.TANGENT_IMPULSE_1],
-            q[k + contact_point.TANGENT_IMPULSE_2],
-        )
-        most = q[k + contact_point.LARGEST_NORMAL_IMPULSE]
-        x, y, z = vector(q, k + contact_point.TOTAL_IMPULSE)
-        q[k + contact_point.LARGEST_NORMAL_IMPULSE] = new if new > most else most
-        (
-            q[k + contact_point.TOTAL_IMPULSE],
-            q[k + contact_point.TOTAL_IMPULSE + 8],
-            q[k + contact_point.TOTAL_IMPULSE + 16],
-        ) = x + new, y + t, z + o
-        keep = lasting(q, k)
-        new, t, o = keep * new, keep * t, keep * o
-        (
-            q[k + contact_point.NORMAL_IMPULSE],
-            q[k + contact_point.TANGENT_IMPULSE_1],
-            q[k + contact_point.TANGENT_IMPULSE_2],
-        ) = new, t, o
-        new, t, o = 0.5 * new, 0.5 * t, 0.5 * o
-        x = new * nx + (t * tx + o * ox)
-        y = new * ny + (t * ty + o * oy)
-        z = new * nz + (t * tz + o * oz)
-        (
-            q[k + contact_point.WARM_NORMAL],
-            q[k + contact_point.WARM_TANGENT_1],
-            q[k + contact_point.WARM_TANGENT_2],
-        ) = new, t, o
-        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
-
-
-@kernel
-def carry_twist_on(lanes: int, s: Array, q: Array, g: Array) -> None:
-    """Do the same with the angular impulses of one point of each lane."""
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        r, p, turn = (
-            0.5 * q[k + contact_point.ROLLING_IMPULSE_1],
-            0.5 * q[k + contact_point.ROLLING_IMPULSE_2],
-            0.5 * q[k + contact_point.TWIST_IMPULSE],
-        )
-        (
-            q[k + contact_point.WARM_ROLLING_1],
-            q[k + contact_point.WARM_ROLLING_2],
-            q[k + contact_point.WARM_TWIST],
-        ) = r, p, turn
-        x = r * tx + p * ox + turn * nx
-        y = r * ty + p * oy + turn * ny
-        z = r * tz + p * oz + turn * nz
-        twist(g, k, x, y, z)
-
-
-@kernel
-def turn(lanes: int, s: Array, q: Array, g: Array) -> None:
+def start_tick(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
-    Turn the impulses of the last tick to the tangents of one point of each lane; sum up what they
-    are to its bodies.
+    Start one point of each lane from the impulses of the last tick: clear what is summed over the
+    tick, bring friction within its cone, sum up the warm start of its bodies.
     """
-    for k in range(lanes):
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        ax, ay, az, bx, by, bz = arms(q, k)
-        x, y, z = vector(q, k + contact_point.TOTAL_IMPULSE)
-        normal = q[k + contact_point.NORMAL_IMPULSE]
-        t, o = disc(
-            tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, s[k + constraint.FRICTION] * normal
+    for lane in range(lanes):
+        impulse_1, impulse_2 = wide_lanes.clamp_to_disc(
+            points[lane + contact_point.TANGENT_IMPULSE_1],
+            points[lane + contact_point.TANGENT_IMPULSE_2],
+            constraints[lane + constraint.FRICTION] * points[lane + contact_point.NORMAL_IMPULSE],
         )
-        q[k + contact_point.TANGENT_IMPULSE_1], q[k + contact_point.TANGENT_IMPULSE_2] = t, o
-        normal, t, o = 0.5 * normal, 0.5 * t, 0.5 * o
-        x = normal * nx + (t * tx + o * ox)
-        y = normal * ny + (t * ty + o * oy)
-        z = normal * nz + (t * tz + o * oz)
-        (
-            q[k + contact_point.WARM_NORMAL],
-            q[k + contact_point.WARM_TANGENT_1],
-            q[k + contact_point.WARM_TANGENT_2],
-        ) = normal, t, o
-        (
-            q[k + contact_point.TOTAL_IMPULSE],
-            q[k + contact_point.TOTAL_IMPULSE + 8],
-            q[k + contact_point.TOTAL_IMPULSE + 16],
-        ) = 0.0, 0.0, 0.0
-        q[k + contact_point.LARGEST_NORMAL_IMPULSE] = 0.0
-        q[k + contact_point.SEPARATION] = q[k + contact_point.INITIAL_SEPARATION]
-        strike(g, k, ax, ay, az, bx, by, bz, x, y, z)
+        points[lane + contact_point.TANGENT_IMPULSE_1] = impulse_1
+        points[lane + contact_point.TANGENT_IMPULSE_2] = impulse_2
+        wide_lanes.put_vector(points, lane + contact_point.TOTAL_IMPULSE, (0.0, 0.0, 0.0))
+        points[lane + contact_point.LARGEST_NORMAL_IMPULSE] = 0.0
+        points[lane + contact_point.SEPARATION] = points[lane + contact_point.INITIAL_SEPARATION]
+        _warm_start(constraints, points, scratch, lane)
 
 
 @kernel
-def turn_twist(lanes: int, s: Array, q: Array, g: Array) -> None:
+def start_tick_angular(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """Do the same with the angular impulses of one point of each lane."""
-    for k in range(lanes):
-        x, y, z = vector(q, k + contact_point.RESTITUTION_NORMAL)
-        nx, ny, nz = vector(s, k + constraint.NORMAL)
-        tx, ty, tz = vector(s, k + constraint.TANGENT_1)
-        ox, oy, oz = vector(s, k + constraint.TANGENT_2)
-        r, p, turn = tx * x + ty * y + tz * z, ox * x + oy * y + oz * z, nx * x + ny * y + nz * z
-        (
-            q[k + contact_point.ROLLING_IMPULSE_1],
-            q[k + contact_point.ROLLING_IMPULSE_2],
-            q[k + contact_point.TWIST_IMPULSE],
-        ) = r, p, turn
-        (
-            q[k + contact_point.WARM_ROLLING_1],
-            q[k + contact_point.WARM_ROLLING_2],
-            q[k + contact_point.WARM_TWIST],
-        ) = 0.5 * r, 0.5 * p, 0.5 * turn
-        (
-            q[k + contact_point.RESTITUTION_NORMAL],
-            q[k + contact_point.RESTITUTION_TANGENT_1],
-            q[k + contact_point.RESTITUTION_TANGENT_2],
-        ) = 0.0, 0.0, 0.0
-        twist(g, k, 0.5 * x, 0.5 * y, 0.5 * z)
+    for lane in range(lanes):
+        impulse = wide_lanes.vector(points, lane + contact_point.RECALLED_ANGULAR_IMPULSE)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        rolling_1, rolling_2 = dot(tangent_1, impulse), dot(tangent_2, impulse)
+        twist = dot(normal, impulse)
+        points[lane + contact_point.ROLLING_IMPULSE_1] = rolling_1
+        points[lane + contact_point.ROLLING_IMPULSE_2] = rolling_2
+        points[lane + contact_point.TWIST_IMPULSE] = twist
+        points[lane + contact_point.WARM_ROLLING_1] = 0.5 * rolling_1
+        points[lane + contact_point.WARM_ROLLING_2] = 0.5 * rolling_2
+        points[lane + contact_point.WARM_TWIST] = 0.5 * twist
+        wide_lanes.apply_angular_impulse(scratch, lane, scale(0.5, impulse))
 
 
 @kernel
-def give(used: int, place: int, s: Array, g: Array, bodies: Array) -> None:
-    """Give the bodies of a batch the loads of its points, as momenta at `place`."""
-    for k in range(used):
-        a, b = int(s[k + constraint.BODY_A]), int(s[k + constraint.BODY_B])
+def start_substep(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
+    """
+    Start one point of each lane from the loads of the substep that ends; add what it gave to the
+    totals of the tick.
+    """
+    for lane in range(lanes):
+        normal_impulse = points[lane + contact_point.NORMAL_IMPULSE]
+        impulse_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
+        impulse_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
+        largest = points[lane + contact_point.LARGEST_NORMAL_IMPULSE]
+        total, total_1, total_2 = wide_lanes.vector(points, lane + contact_point.TOTAL_IMPULSE)
+        points[lane + contact_point.LARGEST_NORMAL_IMPULSE] = (
+            normal_impulse if normal_impulse > largest else largest
+        )
+        wide_lanes.put_vector(
+            points,
+            lane + contact_point.TOTAL_IMPULSE,
+            (total + normal_impulse, total_1 + impulse_1, total_2 + impulse_2),
+        )
+        share = lasting_share(points, lane)
+        points[lane + contact_point.NORMAL_IMPULSE] = share * normal_impulse
+        points[lane + contact_point.TANGENT_IMPULSE_1] = share * impulse_1
+        points[lane + contact_point.TANGENT_IMPULSE_2] = share * impulse_2
+        _warm_start(constraints, points, scratch, lane)
+
+
+@kernel
+def start_substep_angular(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
+    """Do the same with the angular impulses of one point of each lane."""
+    for lane in range(lanes):
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        rolling_1 = 0.5 * points[lane + contact_point.ROLLING_IMPULSE_1]
+        rolling_2 = 0.5 * points[lane + contact_point.ROLLING_IMPULSE_2]
+        twist = 0.5 * points[lane + contact_point.TWIST_IMPULSE]
+        points[lane + contact_point.WARM_ROLLING_1] = rolling_1
+        points[lane + contact_point.WARM_ROLLING_2] = rolling_2
+        points[lane + contact_point.WARM_TWIST] = twist
+        impulse = wide_lanes.angular_impulse_of(
+            rolling_1, rolling_2, twist, normal, tangent_1, tangent_2
+        )
+        wide_lanes.apply_angular_impulse(scratch, lane, impulse)
+
+
+@kernel
+def scatter(
+    used: int, linear: int, angular: int, constraints: Array, scratch: Array, bodies: Array
+) -> None:
+    """
+    Add the warm start of the points of a batch to fields of its bodies.
+
+    linear, angular : fields of `solver_bodies`
+    """
+    for lane in range(used):
+        body_a = int(constraints[lane + constraint.BODY_A])
+        body_b = int(constraints[lane + constraint.BODY_B])
         for axis in range(3):
-            row = k + 8 * axis
-            bodies[a + place + axis] -= g[row + lane_scratch.IMPULSE]
-            bodies[b + place + axis] += g[row + lane_scratch.IMPULSE]
-            bodies[a + place + 3 + axis] += g[row + lane_scratch.ANGULAR_MOMENTUM_A]
-            bodies[b + place + 3 + axis] += g[row + lane_scratch.ANGULAR_MOMENTUM_B]
+            row = lane + LANES * axis
+            bodies[body_a + linear + axis] -= scratch[row + lane_scratch.IMPULSE]
+            bodies[body_b + linear + axis] += scratch[row + lane_scratch.IMPULSE]
+            bodies[body_a + angular + axis] += scratch[row + lane_scratch.ANGULAR_MOMENTUM_A]
+            bodies[body_b + angular + axis] += scratch[row + lane_scratch.ANGULAR_MOMENTUM_B]
 
 
 @kernel
-def clear(lanes: int, g: Array) -> None:
+def clear(lanes: int, scratch: Array) -> None:
     """Begin the sums of a batch."""
-    for k in range(lanes):
-        for axis in range(3):
-            g[k + lane_scratch.IMPULSE + 8 * axis] = 0.0
-            g[k + lane_scratch.ANGULAR_MOMENTUM_A + 8 * axis] = 0.0
-            g[k + lane_scratch.ANGULAR_MOMENTUM_B + 8 * axis] = 0.0
+    for lane in range(lanes):
+        wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
+        wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, (0.0, 0.0, 0.0))
+        wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, (0.0, 0.0, 0.0))

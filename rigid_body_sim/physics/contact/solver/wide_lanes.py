@@ -1,6 +1,16 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Vectors, matrices and velocities of one lane; see `rows` for the places."""
+"""
+Vectors, matrices, velocities and impulses of one lane of a wide constraint.
+
+    constraints : rows of one batch, see `constraint`
+    points      : rows of one of its points, see `contact_point`
+    scratch     : its bodies under way, see `lane_scratch`
+    lane        : 0 to 7
+
+Vectors are tuples (x, y, z) in world axes (`vectors`); a loop over the lanes that uses them still
+becomes SIMD, because all of this is inlined.
+"""
 
 from __future__ import annotations
 
@@ -12,125 +22,164 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
+from rigid_body_sim.physics.contact.solver.constraint import LANES
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    apply_symmetric,
+    cross,
+    load_strided,
+    scale,
+    store_strided,
+    subtract,
+)
 
 Array = NDArray[np.float64]
 
 
 @inline
-def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Any:
-    """Return a x b."""
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+def vector(rows: Array, row: int) -> Any:
+    """Three numbers of a lane, row after row."""
+    return load_strided(rows, row, LANES)
 
 
 @inline
-def arms(q: Array, k: int) -> Any:
-    """Arms of the point from the centres of A and B."""
+def put_vector(rows: Array, row: int, v: Any) -> None:
+    """Write three numbers of a lane."""
+    store_strided(rows, row, LANES, v)
+
+
+@inline
+def symmetric(rows: Array, row: int) -> Any:
+    """A symmetric matrix of a lane: xx, xy, xz, yy, yz, zz."""
     return (
-        q[k + contact_point.ARM_A], q[k + contact_point.ARM_A + 8], q[k + contact_point.ARM_A + 16], q[k + contact_point.ARM_B], q[k + contact_point.ARM_B + 8], q[k + contact_point.ARM_B + 16],
+        rows[row], rows[row + LANES], rows[row + 2 * LANES],
+        rows[row + 3 * LANES], rows[row + 4 * LANES], rows[row + 5 * LANES],
     )  # fmt: skip
 
 
 @inline
-def vector(g: Array, k: int) -> Any:
-    """Three numbers of a lane, row after row."""
-    return g[k], g[k + 8], g[k + 16]
-
-
-@inline
-def inertia(s: Array, k: int) -> Any:
-    """Inverse inertia of a lane: xx, xy, xz, yy, yz, zz."""
-    return s[k], s[k + 8], s[k + 16], s[k + 24], s[k + 32], s[k + 40]
-
-
-@inline
-def times(xx, xy, xz, yy, yz, zz, x, y, z):
-    """Apply a symmetric matrix to a vector."""
-    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-
-
-@inline
-def turning(s: Array, i: int, g: Array, m: int) -> Any:
-    """Angular velocity I^-1 L of a body of a lane [rad/s]."""
-    return times(
-        s[i], s[i + 8], s[i + 16], s[i + 24], s[i + 32], s[i + 40], g[m], g[m + 8], g[m + 16]
-    )
-
-
-@inline
-def relative(s, g, k, ax, ay, az, bx, by, bz):
-    """Velocity of B relative to A at a point: v_B - v_A + w_B x r_B - w_A x r_A [m/s]."""
-    ux, uy, uz = turning(
-        s, k + constraint.INVERSE_INERTIA_A, g, k + lane_scratch.ANGULAR_MOMENTUM_A
-    )
-    wx, wy, wz = turning(
-        s, k + constraint.INVERSE_INERTIA_B, g, k + lane_scratch.ANGULAR_MOMENTUM_B
-    )
-    m = s[k + constraint.INVERSE_MASS_A] + s[k + constraint.INVERSE_MASS_B]
+def contact_frame(constraints: Array, lane: int) -> Any:
+    """Normal and the two tangents of a manifold."""
     return (
-        (g[k + lane_scratch.RELATIVE_VELOCITY] + m * g[k + lane_scratch.IMPULSE])
-        + ((wy * bz - wz * by) - (uy * az - uz * ay)),
-        (g[k + lane_scratch.RELATIVE_VELOCITY + 8] + m * g[k + lane_scratch.IMPULSE + 8])
-        + ((wz * bx - wx * bz) - (uz * ax - ux * az)),
-        (g[k + lane_scratch.RELATIVE_VELOCITY + 16] + m * g[k + lane_scratch.IMPULSE + 16])
-        + ((wx * by - wy * bx) - (ux * ay - uy * ax)),
+        vector(constraints, lane + constraint.NORMAL),
+        vector(constraints, lane + constraint.TANGENT_1),
+        vector(constraints, lane + constraint.TANGENT_2),
     )
 
 
 @inline
-def disc(t: float, o: float, limit: float) -> Any:
-    """Bring a vector onto a disc."""
-    size = t * t + o * o
-    over = size > limit * limit
-    factor = limit / math.sqrt(size if over else 1.0) if over else 1.0
-    return t * factor, o * factor
+def arms(points: Array, lane: int) -> Any:
+    """Arms of a point from the centres of mass of A and B."""
+    return (
+        vector(points, lane + contact_point.ARM_A),
+        vector(points, lane + contact_point.ARM_B),
+    )
 
 
 @inline
-def strike(g, k, ax, ay, az, bx, by, bz, x, y, z):
-    """Give B of a lane the impulse (x, y, z) [N s] at arm b, and A its opposite at arm a."""
-    px, py, pz = vector(g, k + lane_scratch.IMPULSE)
-    hx, hy, hz = vector(g, k + lane_scratch.ANGULAR_MOMENTUM_A)
-    lx, ly, lz = vector(g, k + lane_scratch.ANGULAR_MOMENTUM_B)
-    ax, ay, az = cross(ax, ay, az, x, y, z)
-    bx, by, bz = cross(bx, by, bz, x, y, z)
-    (
-        g[k + lane_scratch.IMPULSE],
-        g[k + lane_scratch.IMPULSE + 8],
-        g[k + lane_scratch.IMPULSE + 16],
-    ) = px + x, py + y, pz + z
-    (
-        g[k + lane_scratch.ANGULAR_MOMENTUM_A],
-        g[k + lane_scratch.ANGULAR_MOMENTUM_A + 8],
-        g[k + lane_scratch.ANGULAR_MOMENTUM_A + 16],
-    ) = hx - ax, hy - ay, hz - az
-    (
-        g[k + lane_scratch.ANGULAR_MOMENTUM_B],
-        g[k + lane_scratch.ANGULAR_MOMENTUM_B + 8],
-        g[k + lane_scratch.ANGULAR_MOMENTUM_B + 16],
-    ) = lx + bx, ly + by, lz + bz
+def angular_velocities(constraints: Array, scratch: Array, lane: int) -> Any:
+    """Angular velocities omega = I^-1 L of A and B [rad/s]."""
+    return (
+        apply_symmetric(
+            symmetric(constraints, lane + constraint.INVERSE_INERTIA_A),
+            vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A),
+        ),
+        apply_symmetric(
+            symmetric(constraints, lane + constraint.INVERSE_INERTIA_B),
+            vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B),
+        ),
+    )
 
 
 @inline
-def shift(ux, uy, uz, w, x, y, z):
-    """Motion of a point at arm (x, y, z) by the turn of its body: w t + u x t, t = 2 u x r."""
-    tx, ty, tz = cross(ux, uy, uz, x, y, z)
-    tx, ty, tz = 2.0 * tx, 2.0 * ty, 2.0 * tz
-    sx, sy, sz = cross(ux, uy, uz, tx, ty, tz)
-    return w * tx + sx, w * ty + sy, w * tz + sz
+def relative_velocity(
+    constraints: Array, scratch: Array, lane: int, arm_a: Any, arm_b: Any
+) -> Any:
+    """Velocity of B relative to A at a point: v_B - v_A + (w_B x r_B - w_A x r_A) [m/s]."""
+    omega_a, omega_b = angular_velocities(constraints, scratch, lane)
+    inverse_mass = (
+        constraints[lane + constraint.INVERSE_MASS_A]
+        + constraints[lane + constraint.INVERSE_MASS_B]
+    )
+    of_centers = add_scaled(
+        vector(scratch, lane + lane_scratch.RELATIVE_VELOCITY),
+        inverse_mass,
+        vector(scratch, lane + lane_scratch.IMPULSE),
+    )
+    return add(of_centers, subtract(cross(omega_b, arm_b), cross(omega_a, arm_a)))
 
 
 @inline
-def twist(g: Array, k: int, x: float, y: float, z: float) -> None:
-    """Give B of a lane the angular impulse (x, y, z), and A its opposite [N m s]."""
-    hx, hy, hz = vector(g, k + lane_scratch.ANGULAR_MOMENTUM_A)
-    lx, ly, lz = vector(g, k + lane_scratch.ANGULAR_MOMENTUM_B)
-    (
-        g[k + lane_scratch.ANGULAR_MOMENTUM_A],
-        g[k + lane_scratch.ANGULAR_MOMENTUM_A + 8],
-        g[k + lane_scratch.ANGULAR_MOMENTUM_A + 16],
-    ) = hx - x, hy - y, hz - z
-    (
-        g[k + lane_scratch.ANGULAR_MOMENTUM_B],
-        g[k + lane_scratch.ANGULAR_MOMENTUM_B + 8],
-        g[k + lane_scratch.ANGULAR_MOMENTUM_B + 16],
-    ) = lx + x, ly + y, lz + z
+def impulse_of(
+    along_normal: float,
+    along_1: float,
+    along_2: float,
+    normal: Any,
+    tangent_1: Any,
+    tangent_2: Any,
+) -> Any:
+    """Make a vector of its components along the normal and the two tangents."""
+    return add(
+        scale(along_normal, normal), add(scale(along_1, tangent_1), scale(along_2, tangent_2))
+    )
+
+
+@inline
+def angular_impulse_of(
+    about_1: float, about_2: float, about_normal: float,
+    normal: Any, tangent_1: Any, tangent_2: Any,
+) -> Any:  # fmt: skip
+    """Make an angular impulse of its components: rolling about the tangents, twisting."""
+    rolling = add(scale(about_1, tangent_1), scale(about_2, tangent_2))
+    return add_scaled(rolling, about_normal, normal)
+
+
+@inline
+def clamp_to_disc(along_1: float, along_2: float, limit: float) -> Any:
+    """Bring a tangential vector onto a disc: Coulomb's cone at a normal impulse."""
+    square = along_1 * along_1 + along_2 * along_2
+    outside = square > limit * limit
+    factor = limit / math.sqrt(square if outside else 1.0) if outside else 1.0
+    return along_1 * factor, along_2 * factor
+
+
+@inline
+def clamp(value: float, limit: float) -> float:
+    """Bring a number into [-limit, limit]."""
+    value = value if value < limit else limit
+    return value if value > -limit else -limit
+
+
+@inline
+def apply_impulse(scratch: Array, lane: int, arm_a: Any, arm_b: Any, impulse: Any) -> None:
+    """Give B an impulse [N s] at its arm, and A the opposite at its own."""
+    linear = vector(scratch, lane + lane_scratch.IMPULSE)
+    angular_a = vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A)
+    angular_b = vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B)
+    linear = add(linear, impulse)
+    angular_a = subtract(angular_a, cross(arm_a, impulse))
+    angular_b = add(angular_b, cross(arm_b, impulse))
+    put_vector(scratch, lane + lane_scratch.IMPULSE, linear)
+    put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, angular_a)
+    put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, angular_b)
+
+
+@inline
+def apply_angular_impulse(scratch: Array, lane: int, impulse: Any) -> None:
+    """Give B an angular impulse [N m s], and A its opposite."""
+    angular_a = subtract(vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A), impulse)
+    angular_b = add(vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B), impulse)
+    put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, angular_a)
+    put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, angular_b)
+
+
+@inline
+def displacement_by_turn(turn: Any, scalar: float, arm: Any) -> Any:
+    """
+    Motion of the end of an arm by a turn: w t + u x t, t = 2 u x r.
+
+    turn, scalar : vector part u and scalar part w of its quaternion
+    """
+    twice = scale(2.0, cross(turn, arm))
+    return add(scale(scalar, twice), cross(turn, twice))

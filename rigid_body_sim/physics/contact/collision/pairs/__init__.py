@@ -3,8 +3,8 @@
 """
 The pair kernels: for each pair of types one module `<type>_<type>` with a kernel `collide`.
 
-To add one, write one file (`manifold` says what the kernel gets and gives). A module is imported
-and compiled when a scene needs its pair: what does not occur costs nothing.
+To add one, write one file (`geometry.manifold` says what the kernel gets and gives). A module is
+imported and compiled when a scene needs its pair: what does not occur costs nothing.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.boxes.edges import (
     edge_contact,
     nearest_points,
@@ -29,12 +30,10 @@ from rigid_body_sim.physics.contact.collision.geometry.boxes.faces import (
     deepest_corner,
     face_contact,
 )
-from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import (
-    between,
-    component,
-    load,
-)
+from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import between, relate
 from rigid_body_sim.physics.contact.collision.geometry.manifold import SHORTEST
+from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES
+from rigid_body_sim.physics.vectors import load
 
 Array = NDArray[np.float64]
 
@@ -45,132 +44,188 @@ CLEAR = 1e-9  # [-] of the smallest half edge: below, the direction between near
 PARALLEL = 1e-6  # [-] sin^2 of the angle between edges below which they have no common normal
 COVERED = 1.0 - 5e-8  # [-] |a_i . b_j| above which every cross product is the normal of a side
 
+NO_EDGES = -1  # in place of the number 3 i + j of a pair of edges: a side separates most
+
+
+@inline
+def _side(along: float, half: float, others_half: Any, cosines: Any) -> Any:
+    """
+    Separation along the normal of a side.
+
+        along, half : offset of the boxes along it; half edge of its own box
+        others_half : half edges of the other box;   cosines : of its axes with the normal
+    """
+    return abs(along) - (
+        half
+        + others_half[0] * abs(cosines[0])
+        + others_half[1] * abs(cosines[1])
+        + others_half[2] * abs(cosines[2])
+    )
+
+
+@inline
+def _sides(along: Any, half: Any, others_half: Any, cosines: Any) -> Any:
+    """Separations along the three normals of a box: see `_side`."""
+    return (
+        _side(along[0], half[0], others_half, cosines[0]),
+        _side(along[1], half[1], others_half, cosines[1]),
+        _side(along[2], half[2], others_half, cosines[2]),
+    )
+
+
+@inline
+def _all_within(separations: Any, margin: float) -> Any:
+    return separations[0] <= margin and separations[1] <= margin and separations[2] <= margin
+
+
+@inline
+def _largest(separations: Any) -> Any:
+    """Return the largest separation, and its axis."""
+    best, axis = separations[0], 0
+    if separations[1] > best:
+        best, axis = separations[1], 1
+    if separations[2] > best:
+        best, axis = separations[2], 2
+    return best, axis
+
 
 @inline
 def _crossed(
-    t1: float,
-    t2: float,
-    c1: float,
-    c2: float,
-    h1: float,
-    h2: float,
-    g1: float,
-    d1: float,
-    g2: float,
-    d2: float,
-    to_beat: float,
-) -> Any:
+    along: Any, cosine_1: float, cosine_2: float, half: Any, other_1: float, cosine_3: float,
+    other_2: float, cosine_4: float, to_beat: float,
+) -> Any:  # fmt: skip
     """
     Separation along a_i x b_j, not divided by its length where it cannot win.
 
-        t1, t2 : middle of B along the two axes of A behind a_i;   h1, h2 : half edges of A there
-        c1, c2 : b_j along them, so that the length is sqrt(c1^2 + c2^2)
-        g1, g2 : half edges of B behind b_j;   d1, d2 : a_i along the axes of the other one
+        along, half        : middle of B, and half edges of A, along the two axes of A behind a_i
+        cosine_1, cosine_2 : b_j along these, so that the length is sqrt(c1^2 + c2^2)
+        other_1, other_2   : half edges of B behind b_j
+        cosine_3, cosine_4 : a_i along the axes of the other one
     """
-    s = abs(t2 * c1 - t1 * c2) - (h1 * abs(c2) + h2 * abs(c1) + g1 * abs(d2) + g2 * abs(d1))
-    if s < 0.0 and s <= to_beat:
-        return s  # to divide by a length below one makes it smaller still
-    squared = c1 * c1 + c2 * c2
-    return s / math.sqrt(squared) if squared > PARALLEL else -math.inf
+    separation = abs(along[1] * cosine_1 - along[0] * cosine_2) - (
+        half[0] * abs(cosine_2)
+        + half[1] * abs(cosine_1)
+        + other_1 * abs(cosine_4)
+        + other_2 * abs(cosine_3)
+    )
+    if separation < 0.0 and separation <= to_beat:
+        return separation  # to divide by a length below one makes it smaller still
+    squared = cosine_1 * cosine_1 + cosine_2 * cosine_2
+    return separation / math.sqrt(squared) if squared > PARALLEL else -math.inf
+
+
+@inline
+def _edges_of(
+    first: int, along: Any, half: Any, half_b: Any, own: Any, behind_1: Any, behind_2: Any,
+    largest: float, edge: int,
+) -> Any:  # fmt: skip
+    """
+    Let the axes a_i x b_j of one edge of A and the three of B try to beat the largest separation.
+
+        first              : number of the first of the three pairs of edges
+        along, half        : see `_crossed`
+        own                : cosines a_i . b_j;   behind_1, behind_2 : those of the axes behind a_i
+        returns            : the largest separation, and its pair of edges
+    """
+    separation = _crossed(
+        along, behind_1[0], behind_2[0], half, half_b[1], own[1], half_b[2], own[2], largest
+    )
+    if separation > largest:
+        largest, edge = separation, first
+    separation = _crossed(
+        along, behind_1[1], behind_2[1], half, half_b[2], own[2], half_b[0], own[0], largest
+    )
+    if separation > largest:
+        largest, edge = separation, first + 1
+    separation = _crossed(
+        along, behind_1[2], behind_2[2], half, half_b[0], own[0], half_b[1], own[1], largest
+    )
+    if separation > largest:
+        largest, edge = separation, first + 2
+    return largest, edge
+
+
+@inline
+def _largest_of_edges(along: Any, half_a: Any, half_b: Any, rows: Any, to_beat: float) -> Any:
+    """
+    Return the largest separation of a pair of edges, and its number 3 i + j; to_beat and NO_EDGES
+    where none is larger.
+
+        along : middle of B in the axes of A;   rows : cosines a_i . b_j, row by row
+    """
+    largest, edge = to_beat, NO_EDGES
+    row_0, row_1, row_2 = rows
+    closest = max(
+        abs(row_0[0]), abs(row_0[1]), abs(row_0[2]), abs(row_1[0]), abs(row_1[1]), abs(row_1[2])
+    )
+    if max(closest, abs(row_2[0]), abs(row_2[1]), abs(row_2[2])) < COVERED:
+        largest, edge = _edges_of(
+            0, (along[1], along[2]), (half_a[1], half_a[2]), half_b, row_0, row_1, row_2,
+            largest, edge,
+        )  # fmt: skip
+        largest, edge = _edges_of(
+            3, (along[2], along[0]), (half_a[2], half_a[0]), half_b, row_1, row_2, row_0,
+            largest, edge,
+        )  # fmt: skip
+        largest, edge = _edges_of(
+            6, (along[0], along[1]), (half_a[0], half_a[1]), half_b, row_2, row_0, row_1,
+            largest, edge,
+        )  # fmt: skip
+    return largest, edge
 
 
 @kernel
 def collide(
-    numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, margin: float, found: Array
-) -> int:
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find the manifold of two boxes."""
-    dx, dy, dz = between(poses, pa, pb)
-    h0, h1, h2 = numbers[a], numbers[a + 1], numbers[a + 2]
-    g0, g1, g2 = numbers[b], numbers[b + 1], numbers[b + 2]
-    bx, by, bz = poses[pb + 3], poses[pb + 6], poses[pb + 9]
-    c00 = component(poses, pa + 3, bx, by, bz)
-    c10 = component(poses, pa + 4, bx, by, bz)
-    c20 = component(poses, pa + 5, bx, by, bz)
-    u0 = abs(bx * dx + by * dy + bz * dz)
-    bx, by, bz = poses[pb + 4], poses[pb + 7], poses[pb + 10]
-    c01 = component(poses, pa + 3, bx, by, bz)
-    c11 = component(poses, pa + 4, bx, by, bz)
-    c21 = component(poses, pa + 5, bx, by, bz)
-    u1 = abs(bx * dx + by * dy + bz * dz)
-    bx, by, bz = poses[pb + 5], poses[pb + 8], poses[pb + 11]
-    c02 = component(poses, pa + 3, bx, by, bz)
-    c12 = component(poses, pa + 4, bx, by, bz)
-    c22 = component(poses, pa + 5, bx, by, bz)
-    u2 = abs(bx * dx + by * dy + bz * dz)
-    # sides of A
-    t0 = component(poses, pa + 3, dx, dy, dz)
-    t1 = component(poses, pa + 4, dx, dy, dz)
-    t2 = component(poses, pa + 5, dx, dy, dz)
-    s0 = abs(t0) - (h0 + g0 * abs(c00) + g1 * abs(c01) + g2 * abs(c02))
-    s1 = abs(t1) - (h1 + g0 * abs(c10) + g1 * abs(c11) + g2 * abs(c12))
-    s2 = abs(t2) - (h2 + g0 * abs(c20) + g1 * abs(c21) + g2 * abs(c22))
-    if not (s0 <= margin and s1 <= margin and s2 <= margin):
+    offset = between(poses, pose_a, pose_b)
+    half_a = load(parameters, shape_a + HALF_EDGES)
+    half_b = load(parameters, shape_b + HALF_EDGES)
+    column_0 = pose.to_shape(poses, pose_a, pose.axis(poses, pose_b, 0))
+    column_1 = pose.to_shape(poses, pose_a, pose.axis(poses, pose_b, 1))
+    column_2 = pose.to_shape(poses, pose_a, pose.axis(poses, pose_b, 2))
+    rows = (
+        (column_0[0], column_1[0], column_2[0]),
+        (column_0[1], column_1[1], column_2[1]),
+        (column_0[2], column_1[2], column_2[2]),
+    )
+    along_a = pose.to_shape(poses, pose_a, offset)
+    separations = _sides(along_a, half_a, half_b, rows)
+    if not _all_within(separations, margin):
         return 0
-    best, axis = s0, 0
-    if s1 > best:
-        best, axis = s1, 1
-    if s2 > best:
-        best, axis = s2, 2
-    # sides of B
-    s0 = u0 - (g0 + h0 * abs(c00) + h1 * abs(c10) + h2 * abs(c20))
-    s1 = u1 - (g1 + h0 * abs(c01) + h1 * abs(c11) + h2 * abs(c21))
-    s2 = u2 - (g2 + h0 * abs(c02) + h1 * abs(c12) + h2 * abs(c22))
-    if not (s0 <= margin and s1 <= margin and s2 <= margin):
+    best, axis = _largest(separations)
+    along_b = pose.to_shape(poses, pose_b, offset)
+    separations = _sides(along_b, half_b, half_a, (column_0, column_1, column_2))
+    if not _all_within(separations, margin):
         return 0
-    smallest = min(h0, h1, h2, g0, g1, g2)
-    best_b, axis_b = s0, 0
-    if s1 > best_b:
-        best_b, axis_b = s1, 1
-    if s2 > best_b:
-        best_b, axis_b = s2, 2
+    best_b, axis_b = _largest(separations)
+    smallest = min(half_a[0], half_a[1], half_a[2], half_b[0], half_b[1], half_b[2])
     of_b = best_b > best + FACE_LEAD * smallest
     if of_b:
         best, axis = best_b, axis_b
-    # edges
-    edge, largest = -1, best + EDGE_LEAD * smallest + EDGE_SHARE * abs(best)
-    closest = max(abs(c00), abs(c01), abs(c02), abs(c10), abs(c11), abs(c12))
-    if max(closest, abs(c20), abs(c21), abs(c22)) < COVERED:
-        s = _crossed(t1, t2, c10, c20, h1, h2, g1, c01, g2, c02, largest)
-        if s > largest:
-            largest, edge = s, 0
-        s = _crossed(t1, t2, c11, c21, h1, h2, g2, c02, g0, c00, largest)
-        if s > largest:
-            largest, edge = s, 1
-        s = _crossed(t1, t2, c12, c22, h1, h2, g0, c00, g1, c01, largest)
-        if s > largest:
-            largest, edge = s, 2
-        s = _crossed(t2, t0, c20, c00, h2, h0, g1, c11, g2, c12, largest)
-        if s > largest:
-            largest, edge = s, 3
-        s = _crossed(t2, t0, c21, c01, h2, h0, g2, c12, g0, c10, largest)
-        if s > largest:
-            largest, edge = s, 4
-        s = _crossed(t2, t0, c22, c02, h2, h0, g0, c10, g1, c11, largest)
-        if s > largest:
-            largest, edge = s, 5
-        s = _crossed(t0, t1, c00, c10, h0, h1, g1, c21, g2, c22, largest)
-        if s > largest:
-            largest, edge = s, 6
-        s = _crossed(t0, t1, c01, c11, h0, h1, g2, c22, g0, c20, largest)
-        if s > largest:
-            largest, edge = s, 7
-        s = _crossed(t0, t1, c02, c12, h0, h1, g0, c20, g1, c21, largest)
-        if s > largest:
-            largest, edge = s, 8
-        if edge >= 0 and largest > margin:
-            return 0
-    reference, incident, pr, pi = (b, a, pb, pa) if of_b else (a, b, pa, pb)
+    to_beat = best + EDGE_LEAD * smallest + EDGE_SHARE * abs(best)
+    largest, edge = _largest_of_edges(along_a, half_a, half_b, rows, to_beat)
+    if edge != NO_EDGES and largest > margin:
+        return 0
+    clear = max(CLEAR * smallest, SHORTEST)
     count = 0
-    if edge < 0:
+    if edge == NO_EDGES:
+        reference, incident, pose_r, pose_i = (
+            (shape_b, shape_a, pose_b, pose_a) if of_b else (shape_a, shape_b, pose_a, pose_b)
+        )
         count = face_contact(
-            numbers, reference, incident, poses, pr, pi, margin, found, of_b, axis
+            parameters, reference, incident, poses, pose_r, pose_i, margin, found, of_b, axis
         )
         if count:
             return count
-        if not best > max(CLEAR * smallest, SHORTEST):
-            return deepest_corner(numbers, incident, poses, pr, pi, found, of_b, axis, best)
-    load(numbers, a, b, poses, pa, pb, found)
-    if edge >= 0:
-        apart = largest > max(CLEAR * smallest, SHORTEST)
-        count = edge_contact(poses, pa, margin, found, edge // 3, edge % 3, apart)
-    return count if count else nearest_points(poses, pa, margin, found)
+        if not best > clear:
+            return deepest_corner(
+                parameters, incident, poses, pose_r, pose_i, found, of_b, axis, best
+            )
+    relate(parameters, shape_a, shape_b, poses, pose_a, pose_b, found)
+    if edge != NO_EDGES:
+        i, j = edge // 3, edge % 3
+        count = edge_contact(poses, pose_a, margin, found, i, j, largest > clear)
+    return count if count else nearest_points(poses, pose_a, margin, found)

@@ -1,8 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A box, as a polyhedron, and a convex hull, see `polyhedra`."""
+"""A box, as a polyhedron, and a convex hull, see `geometry.polyhedra`."""
 
 from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.box_record import write_box
@@ -10,9 +13,14 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra i
     collide_records,
 )
 
+Array = NDArray[np.float64]
+
 
 @kernel
-def collide(numbers, a: int, b: int, poses, pa: int, pb: int, margin: float, found) -> int:
+def collide(
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find the manifold of a box and a hull."""
-    box = write_box(numbers, a, found)
-    return collide_records(found, box, numbers, b, poses, pa, pb, margin, found)
+    box = write_box(parameters, shape_a, found)
+    return collide_records(found, box, parameters, shape_b, poses, pose_a, pose_b, margin, found)

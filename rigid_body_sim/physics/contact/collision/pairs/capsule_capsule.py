@@ -7,120 +7,136 @@ Axes a, b, half lengths l_A, l_B, w = x_B - x_A, c = a . b: |w + t b - s a| is l
     s = (w . a - c w . b) / (1 - c^2),  t = c s - w . b
 where these lie within the axes, else at an end (Ericson, Real-Time Collision Detection, 5.1.9).
 Axes within BESIDE of parallel touch at both ends of the stretch, so that one capsule can rest on
-the other; the gaps there are the true ones, the normal is that of the nearest points.
+the other; the separations there are the true ones, the normal is that of the nearest points.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.clamp import clamp
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    POINT,
-    POINTS,
+    NORMAL,
     SHORTEST,
-    put_normal,
-    put_point,
+    write_normal,
+    write_point,
+)
+from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    cross,
+    divide,
+    dot,
+    load,
+    scale,
+    subtract,
 )
 
 Array = NDArray[np.float64]
 
 BESIDE = 0.03  # [-] sin^2 of the angle below which axes lie side by side (10 degrees)
 PARALLEL = 1e-8  # [-] sin^2 below which the nearest points are no better than the ends
+NO_ANGLE = 1e-16  # [-] sin^2 below which every point of an axis is as near
 SAME = 1e-6  # [-] of the half lengths: points nearer than this are one
 NO_DIRECTION = 1e-14  # [-] of all sizes: nearer axes cross, and their distance has no direction
 
+NEAREST, LOW_END, HIGH_END = 0.0, 1.0, 2.0  # features
+
+
+@inline
+def _nearest(along_a: float, along_b: float, cosine: float, sine: float, half_a: float,
+             half_b: float) -> Any:  # fmt: skip
+    """Return s and t of the nearest points of the axes; sine: squared, see the module."""
+    on_a = (along_a - cosine * along_b) / sine if sine > NO_ANGLE else along_a
+    on_a = clamp(on_a, half_a)
+    on_b = cosine * on_a - along_b
+    if abs(on_b) > half_b:
+        on_b = clamp(on_b, half_b)
+        on_a = clamp(along_a + cosine * on_b, half_a)
+    return on_a, on_b
+
 
 @kernel
-def _put(
-    poses: Array,
-    pa: int,
-    pb: int,
-    found: Array,
-    count: int,
-    s: float,
-    t: float,
-    shift: float,
-    reach: float,
-    margin: float,
-    feature: float,
-) -> int:
-    """Append the point between A(s) and B(t), if it is within the margin; return the new count."""
-    wx = poses[pb] - poses[pa]
-    wy = poses[pb + 1] - poses[pa + 1]
-    wz = poses[pb + 2] - poses[pa + 2]
-    ax, ay, az = s * poses[pa + 5], s * poses[pa + 8], s * poses[pa + 11]
-    bx, by, bz = wx + t * poses[pb + 5], wy + t * poses[pb + 8], wz + t * poses[pb + 11]
-    dx, dy, dz = bx - ax, by - ay, bz - az
-    gap = math.sqrt(dx * dx + dy * dy + dz * dz) - reach
-    if not gap <= margin:
+def _append(
+    poses: Array, pose_a: int, pose_b: int, found: Array, count: int, on_a: float, on_b: float,
+    shift: float, reach: float, margin: float, feature: float,
+) -> int:  # fmt: skip
+    """
+    Append the point between A(s) and B(t), if it is within the margin; return the new count.
+
+        on_a, on_b : s, t
+        shift      : [m] from the middle between the axes to that between the surfaces
+        reach      : sum of the radii
+    """
+    center = load(poses, pose_a)
+    from_a = scale(on_a, pose.axis(poses, pose_a, 2))
+    to_b = add_scaled(subtract(load(poses, pose_b), center), on_b, pose.axis(poses, pose_b, 2))
+    between = subtract(to_b, from_a)
+    separation = math.sqrt(dot(between, between)) - reach
+    if not separation <= margin:
         return count
-    put_point(
-        found,
-        POINTS + count * POINT,
-        poses[pa] + (0.5 * (ax + bx) + shift * found[0]),
-        poses[pa + 1] + (0.5 * (ay + by) + shift * found[1]),
-        poses[pa + 2] + (0.5 * (az + bz) + shift * found[2]),
-        gap,
-        feature,
-    )
+    middle = scale(0.5, add(from_a, to_b))
+    position = add(center, add_scaled(middle, shift, load(found, NORMAL)))
+    write_point(found, count, position, separation, feature)
     return count + 1
 
 
 @kernel
 def collide(
-    numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, margin: float, found: Array
-) -> int:
-    """Find up to three points between two capsules; feature: 0 nearest, 1 and 2 the ends."""
-    wx = poses[pb] - poses[pa]
-    wy = poses[pb + 1] - poses[pa + 1]
-    wz = poses[pb + 2] - poses[pa + 2]
-    ax, ay, az = poses[pa + 5], poses[pa + 8], poses[pa + 11]
-    bx, by, bz = poses[pb + 5], poses[pb + 8], poses[pb + 11]
-    half_a, half_b = numbers[a + 1], numbers[b + 1]
-    reach, shift = numbers[a] + numbers[b], 0.5 * (numbers[a] - numbers[b])
-    along_a = wx * ax + wy * ay + wz * az
-    along_b = wx * bx + wy * by + wz * bz
-    c = ax * bx + ay * by + az * bz
-    kx, ky, kz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    sine = kx * kx + ky * ky + kz * kz
-    s = clamp((along_a - c * along_b) / sine, half_a) if sine > 1e-16 else clamp(along_a, half_a)
-    t = c * s - along_b
-    if abs(t) > half_b:
-        t = clamp(t, half_b)
-        s = clamp(along_a + c * t, half_a)
-    dx, dy, dz = wx + t * bx - s * ax, wy + t * by - s * ay, wz + t * bz - s * az
-    distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
+    """Find up to three points between two capsules; feature: the nearest, or one of the ends."""
+    offset = subtract(load(poses, pose_b), load(poses, pose_a))
+    axis_a, axis_b = pose.axis(poses, pose_a, 2), pose.axis(poses, pose_b, 2)
+    half_a, half_b = parameters[shape_a + HALF_LENGTH], parameters[shape_b + HALF_LENGTH]
+    radius_a, radius_b = parameters[shape_a + RADIUS], parameters[shape_b + RADIUS]
+    reach, shift = radius_a + radius_b, 0.5 * (radius_a - radius_b)
+    along_a, along_b = dot(offset, axis_a), dot(offset, axis_b)
+    cosine = dot(axis_a, axis_b)
+    across = cross(axis_a, axis_b)
+    sine = dot(across, across)
+    on_a, on_b = _nearest(along_a, along_b, cosine, sine, half_a, half_b)
+    between = subtract(add_scaled(offset, on_b, axis_b), scale(on_a, axis_a))
+    distance = math.sqrt(dot(between, between))
     if not distance - reach <= margin:
         return 0
-    size = reach + half_a + half_b
-    if distance > max(NO_DIRECTION * size, SHORTEST):
-        put_normal(found, dx / distance, dy / distance, dz / distance)
+    normal = pose.axis(poses, pose_a, 0)
+    if distance > max(NO_DIRECTION * (reach + half_a + half_b), SHORTEST):
+        normal = divide(between, distance)
     elif sine > PARALLEL:
         length = math.sqrt(sine)
-        if kx * wx + ky * wy + kz * wz < 0.0:
-            length = -length
-        put_normal(found, kx / length, ky / length, kz / length)
-    else:
-        put_normal(found, poses[pa + 3], poses[pa + 6], poses[pa + 9])
+        normal = divide(across, -length if dot(across, offset) < 0.0 else length)
+    write_normal(found, normal)
     count = 0
     same = SAME * (half_a + half_b)
-    beside = abs(c) * half_b
+    beside = abs(cosine) * half_b
     low, high = clamp(along_a - beside, half_a), clamp(along_a + beside, half_a)
     if sine < BESIDE and high - low > same:
-        if sine > PARALLEL and low + same < s < high - same:
-            count = _put(poses, pa, pb, found, count, s, t, shift, reach, margin, 0.0)
-        t_low, t_high = (-half_b, half_b) if c > 0.0 else (half_b, -half_b)
+        if sine > PARALLEL and low + same < on_a < high - same:
+            count = _append(
+                poses, pose_a, pose_b, found, count, on_a, on_b, shift, reach, margin, NEAREST
+            )
+        low_b, high_b = (-half_b, half_b) if cosine > 0.0 else (half_b, -half_b)
         if low == -half_a:  # an end of A, else one of B
-            t_low = clamp(c * low - along_b, half_b)
+            low_b = clamp(cosine * low - along_b, half_b)
         if high == half_a:
-            t_high = clamp(c * high - along_b, half_b)
-        count = _put(poses, pa, pb, found, count, low, t_low, shift, reach, margin, 1.0)
-        count = _put(poses, pa, pb, found, count, high, t_high, shift, reach, margin, 2.0)
+            high_b = clamp(cosine * high - along_b, half_b)
+        count = _append(
+            poses, pose_a, pose_b, found, count, low, low_b, shift, reach, margin, LOW_END
+        )
+        count = _append(
+            poses, pose_a, pose_b, found, count, high, high_b, shift, reach, margin, HIGH_END
+        )
     if count == 0:
-        count = _put(poses, pa, pb, found, count, s, t, shift, reach, margin, 0.0)
+        count = _append(
+            poses, pose_a, pose_b, found, count, on_a, on_b, shift, reach, margin, NEAREST
+        )
     return count

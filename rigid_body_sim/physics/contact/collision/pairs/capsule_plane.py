@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 A capsule on a plane: the balls at its two ends.
+
+    s = m . (x +- l a) - offset - r
+        m : normal out of the plane;  a, l : axis and its half length;  s : separation
 """
 
 from __future__ import annotations
@@ -10,35 +13,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    POINT,
-    POINTS,
-    put_normal,
-    put_point,
+from rigid_body_sim.physics.contact.collision import pose
+from rigid_body_sim.physics.contact.collision.geometry.manifold import write_normal, write_point
+from rigid_body_sim.physics.contact.collision.shape_parameters import (
+    HALF_LENGTH,
+    NORMAL,
+    OFFSET,
+    RADIUS,
 )
+from rigid_body_sim.physics.vectors import add, dot, load, negate, scale, subtract
 
 Array = NDArray[np.float64]
 
 
 @kernel
 def collide(
-    numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, margin: float, found: Array
-) -> int:
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find the ends of a capsule that are near a plane; feature: 0 the end at -z, 1 that at +z."""
-    mx, my, mz = numbers[b], numbers[b + 1], numbers[b + 2]
-    x, y, z = poses[pa], poses[pa + 1], poses[pa + 2]
-    ax, ay, az = poses[pa + 5], poses[pa + 8], poses[pa + 11]
-    radius = numbers[a]
-    middle = mx * x + my * y + mz * z - numbers[b + 3] - radius
-    rise = mx * ax + my * ay + mz * az
+    out, center = load(parameters, shape_b + NORMAL), load(poses, pose_a)
+    axis = pose.axis(poses, pose_a, 2)
+    radius, half_length = parameters[shape_a + RADIUS], parameters[shape_a + HALF_LENGTH]
+    middle = dot(out, center) - parameters[shape_b + OFFSET] - radius
+    rise = dot(out, axis)
     count = 0
     for end in range(2):
-        t = numbers[a + 1] if end else -numbers[a + 1]
-        gap = middle + t * rise
-        if gap <= margin:
-            arm = radius + 0.5 * gap
-            px, py, pz = x + (t * ax - arm * mx), y + (t * ay - arm * my), z + (t * az - arm * mz)
-            put_point(found, POINTS + count * POINT, px, py, pz, gap, float(end))
+        along = half_length if end else -half_length
+        separation = middle + along * rise
+        if separation <= margin:
+            arm = radius + 0.5 * separation
+            position = add(center, subtract(scale(along, axis), scale(arm, out)))
+            write_point(found, count, position, separation, float(end))
             count += 1
-    put_normal(found, -mx, -my, -mz)
+    write_normal(found, negate(out))
     return count

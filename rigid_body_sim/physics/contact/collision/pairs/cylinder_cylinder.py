@@ -1,8 +1,14 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Two cylinders, each as a prism (`hulls`): one that rolls on the other bumps at its edges."""
+"""
+Two cylinders, each as a prism (`geometry.polyhedra.hulls`): one that rolls on the other bumps at
+its edges.
+"""
 
 from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM
@@ -10,8 +16,23 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra i
     collide_records,
 )
 
+Array = NDArray[np.float64]
+
 
 @kernel
-def collide(numbers, a: int, b: int, poses, pa: int, pb: int, margin: float, found) -> int:
+def collide(
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find the manifold of two prisms."""
-    return collide_records(numbers, a + PRISM, numbers, b + PRISM, poses, pa, pb, margin, found)
+    return collide_records(
+        parameters,
+        shape_a + PRISM,
+        parameters,
+        shape_b + PRISM,
+        poses,
+        pose_a,
+        pose_b,
+        margin,
+        found,
+    )

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A cylinder on a plane, with its true round rim (`rim`).
+A cylinder on a plane, with its true round rim (`geometry.cylinders.rim`).
 
 The lowest points of both ends are the lowest line of a lying cylinder, which rolls without bumps.
 The lower end also has points a quarter turn to either side and, unless the other end is nearer,
@@ -16,70 +16,73 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     lowest_direction,
     rim_feature,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    POINT,
-    POINTS,
-    put_normal,
-    put_point,
+    MOST,
+    write_normal,
+    write_point,
 )
+from rigid_body_sim.physics.contact.collision.shape_parameters import (
+    HALF_LENGTH,
+    NORMAL,
+    OFFSET,
+    RADIUS,
+)
+from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, negate, scale, subtract
 
 Array = NDArray[np.float64]
+
+LOWEST, RIGHT, LEFT, OPPOSITE = range(4)  # points of the lower end
 
 
 @kernel
 def collide(
-    numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, margin: float, found: Array
-) -> int:
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find up to four points of the rims of a cylinder near a plane; feature: see `rim`."""
-    mx, my, mz = numbers[b], numbers[b + 1], numbers[b + 2]
-    x, y, z = poses[pa], poses[pa + 1], poses[pa + 2]
-    ax, ay, az = poses[pa + 5], poses[pa + 8], poses[pa + 11]
-    radius, half = numbers[a], numbers[a + 1]
-    rise = mx * ax + my * ay + mz * az
-    height = mx * x + my * y + mz * z - numbers[b + 3]
+    out, center = load(parameters, shape_b + NORMAL), load(poses, pose_a)
+    axis_x, axis_y = pose.axis(poses, pose_a, 0), pose.axis(poses, pose_a, 1)
+    axis = pose.axis(poses, pose_a, 2)
+    radius, half = parameters[shape_a + RADIUS], parameters[shape_a + HALF_LENGTH]
+    rise = dot(out, axis)
+    height = dot(out, center) - parameters[shape_b + OFFSET]
     # tau in the axes of the end: its component along a is exactly zero there
-    tx = mx * poses[pa + 3] + my * poses[pa + 6] + mz * poses[pa + 9]
-    ty = mx * poses[pa + 4] + my * poses[pa + 7] + mz * poses[pa + 10]
-    sine = math.sqrt(tx * tx + ty * ty)
+    tilt_x, tilt_y = dot(out, axis_x), dot(out, axis_y)
+    sine = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
     lower = height - half * abs(rise)
     if not lower - radius * sine <= margin:
         return 0
-    ux, uy, slot = lowest_direction(tx, ty)
-    put_normal(found, -mx, -my, -mz)
+    up_x, up_y, fixed = lowest_direction(tilt_x, tilt_y)
+    write_normal(found, negate(out))
     upper_end = rise < 0.0  # the end at +z is the lower one
-    fall = radius * (tx * ux + ty * uy)
+    fall = radius * (tilt_x * up_x + tilt_y * up_y)
     other = half * abs(rise) < fall  # the other end is lower than the point opposite
     count = 0
-    for k in range(4):
+    for number in range(MOST):
         end = half if upper_end else -half
-        qx, qy = -ux, -uy  # towards the point
-        gap = lower - fall
-        feature = rim_feature(k, slot, upper_end)
-        if k == 1 or k == 2:  # a quarter turn to either side
-            qx, qy = (uy, -ux) if k == 1 else (-uy, ux)
-            gap = lower + radius * (tx * qx + ty * qy)
-        if k == 3 and other:
+        to_x, to_y = -up_x, -up_y  # towards the point
+        separation = lower - fall
+        feature = rim_feature(number, fixed, upper_end)
+        if number == RIGHT or number == LEFT:  # a quarter turn to either side
+            to_x, to_y = (up_y, -up_x) if number == RIGHT else (-up_y, up_x)
+            separation = lower + radius * (tilt_x * to_x + tilt_y * to_y)
+        if number == OPPOSITE and other:
             end = -end
-            gap = lower + 2.0 * half * abs(rise) - fall
+            separation = lower + 2.0 * half * abs(rise) - fall
             feature = 1.0 - upper_end  # the lowest of the other end
-        elif k == 3:
-            qx, qy = ux, uy
-            gap = lower + fall
-        if not gap <= margin:
+        elif number == OPPOSITE:
+            to_x, to_y = up_x, up_y
+            separation = lower + fall
+        if not separation <= margin:
             continue
-        qx, qy = radius * qx, radius * qy
-        put_point(
-            found,
-            POINTS + count * POINT,
-            x + (end * ax + qx * poses[pa + 3] + qy * poses[pa + 4] - 0.5 * gap * mx),
-            y + (end * ay + qx * poses[pa + 6] + qy * poses[pa + 7] - 0.5 * gap * my),
-            z + (end * az + qx * poses[pa + 9] + qy * poses[pa + 10] - 0.5 * gap * mz),
-            gap,
-            feature,
-        )
+        on_rim = add_scaled(scale(end, axis), radius * to_x, axis_x)
+        on_rim = add_scaled(on_rim, radius * to_y, axis_y)
+        position = add(center, subtract(on_rim, scale(0.5 * separation, out)))
+        write_point(found, count, position, separation, feature)
         count += 1
     return count

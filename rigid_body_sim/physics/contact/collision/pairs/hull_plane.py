@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A convex hull on a plane: gap = m . x - offset for each vertex, m the normal out of the plane.
+A convex hull on a plane: s = m . x - offset for each vertex x, m the normal out of the plane, s
+the separation.
 
 Of more than four vertices within the margin the manifold holds those that lie farthest along four
 directions fixed in the hull, and the deepest, as in `extreme_points`, but from the vertices where
@@ -11,16 +12,21 @@ they stand: a mesh may have thousands below the margin.
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from rigid_body_sim.physics.compile.kernels import kernel
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     LEAD,
     MOST,
-    POINT,
-    POINTS,
+    SCRATCH,
     TIE,
-    put_normal,
-    put_point,
+    write_normal,
+    write_point,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CENTER,
@@ -28,111 +34,127 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records im
     RADIUS,
     VERTICES,
 )
+from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    cross,
+    dot,
+    load,
+    negate,
+    scale,
+    subtract,
+)
 
-CHOSEN = POINTS + MOST * POINT  # where the chosen vertices are listed
+Array = NDArray[np.float64]
+
+scratch = Record(begin=SCRATCH)
+CHOSEN = scratch.numbers(MOST, '-', 'where the chosen vertices begin among the shape parameters')
+
+VERTEX = 3  # numbers of a vertex
 SKEW = 0.6  # [-] of one axis to the other: along an axis two corners of a box are as far
 
 
 @kernel
-def collide(numbers, a: int, b: int, poses, pa: int, pb: int, margin: float, found) -> int:
+def collide(
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find up to four vertices of a hull above a plane, or in it."""
-    mx, my, mz = numbers[b], numbers[b + 1], numbers[b + 2]
-    cx, cy, cz = numbers[a + CENTER], numbers[a + CENTER + 1], numbers[a + CENTER + 2]
-    ux, uy, uz = 0.0, 0.0, 0.0  # m in the axes of the hull
-    height = -numbers[b + 3]
-    for i in range(3):
-        m = numbers[b + i]
-        height += m * poses[pa + i]
-        ux += m * poses[pa + 3 + 3 * i]
-        uy += m * poses[pa + 4 + 3 * i]
-        uz += m * poses[pa + 5 + 3 * i]
-    height += ux * cx + uy * cy + uz * cz
-    first, last = a + VERTICES, a + VERTICES + 3 * int(numbers[a + COUNT])
-    if not height - numbers[a + RADIUS] <= margin:
+    out, center = load(parameters, shape_b + NORMAL), load(parameters, shape_a + CENTER)
+    up = 0.0, 0.0, 0.0  # m in the axes of the hull
+    height = -parameters[shape_b + OFFSET]
+    for row in range(3):
+        component = parameters[shape_b + NORMAL + row]
+        height += component * poses[pose_a + row]
+        axes = load(poses, pose_a + pose.ROW_X + (pose.ROW_Y - pose.ROW_X) * row)
+        up = add_scaled(up, component, axes)
+    height += dot(up, center)
+    radius = parameters[shape_a + RADIUS]
+    if not height - radius <= margin:
         return 0
-    count = choose(numbers, first, last, height, ux, uy, uz, margin, numbers[a + RADIUS], found)
-    put_normal(found, -mx, -my, -mz)
-    for c in range(count):
-        k = int(found[CHOSEN + c])
-        x, y, z = numbers[k], numbers[k + 1], numbers[k + 2]
-        gap = height + (ux * x + uy * y + uz * z)
-        x, y, z = x + cx, y + cy, z + cz
-        put_point(
-            found,
-            POINTS + POINT * c,
-            poses[pa]
-            + (poses[pa + 3] * x + poses[pa + 4] * y + poses[pa + 5] * z)
-            - 0.5 * gap * mx,
-            poses[pa + 1]
-            + (poses[pa + 6] * x + poses[pa + 7] * y + poses[pa + 8] * z)
-            - 0.5 * gap * my,
-            poses[pa + 2]
-            + (poses[pa + 9] * x + poses[pa + 10] * y + poses[pa + 11] * z)
-            - 0.5 * gap * mz,
-            gap,
-            float(k - first),
-        )
+    first = shape_a + VERTICES
+    last = first + VERTEX * int(parameters[shape_a + COUNT])
+    count = choose(parameters, first, last, height, up, margin, radius, found)
+    write_normal(found, negate(out))
+    origin = load(poses, pose_a)
+    for index in range(count):
+        place = int(found[CHOSEN + index])
+        vertex = load(parameters, place)
+        separation = height + dot(up, vertex)
+        position = add(origin, pose.to_world(poses, pose_a, add(vertex, center)))
+        position = subtract(position, scale(0.5 * separation, out))
+        write_point(found, index, position, separation, float(place - first))
     return count
+
+
+@inline
+def _first_direction(up: Any) -> Any:
+    """
+    Return a direction across the normal: two axes of the hull, skewed; the one that leans most is
+    left out.
+    """
+    x, y, z = abs(up[0]), abs(up[1]), abs(up[2])
+    if x > y and x > z:
+        return 0.0, SKEW, 1.0
+    if y > z:
+        return SKEW, 0.0, 1.0
+    return 1.0, SKEW, 0.0
 
 
 @kernel
 def choose(
-    numbers,
-    first: int,
-    last: int,
-    height: float,
-    ux: float,
-    uy: float,
-    uz: float,
-    margin: float,
-    radius: float,
-    found,
-) -> int:
-    """List up to four vertices whose height + u . x is within the margin; return their number."""
+    parameters: Array, first: int, last: int, height: float, up: Any, margin: float,
+    radius: float, found: Array,
+) -> int:  # fmt: skip
+    """
+    List up to four vertices whose separation height + up . x is within the margin; return their
+    number.
+
+        first, last : where the vertices begin, and where they end
+    """
     count, least, deepest = 0, math.inf, 0
-    for k in range(first, last, 3):
-        gap = height + (ux * numbers[k] + uy * numbers[k + 1] + uz * numbers[k + 2])
-        if gap <= margin:
+    for place in range(first, last, VERTEX):
+        separation = height + dot(up, load(parameters, place))
+        if separation <= margin:
             if count < MOST:
-                found[CHOSEN + count] = k
+                found[CHOSEN + count] = place
             count += 1
-            if gap < least:
-                least, deepest = gap, k
+            if separation < least:
+                least, deepest = separation, place
     if count <= MOST:
         return count
-    # Two axes of the hull across the normal, skewed: the one that leans most is left out.
-    x, y, z = abs(ux), abs(uy), abs(uz)
-    vx, vy, vz = 1.0, SKEW, 0.0
-    if x > y and x > z:
-        vx, vz = 0.0, 1.0
-    elif y > z:
-        vx, vy, vz = SKEW, 0.0, 1.0
-    kept = 0
-    shallow = math.inf
+    direction = _first_direction(up)
+    kept, shallow = 0, math.inf
     for _ in range(MOST):
         best, top = -1, -math.inf
-        for k in range(first, last, 3):
-            x, y, z = numbers[k], numbers[k + 1], numbers[k + 2]
-            if height + (ux * x + uy * y + uz * z) <= margin:
-                x = vx * x + vy * y + vz * z
-                if x > top + LEAD * radius:
-                    best, top = k, x
+        for place in range(first, last, VERTEX):
+            vertex = load(parameters, place)
+            if height + dot(up, vertex) <= margin:
+                reach = dot(direction, vertex)
+                if reach > top + LEAD * radius:
+                    best, top = place, reach
         fresh = True
-        for c in range(kept):
-            fresh = fresh and found[CHOSEN + c] != best
+        for index in range(kept):
+            fresh = fresh and found[CHOSEN + index] != best
         if fresh:
             found[CHOSEN + kept] = best
             kept += 1
-            x, y, z = numbers[best], numbers[best + 1], numbers[best + 2]
-            shallow = min(shallow, height + (ux * x + uy * y + uz * z))
-        vx, vy, vz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            shallow = min(shallow, height + dot(up, load(parameters, best)))
+        direction = cross(up, direction)
     if least < shallow - TIE * radius:
-        nearest, reach = 0, math.inf
-        for c in range(kept):
-            k = int(found[CHOSEN + c])
-            x, y = numbers[k] - numbers[deepest], numbers[k + 1] - numbers[deepest + 1]
-            z = numbers[k + 2] - numbers[deepest + 2]
-            if x * x + y * y + z * z < reach:
-                nearest, reach = c, x * x + y * y + z * z
-        found[CHOSEN + nearest] = deepest
+        _replace_nearest(parameters, deepest, kept, found)
     return kept
+
+
+@inline
+def _replace_nearest(parameters: Array, deepest: int, kept: int, found: Array) -> None:
+    """Put the deepest vertex in place of that chosen one which is nearest to it."""
+    nearest, reach = 0, math.inf
+    for index in range(kept):
+        chosen = load(parameters, int(found[CHOSEN + index]))
+        away = subtract(chosen, load(parameters, deepest))
+        squared = dot(away, away)
+        if squared < reach:
+            nearest, reach = index, squared
+    found[CHOSEN + nearest] = deepest

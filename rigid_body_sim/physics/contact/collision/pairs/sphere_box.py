@@ -3,62 +3,78 @@
 """
 A ball and a box: the ball's centre and the nearest point of the box.
 
-Centre p outside, in box axes: q_k = clamp(p_k, -h_k, h_k), gap = |p - q| - r. Inside: through the
-nearest side, gap = max_k(|p_k| - h_k) - r.
+Centre p outside, in box axes: q_k = clamp(p_k, -h_k, h_k), separation |p - q| - r. Inside: through
+the nearest side, separation max_k(|p_k| - h_k) - r.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.clamp import clamp
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    POINTS,
     TINY,
-    put_normal,
-    put_point,
+    write_normal,
+    write_point,
 )
+from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES, RADIUS
+from rigid_body_sim.physics.vectors import add_scaled, divide, dot, load, subtract
 
 Array = NDArray[np.float64]
 
 
+@inline
+def _to_nearest(local: Any, half: Any) -> Any:
+    """Return q - p: the way to the nearest point of the box, box axes."""
+    return (
+        clamp(local[0], half[0]) - local[0],
+        clamp(local[1], half[1]) - local[1],
+        clamp(local[2], half[2]) - local[2],
+    )
+
+
+@inline
+def _through_side(local: Any, half: Any) -> Any:
+    """Return the distance of the nearest side, at most zero, and the direction into the box."""
+    distance = abs(local[0]) - half[0]
+    inward = 1.0 if local[0] < 0.0 else -1.0, 0.0, 0.0
+    if abs(local[1]) - half[1] > distance:
+        distance = abs(local[1]) - half[1]
+        inward = 0.0, 1.0 if local[1] < 0.0 else -1.0, 0.0
+    if abs(local[2]) - half[2] > distance:
+        distance = abs(local[2]) - half[2]
+        inward = 0.0, 0.0, 1.0 if local[2] < 0.0 else -1.0
+    return distance, inward
+
+
 @kernel
 def collide(
-    numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, margin: float, found: Array
-) -> int:
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find the point between a ball and a box."""
-    x, y, z = poses[pa], poses[pa + 1], poses[pa + 2]
-    dx, dy, dz = x - poses[pb], y - poses[pb + 1], z - poses[pb + 2]
-    px = dx * poses[pb + 3] + dy * poses[pb + 6] + dz * poses[pb + 9]
-    py = dx * poses[pb + 4] + dy * poses[pb + 7] + dz * poses[pb + 10]
-    pz = dx * poses[pb + 5] + dy * poses[pb + 8] + dz * poses[pb + 11]
-    hx, hy, hz = numbers[b], numbers[b + 1], numbers[b + 2]
-    ex, ey, ez = clamp(px, hx) - px, clamp(py, hy) - py, clamp(pz, hz) - pz
-    squared = ex * ex + ey * ey + ez * ez
+    center = load(poses, pose_a)
+    local = pose.to_shape(poses, pose_b, subtract(center, load(poses, pose_b)))
+    half = load(parameters, shape_b + HALF_EDGES)
+    toward = _to_nearest(local, half)
+    squared = dot(toward, toward)
     if squared > TINY:
         distance = math.sqrt(squared)
-        ex, ey, ez = ex / distance, ey / distance, ez / distance
+        toward = divide(toward, distance)
     else:
-        distance = abs(px) - hx
-        ex, ey, ez = 1.0 if px < 0.0 else -1.0, 0.0, 0.0
-        if abs(py) - hy > distance:
-            distance = abs(py) - hy
-            ex, ey, ez = 0.0, 1.0 if py < 0.0 else -1.0, 0.0
-        if abs(pz) - hz > distance:
-            distance = abs(pz) - hz
-            ex, ey, ez = 0.0, 0.0, 1.0 if pz < 0.0 else -1.0
-    radius = numbers[a]
-    gap = distance - radius
-    if not gap <= margin:
+        distance, toward = _through_side(local, half)
+    radius = parameters[shape_a + RADIUS]
+    separation = distance - radius
+    if not separation <= margin:
         return 0
-    nx = poses[pb + 3] * ex + poses[pb + 4] * ey + poses[pb + 5] * ez
-    ny = poses[pb + 6] * ex + poses[pb + 7] * ey + poses[pb + 8] * ez
-    nz = poses[pb + 9] * ex + poses[pb + 10] * ey + poses[pb + 11] * ez
-    arm = radius + 0.5 * gap
-    put_normal(found, nx, ny, nz)
-    put_point(found, POINTS, x + arm * nx, y + arm * ny, z + arm * nz, gap, 0.0)
+    normal = pose.to_world(poses, pose_b, toward)
+    arm = radius + 0.5 * separation
+    write_normal(found, normal)
+    write_point(found, 0, add_scaled(center, arm, normal), separation, 0.0)
     return 1

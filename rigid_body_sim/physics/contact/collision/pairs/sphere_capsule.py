@@ -3,7 +3,8 @@
 """
 A ball and a capsule: the ball and the nearest ball on the capsule's axis.
 
-    t = clamp((x_A - x_B) . b, -l, l),  gap = |x_A - x_B - t b| - r_A - r_B,  b: the axis
+    t = clamp((x_A - x_B) . b, -l, l),  s = |x_A - x_B - t b| - r_A - r_B
+        b : the axis;  l : its half length;  s : separation
 """
 
 from __future__ import annotations
@@ -14,37 +15,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.clamp import clamp
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    POINTS,
     TINY,
-    put_normal,
-    put_point,
+    write_normal,
+    write_point,
 )
+from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
+from rigid_body_sim.physics.vectors import add_scaled, divide, dot, load, subtract
 
 Array = NDArray[np.float64]
 
 
 @kernel
 def collide(
-    numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, margin: float, found: Array
-) -> int:
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find the point between a ball and a capsule."""
-    x, y, z = poses[pa], poses[pa + 1], poses[pa + 2]
-    dx, dy, dz = poses[pb] - x, poses[pb + 1] - y, poses[pb + 2] - z
-    bx, by, bz = poses[pb + 5], poses[pb + 8], poses[pb + 11]
-    t = clamp(-(bx * dx + by * dy + bz * dz), numbers[b + 1])
-    dx, dy, dz = dx + t * bx, dy + t * by, dz + t * bz
-    squared = dx * dx + dy * dy + dz * dz
+    center = load(poses, pose_a)
+    offset = subtract(load(poses, pose_b), center)
+    axis = pose.axis(poses, pose_b, 2)
+    along = clamp(-dot(axis, offset), parameters[shape_b + HALF_LENGTH])
+    offset = add_scaled(offset, along, axis)
+    squared = dot(offset, offset)
     distance = math.sqrt(squared)
-    radius = numbers[a]
-    gap = distance - radius - numbers[b]
-    if not gap <= margin:
+    radius = parameters[shape_a + RADIUS]
+    separation = distance - radius - parameters[shape_b + RADIUS]
+    if not separation <= margin:
         return 0
-    nx, ny, nz = poses[pb + 3], poses[pb + 6], poses[pb + 9]
+    normal = pose.axis(poses, pose_b, 0)
     if squared > TINY:
-        nx, ny, nz = dx / distance, dy / distance, dz / distance
-    arm = radius + 0.5 * gap
-    put_normal(found, nx, ny, nz)
-    put_point(found, POINTS, x + arm * nx, y + arm * ny, z + arm * nz, gap, 0.0)
+        normal = divide(offset, distance)
+    arm = radius + 0.5 * separation
+    write_normal(found, normal)
+    write_point(found, 0, add_scaled(center, arm, normal), separation, 0.0)
     return 1

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A ball on a plane: gap = m . x_A - offset - r_A, m the normal out of the plane.
+A ball on a plane: s = m . x_A - offset - r_A, m the normal out of the plane, s the separation.
 """
 
 from __future__ import annotations
@@ -10,27 +10,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    POINTS,
-    put_normal,
-    put_point,
-)
+from rigid_body_sim.physics.contact.collision.geometry.manifold import write_normal, write_point
+from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET, RADIUS
+from rigid_body_sim.physics.vectors import add_scaled, dot, load, negate
 
 Array = NDArray[np.float64]
 
 
 @kernel
 def collide(
-    numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, margin: float, found: Array
-) -> int:
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find the lowest point of a ball above a plane, or in it."""
-    mx, my, mz = numbers[b], numbers[b + 1], numbers[b + 2]
-    x, y, z = poses[pa], poses[pa + 1], poses[pa + 2]
-    radius = numbers[a]
-    gap = mx * x + my * y + mz * z - numbers[b + 3] - radius
-    if not gap <= margin:
+    out, center = load(parameters, shape_b + NORMAL), load(poses, pose_a)
+    radius = parameters[shape_a + RADIUS]
+    separation = dot(out, center) - parameters[shape_b + OFFSET] - radius
+    if not separation <= margin:
         return 0
-    arm = radius + 0.5 * gap
-    put_normal(found, -mx, -my, -mz)
-    put_point(found, POINTS, x - arm * mx, y - arm * my, z - arm * mz, gap, 0.0)
+    arm = radius + 0.5 * separation
+    write_normal(found, negate(out))
+    write_point(found, 0, add_scaled(center, -arm, out), separation, 0.0)
     return 1

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Two balls: gap = |x_B - x_A| - r_A - r_B along the line of centres.
+Two balls: s = |x_B - x_A| - r_A - r_B along the line of centres, s the separation.
 
 Where the centres coincide every normal is as good; it is the z axis of A.
 """
@@ -14,36 +14,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    POINTS,
     TINY,
-    put_normal,
-    put_point,
+    write_normal,
+    write_point,
 )
+from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
+from rigid_body_sim.physics.vectors import add_scaled, divide, dot, load, subtract
 
 Array = NDArray[np.float64]
 
 
 @kernel
 def collide(
-    numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, margin: float, found: Array
-) -> int:
+    parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find the point between two balls; two points (radius zero) never meet."""
-    radius_a, radius_b = numbers[a], numbers[b]
+    radius_a, radius_b = parameters[shape_a + RADIUS], parameters[shape_b + RADIUS]
     reach = radius_a + radius_b
     if not reach > 0.0:
         return 0
-    x, y, z = poses[pa], poses[pa + 1], poses[pa + 2]
-    dx, dy, dz = poses[pb] - x, poses[pb + 1] - y, poses[pb + 2] - z
-    squared = dx * dx + dy * dy + dz * dz
+    center = load(poses, pose_a)
+    offset = subtract(load(poses, pose_b), center)
+    squared = dot(offset, offset)
     distance = math.sqrt(squared)
-    gap = distance - reach
-    if not gap <= margin:
+    separation = distance - reach
+    if not separation <= margin:
         return 0
-    nx, ny, nz = poses[pa + 5], poses[pa + 8], poses[pa + 11]
+    normal = pose.axis(poses, pose_a, 2)
     if squared > TINY:
-        nx, ny, nz = dx / distance, dy / distance, dz / distance
-    arm = radius_a + 0.5 * gap
-    put_normal(found, nx, ny, nz)
-    put_point(found, POINTS, x + arm * nx, y + arm * ny, z + arm * nz, gap, 0.0)
+        normal = divide(offset, distance)
+    arm = radius_a + 0.5 * separation
+    write_normal(found, normal)
+    write_point(found, 0, add_scaled(center, arm, normal), separation, 0.0)
     return 1

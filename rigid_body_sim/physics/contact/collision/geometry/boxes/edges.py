@@ -12,216 +12,207 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import (
-    FREE,
+    COSINES,
     HALF_A,
     HALF_B,
-    MIDDLE,
-    TURN,
+    OFFSET,
+    ROW,
+    SCRATCH_BEHIND,
     crossed,
 )
 from rigid_body_sim.physics.contact.collision.geometry.clamp import clamp
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    POINTS,
     TINY,
-    put_normal,
-    put_point,
+    write_normal,
+    write_point,
+)
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    divide,
+    dot,
+    load,
+    load_strided,
+    store,
+    subtract,
 )
 
 Array = NDArray[np.float64]
 
 PARALLEL = 1e-6  # [-] sin^2 of the angle between edges below which they have no common normal
 EDGES, CORNERS_A, CORNERS_B = 10000.0, 20000.0, 30000.0  # features: edge pairs, corners
-BEST_A, BEST_B = FREE, FREE + 3  # nearest points of A and B from the middle of A, axes of A
+
+two_edges = Record(begin=SCRATCH_BEHIND)  # nearest points of the two edges under way
+ON_A = two_edges.vector('m', 'point of A from the middle of A, axes of A')
+ON_B = two_edges.vector('m', 'point of B, the same')
+NORMAL = two_edges.vector('-', 'unit normal from A to B, axes of A')
 
 
 @inline
-def _put(
-    poses: Array, pa: int, found: Array, nx: float, ny: float, nz: float, feature: float
+def _from_b(found: Array, v: Any) -> Any:
+    """Turn a direction from the axes of B into those of A."""
+    return (
+        dot(load(found, COSINES), v),
+        dot(load(found, COSINES + ROW), v),
+        dot(load(found, COSINES + 2 * ROW), v),
+    )
+
+
+@inline
+def _axis_b(found: Array, j: int) -> Any:
+    """Axis j of B in the axes of A."""
+    return load_strided(found, COSINES + j, ROW)
+
+
+@inline
+def _report(
+    poses: Array, pose_a: int, found: Array, on_a: Any, on_b: Any, normal: Any, feature: float
 ) -> Any:
-    """Write normal and point from axes of A into the world; return the gap, measured along n."""
-    x = found[BEST_A] + found[BEST_B]
-    y = found[BEST_A + 1] + found[BEST_B + 1]
-    z = found[BEST_A + 2] + found[BEST_B + 2]
-    gap = (
-        nx * (found[BEST_B] - found[BEST_A])
-        + ny * (found[BEST_B + 1] - found[BEST_A + 1])
-        + nz * (found[BEST_B + 2] - found[BEST_A + 2])
-    )
-    rx, ry, rz = pa + 3, pa + 6, pa + 9
-    put_normal(
-        found,
-        poses[rx] * nx + poses[rx + 1] * ny + poses[rx + 2] * nz,
-        poses[ry] * nx + poses[ry + 1] * ny + poses[ry + 2] * nz,
-        poses[rz] * nx + poses[rz + 1] * ny + poses[rz + 2] * nz,
-    )
-    put_point(
-        found,
-        POINTS,
-        poses[pa] + 0.5 * (poses[rx] * x + poses[rx + 1] * y + poses[rx + 2] * z),
-        poses[pa + 1] + 0.5 * (poses[ry] * x + poses[ry + 1] * y + poses[ry + 2] * z),
-        poses[pa + 2] + 0.5 * (poses[rz] * x + poses[rz + 1] * y + poses[rz + 2] * z),
-        gap,
-        feature,
-    )
-    return gap
+    """Write normal and point from axes of A into the world; return the separation along n."""
+    separation = dot(normal, subtract(on_b, on_a))
+    write_normal(found, pose.to_world(poses, pose_a, normal))
+    middle = pose.to_world(poses, pose_a, add(on_a, on_b))
+    write_point(found, 0, add_scaled(load(poses, pose_a), 0.5, middle), separation, feature)
+    return separation
 
 
 @kernel
-def _nearest_on_lines(found: Array, i: int, j: int, to: int) -> Any:
+def _nearest_on_lines(found: Array, i: int, j: int) -> Any:
     """
     Find the nearest points of the two edges along a_i and b_j that face each other most.
 
-    Written at `to`: point of A (3), point of B (3), axes of A, unit normal from A to B (3).
-    Returns the feature, negative if the nearest points of the lines lie beyond the edges' ends
-    (then the points are those of the edges).
+    ON_A, ON_B and NORMAL are written. Returns the number of the pair of edges, and whether they
+    cross, seen along the normal. If not, the nearest points of their lines lie beyond their ends,
+    and the points are those of the edges.
     """
-    i1, i2 = (i + 1) % 3, (i + 2) % 3
-    n1, n2 = -found[TURN + 3 * i2 + j], found[TURN + 3 * i1 + j]
-    length = math.sqrt(n1 * n1 + n2 * n2)
-    if n1 * found[MIDDLE + i1] + n2 * found[MIDDLE + i2] < 0.0:
+    next_a, last_a = (i + 1) % 3, (i + 2) % 3
+    row_i, row_next, row_last = COSINES + ROW * i, COSINES + ROW * next_a, COSINES + ROW * last_a
+    normal_next, normal_last = -found[row_last + j], found[row_next + j]  # a_i x b_j
+    length = math.sqrt(normal_next * normal_next + normal_last * normal_last)
+    if normal_next * found[OFFSET + next_a] + normal_last * found[OFFSET + last_a] < 0.0:
         length = -length
-    n1 /= length
-    n2 /= length
-    found[to + 6 + i] = 0.0
-    found[to + 6 + i1] = n1
-    found[to + 6 + i2] = n2
-    up1, up2 = n1 > 0.0, n2 > 0.0
-    found[to + i] = 0.0
-    found[to + i1] = found[HALF_A + i1] if up1 else -found[HALF_A + i1]
-    found[to + i2] = found[HALF_A + i2] if up2 else -found[HALF_A + i2]
-    for k in range(3):
-        found[to + 3 + k] = found[MIDDLE + k]
-    number = 4.0 * i + 2.0 * up1 + up2
-    for k in range(1, 3):
-        m = (j + k) % 3
-        up = n1 * found[TURN + 3 * i1 + m] + n2 * found[TURN + 3 * i2 + m] < 0.0
-        h = found[HALF_B + m] if up else -found[HALF_B + m]
-        for row in range(3):
-            found[to + 3 + row] += h * found[TURN + 3 * row + m]
+    normal_next /= length
+    normal_last /= length
+    found[NORMAL + i] = 0.0
+    found[NORMAL + next_a] = normal_next
+    found[NORMAL + last_a] = normal_last
+    up_next, up_last = normal_next > 0.0, normal_last > 0.0
+    found[ON_A + i] = 0.0
+    found[ON_A + next_a] = found[HALF_A + next_a] if up_next else -found[HALF_A + next_a]
+    found[ON_A + last_a] = found[HALF_A + last_a] if up_last else -found[HALF_A + last_a]
+    on_b = load(found, OFFSET)
+    number = 4.0 * i + 2.0 * up_next + up_last
+    for behind in range(1, 3):
+        axis = (j + behind) % 3
+        up = normal_next * found[row_next + axis] + normal_last * found[row_last + axis] < 0.0
+        half = found[HALF_B + axis] if up else -found[HALF_B + axis]
+        on_b = add_scaled(on_b, half, _axis_b(found, axis))
         number = 2.0 * number + up
+    store(found, ON_B, on_b)
     # nearest points x_A + alpha a_i, x_B + beta b_j
-    rx, ry, rz = (
-        found[to + 3] - found[to],
-        found[to + 4] - found[to + 1],
-        found[to + 5] - found[to + 2],
-    )
-    along_a = found[to + 3 + i] - found[to + i]
-    along_b = rx * found[TURN + j] + ry * found[TURN + 3 + j] + rz * found[TURN + 6 + j]
-    c = found[TURN + 3 * i + j]
+    along_a = found[ON_B + i] - found[ON_A + i]
+    along_b = dot(subtract(on_b, load(found, ON_A)), _axis_b(found, j))
+    cosine = found[row_i + j]
     half_a, half_b = found[HALF_A + i], found[HALF_B + j]
-    alpha = (along_a - c * along_b) / (length * length)
-    beta = alpha * c - along_b
-    if not (abs(alpha) <= half_a and abs(beta) <= half_b):
-        number = -1.0 - number
-        beta = clamp(clamp(alpha, half_a) * c - along_b, half_b)
-        alpha = clamp(along_a + beta * c, half_a)
-    found[to + i] += alpha
-    for row in range(3):
-        found[to + 3 + row] += beta * found[TURN + 3 * row + j]
-    return 3.0 * number + j if number >= 0.0 else 3.0 * (number + 1.0) - j - 1.0
+    alpha = (along_a - cosine * along_b) / (length * length)
+    beta = alpha * cosine - along_b
+    crossing = abs(alpha) <= half_a and abs(beta) <= half_b
+    if not crossing:
+        beta = clamp(clamp(alpha, half_a) * cosine - along_b, half_b)
+        alpha = clamp(along_a + beta * cosine, half_a)
+    found[ON_A + i] += alpha
+    store(found, ON_B, add_scaled(on_b, beta, _axis_b(found, j)))
+    return 3.0 * number + j, crossing
 
 
 @kernel
 def edge_contact(
-    poses: Array, pa: int, margin: float, found: Array, i: int, j: int, across: bool
+    poses: Array, pose_a: int, margin: float, found: Array, i: int, j: int, across: bool
 ) -> int:
     """
     Find the point between the edges along a_i and b_j, which span the separating axis.
 
     across : report only edges that cross each other, seen along the normal
     """
-    number = _nearest_on_lines(found, i, j, BEST_A)
-    if number < 0.0:
-        if across:
-            return 0
-        number = -1.0 - number
-    normal = BEST_A + 6
-    nx, ny, nz = found[normal], found[normal + 1], found[normal + 2]
-    return 1 if _put(poses, pa, found, nx, ny, nz, EDGES + number) <= margin else 0
+    number, crossing = _nearest_on_lines(found, i, j)
+    if across and not crossing:
+        return 0
+    on_a, on_b, normal = load(found, ON_A), load(found, ON_B), load(found, NORMAL)
+    separation = _report(poses, pose_a, found, on_a, on_b, normal, EDGES + number)
+    return 1 if separation <= margin else 0
 
 
 @inline
-def _corner(found: Array, k: int, half: int) -> Any:
-    """Corner k of the box whose half edges begin at `half`, its own axes."""
+def _corner(found: Array, corner: int, half: int) -> Any:
+    """Corner 0 to 7 of the box whose half edges begin at `half`, its own axes."""
     return (
-        found[half] if k & 1 else -found[half],
-        found[half + 1] if k & 2 else -found[half + 1],
-        found[half + 2] if k & 4 else -found[half + 2],
+        found[half] if corner & 1 else -found[half],
+        found[half + 1] if corner & 2 else -found[half + 1],
+        found[half + 2] if corner & 4 else -found[half + 2],
     )
 
 
 @inline
-def _keep(found: Array, ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> None:
-    found[BEST_A] = ax
-    found[BEST_A + 1] = ay
-    found[BEST_A + 2] = az
-    found[BEST_B] = bx
-    found[BEST_B + 1] = by
-    found[BEST_B + 2] = bz
+def _in_box(found: Array, half: int, point: Any) -> Any:
+    """Point of the box whose half edges begin at `half` that is nearest to a point, its axes."""
+    return (
+        clamp(point[0], found[half]),
+        clamp(point[1], found[half + 1]),
+        clamp(point[2], found[half + 2]),
+    )
 
 
 @kernel
-def nearest_points(poses: Array, pa: int, margin: float, found: Array) -> int:
+def nearest_points(poses: Array, pose_a: int, margin: float, found: Array) -> int:
     """
     Find the nearest points of two boxes that do not overlap; 0: farther apart than the margin.
 
     They are a corner and a box, or two edges that cross. Two edges span their own separating
     axis, so that of each pair of directions only one pair of edges can be nearest.
     """
-    a, b = HALF_A, HALF_B
     least, feature = math.inf, 0.0
+    offset = load(found, OFFSET)
+    on_a = on_b = offset
     for k in range(8):
-        x, y, z = _corner(found, k, HALF_B)
-        px = found[MIDDLE] + (found[TURN] * x + found[TURN + 1] * y + found[TURN + 2] * z)
-        py = found[MIDDLE + 1] + (found[TURN + 3] * x + found[TURN + 4] * y + found[TURN + 5] * z)
-        pz = found[MIDDLE + 2] + (found[TURN + 6] * x + found[TURN + 7] * y + found[TURN + 8] * z)
-        qx, qy, qz = clamp(px, found[a]), clamp(py, found[a + 1]), clamp(pz, found[a + 2])
-        dx, dy, dz = px - qx, py - qy, pz - qz
-        squared = dx * dx + dy * dy + dz * dz
+        corner = add(offset, _from_b(found, _corner(found, k, HALF_B)))
+        nearest = _in_box(found, HALF_A, corner)
+        way = subtract(corner, nearest)
+        squared = dot(way, way)
         if squared < least:
             least, feature = squared, CORNERS_B + k
-            _keep(found, qx, qy, qz, px, py, pz)
+            on_a, on_b = nearest, corner
     for k in range(8):
-        x, y, z = _corner(found, k, HALF_A)
-        ux, uy, uz = x - found[MIDDLE], y - found[MIDDLE + 1], z - found[MIDDLE + 2]
-        px = found[TURN] * ux + found[TURN + 3] * uy + found[TURN + 6] * uz
-        py = found[TURN + 1] * ux + found[TURN + 4] * uy + found[TURN + 7] * uz
-        pz = found[TURN + 2] * ux + found[TURN + 5] * uy + found[TURN + 8] * uz
-        dx = clamp(px, found[b]) - px
-        dy = clamp(py, found[b + 1]) - py
-        dz = clamp(pz, found[b + 2]) - pz
-        squared = dx * dx + dy * dy + dz * dz
+        corner = _corner(found, k, HALF_A)
+        arm = subtract(corner, offset)
+        seen = (
+            dot(_axis_b(found, 0), arm), dot(_axis_b(found, 1), arm), dot(_axis_b(found, 2), arm)
+        )  # fmt: skip
+        way = subtract(_in_box(found, HALF_B, seen), seen)
+        squared = dot(way, way)
         if squared < least:
             least, feature = squared, CORNERS_A + k
-            _keep(
-                found,
-                x,
-                y,
-                z,
-                x + (found[TURN] * dx + found[TURN + 1] * dy + found[TURN + 2] * dz),
-                y + (found[TURN + 3] * dx + found[TURN + 4] * dy + found[TURN + 5] * dz),
-                z + (found[TURN + 6] * dx + found[TURN + 7] * dy + found[TURN + 8] * dz),
-            )
+            on_a, on_b = corner, add(corner, _from_b(found, way))
     for i in range(3):
         for j in range(3):
-            c = found[TURN + 3 * i + j]
-            sine = 1.0 - c * c
-            s = crossed(found, i, j)
-            if sine < PARALLEL or not (s > 0.0 and s * s < least * sine):
+            cosine = found[COSINES + ROW * i + j]
+            squared_sine = 1.0 - cosine * cosine
+            apart = crossed(found, i, j)
+            if squared_sine < PARALLEL or not (
+                apart > 0.0 and apart * apart < least * squared_sine
+            ):
                 continue
-            number = _nearest_on_lines(found, i, j, BEST_B + 3)
-            if number >= 0.0:
-                least, feature = s * s / sine, EDGES + number
-                for k in range(6):
-                    found[BEST_A + k] = found[BEST_B + 3 + k]
-    nx = found[BEST_B] - found[BEST_A]
-    ny = found[BEST_B + 1] - found[BEST_A + 1]
-    nz = found[BEST_B + 2] - found[BEST_A + 2]
-    squared = nx * nx + ny * ny + nz * nz
+            number, crossing = _nearest_on_lines(found, i, j)
+            if crossing:
+                least, feature = apart * apart / squared_sine, EDGES + number
+                on_a, on_b = load(found, ON_A), load(found, ON_B)
+    way = subtract(on_b, on_a)
+    squared = dot(way, way)
     distance = math.sqrt(squared)
     if squared < TINY or not distance <= margin:
         return 0
-    nx, ny, nz = nx / distance, ny / distance, nz / distance
-    return 1 if _put(poses, pa, found, nx, ny, nz, feature) <= margin else 0
+    separation = _report(poses, pose_a, found, on_a, on_b, divide(way, distance), feature)
+    return 1 if separation <= margin else 0

@@ -1,226 +1,239 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A side of one box against the other box: the patch in which they face each other.
+A face of one box against the other box: the patch in which they face each other.
 
-The reference side is that of the separating axis; the incident side is the one of the other box
+The reference face is that of the separating axis; the incident face is the one of the other box
 that faces it most, a parallelogram c + alpha p + beta q, |alpha|, |beta| <= 1, seen along the axes
-u, v of the reference side. The patch is what the two have in common: corners of the incident side
-over the reference side, points where its edges cross the edges of the reference side (Liang and
-Barsky, ACM Trans. Graph. 3 (1984) 1), and corners of the reference side under it. What lies within
-the margin of the reference side is the manifold.
+u, v of the reference face. The patch is what the two have in common: corners of the incident face
+over the reference face, points where its edges cross the edges of the reference face (clipping
+after Liang and Barsky, ACM Trans. Graph. 3 (1984) 1), and corners of the reference face under it.
+What lies within the margin of the reference face is the manifold.
+
+Vectors u, v, w: along the two axes of the reference face, and its normal, from its middle [m].
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import between, component
+from rigid_body_sim.physics.contact.collision import pose
+from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import between
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    POINT,
-    POINTS,
     SCRATCH,
+    write_normal,
+    write_point,
+)
+from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
+    FLAT_POINT,
+    HEIGHT,
+    NAME,
+    U,
+    V,
     keep_four_flat,
-    put_normal,
-    put_point,
+)
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    dot,
+    load,
+    negate,
+    scale,
+    store,
+    subtract,
 )
 
 Array = NDArray[np.float64]
 
-CORNER = 4  # numbers of a corner of the patch: u, v, gap [m], feature [-]
-INCIDENT = SCRATCH  # the four corners of the incident side
-PATCH = INCIDENT + 4 * CORNER  # up to 12 of the patch, some of them twice
+MOST_OF_PATCH = 12  # [-] corners of the patch, some of them twice
+
+faces = Record(begin=SCRATCH)
+INCIDENT = faces.numbers(4 * FLAT_POINT, 'm', 'corners of the incident face; then those chosen')
+PATCH = faces.numbers(MOST_OF_PATCH * FLAT_POINT, 'm', 'corners of the patch')
+
 CUTS, UNDER, NAMES = 4.0, 20.0, 24.0  # features: edge 0 … 3 cut by side 0 … 3, corners under it
 DEEPEST = 40000.0  # features of corners that lie deepest
-ROUNDING = 1e-12  # [-] of a half edge: a corner beyond an edge by less is over the side
+ROUNDING = 1e-12  # [-] of a half edge: a corner beyond an edge by less is over the face
+UNCUT = -1.0  # an edge of the incident face that begins or ends over the reference face
+LOW_U, HIGH_U, LOW_V, HIGH_V = 0.0, 1.0, 2.0, 3.0  # edges of the reference face
 
 
 @inline
-def _put(found: Array, at: int, u: float, v: float, gap: float, feature: float) -> None:
-    found[at] = u
-    found[at + 1] = v
-    found[at + 2] = gap
-    found[at + 3] = feature
+def _write(found: Array, at: int, corner: Any, name: float) -> None:
+    store(found, at, corner)
+    found[at + NAME] = name
 
 
 @kernel
 def _cut_edges(found: Array, half_u: float, half_v: float, margin: float) -> int:
-    """Append the corners and cut points of the edges of the incident side; return their number."""
+    """Append the corners and cut points of the edges of the incident face; return their number."""
     count = 0
     limit_u, limit_v = half_u * (1.0 + ROUNDING), half_v * (1.0 + ROUNDING)
-    for k in range(4):
-        at = INCIDENT + k * CORNER
-        to = INCIDENT + ((k + 1) & 3) * CORNER
-        u, v, gap = found[at], found[at + 1], found[at + 2]
-        du, dv, climb = found[to] - u, found[to + 1] - v, found[to + 2] - gap
-        first, last, enter, leave = 0.0, 1.0, -1.0, -1.0
-        if du != 0.0:
-            one, two = (-limit_u - u) / du, (limit_u - u) / du
-            low, high = 0.0, 1.0
-            if one > two:
-                one, two, low, high = two, one, 1.0, 0.0
-            if one > first:
-                first, enter = one, low
-            if two < last:
-                last, leave = two, high
-        elif abs(u) > limit_u:
+    for edge in range(4):
+        begin = load(found, INCIDENT + edge * FLAT_POINT)
+        along = subtract(load(found, INCIDENT + ((edge + 1) & 3) * FLAT_POINT), begin)
+        first, last, enter, leave = 0.0, 1.0, UNCUT, UNCUT
+        if along[0] != 0.0:
+            near, far = (-limit_u - begin[0]) / along[0], (limit_u - begin[0]) / along[0]
+            near_side, far_side = LOW_U, HIGH_U
+            if near > far:
+                near, far, near_side, far_side = far, near, HIGH_U, LOW_U
+            if near > first:
+                first, enter = near, near_side
+            if far < last:
+                last, leave = far, far_side
+        elif abs(begin[0]) > limit_u:
             continue
-        if dv != 0.0:
-            one, two = (-limit_v - v) / dv, (limit_v - v) / dv
-            low, high = 2.0, 3.0
-            if one > two:
-                one, two, low, high = two, one, 3.0, 2.0
-            if one > first:
-                first, enter = one, low
-            if two < last:
-                last, leave = two, high
-        elif abs(v) > limit_v:
+        if along[1] != 0.0:
+            near, far = (-limit_v - begin[1]) / along[1], (limit_v - begin[1]) / along[1]
+            near_side, far_side = LOW_V, HIGH_V
+            if near > far:
+                near, far, near_side, far_side = far, near, HIGH_V, LOW_V
+            if near > first:
+                first, enter = near, near_side
+            if far < last:
+                last, leave = far, far_side
+        elif abs(begin[1]) > limit_v:
             continue
         if first > last:
             continue
-        cut = gap + first * climb
-        if cut <= margin:
-            feature = 1.0 * k if enter < 0.0 else CUTS + 4.0 * k + enter
-            _put(found, PATCH + count * CORNER, u + first * du, v + first * dv, cut, feature)
+        corner = add_scaled(begin, first, along)
+        if corner[2] <= margin:
+            name = 1.0 * edge if enter == UNCUT else CUTS + 4.0 * edge + enter
+            _write(found, PATCH + count * FLAT_POINT, corner, name)
             count += 1
-        if leave < 0.0 or last == first:
+        if leave == UNCUT or last == first:
             continue  # the next edge begins there, or this one only touches a corner
-        cut = gap + last * climb
-        if cut <= margin:
-            feature = CUTS + 4.0 * k + leave
-            _put(found, PATCH + count * CORNER, u + last * du, v + last * dv, cut, feature)
+        corner = add_scaled(begin, last, along)
+        if corner[2] <= margin:
+            _write(found, PATCH + count * FLAT_POINT, corner, CUTS + 4.0 * edge + leave)
             count += 1
     return count
 
 
 @kernel
-def face_contact(
-    numbers: Array,
-    reference: int,
-    incident: int,
-    poses: Array,
-    pr: int,
-    pi: int,
+def _patch(
+    found: Array, center: Any, edge_p: Any, edge_q: Any, half_u: float, half_v: float,
     margin: float,
-    found: Array,
-    of_b: bool,
-    axis: int,
-) -> int:
+) -> Any:  # fmt: skip
     """
-    Find the manifold of a side of the reference box and the incident box; 0: none in the margin.
+    Find up to four corners of the patch; return their number and where they begin.
+
+        center, edge_p, edge_q : c, p, q of the incident face (u, v, w)
+        half_u, half_v         : half edges of the reference face
+    """
+    plus, minus = add(center, edge_p), subtract(center, edge_p)
+    _write(found, INCIDENT, add(plus, edge_q), 0.0)
+    _write(found, INCIDENT + FLAT_POINT, add(minus, edge_q), 1.0)
+    _write(found, INCIDENT + 2 * FLAT_POINT, subtract(minus, edge_q), 2.0)
+    _write(found, INCIDENT + 3 * FLAT_POINT, subtract(plus, edge_q), 3.0)
+    inside = (
+        abs(center[0]) + abs(edge_p[0]) + abs(edge_q[0]) <= half_u
+        and abs(center[1]) + abs(edge_p[1]) + abs(edge_q[1]) <= half_v
+    )
+    if inside and center[2] + abs(edge_p[2]) + abs(edge_q[2]) <= margin:
+        return 4, INCIDENT
+    count = _cut_edges(found, half_u, half_v, margin)
+    det = edge_p[0] * edge_q[1] - edge_p[1] * edge_q[0]
+    if not inside and det != 0.0:
+        for k in range(4):
+            corner_u, corner_v = half_u if k & 1 else -half_u, half_v if k & 2 else -half_v
+            arm_u, arm_v = corner_u - center[0], corner_v - center[1]
+            alpha = arm_u * edge_q[1] - arm_v * edge_q[0]
+            beta = arm_v * edge_p[0] - arm_u * edge_p[1]
+            if abs(alpha) < abs(det) and abs(beta) < abs(det):
+                separation = center[2] + (alpha / det * edge_p[2] + beta / det * edge_q[2])
+                if separation <= margin:
+                    corner = (corner_u, corner_v, separation)
+                    _write(found, PATCH + count * FLAT_POINT, corner, UNDER + k)
+                    count += 1
+    if count > 4:
+        return keep_four_flat(found, PATCH, count, INCIDENT), INCIDENT
+    return count, PATCH
+
+
+@kernel
+def face_contact(
+    parameters: Array, reference: int, incident: int, poses: Array, pose_r: int, pose_i: int,
+    margin: float, found: Array, of_b: bool, axis: int,
+) -> int:  # fmt: skip
+    """
+    Find the manifold of a face of the reference box and the incident box; 0: none in the margin.
 
         of_b : the reference box is B
-        axis : of the reference side
+        axis : of the reference face
     """
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    ru, rv, rw = pr + 3 + i, pr + 3 + j, pr + 3 + axis
-    half_u, half_v = numbers[reference + i], numbers[reference + j]
-    half = numbers[reference + axis]
-    dx, dy, dz = between(poses, pr, pi)
-    cu, cv = component(poses, ru, dx, dy, dz), component(poses, rv, dx, dy, dz)
-    cw = component(poses, rw, dx, dy, dz)
-    side = -1.0 if cw < 0.0 else 1.0
-    mx, my, mz = side * poses[rw], side * poses[rw + 3], side * poses[rw + 6]
-    m = 0
-    most = component(poses, pi + 3, mx, my, mz)
+    along_u, along_v = (axis + 1) % 3, (axis + 2) % 3
+    axis_u, axis_v = pose.axis(poses, pose_r, along_u), pose.axis(poses, pose_r, along_v)
+    axis_w = pose.axis(poses, pose_r, axis)
+    half = parameters[reference + axis]
+    offset = between(poses, pose_r, pose_i)
+    offset_w = dot(axis_w, offset)
+    side = -1.0 if offset_w < 0.0 else 1.0
+    normal = scale(side, axis_w)
+    # the incident face: that of the axis nearest to the normal
+    facing_axis = 0
+    cosine = dot(pose.axis(poses, pose_i, 0), normal)
     for k in range(1, 3):
-        along = component(poses, pi + 3 + k, mx, my, mz)
-        if abs(along) > abs(most):
-            m, most = k, along
-    facing = most < 0.0
-    h = numbers[incident + m] if facing else -numbers[incident + m]
-    p, q = (m + 1) % 3, (m + 2) % 3
-    x, y, z = poses[pi + 3 + m], poses[pi + 6 + m], poses[pi + 9 + m]
-    cu += h * component(poses, ru, x, y, z)
-    cv += h * component(poses, rv, x, y, z)
-    cw = side * cw + h * most - half
-    h = numbers[incident + p]
-    x, y, z = h * poses[pi + 3 + p], h * poses[pi + 6 + p], h * poses[pi + 9 + p]
-    pu, pv, pw = (
-        component(poses, ru, x, y, z),
-        component(poses, rv, x, y, z),
-        mx * x + my * y + mz * z,
+        along = dot(pose.axis(poses, pose_i, k), normal)
+        if abs(along) > abs(cosine):
+            facing_axis, cosine = k, along
+    facing = cosine < 0.0
+    height = parameters[incident + facing_axis]
+    height = height if facing else -height
+    toward = pose.axis(poses, pose_i, facing_axis)
+    center = (
+        dot(axis_u, offset) + height * dot(axis_u, toward),
+        dot(axis_v, offset) + height * dot(axis_v, toward),
+        side * offset_w + height * cosine - half,
     )
-    h = numbers[incident + q]
-    x, y, z = h * poses[pi + 3 + q], h * poses[pi + 6 + q], h * poses[pi + 9 + q]
-    qu, qv, qw = (
-        component(poses, ru, x, y, z),
-        component(poses, rv, x, y, z),
-        mx * x + my * y + mz * z,
-    )
-    put_normal(found, -mx if of_b else mx, -my if of_b else my, -mz if of_b else mz)
-    at = INCIDENT
-    _put(found, at, cu + pu + qu, cv + pv + qv, cw + pw + qw, 0.0)
-    _put(found, at + CORNER, cu - pu + qu, cv - pv + qv, cw - pw + qw, 1.0)
-    _put(found, at + 2 * CORNER, cu - pu - qu, cv - pv - qv, cw - pw - qw, 2.0)
-    _put(found, at + 3 * CORNER, cu + pu - qu, cv + pv - qv, cw + pw - qw, 3.0)
-    count, first = 4, INCIDENT
-    inside = abs(cu) + abs(pu) + abs(qu) <= half_u and abs(cv) + abs(pv) + abs(qv) <= half_v
-    if not (inside and cw + abs(pw) + abs(qw) <= margin):
-        count, first = _cut_edges(found, half_u, half_v, margin), PATCH
-        det = pu * qv - pv * qu
-        if not inside and det != 0.0:
-            for k in range(4):
-                u, v = half_u if k & 1 else -half_u, half_v if k & 2 else -half_v
-                alpha, beta = (u - cu) * qv - (v - cv) * qu, (v - cv) * pu - (u - cu) * pv
-                if abs(alpha) < abs(det) and abs(beta) < abs(det):
-                    gap = cw + (alpha / det * pw + beta / det * qw)
-                    if gap <= margin:
-                        _put(found, PATCH + count * CORNER, u, v, gap, UNDER + k)
-                        count += 1
-        if count > 4:
-            count, first = keep_four_flat(found, PATCH, count, INCIDENT), INCIDENT
-    number = (((3.0 if of_b else 0.0) + axis) * 2.0 + (side > 0.0)) * 6.0 + 2.0 * m + facing
+    one, other = (facing_axis + 1) % 3, (facing_axis + 2) % 3
+    edge = scale(parameters[incident + one], pose.axis(poses, pose_i, one))
+    edge_p = (dot(axis_u, edge), dot(axis_v, edge), dot(normal, edge))
+    edge = scale(parameters[incident + other], pose.axis(poses, pose_i, other))
+    edge_q = (dot(axis_u, edge), dot(axis_v, edge), dot(normal, edge))
+    half_u, half_v = parameters[reference + along_u], parameters[reference + along_v]
+    count, first = _patch(found, center, edge_p, edge_q, half_u, half_v, margin)
+    number = (((3.0 if of_b else 0.0) + axis) * 2.0 + (side > 0.0)) * 6.0
+    number = number + 2.0 * facing_axis + facing
+    origin = load(poses, pose_r)
     for k in range(count):
-        at = first + k * CORNER
-        u, v, gap = found[at], found[at + 1], found[at + 2]
-        w, feature = half + 0.5 * gap, number * NAMES + found[at + 3]
-        put_point(
-            found,
-            POINTS + k * POINT,
-            poses[pr] + (poses[ru] * u + poses[rv] * v + mx * w),
-            poses[pr + 1] + (poses[ru + 3] * u + poses[rv + 3] * v + my * w),
-            poses[pr + 2] + (poses[ru + 6] * u + poses[rv + 6] * v + mz * w),
-            gap,
-            feature,
-        )
+        at = first + k * FLAT_POINT
+        separation = found[at + HEIGHT]
+        in_face = add_scaled(scale(found[at + U], axis_u), found[at + V], axis_v)
+        arm = add_scaled(in_face, half + 0.5 * separation, normal)
+        write_point(found, k, add(origin, arm), separation, number * NAMES + found[at + NAME])
+    write_normal(found, negate(normal) if of_b else normal)
     return count
 
 
 @kernel
 def deepest_corner(
-    numbers: Array,
-    incident: int,
-    poses: Array,
-    pr: int,
-    pi: int,
-    found: Array,
-    of_b: bool,
-    axis: int,
-    separation: float,
-) -> int:
+    parameters: Array, incident: int, poses: Array, pose_r: int, pose_i: int, found: Array,
+    of_b: bool, axis: int, separation: float,
+) -> int:  # fmt: skip
     """
-    Report the corner of the incident box that lies deepest behind a side of the reference box.
+    Report the corner of the incident box that lies deepest behind a face of the reference box.
 
-        separation : [m]  along the axis of that side; the gap of the point
+        separation : [m]  along the axis of that face; that of the point, too
     """
-    mx, my, mz = poses[pr + 3 + axis], poses[pr + 6 + axis], poses[pr + 9 + axis]
-    dx, dy, dz = between(poses, pr, pi)
-    if mx * dx + my * dy + mz * dz < 0.0:
-        mx, my, mz = -mx, -my, -mz
-    x, y, z = -0.5 * separation * mx, -0.5 * separation * my, -0.5 * separation * mz
+    normal = pose.axis(poses, pose_r, axis)
+    if dot(normal, between(poses, pose_r, pose_i)) < 0.0:
+        normal = negate(normal)
+    arm = scale(-0.5 * separation, normal)
     number = 0.0
     for k in range(3):
-        ax, ay, az = poses[pi + 3 + k], poses[pi + 6 + k], poses[pi + 9 + k]
-        down = mx * ax + my * ay + mz * az > 0.0
-        h = -numbers[incident + k] if down else numbers[incident + k]
-        x += h * ax
-        y += h * ay
-        z += h * az
+        edge = pose.axis(poses, pose_i, k)
+        down = dot(normal, edge) > 0.0
+        half = -parameters[incident + k] if down else parameters[incident + k]
+        arm = add_scaled(arm, half, edge)
         number = 2.0 * number + down
-    put_normal(found, -mx if of_b else mx, -my if of_b else my, -mz if of_b else mz)
-    x, y, z = poses[pi] + x, poses[pi + 1] + y, poses[pi + 2] + z
-    put_point(found, POINTS, x, y, z, separation, DEEPEST + 8.0 * of_b + number)
+    write_normal(found, negate(normal) if of_b else normal)
+    feature = DEEPEST + 8.0 * of_b + number
+    write_point(found, 0, add(load(poses, pose_i), arm), separation, feature)
     return 1

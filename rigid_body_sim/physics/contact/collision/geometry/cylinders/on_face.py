@@ -1,15 +1,20 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A cylinder on a side of a box, with its true round rim: it rolls, spins and stands as on a plane.
+A cylinder on a face of a box, with its true round rim: it rolls, spins and stands as on a plane.
 
-The separating axes that are exact for both are tried: the sides of the box, the ends of the
-cylinder, and the cross products of its axis with the edges of the box. Where a side separates them
-most, the points are those of a cylinder on a plane as far as they lie over the side, and the ends
-of what hangs over: the lowest line of a lying cylinder, cut at the edges of the side; where the
-circle of a standing one crosses the edges; the corners of the side under it. Where an edge of the
+The separating axes that are exact for both are tried: the faces of the box, the ends of the
+cylinder, and the cross products of its axis with the edges of the box. Where a face separates them
+most, the points are those of a cylinder on a plane as far as they lie over the face, and the ends
+of what hangs over: the lowest line of a lying cylinder, cut at the edges of the face; where the
+circle of a standing one crosses the edges; the corners of the face under it. Where an edge of the
 box touches the mantle, the point is the one between edge and axis. All other cases (rim on edge,
 corner on mantle, corner on end, deep overlap) are left to another kernel.
+
+Over the face, points and ways are (u, v, w): along the two axes of the face from its middle, and
+the gap over it [m]. The lower end of the cylinder is the disc
+
+    c + x e_x + y e_y,  x^2 + y^2 <= r^2        c its middle, e_x, e_y the axes of the end
 """
 
 from __future__ import annotations
@@ -20,342 +25,332 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     lowest_direction,
     rim_feature,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    FOUND,
     POINT,
-    POINTS,
     SCRATCH,
-    keep_four,
-    put_normal,
-    put_point,
+    write_normal,
+    write_point,
+    write_point_at,
 )
+from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
+    FLAT_POINT,
+    HEIGHT,
+    NAME,
+    U,
+    V,
+    keep_four,
+)
+from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
+from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, store, subtract
 
 Array = NDArray[np.float64]
 
 UNDECIDED = -1  # count that says: another kernel must find the points
-LEAD = 1e-3  # [-] of the smallest size by which an end or an edge must beat the sides …
+NO_EDGE = -1
+LEAD = 1e-3  # [-] of the smallest size by which an end or an edge must beat the faces …
 SHARE = 0.05  # [-] … plus this share of |s|
-HANGING = 0.01  # [-] of the radius: how much higher than the lowest point what is over the side is
+HANGING = 0.01  # [-] of the radius: how much higher than the lowest point what is over the face is
 SHALLOW = 0.2  # [-] of the smallest size: deeper, the rim may leave sooner over an edge
 PARALLEL = 1e-6  # [-] sin^2 of the angle between axis and edge without a common normal
-ROUNDING = 1e-12  # [-] a point beyond an edge by less is over the side
+ROUNDING = 1e-12  # [-] a point beyond an edge by less is over the face
+CUTS, CORNERS, EDGES = 30.0, 40.0, 50.0  # features: where edges cut, corners of the face, edges
+FAR_END = 100.0  # added to the feature of a point fixed in the end at the other end of its line
 
-TURN = FOUND - 60  # (3, 3) axes of the cylinder (columns) in those of the box
-MIDDLE = TURN + 9  # (3,) [m] middle of the cylinder from that of the box, box axes
-CUTS, CORNERS, EDGES = 30.0, 40.0, 50.0  # features: where edges cut, corners of the side, edges
+ROW = 3  # numbers of a row of TURN
+MOST_POINTS = 16  # [-] of the rim, where it crosses the edges, and corners: 4 + 8 + 4
 
-
-@kernel
-def _add(
-    poses: Array,
-    pa: int,
-    found: Array,
-    count: int,
-    axis: int,
-    u: float,
-    v: float,
-    level: float,
-    gap: float,
-    margin: float,
-    feature: float,
-) -> int:
-    """
-    Append a point of the cylinder, if it is within the margin; return the new count.
-
-    u, v  : [m]  along the two axes behind `axis` of the box
-    level : [m]  of the side along `axis`, with its sign
-    """
-    if not gap <= margin:
-        return count
-    w = level + (0.5 * gap if level > 0.0 else -0.5 * gap)
-    i, j = pa + 3 + (axis + 1) % 3, pa + 3 + (axis + 2) % 3
-    k = pa + 3 + axis
-    put_point(
-        found,
-        SCRATCH + count * POINT,
-        poses[pa] + (u * poses[i] + v * poses[j] + w * poses[k]),
-        poses[pa + 1] + (u * poses[i + 3] + v * poses[j + 3] + w * poses[k + 3]),
-        poses[pa + 2] + (u * poses[i + 6] + v * poses[j + 6] + w * poses[k + 6]),
-        gap,
-        feature,
-    )
-    return count + 1
+on_box = Record(begin=SCRATCH)
+TURN = on_box.matrix('-', 'axes of the cylinder (columns) in those of the box')
+OFFSET = on_box.vector('m', 'middle of the cylinder from that of the box, box axes')
+OVER_FACE = on_box.numbers(MOST_POINTS * FLAT_POINT, 'm', 'points over the face, (u, v, w)')
+CANDIDATES = on_box.numbers(MOST_POINTS * POINT, 'm', 'the same as points of a manifold')
 
 
 @inline
 def _row(found: Array, axis: int) -> Any:
     """Axis of the box in the axes of the cylinder."""
-    at = TURN + 3 * axis
-    return found[at], found[at + 1], found[at + 2]
+    return load(found, TURN + ROW * axis)
+
+
+@inline
+def _along_axis(found: Array, axis: int) -> Any:
+    """Component of the axis of the cylinder along an axis of the box."""
+    return found[TURN + ROW * axis + 2]
 
 
 @kernel
-def _load(numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, found: Array) -> None:
-    dx = poses[pb] - poses[pa]
-    dy = poses[pb + 1] - poses[pa + 1]
-    dz = poses[pb + 2] - poses[pa + 2]
+def _relate(poses: Array, pose_a: int, pose_b: int, found: Array) -> None:
+    offset = subtract(load(poses, pose_b), load(poses, pose_a))
     for i in range(3):
-        x, y, z = poses[pa + 3 + i], poses[pa + 6 + i], poses[pa + 9 + i]
-        found[MIDDLE + i] = x * dx + y * dy + z * dz
-        for j in range(3):
-            found[TURN + 3 * i + j] = (
-                x * poses[pb + 3 + j] + y * poses[pb + 6 + j] + z * poses[pb + 9 + j]
-            )
+        axis = pose.axis(poses, pose_a, i)
+        found[OFFSET + i] = dot(axis, offset)
+        store(found, TURN + ROW * i, pose.to_shape(poses, pose_b, axis))
 
 
 @kernel
 def on_face(
-    numbers: Array, a: int, b: int, poses: Array, pa: int, pb: int, margin: float, found: Array
-) -> int:
+    parameters: Array, box: int, cylinder: int, poses: Array, pose_a: int, pose_b: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
     """Find the manifold of a box and a cylinder, or return UNDECIDED; else see `manifold`."""
-    _load(numbers, a, b, poses, pa, pb, found)
-    radius, half = numbers[b], numbers[b + 1]
-    best, axis = -math.inf, 0
+    _relate(poses, pose_a, pose_b, found)
+    radius, half = parameters[cylinder + RADIUS], parameters[cylinder + HALF_LENGTH]
+    best, face = -math.inf, 0
     smallest = min(radius, half)
     along, spread = 0.0, half
     for k in range(3):
-        tx, ty, rise = _row(found, k)
-        h = numbers[a + k]
-        s = abs(found[MIDDLE + k]) - (h + half * abs(rise) + radius * math.sqrt(tx * tx + ty * ty))
-        if not s <= margin:
+        across_x, across_y, rise = _row(found, k)
+        sine = math.sqrt(across_x * across_x + across_y * across_y)
+        half_edge = parameters[box + k]
+        separation = abs(found[OFFSET + k]) - (half_edge + half * abs(rise) + radius * sine)
+        if not separation <= margin:
             return 0
-        if s > best:
-            best, axis = s, k
-        smallest = min(smallest, h)
-        along += found[MIDDLE + k] * rise
-        spread += h * abs(rise)
+        if separation > best:
+            best, face = separation, k
+        smallest = min(smallest, half_edge)
+        along += found[OFFSET + k] * rise
+        spread += half_edge * abs(rise)
     to_beat = best + LEAD * smallest + SHARE * abs(best)
-    s = abs(along) - spread
-    if s > margin:
+    separation = abs(along) - spread
+    if separation > margin:
         return 0
-    by_end = s > to_beat
-    edge = -1
+    by_end = separation > to_beat
+    edge = NO_EDGE
     for k in range(3):
-        _, _, c = _row(found, k)
         i, j = (k + 1) % 3, (k + 2) % 3
-        ni, nj = -found[TURN + 3 * j + 2], found[TURN + 3 * i + 2]  # e_k x a
-        squared = ni * ni + nj * nj
+        normal_i, normal_j = -_along_axis(found, j), _along_axis(found, i)  # e_k x a
+        squared = normal_i * normal_i + normal_j * normal_j
         if squared < PARALLEL:
             continue
-        s = abs(ni * found[MIDDLE + i] + nj * found[MIDDLE + j])
-        s = (s - numbers[a + i] * abs(ni) - numbers[a + j] * abs(nj)) / math.sqrt(squared) - radius
-        if s > margin:
+        separation = abs(normal_i * found[OFFSET + i] + normal_j * found[OFFSET + j])
+        separation = (
+            separation - parameters[box + i] * abs(normal_i) - parameters[box + j] * abs(normal_j)
+        ) / math.sqrt(squared) - radius
+        if separation > margin:
             return 0
-        if s > to_beat:
-            to_beat, edge = s, k
-    if (to_beat if edge >= 0 else best) < -SHALLOW * smallest:
+        if separation > to_beat:
+            to_beat, edge = separation, k
+    if (to_beat if edge != NO_EDGE else best) < -SHALLOW * smallest:
         return UNDECIDED
-    if edge >= 0:
-        return _mantle(numbers, a, b, poses, pa, found, edge, to_beat)
+    if edge != NO_EDGE:
+        return _mantle(parameters, box, cylinder, poses, pose_a, found, edge, to_beat)
     if by_end:
         return UNDECIDED
-    count = _points(numbers, a, b, poses, pa, margin, found, axis)
+    count = _over_face(parameters, box, cylinder, margin, found, face)
+    if not _least_gap(found, count) <= best + HANGING * radius:
+        return UNDECIDED
+    _to_world(parameters, box, poses, pose_a, found, face, count)
+    return keep_four(found, CANDIDATES, count)
+
+
+@inline
+def _least_gap(found: Array, count: int) -> Any:
     least = math.inf
     for k in range(count):
-        least = min(least, found[SCRATCH + k * POINT + 3])
-    if not least <= best + HANGING * radius:
-        return UNDECIDED
-    return keep_four(found, SCRATCH, count)
+        least = min(least, found[OVER_FACE + k * FLAT_POINT + HEIGHT])
+    return least
 
 
 @kernel
 def _mantle(
-    numbers: Array,
-    a: int,
-    b: int,
-    poses: Array,
-    pa: int,
-    found: Array,
-    edge: int,
-    gap: float,
-) -> int:
+    parameters: Array, box: int, cylinder: int, poses: Array, pose_a: int, found: Array,
+    edge: int, separation: float,
+) -> int:  # fmt: skip
     """Find the point between an edge of the box and the mantle; UNDECIDED beyond their ends."""
     i, j = (edge + 1) % 3, (edge + 2) % 3
-    ni, nj = -found[TURN + 3 * j + 2], found[TURN + 3 * i + 2]
-    squared = ni * ni + nj * nj
+    rise_i, rise_j = _along_axis(found, i), _along_axis(found, j)
+    normal_i, normal_j = -rise_j, rise_i
+    squared = normal_i * normal_i + normal_j * normal_j
     length = math.sqrt(squared)
-    if ni * found[MIDDLE + i] + nj * found[MIDDLE + j] < 0.0:
+    offset_i, offset_j = found[OFFSET + i], found[OFFSET + j]
+    if normal_i * offset_i + normal_j * offset_j < 0.0:
         length = -length
-    ni, nj = ni / length, nj / length
-    hi = numbers[a + i] if ni > 0.0 else -numbers[a + i]
-    hj = numbers[a + j] if nj > 0.0 else -numbers[a + j]
-    di, dj = found[TURN + 3 * i + 2], found[TURN + 3 * j + 2]
-    # along the edge the axis is as near to it as it looks: t of the nearest point of the axis
-    t = (di * (hi - found[MIDDLE + i]) + dj * (hj - found[MIDDLE + j])) / squared
-    w = found[MIDDLE + edge] + t * found[TURN + 3 * edge + 2]
-    if not (abs(t) <= numbers[b + 1] and abs(w) <= numbers[a + edge]):
+    normal_i, normal_j = normal_i / length, normal_j / length
+    edge_i = parameters[box + i] if normal_i > 0.0 else -parameters[box + i]
+    edge_j = parameters[box + j] if normal_j > 0.0 else -parameters[box + j]
+    # along the edge the axis is as near to it as it looks: nearest point of the axis
+    on_axis = (rise_i * (edge_i - offset_i) + rise_j * (edge_j - offset_j)) / squared
+    on_edge = found[OFFSET + edge] + on_axis * _along_axis(found, edge)
+    half = parameters[cylinder + HALF_LENGTH]
+    if not (abs(on_axis) <= half and abs(on_edge) <= parameters[box + edge]):
         return UNDECIDED
-    ri, rj, rk = pa + 3 + i, pa + 3 + j, pa + 3 + edge
-    nx = poses[ri] * ni + poses[rj] * nj
-    ny = poses[ri + 3] * ni + poses[rj + 3] * nj
-    nz = poses[ri + 6] * ni + poses[rj + 6] * nj
-    hi, hj = hi + 0.5 * gap * ni, hj + 0.5 * gap * nj
-    put_normal(found, nx, ny, nz)
-    put_point(
-        found,
-        POINTS,
-        poses[pa] + (poses[ri] * hi + poses[rj] * hj + poses[rk] * w),
-        poses[pa + 1] + (poses[ri + 3] * hi + poses[rj + 3] * hj + poses[rk + 3] * w),
-        poses[pa + 2] + (poses[ri + 6] * hi + poses[rj + 6] * hj + poses[rk + 6] * w),
-        gap,
-        EDGES + 4.0 * edge + 2.0 * (ni > 0.0) + (nj > 0.0),
-    )
+    axis_i, axis_j = pose.axis(poses, pose_a, i), pose.axis(poses, pose_a, j)
+    write_normal(found, add_scaled(scale(normal_i, axis_i), normal_j, axis_j))
+    edge_i, edge_j = edge_i + 0.5 * separation * normal_i, edge_j + 0.5 * separation * normal_j
+    across = add_scaled(scale(edge_i, axis_i), edge_j, axis_j)
+    arm = add_scaled(across, on_edge, pose.axis(poses, pose_a, edge))
+    feature = EDGES + 4.0 * edge + 2.0 * (normal_i > 0.0) + (normal_j > 0.0)
+    write_point(found, 0, add(load(poses, pose_a), arm), separation, feature)
     return 1
 
 
+@inline
+def _to_world(
+    parameters: Array, box: int, poses: Array, pose_a: int, found: Array, face: int, count: int
+) -> None:
+    """Write the normal, and make the points over a face of the box points of a manifold."""
+    side = -1.0 if found[OFFSET + face] < 0.0 else 1.0
+    level = side * parameters[box + face]
+    axis_w = pose.axis(poses, pose_a, face)
+    axis_u = pose.axis(poses, pose_a, (face + 1) % 3)
+    axis_v = pose.axis(poses, pose_a, (face + 2) % 3)
+    write_normal(found, scale(side, axis_w))
+    origin = load(poses, pose_a)
+    for k in range(count):
+        at = OVER_FACE + k * FLAT_POINT
+        separation = found[at + HEIGHT]
+        height = level + (0.5 * separation if level > 0.0 else -0.5 * separation)
+        in_face = add_scaled(scale(found[at + U], axis_u), found[at + V], axis_v)
+        position = add(origin, add_scaled(in_face, height, axis_w))
+        write_point_at(found, CANDIDATES + k * POINT, position, separation, found[at + NAME])
+
+
+@inline
+def _append(found: Array, count: int, over_face: Any, margin: float, feature: float) -> Any:
+    """Append a point (u, v, w), if it is within the margin; return the new count."""
+    if not over_face[2] <= margin:
+        return count
+    at = OVER_FACE + count * FLAT_POINT
+    store(found, at, over_face)
+    found[at + NAME] = feature
+    return count + 1
+
+
+@inline
+def _on_disc(center: Any, end_x: Any, end_y: Any, x: float, y: float) -> Any:
+    """Point of the plane of an end: c + x e_x + y e_y."""
+    return add_scaled(add_scaled(center, x, end_x), y, end_y)
+
+
 @kernel
-def _points(
-    numbers: Array,
-    a: int,
-    b: int,
-    poses: Array,
-    pa: int,
-    margin: float,
-    found: Array,
-    axis: int,
+def _over_face(
+    parameters: Array, box: int, cylinder: int, margin: float, found: Array, face: int
 ) -> int:
-    """Collect the points over a side of the box, from SCRATCH on; write the normal."""
-    radius, half = numbers[b], numbers[b + 1]
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    limit_u, limit_v = numbers[a + i] * (1.0 + ROUNDING), numbers[a + j] * (1.0 + ROUNDING)
-    side = -1.0 if found[MIDDLE + axis] < 0.0 else 1.0
-    level = side * numbers[a + axis]
-    tx, ty, rise = _row(found, axis)
-    tx, ty, rise = side * tx, side * ty, side * rise
-    xu, yu, au = _row(found, i)
-    xv, yv, av = _row(found, j)
-    put_normal(
-        found,
-        side * poses[pa + 3 + axis],
-        side * poses[pa + 6 + axis],
-        side * poses[pa + 9 + axis],
-    )
-    ux, uy, slot = lowest_direction(tx, ty)
+    """Collect the points over a face of the box; return their number."""
+    radius, half = parameters[cylinder + RADIUS], parameters[cylinder + HALF_LENGTH]
+    along_u, along_v = (face + 1) % 3, (face + 2) % 3
+    half_u, half_v = parameters[box + along_u], parameters[box + along_v]
+    limit_u, limit_v = half_u * (1.0 + ROUNDING), half_v * (1.0 + ROUNDING)
+    side = -1.0 if found[OFFSET + face] < 0.0 else 1.0
+    tilt_x, tilt_y, rise = scale(side, _row(found, face))
+    u_of_x, u_of_y, u_of_axis = _row(found, along_u)
+    v_of_x, v_of_y, v_of_axis = _row(found, along_v)
+    to_lowest_x, to_lowest_y, fixed_axis = lowest_direction(tilt_x, tilt_y)
     upper_end = rise < 0.0  # the end at +z is the lower one
     end = half if upper_end else -half
-    cu, cv = found[MIDDLE + i] + end * au, found[MIDDLE + j] + end * av
-    lower = side * found[MIDDLE + axis] - numbers[a + axis] - half * abs(rise)
-    lies = half * abs(rise) < radius * (tx * ux + ty * uy)
+    center = (
+        found[OFFSET + along_u] + end * u_of_axis,
+        found[OFFSET + along_v] + end * v_of_axis,
+        side * found[OFFSET + face] - parameters[box + face] - half * abs(rise),
+    )
+    end_x, end_y = (u_of_x, v_of_x, tilt_x), (u_of_y, v_of_y, tilt_y)
+    lies = half * abs(rise) < radius * (tilt_x * to_lowest_x + tilt_y * to_lowest_y)
     count = 0
     for k in range(3 if lies else 4):
-        qx, qy = -radius * ux, -radius * uy
+        x, y = -radius * to_lowest_x, -radius * to_lowest_y
         if k == 1:
-            qx, qy = -qy, qx
+            x, y = -y, x
         elif k == 2:
-            qx, qy = qy, -qx
+            x, y = y, -x
         elif k == 3:
-            qx, qy = -qx, -qy
-        u, v, gap = cu + qx * xu + qy * yu, cv + qx * xv + qy * yv, lower + qx * tx + qy * ty
-        feature = rim_feature(k, slot, upper_end)
+            x, y = -x, -y
+        point = _on_disc(center, end_x, end_y, x, y)
+        feature = rim_feature(k, fixed_axis, upper_end)
         if k == 0 and lies:
-            count = _line(
-                poses,
-                pa,
-                found,
-                count,
-                axis,
-                u,
-                v,
-                gap,
-                -2.0 * end * au,
-                -2.0 * end * av,
-                2.0 * half * abs(rise),
-                limit_u,
-                limit_v,
-                level,
-                margin,
-                feature,
-            )
-        elif abs(u) <= limit_u and abs(v) <= limit_v:
-            count = _add(poses, pa, found, count, axis, u, v, level, gap, margin, feature)
+            line = (-2.0 * end * u_of_axis, -2.0 * end * v_of_axis, 2.0 * half * abs(rise))
+            count = _line(found, point, line, limit_u, limit_v, margin, feature)
+        elif abs(point[0]) <= limit_u and abs(point[1]) <= limit_v:
+            count = _append(found, count, point, margin, feature)
     if lies:
         return count
-    # The circle and the edges of the side: D = p cos + q sin along one of them.
+    count = _cuts(found, count, center, end_x, end_y, radius, limit_u, limit_v, margin)
+    return _corners(found, count, center, end_x, end_y, radius, half_u, half_v, margin)
+
+
+@kernel
+def _cuts(
+    found: Array, count: int, center: Any, end_x: Any, end_y: Any, radius: float,
+    limit_u: float, limit_v: float, margin: float,
+) -> int:  # fmt: skip
+    """
+    Append the points where the circle of an end crosses the edges of the face.
+
+    Along u or v the edge is at D = p cos + q sin.
+    """
     for cut in range(4):
-        p, q, middle, limit = (xu, yu, cu, limit_u) if cut < 2 else (xv, yv, cv, limit_v)
-        d = ((limit if cut & 1 else -limit) - middle) / radius
-        m = p * p + q * q
-        if not d * d < m:
+        across_v = cut < 2  # an edge at a value of u
+        p, q, middle, limit = end_x[1], end_y[1], center[1], limit_v
+        if across_v:
+            p, q, middle, limit = end_x[0], end_y[0], center[0], limit_u
+        distance = ((limit if cut & 1 else -limit) - middle) / radius
+        squared = p * p + q * q
+        if not distance * distance < squared:
             continue
-        root = math.sqrt(m - d * d)
+        root = math.sqrt(squared - distance * distance)
         for turn in range(2):
             sign = -1.0 if turn else 1.0
-            c, s = (p * d - sign * q * root) / m, (q * d + sign * p * root) / m
-            qx, qy = radius * c, radius * s
-            u, v = cu + qx * xu + qy * yu, cv + qx * xv + qy * yv
-            if (abs(v) <= limit_v) if cut < 2 else (abs(u) <= limit_u):
-                gap = lower + qx * tx + qy * ty
-                feature = CUTS + 2.0 * cut + turn
-                count = _add(poses, pa, found, count, axis, u, v, level, gap, margin, feature)
-    # Corners of the side below the end: straight up to the plane of the end.
-    det = xu * yv - yu * xv
+            cosine = (p * distance - sign * q * root) / squared
+            sine = (q * distance + sign * p * root) / squared
+            point = _on_disc(center, end_x, end_y, radius * cosine, radius * sine)
+            if (abs(point[1]) <= limit_v) if across_v else (abs(point[0]) <= limit_u):
+                count = _append(found, count, point, margin, CUTS + 2.0 * cut + turn)
+    return count
+
+
+@kernel
+def _corners(
+    found: Array, count: int, center: Any, end_x: Any, end_y: Any, radius: float,
+    half_u: float, half_v: float, margin: float,
+) -> int:  # fmt: skip
+    """Append the corners of the face below the end: straight up to the plane of the end."""
+    det = end_x[0] * end_y[1] - end_y[0] * end_x[1]
     if det == 0.0:
         return count
     for corner in range(4):
-        u = numbers[a + i] if corner & 1 else -numbers[a + i]
-        v = numbers[a + j] if corner & 2 else -numbers[a + j]
-        du, dv = u - cu, v - cv
-        qx, qy = (du * yv - dv * yu) / det, (dv * xu - du * xv) / det
-        if qx * qx + qy * qy <= radius * radius:
-            gap = lower + qx * tx + qy * ty
-            count = _add(poses, pa, found, count, axis, u, v, level, gap, margin, CORNERS + corner)
+        corner_u = half_u if corner & 1 else -half_u
+        corner_v = half_v if corner & 2 else -half_v
+        arm_u, arm_v = corner_u - center[0], corner_v - center[1]
+        x = (arm_u * end_y[1] - arm_v * end_y[0]) / det
+        y = (arm_v * end_x[0] - arm_u * end_x[1]) / det
+        if x * x + y * y <= radius * radius:
+            separation = center[2] + x * end_x[2] + y * end_y[2]
+            count = _append(
+                found, count, (corner_u, corner_v, separation), margin, CORNERS + corner
+            )
     return count
 
 
 @kernel
 def _line(
-    poses: Array,
-    pa: int,
-    found: Array,
-    count: int,
-    axis: int,
-    u: float,
-    v: float,
-    gap: float,
-    du: float,
-    dv: float,
-    climb: float,
-    limit_u: float,
-    limit_v: float,
-    level: float,
-    margin: float,
+    found: Array, begin: Any, line: Any, limit_u: float, limit_v: float, margin: float,
     feature: float,
-) -> int:
-    """Append the ends of the lowest line of a lying cylinder, as far as it is over the side."""
+) -> int:  # fmt: skip
+    """Write the ends of the lowest line of a lying cylinder, as far as it is over the face."""
     first, last = 0.0, 1.0
-    start, stop = feature, 1.0 - feature if feature < 2.0 else feature + 100.0
+    start, stop = feature, 1.0 - feature if feature < 2.0 else feature + FAR_END
     for direction in range(2):
-        x, d, limit = (v, dv, limit_v) if direction else (u, du, limit_u)
-        if d == 0.0:
-            if abs(x) > limit:
-                return count
+        from_middle, along, limit = begin[0], line[0], limit_u
+        if direction:
+            from_middle, along, limit = begin[1], line[1], limit_v
+        if along == 0.0:
+            if abs(from_middle) > limit:
+                return 0
             continue
-        one, two = (-limit - x) / d, (limit - x) / d
-        if one > two:
-            one, two = two, one
-        if one > first:
-            first, start = one, CUTS + 2.0 * direction + (d > 0.0)
-        if two < last:
-            last, stop = two, CUTS + 2.0 * direction + (d < 0.0)
+        near, far = (-limit - from_middle) / along, (limit - from_middle) / along
+        if near > far:
+            near, far = far, near
+        if near > first:
+            first, start = near, CUTS + 2.0 * direction + (along > 0.0)
+        if far < last:
+            last, stop = far, CUTS + 2.0 * direction + (along < 0.0)
     if first > last:
-        return count
-    for share, name in ((first, start), (last, stop)):
-        count = _add(
-            poses,
-            pa,
-            found,
-            count,
-            axis,
-            u + share * du,
-            v + share * dv,
-            level,
-            gap + share * climb,
-            margin,
-            name,
-        )
-    return count
+        return 0
+    count = _append(found, 0, add_scaled(begin, first, line), margin, start)
+    return _append(found, count, add_scaled(begin, last, line), margin, stop)

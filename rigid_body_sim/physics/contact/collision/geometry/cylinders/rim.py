@@ -21,37 +21,38 @@ from rigid_body_sim.physics.compile.kernels import inline
 FLAT = 1e-4  # [-] sine of the tilt below which an end keeps points fixed in it
 UPPER = 5.0  # features of the end at +z are larger by this, but for those of the lowest points
 FIXED = 10.0  # features of points fixed in an end begin here
+EXACT = -1  # in place of an axis: none, the lowest point is where it is exactly
 
 
 @inline
-def lowest_direction(tx: float, ty: float) -> Any:
+def lowest_direction(tilt_x: float, tilt_y: float) -> Any:
     """
-    Return u (2) in the axes of the end, and the axis d: 0 to 3 for +x, +y, -x, -y, or -1: exact.
+    Return u (2) in the axes of the end, and the axis d: 0 to 3 for +x, +y, -x, -y, or EXACT.
 
-    tx, ty : tau in the axes of the end
+    tilt_x, tilt_y : tau in the axes of the end
     """
-    sine = math.sqrt(tx * tx + ty * ty)
-    slot = -1
+    sine = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
+    axis = EXACT
     if sine < FLAT:
         blend = FLAT - sine
-        if abs(ty) > abs(tx):
-            slot = 3 if ty < 0.0 else 1
-            ty += -blend if ty < 0.0 else blend
+        if abs(tilt_y) > abs(tilt_x):
+            axis = 3 if tilt_y < 0.0 else 1
+            tilt_y += -blend if tilt_y < 0.0 else blend
         else:
-            slot = 2 if tx < 0.0 else 0
-            tx += -blend if tx < 0.0 else blend
-        sine = math.sqrt(tx * tx + ty * ty)
-    return tx / sine, ty / sine, slot
+            axis = 2 if tilt_x < 0.0 else 0
+            tilt_x += -blend if tilt_x < 0.0 else blend
+        sine = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)
+    return tilt_x / sine, tilt_y / sine, axis
 
 
 @inline
-def rim_feature(k: int, slot: int, upper_end: bool) -> Any:
+def rim_feature(k: int, axis: int, upper_end: bool) -> Any:
     """
     Name the point k of an end: 0 lowest, 1 and 2 a quarter turn to either side, 3 opposite.
 
     The lowest points of the two ends, 0 and 1, keep their names while a cylinder rolls.
     """
-    if slot >= 0:
+    if axis != EXACT:
         step = k if k < 2 else 5 - k  # in quarter turns: 0, 1, 3, 2
-        return FIXED + (slot + step) % 4 + UPPER * upper_end
+        return FIXED + (axis + step) % 4 + UPPER * upper_end
     return 1.0 * upper_end if k == 0 else 1.0 + k + UPPER * upper_end

@@ -1,0 +1,67 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The arrays of bodies, forces and constraints in groups, as the stages of a tick take them; those of
+collision are in `collision.collider`.
+
+A group is a NamedTuple: it compiles as an argument of a kernel, and is a plain tuple in Python.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Motion(NamedTuple):
+    """
+    The bodies that move: see `state.blocks`.
+
+    body_count  : rigid bodies and point masses
+    rigid_count : rigid bodies, which come first
+    method      : numbers per body of the integrator
+    """
+
+    body_count: int
+    rigid_count: int
+    translation: Array
+    rotation: Array
+    method: Array
+
+
+class Forces(NamedTuple):
+    """
+    The force elements.
+
+    elements, ranges : tables of the elements, and where each type begins
+    saved            : forces and torques of before the motion of a substep
+    """
+
+    elements: Array
+    ranges: Indices
+    saved: Array
+
+
+class Constraints(NamedTuple):
+    """
+    The manifolds and what the solver makes of them.
+
+    manifolds     : of the tick: see `collision.manifold_record`
+    rows          : constraints in wide lanes: see `solver.constraint`
+    batches       : of eight constraints that share no moving body: see `solver.batch_record`
+    colours       : colours of each body, a bit each, while constraints are coloured
+    open_batches  : the batch of each colour that is not full
+    impulse_cache : impulses for the warm start: see `solver.cache_record`
+    """
+
+    manifolds: Array
+    rows: Array
+    batches: Indices
+    colours: Indices
+    open_batches: Indices
+    impulse_cache: Array

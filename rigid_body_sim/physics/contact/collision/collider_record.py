@@ -1,0 +1,16 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The collider table: what a collider is, and whose.
+"""
+
+from rigid_body_sim.physics.arrays import Record
+
+table = Record()
+TYPE = table.number('-', 'SPHERE ... PLANE, see `collider`')
+PARAMETERS = table.number('-', 'where its shape parameters begin')
+BODY = table.number('-', 'index of its body among those that move; STATIC; -2 - i: i sleeps')
+SCENE_INDEX = table.number('-', 'index of its body in the scene')
+SIZE = table.size
+
+STATIC = -1  # body index of what never moves

@@ -1,0 +1,158 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Graph colouring: contact constraints that share no moving body are put side by side.
+
+Each manifold takes the first colour that neither of its bodies has yet, and a lane of the open
+batch of this colour: constraints of one batch are independent, so eight of them are solved at once
+(wide constraints, see `constraint`). A body keeps its colours as the bits of one integer; what
+cannot move has none. Beyond COLOURS a manifold gets a batch of its own. Batches are visited in the
+order in which they were opened, so that the colouring, and with it each bit of the result, follows
+from the order of the pairs alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
+from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    constraint,
+    contact_point,
+    lane_scratch,
+)
+from rigid_body_sim.physics.contact.solver.manifold_constraints import roundness
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+NOWHERE = 1e9  # [m] separation of a point that a manifold does not have: it never presses
+NO_ROOM = -1  # in place of the number of batches: rows or batches are too few
+
+
+@inline
+def _first_free(used: int) -> int:
+    """Find the first colour whose bit is not set."""
+    colour = 0
+    while colour < batch_record.COLOURS and (used >> colour) & 1:
+        colour += 1
+    return colour
+
+
+@kernel
+def colour_constraints(
+    manifold_count: int, n_moving: int, width: int, row_room: int, batch_room: int,
+    table: Indices, manifolds: Array, bodies: Array, colours: Indices, open_batches: Indices,
+    rows: Array, batches: Indices,
+) -> int:  # fmt: skip
+    """
+    Give each manifold a lane; return the number of batches, or NO_ROOM.
+
+        width        : numbers of a point
+        colours      : scratch, one number a body: the colours that it has, as bits
+        open_batches : scratch: for each colour the last batch of each sort
+    """
+    for body in range(n_moving + 1):
+        colours[body] = 0
+    for sort in range(batch_record.OPEN_BATCHES):
+        open_batches[sort] = batch_record.NONE_OPEN
+    count = 0
+    end = lane_scratch.SIZE
+    for m in range(manifold_count):
+        record = m * manifold_record.SIZE
+        collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
+        collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+        body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
+        body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
+        body_a = body_a if body_a >= 0 else n_moving
+        body_b = body_b if body_b >= 0 else n_moving
+        used_a = colours[body_a] if body_a < n_moving else 0
+        used_b = colours[body_b] if body_b < n_moving else 0
+        colour = _first_free(used_a | used_b)
+        points = int(manifolds[record + manifold_record.POINT_COUNT])
+        point_room = 1 if points == 1 else manifold.MOST
+        kind = batch_record.MIXED
+        if roundness(collider_a, collider_b, table, bodies) > constraint.NOT_ROUND:
+            kind = batch_record.BALLS
+        sort = batch_record.SORTS * colour + (kind if points == 1 else batch_record.SEVERAL_POINTS)
+        batch = open_batches[sort]
+        if (
+            batch == batch_record.NONE_OPEN
+            or colour == batch_record.COLOURS
+            or batches[batch * batch_record.SIZE + batch_record.LANE_COUNT] == constraint.LANES
+        ):
+            batch = count
+            size = constraint.SIZE + point_room * width
+            if batch >= batch_room or end + size > row_room:
+                return NO_ROOM
+            _open(batch * batch_record.SIZE, end, kind, batches)
+            end += size
+            open_batches[sort] = batch
+            count += 1
+        if colour < batch_record.COLOURS:
+            colours[body_a] |= 1 << colour
+            colours[body_b] |= 1 << colour
+        lane = _take_lane(batch * batch_record.SIZE, points, batches)
+        manifolds[record + manifold_record.LANE] = float(lane)
+        rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
+        rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
+    _empty_unused_lanes(count, n_moving, width, rows, batches)
+    _empty_missing_points(manifold_count, width, manifolds, rows)
+    return count
+
+
+@inline
+def _open(batch: int, begin: int, kind: int, batches: Indices) -> None:
+    """Open a batch without lanes."""
+    batches[batch + batch_record.BEGIN] = begin
+    batches[batch + batch_record.POINT_COUNT] = 0
+    batches[batch + batch_record.LANE_COUNT] = 0
+    batches[batch + batch_record.KIND] = kind
+
+
+@inline
+def _take_lane(batch: int, points: int, batches: Indices) -> int:
+    """Take the next lane of a batch for a manifold of so many points; return where it begins."""
+    lane = batches[batch + batch_record.LANE_COUNT]
+    batches[batch + batch_record.LANE_COUNT] = lane + 1
+    batches[batch + batch_record.POINT_COUNT] = max(
+        batches[batch + batch_record.POINT_COUNT], points
+    )
+    return batches[batch + batch_record.BEGIN] + lane
+
+
+@kernel
+def _empty_unused_lanes(
+    count: int, n_moving: int, width: int, rows: Array, batches: Indices
+) -> None:
+    """Write zeros where a batch has no manifold, and the body that cannot move."""
+    for b in range(count):
+        batch = b * batch_record.SIZE
+        begin = batches[batch + batch_record.BEGIN]
+        end = begin + constraint.SIZE + batches[batch + batch_record.POINT_COUNT] * width
+        for lane in range(
+            begin + batches[batch + batch_record.LANE_COUNT], begin + constraint.LANES
+        ):
+            for row in range(lane, end, constraint.LANES):
+                rows[row] = 0.0
+            rows[lane + constraint.BODY_A] = float(n_moving * solver_bodies.SIZE)
+            rows[lane + constraint.BODY_B] = float(n_moving * solver_bodies.SIZE)
+
+
+@kernel
+def _empty_missing_points(manifold_count: int, width: int, manifolds: Array, rows: Array) -> None:
+    """Put points out of reach where a manifold has fewer than its batch: they never press."""
+    for m in range(manifold_count):
+        points = int(manifolds[m * manifold_record.SIZE + manifold_record.POINT_COUNT])
+        if points > 1:
+            lane = int(manifolds[m * manifold_record.SIZE + manifold_record.LANE])
+            for point in range(points, manifold.MOST):
+                begin = lane + constraint.SIZE + point * width
+                for row in range(begin, begin + width, constraint.LANES):
+                    rows[row] = 0.0
+                rows[begin + contact_point.INITIAL_SEPARATION] = NOWHERE

@@ -1,0 +1,42 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Counts: what Python and the kernel of the ticks tell each other in integers.
+
+The kernel returns early where Python is needed, with a status and before anything of the next tick
+has changed (FELL_ASLEEP: after a whole tick); Python answers, and calls it again.
+"""
+
+from rigid_body_sim.physics.arrays import Record
+
+counts = Record()
+# said by Python
+COLLIDERS = counts.number('-', 'how many there are')
+PLANES = counts.number('-', 'how many of them are planes, the first ones')
+LANES = counts.number('-', 'lanes at once; told so that the compiler does not know it')
+PAIR_ROOM = counts.number('-', 'room in the list of pairs')
+MANIFOLD_ROOM = counts.number('-', 'room in the list of manifolds')
+ROW_ROOM = counts.number('-', 'room for rows of constraints, in numbers')
+BATCH_ROOM = counts.number('-', 'room in the list of batches')
+CACHE_ROOM = counts.number('-', 'room in the impulse cache, in numbers')
+PIECE = counts.number('-', '0: whole ticks; else each call is one of so many pieces of a tick')
+SLEEP_CHANGED = counts.number('-', '1: other bodies sleep than in the last call')
+# said by the kernel
+STATUS = counts.number('-', 'why it has returned: one of the names below')
+DONE = counts.number('-', 'ticks that were done')
+PAIRS = counts.number('-', 'pairs in the last tick')
+MANIFOLDS = counts.number('-', 'manifolds in the last tick')
+BATCHES = counts.number('-', 'batches of constraints in the last tick')
+PIECES = counts.number('-', 'into so many the tick should be cut')
+ASSEMBLED = counts.number('-', '1: batches and rows are those of the manifolds in the cache')
+SIZE = counts.size
+
+# statuses
+COMPLETE = 0  # all ticks are done
+SHORT_OF_PAIRS = 1  # which list is too short
+SHORT_OF_MANIFOLDS = 2
+SHORT_OF_ROWS = 3
+SHORT_OF_CACHE = 4
+TOO_LONG = 5  # the tick should be cut into pieces
+WOKEN = 6  # sleepers are marked that wake before the tick
+FELL_ASLEEP = 7  # some body fell asleep in the tick

@@ -1,0 +1,204 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The arrays of a scene with contact: made once, but for the lists, which grow.
+
+Each array is an attribute with the name that it has in the kernel of the ticks (`step.ARRAYS`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact import solver_bodies, step, tick_counts
+from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
+    collider_record,
+    hash_grid,
+    manifold_record,
+    material_record,
+    neighbour_list,
+    pose,
+    swept_aabbs,
+)
+from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
+from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
+from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.energy.scratch import make_scratch
+from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    cache_record,
+    constraint,
+    lane_scratch,
+)
+from rigid_body_sim.physics.contact.solver.forces_of_state import SAVED
+from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
+from rigid_body_sim.physics.state.blocks import blocks
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+# room at first, per collider and beside
+PAIRS_OF_EACH, PAIRS_BESIDE = 16, 16
+MANIFOLDS_OF_EACH, MANIFOLDS_BESIDE = 4, 8
+BATCHES_OF_EACH, BATCHES_BESIDE = 4, 64
+COLLIDERS_OF_A_BATCH, FULL_BATCHES_BESIDE = 2, 40
+
+CACHE_LINE = 8  # numbers
+
+
+class WorldArrays:
+    """
+    The arrays of one scene.
+
+    arguments : all of them, as the kernel takes them
+    """
+
+    def __init__(self, body_count: int, width: int, flows: Array) -> None:
+        """Make what does not depend on colliders; width: numbers of a contact point."""
+        self._width = width
+        self.flows = flows
+        self.bodies = aligned((body_count + 1) * solver_bodies.SIZE)
+        self.colours = np.zeros(body_count + 1, dtype=np.int64)
+        self.touching = np.zeros(body_count + 1, dtype=np.int64)
+        self.marks = np.zeros(body_count + 1, dtype=np.int64)
+        self.saved = np.zeros(max(1, blocks(body_count)) * SAVED)
+        self.open_batches = np.zeros(batch_record.OPEN_BATCHES, dtype=np.int64)
+        self.found = np.zeros(manifold.FOUND)
+        self.counts = np.zeros(tick_counts.SIZE, dtype=np.int64)
+        self.counts[tick_counts.LANES] = constraint.LANES
+        self._add_all(make_scratch(body_count)._asdict())
+
+    def _add_all(self, arrays: dict[str, Any]) -> None:
+        for name, array in arrays.items():
+            setattr(self, name, array)
+
+    def take_colliders(self, colliders: Colliders, order: Indices) -> None:
+        """Take over the colliders in an order, and make the arrays that depend on them."""
+
+        def ordered(array: NDArray[Any], size: int) -> NDArray[Any]:
+            return np.ascontiguousarray(array.reshape(-1, size)[order]).ravel()
+
+        count = len(order)
+        self.shape_parameters = colliders.shape_parameters
+        self.table = ordered(colliders.table, collider_record.SIZE)
+        self.local_bounds = ordered(colliders.local_bounds, bounds_record.SIZE)
+        self.local_poses = ordered(colliders.local_poses, pose.SIZE)
+        self.materials = ordered(colliders.materials, material_record.SIZE)
+        poses = ordered(colliders.poses, pose.SIZE)
+        self.poses = np.concatenate(
+            (poses, np.zeros(2 * pose.SIZE))
+        )  # and two for the way of a pair
+        self.swept = np.zeros(max(1, count) * swept_aabbs.SIZE)
+        self.fat_aabbs = np.zeros(neighbour_list.size_of_fat_aabbs(count))
+        self.hash_heads = np.zeros(hash_grid.size_of_heads(count), dtype=np.int64)
+        self.grid = np.zeros(max(1, count) * hash_grid.SIZE, dtype=np.int64)
+        planes = self.table[collider_record.TYPE :: collider_record.SIZE] == PLANE
+        self.counts[tick_counts.COLLIDERS] = count
+        self.counts[tick_counts.PLANES] = int(np.sum(planes))
+        self._note_symmetry()
+        self._make_lists(count)
+
+    def _note_symmetry(self) -> None:
+        """Tell the solver how each body turns."""
+        table = self.table.reshape(-1, collider_record.SIZE)
+        local_poses = self.local_poses.reshape(-1, pose.SIZE)
+        rows = self.bodies.reshape(-1, solver_bodies.SIZE)
+        axis = slice(solver_bodies.SYMMETRY_AXIS, solver_bodies.SYMMETRY_AXIS + 3)
+        for body, places in members(table[:, collider_record.BODY]):
+            kinds = table[places, collider_record.TYPE].tolist()
+            rows[body, solver_bodies.SYMMETRY], rows[body, axis] = symmetry_of(
+                kinds, local_poses[places]
+            )
+
+    def usual_radius(self) -> float:
+        """Median of the bounding radii [m] of what has one."""
+        radii = self.local_bounds[bounds_record.RADIUS :: bounds_record.SIZE]
+        radii = radii[np.isfinite(radii) & (radii > 0.0)]
+        return float(np.median(radii)) if radii.size else 1.0
+
+    def take_sleep_state(self, state: SleepState) -> None:
+        """Take over what is known of sleep; without it, of no bodies."""
+        self._add_all(state._asdict())
+
+    def _make_lists(self, count: int) -> None:
+        """Make the lists that grow."""
+        self._make_pair_lists(PAIRS_OF_EACH * count + PAIRS_BESIDE)
+        manifolds = MANIFOLDS_OF_EACH * count + MANIFOLDS_BESIDE
+        self.manifolds = np.zeros(manifolds * manifold_record.SIZE)
+        room = cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE
+        self.cache = np.zeros(cache_record.HEAD + manifolds * room)
+        batches = count // COLLIDERS_OF_A_BATCH + FULL_BATCHES_BESIDE
+        room = constraint.SIZE + manifold.MOST * self._width
+        self.rows = aligned(lane_scratch.SIZE + batches * room)
+        batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
+        self.batches = np.zeros(batches * batch_record.SIZE, dtype=np.int64)
+
+    def _make_pair_lists(self, room: int) -> None:
+        self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)
+        self.pair_ids = np.zeros(room, dtype=np.int64)
+
+    def pack(self) -> None:
+        """Measure the lists and make the arguments of the kernel."""
+        counts = self.counts
+        counts[tick_counts.ASSEMBLED] = 0
+        counts[tick_counts.PAIR_ROOM] = len(self.pair_ids)
+        counts[tick_counts.MANIFOLD_ROOM] = len(self.manifolds) // manifold_record.SIZE
+        counts[tick_counts.ROW_ROOM] = len(self.rows)
+        counts[tick_counts.BATCH_ROOM] = len(self.batches) // batch_record.SIZE
+        counts[tick_counts.CACHE_ROOM] = len(self.cache)
+        self.arguments = tuple(argument(getattr(self, name)) for name in step.ARRAYS)
+
+    def grow(self) -> None:
+        """Double the list that was too short; nothing else in it is needed but the cache."""
+        status = self.counts[tick_counts.STATUS]
+        if status == tick_counts.SHORT_OF_PAIRS:
+            self._make_pair_lists(2 * int(self.counts[tick_counts.PAIRS]))
+        elif status == tick_counts.SHORT_OF_MANIFOLDS:
+            manifolds = 2 * int(self.counts[tick_counts.MANIFOLDS])
+            self.manifolds = np.zeros(manifolds * manifold_record.SIZE)
+        elif status == tick_counts.SHORT_OF_CACHE:
+            self.cache = np.concatenate((self.cache, np.zeros(len(self.cache))))
+        else:
+            self.rows = aligned(2 * len(self.rows))
+            self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
+        self.pack()
+
+    @property
+    def cache_in_use(self) -> Array:
+        """The impulse cache as far as it is in use: a view."""
+        return self.cache[: size_in_use(self.cache)]
+
+    def put_cache(self, numbers: Array) -> None:
+        """Write the impulse cache; no numbers: nothing is known of any contact."""
+        if len(numbers) > len(self.cache):
+            self.cache = np.zeros(len(numbers))
+            self.pack()
+        self.cache[: cache_record.HEAD] = 0.0
+        self.cache[: len(numbers)] = numbers
+        self.counts[tick_counts.ASSEMBLED] = 0
+
+    @property
+    def manifolds_in_use(self) -> Array:
+        """Manifolds of the last tick or piece: a view."""
+        return self.manifolds[: self.counts[tick_counts.MANIFOLDS] * manifold_record.SIZE]
+
+    def put_manifolds(self, manifolds: Array) -> None:
+        """Write the manifolds that are left."""
+        self.manifolds[: len(manifolds)] = manifolds
+        self.counts[tick_counts.MANIFOLDS] = len(manifolds) // manifold_record.SIZE
+
+
+def aligned(size: int) -> Array:
+    """
+    Make zeros that begin where a cache line does: eight lanes are one line, and a vector that
+    straddles two costs twice as much.
+    """
+    array = np.zeros(size + CACHE_LINE)
+    skip = -array.ctypes.data // array.itemsize % CACHE_LINE
+    return array[skip : skip + size]

@@ -1,0 +1,200 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What tests see of the inside of the package: the only module of the tests that names what is
+private there, so that a change inside is followed here and nowhere else.
+"""
+
+import argparse
+
+import numpy as np
+
+from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.contact.collision.collider import NAMES, Colliders
+from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.forces.acting_elements import ActingElements
+from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
+from rigid_body_sim.physics.forces.tables import stacked
+from rigid_body_sim.physics.integration import integrators
+
+PAIRS = tuple((a, b) for a in range(len(NAMES) - 1) for b in range(a, len(NAMES)))
+
+
+def stepper(simulation):
+    """
+    The arrays of a simulation and the kernels that advance them.
+    """
+    return simulation._stepper
+
+
+def layout(simulation):
+    """
+    Where bodies stand in the arrays.
+    """
+    return simulation._layout
+
+
+def elements(simulation):
+    """
+    Everything that acts in a simulation.
+    """
+    return simulation._stepper._elements
+
+
+def with_commands(simulation):
+    """
+    The same simulation with what is held in its arrays, as before a tick.
+    """
+    simulation._take_held()
+    return simulation
+
+
+def rows_of_method(simulation):
+    """
+    Numbers per body that the integrator has at hand.
+    """
+    return simulation._stepper._method
+
+
+def kernels_of(simulation):
+    """
+    The kernels of a simulation, without and with what depends on the state.
+    """
+    return simulation._stepper._free_kernel(), simulation._stepper._coupled_kernel()
+
+
+def advance_by(simulation, kernel):
+    """
+    Take another kernel for the one with what depends on the state.
+    """
+    simulation._stepper._coupled = kernel
+
+
+def contact(simulation):
+    """
+    The contact of a simulation.
+    """
+    return simulation._stepper.contact
+
+
+def world(simulation):
+    """
+    The arrays of the contact of a simulation.
+    """
+    return contact(simulation).arrays
+
+
+def shorten(simulation, **lengths):
+    """
+    Cut arrays of contact to a length each.
+    """
+    arrays = world(simulation)
+    for name, length in lengths.items():
+        setattr(arrays, name, getattr(arrays, name)[:length])
+    arrays.pack()
+
+
+def watch_pieces(simulation, watch):
+    """
+    Tell into how many pieces a tick of contact is cut, before it is.
+    """
+    of_scene = contact(simulation)
+    in_pieces = of_scene._advance_in_pieces
+
+    def watched(*arguments):
+        watch()
+        return in_pieces(*arguments)
+
+    of_scene._advance_in_pieces = watched
+
+
+def flows(simulation):
+    """
+    What contact keeps of masses that change.
+    """
+    return world(simulation).flows
+
+
+def islands(simulation):
+    """
+    The islands that sleep.
+    """
+    return contact(simulation)._sleepers._islands
+
+
+def asleep(simulation):
+    """
+    Names of the bodies that sleep.
+    """
+    cores = enumerate(contact(simulation)._sleepers._names)
+    bodies = simulation.scene.bodies
+    return {bodies[simulation.scene_index(core)].name for core, name in cores if name}
+
+
+def kept_for_sleep(simulation):
+    """
+    What contact keeps for sleep, and the arrays that it hands to its kernel for it.
+    """
+    arrays = [getattr(world(simulation), name) for name in SleepState._fields]
+    return contact(simulation)._sleepers, arrays
+
+
+def source_digest():
+    """
+    Digest of the sources of all kernels.
+    """
+    return kernels._source_digest()
+
+
+def flush(recorder):
+    """
+    Let a recorder write what it has.
+    """
+    recorder._writer.flush()
+
+
+def wanted(words):
+    """
+    What the verb report understands of its words.
+    """
+    from rigid_body_sim.verbs import report
+
+    parser = argparse.ArgumentParser()
+    report.add_arguments(parser)
+    return report._wanted(parser.parse_args(words))
+
+
+def add_integrator(patch, integrator):
+    """
+    Let an integrator be known by its name.
+    """
+    patch.setitem(integrators.INTEGRATORS._found, integrator.name, integrator)
+
+
+def know_all_pairs(patch):
+    """
+    Let the kernel of each scene of contact know all pairs of shapes, also those that cannot meet
+    in it: scenes of other shapes then share one kernel, which gives each the same bits.
+
+    patch : pytest's monkeypatch
+    """
+    patch.setattr(Colliders, 'pairs', lambda _: PAIRS)
+
+
+def know_forces(patch, *kinds):
+    """
+    Let the kernel of each scene with forces know these kinds of forces too, with no element of
+    them: scenes of other forces then share one kernel, which gives each the same bits.
+
+    patch : pytest's monkeypatch
+    """
+    made = ActingElements.__init__
+
+    def knowing(self, scene, layout):
+        made(self, scene, layout)
+        if self._types:
+            self._types = [kind for kind in FORCES if kind in (*self._types, *kinds)]
+            _, self._ranges, self._switches = stacked(scene.forces, self._types, layout)
+            self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
+
+    patch.setattr(ActingElements, '__init__', knowing)
