@@ -22,9 +22,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
@@ -34,8 +32,6 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.vectors import add, apply_symmetric, cross, dot, load, subtract
-
-Array = NDArray[np.float64]
 
 
 @inline
