@@ -63,3 +63,10 @@ def test_the_example_of_the_page_works_as_the_page_says(page, tmp_path):
 
 def test_there_is_a_page_for_each_family():
     assert [page.stem for page in PAGES] == ['force', 'integrator', 'pair', 'problem']
+
+
+def test_the_pair_of_the_page_is_the_one_that_ships():
+    page = (ROOT / 'docs' / 'how-to' / 'pair.md').read_text(encoding='utf-8')
+    (block,) = (found for found in BLOCK.finditer(page) if FILE.search(page, 0, found.start()))
+    path = FILE.search(page, 0, block.start()).group(1)
+    assert (ROOT / path).read_text(encoding='utf-8') == block.group(2)
