@@ -364,8 +364,8 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
         return True
     counts[tick_counts.BATCHES] = colouring.colour_constraints(
         count, body_count, WIDTH, counts[tick_counts.ROW_ROOM], counts[tick_counts.BATCH_ROOM],
-        table, constraints.manifolds, bodies, constraints.colours, constraints.open_batches, constraints.rows,
-        constraints.batches,
+        table, constraints.manifolds, bodies, constraints.colours, constraints.open_batches,
+        constraints.rows, constraints.batches,
     )  # fmt: skip
     counts[tick_counts.ASSEMBLED] = 0
     return counts[tick_counts.BATCHES] != colouring.NO_ROOM
