@@ -80,10 +80,10 @@ def shorten(simulation, **lengths):
     """
     Cut arrays of contact to a length each.
     """
-    contact = world(simulation)
+    arrays = world(simulation).arrays
     for name, length in lengths.items():
-        setattr(contact, name, getattr(contact, name)[:length])
-    contact._pack()
+        setattr(arrays, name, getattr(arrays, name)[:length])
+    arrays.pack()
 
 
 def watch_pieces(simulation, watch):
@@ -91,20 +91,20 @@ def watch_pieces(simulation, watch):
     Tell into how many pieces a tick of contact is cut, before it is.
     """
     contact = world(simulation)
-    in_pieces = contact._in_pieces
+    in_pieces = contact._advance_in_pieces
 
     def watched(*arguments):
-        watch(contact)
+        watch(contact.arrays)
         return in_pieces(*arguments)
 
-    contact._in_pieces = watched
+    contact._advance_in_pieces = watched
 
 
 def flows(simulation):
     """
     What contact keeps of masses that change.
     """
-    return world(simulation)._flows
+    return world(simulation).arrays.flows
 
 
 def islands(simulation):
@@ -128,7 +128,8 @@ def kept_for_sleep(simulation):
     What contact keeps for sleep, and the arrays that it hands to its kernel for it.
     """
     contact = world(simulation)
-    return contact._sleepers, contact._arguments[-3:]
+    arrays = contact.arrays
+    return contact._sleepers, (arrays.sleep_states, arrays.radii, arrays.element_groups)
 
 
 def source_digest():

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact import step
+from rigid_body_sim.physics.contact import tick_counts
 from rigid_body_sim.physics.contact.collision.collider import (
     BOUNDS,
     CORE,
@@ -235,27 +235,28 @@ class Watched:
 
     def __init__(self, bodies):
         self.simulation = Simulation(scene(bodies))
-        self.plan = inside.world(self.simulation)
+        self.arrays = inside.world(self.simulation).arrays
         self.made = self.cut = 0
         self._pieces = 1
         inside.watch_pieces(self.simulation, self._watch_pieces)
 
-    def _watch_pieces(self, plan):
-        self._pieces = int(plan.counts[step.PIECES])
+    def _watch_pieces(self, arrays):
+        self._pieces = int(arrays.counts[tick_counts.PIECES])
         self.cut += 1
 
     def step(self, ticks):
-        plan, counts = self.plan, self.plan.counts
+        arrays, counts = self.arrays, self.arrays.counts
         for _ in range(ticks):
             self._pieces = 1
             self.simulation.step()
             h = self.simulation.dt / self._pieces
-            found = plan.keys[: counts[step.PAIRS]].tolist()
-            n, planes = int(counts[step.N_COLLIDERS]), int(counts[step.PLANES])
-            arrays = (plan.numbers, plan.table, plan.bounds, plan.poses, plan.reaches)
-            colliders = ColliderArrays(*(argument(array) for array in arrays))
+            found = arrays.pair_ids[: counts[tick_counts.PAIRS]].tolist()
+            n, planes = int(counts[tick_counts.COLLIDERS]), int(counts[tick_counts.PLANES])
+            shapes = (arrays.shape_parameters, arrays.table, arrays.local_bounds)
+            places = (arrays.poses, arrays.swept)
+            colliders = ColliderArrays(*(argument(array) for array in (*shapes, *places)))
             assert found == all_pairs(n, planes, h, colliders)
-            self.made += plan.kept[AGE] == 1
+            self.made += arrays.neighbours[AGE] == 1
         return self.simulation.state_bytes()
 
 
@@ -282,5 +283,4 @@ def test_planes_are_kept_only_for_what_is_near():
     bodies.append(box('box', 0.2, (-1.0, 0.0, 9.0)))
     sim = Simulation(scene(bodies))
     sim.step()
-    plan = sim._stepper.contact
-    assert 0 < plan.kept[LENGTH] < 8
+    assert 0 < inside.world(sim).arrays.neighbours[LENGTH] < 8

@@ -110,7 +110,7 @@ def test_pairs_that_cannot_meet_change_no_bit(monkeypatch):
 
 def test_lists_that_are_too_short_grow_without_a_trace():
     sim, other = Simulation(scene(heap(6))), Simulation(scene(heap(6)))
-    inside.shorten(other, keys=1, records=32, memory=2, rows=500)
+    inside.shorten(other, pair_ids=1, manifolds=32, cache=2, rows=500)
     sim.step(300)
     other.step(300)
     assert other.state_bytes() == sim.state_bytes()

@@ -40,8 +40,9 @@ FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go 
         'diagnostics', 'contact', 'stepper', 'simulation',
     ),
     'physics.contact': (
-        'settings', 'suited_integrators', 'solver_bodies', 'collision', 'solver', 'islands',
-        'energy', 'readout', 'step', 'world',
+        'settings', 'suited_integrators', 'tick_settings', 'tick_counts', 'solver_bodies',
+        'array_groups', 'collision', 'solver', 'touching', 'islands', 'energy', 'readout', 'step',
+        'world_arrays', 'world',
     ),
     'physics.integration': (
         'status', 'options', 'limits', 'free_rotation', 'schemes', 'integrator', 'orientation',
@@ -53,7 +54,7 @@ MOST_PARAMETERS = 12
 ARRAYS = 'its arrays are handed on one by one, not yet in groups'
 NUMBERS = 'vectors and matrices are handed on number by number'
 CASES = 'more than one thing is done in it'
-RECIPE = 'the recipe of a tick with contact, not yet told in stages'
+BOUNDARY = 'groups of arrays cost more where Python calls: figures in its docstring'
 TOO_LARGE = {  # module.function in physics -> why it still is; an entry not needed fails
     'adaptive._advance': CASES,
     'assembly.fill_rows': CASES,
@@ -71,14 +72,12 @@ TOO_LARGE = {  # module.function in physics -> why it still is; an entry not nee
     'on_face._points': CASES,
     'quaternions._rates': NUMBERS,
     'quaternions._slope': NUMBERS,
-    'restitution_bound.limit': CASES,
     'scheme._add_differences': ARRAYS,
     'scheme._attempt': ARRAYS,
     'scheme._solve_stage': ARRAYS,
     'separation._load': ARRAYS,
-    'sleep.settle': ARRAYS,
     'stage.subtract_column': ARRAYS,
-    'step._advance': RECIPE,
+    'step._advance': BOUNDARY,
 }
 
 

@@ -169,8 +169,9 @@ def _advance(
 
         ticks, tick, h : how many; number of the first; length [s]
 
-    The arrays stand in a row, because groups of them cost more at the boundary than in here; the
-    names in this row from `settings` on are those by which `world` hands them over (`ARRAYS`).
+    The arrays stand in a row and are grouped in here: as groups they cost a call from Python 27 us
+    in place of 7 us, and a tick of ten boxes is 12 us. The names in the row from `settings` on are
+    those by which `world_arrays` hands them over (`ARRAYS`).
     """
     world = World(
         Motion(body_count, rigid_count, translation, rotation, method),
