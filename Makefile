@@ -3,6 +3,8 @@
 ROOT := $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))
 PYTHON := $(ROOT)/.venv/bin/python
 PYTEST_ARGS ?=
+# Two workers; what compiles the same kernels goes to one of them, what takes longest begins (test/conftest.py).
+WORKERS := -p hypothesispytest -p xdist -n 2 --dist loadgroup --no-loadscope-reorder
 REPORT_ARGS ?=
 
 # The package is run from this tree. A foreign PYTHONPATH counts only where a ROS 2 is sourced.
@@ -32,14 +34,14 @@ demo: venv  ## node, commands from a second process, bag, replay, picture
 	@cd $(ROOT) && $(PYTHON) tools/demo.py
 
 test: venv  ## the whole test suite; PYTEST_ARGS='-k name' for a part
-	@cd $(ROOT) && $(PYTHON) -m pytest -q -p hypothesispytest -p xdist -n 2 $(PYTEST_ARGS)
+	@cd $(ROOT) && $(PYTHON) -m pytest -q $(WORKERS) $(PYTEST_ARGS)
 
 test-stability: venv  ## the hard cases in full: 1e7 ticks, 1e4 s, every method; some minutes
-	@cd $(ROOT) && $(PYTHON) -m pytest -q -p hypothesispytest -p xdist -n 2 -m 'long or not long' $(PYTEST_ARGS) test/stability
+	@cd $(ROOT) && $(PYTHON) -m pytest -q $(WORKERS) -m 'long or not long' $(PYTEST_ARGS) test/stability
 
 # Compiled anew into a folder of its own, with every index checked against its array.
 test-bounds: venv  ## the tests of what is compiled, each index of each array checked; half an hour
-	@cd $(ROOT) && NUMBA_BOUNDSCHECK=1 RIGID_BODY_SIM_CACHE=$(ROOT)/.venv/cache/bounds $(PYTHON) -m pytest -q -p hypothesispytest -p xdist -n 2 $(PYTEST_ARGS) test/contact test/integrators test/laws test/stability
+	@cd $(ROOT) && NUMBA_BOUNDSCHECK=1 RIGID_BODY_SIM_CACHE=$(ROOT)/.venv/cache/bounds $(PYTHON) -m pytest -q $(WORKERS) $(PYTEST_ARGS) test/contact test/integrators test/laws test/stability
 
 lint: venv  ## ruff and pyright
 	@cd $(ROOT) && .venv/bin/ruff check && .venv/bin/ruff format --check && .venv/bin/pyright

@@ -42,7 +42,7 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.10',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={f'{NAME}.view': ['*.html'], f'{NAME}.report': ['assets/*']},
+    package_data={NAME: ['py.typed'], f'{NAME}.view': ['*.html'], f'{NAME}.report': ['assets/*']},
     install_requires=[
         'setuptools',
         'matplotlib',

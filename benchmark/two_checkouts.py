@@ -45,7 +45,7 @@ def free_bodies(count: int) -> dict[str, Any]:
 def pile(shape: dict[str, Any], side: int, height: int, spacing: float) -> dict[str, Any]:
     """Bodies that fall onto the ground from a loose grid."""
     return {
-        'dt': 1 / 240,
+        'dt': 0.004,
         'gravity': [0, 0, -9.81],
         'contact': {'mode': 'timestep'},
         'bodies': [

@@ -21,6 +21,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from .patience import PATIENCE
+
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
 FLAGS = (
     '--headless=new',
@@ -32,7 +34,6 @@ FLAGS = (
     '--disable-background-networking',
     '--remote-debugging-pipe',
 )
-PATIENCE = 60.0  # [s] for one answer: a busy machine needs seconds to start a browser
 FREE = 100  # file descriptors from here on are not 3 and 4, which the browser wants
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.contact.collision.collider import NAMES, Colliders
+from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
 from rigid_body_sim.physics.forces.tables import stacked
@@ -69,18 +70,25 @@ def advance_by(simulation, kernel):
     simulation._stepper._coupled = kernel
 
 
-def world(simulation):
+def contact(simulation):
     """
     The contact of a simulation.
     """
     return simulation._stepper.contact
 
 
+def world(simulation):
+    """
+    The arrays of the contact of a simulation.
+    """
+    return contact(simulation).arrays
+
+
 def shorten(simulation, **lengths):
     """
     Cut arrays of contact to a length each.
     """
-    arrays = world(simulation).arrays
+    arrays = world(simulation)
     for name, length in lengths.items():
         setattr(arrays, name, getattr(arrays, name)[:length])
     arrays.pack()
@@ -90,35 +98,35 @@ def watch_pieces(simulation, watch):
     """
     Tell into how many pieces a tick of contact is cut, before it is.
     """
-    contact = world(simulation)
-    in_pieces = contact._advance_in_pieces
+    of_scene = contact(simulation)
+    in_pieces = of_scene._advance_in_pieces
 
     def watched(*arguments):
-        watch(contact.arrays)
+        watch()
         return in_pieces(*arguments)
 
-    contact._advance_in_pieces = watched
+    of_scene._advance_in_pieces = watched
 
 
 def flows(simulation):
     """
     What contact keeps of masses that change.
     """
-    return world(simulation).arrays.flows
+    return world(simulation).flows
 
 
 def islands(simulation):
     """
     The islands that sleep.
     """
-    return world(simulation)._sleepers._islands
+    return contact(simulation)._sleepers._islands
 
 
 def asleep(simulation):
     """
     Names of the bodies that sleep.
     """
-    cores = enumerate(world(simulation)._sleepers._names)
+    cores = enumerate(contact(simulation)._sleepers._names)
     bodies = simulation.scene.bodies
     return {bodies[simulation.scene_index(core)].name for core, name in cores if name}
 
@@ -127,9 +135,8 @@ def kept_for_sleep(simulation):
     """
     What contact keeps for sleep, and the arrays that it hands to its kernel for it.
     """
-    contact = world(simulation)
-    arrays = contact.arrays
-    return contact._sleepers, (arrays.sleep_states, arrays.radii, arrays.element_groups)
+    arrays = [getattr(world(simulation), name) for name in SleepState._fields]
+    return contact(simulation)._sleepers, arrays
 
 
 def source_digest():
@@ -188,6 +195,6 @@ def know_forces(patch, *kinds):
         if self._types:
             self._types = [kind for kind in FORCES if kind in (*self._types, *kinds)]
             _, self._ranges, self._switches = stacked(scene.forces, self._types, layout)
-            self.hold(np.zeros((0, held_body_wrench.COLUMNS)))
+            self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
     patch.setattr(ActingElements, '__init__', knowing)

@@ -12,7 +12,7 @@ them.
     torque = d/dt (R I R^T w) = R (I w'_B + w_B x I w_B)            [N m]
 
 The wrench is what acts beside the uniform gravity g: at the centre of mass, world axes. For a body
-whose mass flows it is that of the model in `physics.variable_mass`, thrust included.
+whose mass flows it is that of the model in `model.variable_mass`, thrust included.
 
 The error of each quantity is estimated by its distance to the same quantity from a spline of
 degree seven: while the samples resolve the motion that one is far nearer to the truth, and noise

@@ -49,7 +49,7 @@ class Simulation:
     One run of one scene.
 
     scene      : what `rigid_body_sim.load_scene` returns
-    integrator : name in `physics.integrators.INTEGRATORS`; None: the scene's
+    integrator : name in `integration.integrators.INTEGRATORS`; None: the scene's
     integrator_options : its options by name; None: those of the scene if the integrator is the
                          scene's, else defaults
     dt         : [s] a whole number of nanoseconds; None: the scene's

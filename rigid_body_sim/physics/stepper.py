@@ -6,7 +6,7 @@ it is first needed.
 
 A scene in which nothing depends on the state (commands in world axes, uniform gravity) takes the
 free kernel; forces between bodies, drag, or a command in body axes take the coupled one. Where a
-force begins or ends at an instant of its own, the ticks are cut there (`schedule`).
+force begins or ends at an instant of its own, the ticks are cut there (`forces.schedule`).
 """
 
 from __future__ import annotations
@@ -27,15 +27,16 @@ from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import f
 from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.blocks import (
-    FX,
-    HX,
-    KX,
-    LX,
-    PX,
-    QX,
+    ANGULAR_MOMENTUM,
+    FORCE,
+    HELD_FORCE,
+    HELD_TORQUE,
+    LANES,
+    MOMENTUM,
+    ORIENTATION,
     ROTATION,
+    TORQUE,
     TRANSLATION,
-    TX,
     blocks,
     gather,
     rows,
@@ -46,6 +47,7 @@ from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
 
+WORKSPACE = 5  # its place among the arguments of a kernel
 CHUNK = 1000  # [tick] between two copies of the state, to which a diverging run returns
 
 
@@ -91,7 +93,7 @@ class Stepper:
         remembers = self._integrator.remembers
         if remembers is None:
             return self._integrator.coefficients(self._layout.moments)
-        return remembers(gather(self.rotation, ROTATION, QX, 4, self._layout.n_rigid))
+        return remembers(gather(self.rotation, ROTATION, ORIENTATION, 4, self._layout.n_rigid))
 
     @property
     def _state(self) -> tuple[Array, ...]:
@@ -120,10 +122,10 @@ class Stepper:
 
     def memory(self) -> Array:
         """Give what the integrator remembers beside the blocks, (n_rigid, rows); often nothing."""
-        rows_kept = self._method.size // max(1, blocks(self._layout.n_rigid) * 64)
+        rows_kept = self._method.size // max(1, blocks(self._layout.n_rigid) * LANES)
         if self._integrator.remembers is None or not rows_kept:
             return np.zeros((self._layout.n_rigid, 0))
-        return gather(self._method, 64 * rows_kept, 0, rows_kept, self._layout.n_rigid)
+        return gather(self._method, LANES * rows_kept, 0, rows_kept, self._layout.n_rigid)
 
     def remembered(self) -> Array:
         """
@@ -144,9 +146,9 @@ class Stepper:
 
     def _blocks_of(self, coefficients: Array) -> Array:
         width = coefficients.shape[1]
-        array = np.zeros(blocks(self._layout.n_rigid) * 64 * width)
+        array = np.zeros(blocks(self._layout.n_rigid) * LANES * width)
         if array.size:
-            scatter(array, 64 * width, 0, coefficients)
+            scatter(array, LANES * width, 0, coefficients)
         return array
 
     def _take_arguments(self) -> None:
@@ -167,8 +169,10 @@ class Stepper:
         if table.size or self._elements.turning:
             self._elements.set_turning(table)
             self._take_arguments()
-        rows(self.translation, TRANSLATION, FX, 3)[:] = rows(self.translation, TRANSLATION, HX, 3)
-        rows(self.rotation, ROTATION, TX, 3)[:] = rows(self.rotation, ROTATION, KX, 3)
+        held = rows(self.translation, TRANSLATION, HELD_FORCE, 3)
+        rows(self.translation, TRANSLATION, FORCE, 3)[:] = held
+        held = rows(self.rotation, ROTATION, HELD_TORQUE, 3)
+        rows(self.rotation, ROTATION, TORQUE, 3)[:] = held
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
@@ -226,7 +230,11 @@ class Stepper:
             self._workspace = self._integrator.plan(self._scene, self._layout, h)
             self._workspace_step = h
             workspace = argument(self._workspace)
-            self._arguments = (*self._arguments[:5], workspace, *self._arguments[6:])
+            self._arguments = (
+                *self._arguments[:WORKSPACE],
+                workspace,
+                *self._arguments[WORKSPACE + 1 :],
+            )
 
     def prepare(
         self, *, commands_in_body_axes: bool, progress: Callable[[str], None] | None
@@ -343,18 +351,18 @@ class Stepper:
 
     def apply_impulse(self, core: int, linear: Array, angular: Array) -> None:
         """Add to momentum [N s] and angular momentum [N m s], world axes."""
-        block, lane = divmod(core, 64)
+        block, lane = divmod(core, LANES)
         if core < self._layout.n_rigid:
             q = self.orientation(core)
             linear, angular = self._elements.pivots.about_pivot(core, linear, angular, q)
-        rows(self.translation, TRANSLATION, PX, 3)[block, :, lane] += linear
+        rows(self.translation, TRANSLATION, MOMENTUM, 3)[block, :, lane] += linear
         if core < self._layout.n_rigid:
-            rows(self.rotation, ROTATION, LX, 3)[block, :, lane] += angular
+            rows(self.rotation, ROTATION, ANGULAR_MOMENTUM, 3)[block, :, lane] += angular
 
     def orientation(self, core: int) -> Array:
         """Quaternion (4,) of the principal axes of a rigid body."""
-        block, lane = divmod(core, 64)
-        return rows(self.rotation, ROTATION, QX, 4)[block, :, lane].copy()
+        block, lane = divmod(core, LANES)
+        return rows(self.rotation, ROTATION, ORIENTATION, 4)[block, :, lane].copy()
 
     def reset(self) -> None:
         """Return to the start of the scene."""

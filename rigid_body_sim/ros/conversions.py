@@ -9,6 +9,8 @@ Commands and states never become message objects: their bytes are read and writt
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
@@ -36,9 +38,10 @@ def wanted(request: SetBool.Request) -> bool:
     return request.data
 
 
-def answered(
-    response: SetBool.Response | Trigger.Response, answer: Answer
-) -> SetBool.Response | Trigger.Response:
+Response = TypeVar('Response', SetBool.Response, Trigger.Response)
+
+
+def answered(response: Response, answer: Answer) -> Response:
     """Fill in the response of a service."""
     response.success, response.message = answer
     return response

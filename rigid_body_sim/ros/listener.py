@@ -14,6 +14,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.context import Context
@@ -26,7 +27,7 @@ WAIT = 100_000_000  # [ns] between looks whether to end
 class NotForExecutors(ReentrantCallbackGroup):
     """The group of subscriptions that a `Listener` serves: an executor never waits for them."""
 
-    def can_execute(self, entity: object) -> bool:
+    def can_execute(self, entity: object) -> Any:  # rclpy says: always True
         """Never."""
         return False
 
@@ -57,14 +58,14 @@ class Listener:
             self._thread.join()
 
     def _listen(self) -> None:
+        context = self._context.handle
+        assert context is not None  # it was initialised before a node was made
         with ExitStack() as kept:
-            kept.enter_context(self._context.handle)
+            kept.enter_context(context)
             for subscription in self._takers:
                 kept.enter_context(subscription.handle)
             handles = [subscription.handle for subscription in self._takers]
-            wait_set = rclpy_implementation.WaitSet(
-                len(handles), 0, 0, 0, 0, 0, self._context.handle
-            )
+            wait_set = rclpy_implementation.WaitSet(len(handles), 0, 0, 0, 0, 0, context)
             takers = {
                 subscription.handle.pointer: (subscription, taker)
                 for subscription, taker in self._takers.items()

@@ -137,6 +137,7 @@ class SimNode(Node):
 
     def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         ticks = self.get_parameter('step_count').value
+        assert isinstance(ticks, int)  # as it was declared
         return conversions.answered(response, self._ask('step', ticks))
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -167,6 +168,7 @@ class SimNode(Node):
     def _apply(self, given: list[Parameter]) -> None:
         for parameter in given:
             if parameter.name in ('real_time_factor', 'stop_time', 'command_timeout'):
+                assert isinstance(parameter.value, int | float)  # as they were declared
                 self._loop.requests.post(parameter.name, parameter.value)
 
 

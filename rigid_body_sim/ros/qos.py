@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
+from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.publisher import Publisher
@@ -64,13 +65,14 @@ class NowAndThen(ReentrantCallbackGroup):
         """Let the executor look at the events now."""
         self._until = time.monotonic() + LOOK
 
-    def can_execute(self, entity: object) -> bool:
+    def can_execute(self, entity: object) -> Any:  # rclpy says: always True
         """Whether the executor may wait for the event now."""
         return time.monotonic() < self._until
 
     def adopt(self, endpoints: Iterable[Publisher | Subscription]) -> None:
         """Take over the event handlers of publishers and subscriptions."""
         for endpoint in endpoints:
-            for handler in endpoint.event_handlers:
+            handlers: Any = endpoint.event_handlers  # a list, whatever rclpy says
+            for handler in handlers:
                 handler.callback_group = self
                 self.add_entity(handler)

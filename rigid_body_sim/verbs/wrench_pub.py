@@ -11,9 +11,11 @@ from __future__ import annotations
 import argparse
 import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.ros.playback import play_bag, publish_command
 from rigid_body_sim.runs.commands import NO_VECTOR, Command
 
@@ -88,10 +90,15 @@ def _publish(arguments: argparse.Namespace) -> int:
     command = Command(
         arguments.body,
         'impulse' if arguments.impulse else 'wrench',
-        tuple(arguments.force or NO_VECTOR),
-        tuple(arguments.torque or NO_VECTOR),
+        _vector(arguments.force),
+        _vector(arguments.torque),
         arguments.body if arguments.frame == 'body' else '',
     )
     return publish_command(
         command, namespace=arguments.namespace, rate_hz=arguments.rate, seconds=arguments.seconds
     )
+
+
+def _vector(numbers: Sequence[float] | None) -> Vector:
+    x, y, z = numbers or NO_VECTOR
+    return (x, y, z)

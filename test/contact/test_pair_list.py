@@ -235,28 +235,29 @@ class Watched:
 
     def __init__(self, bodies):
         self.simulation = Simulation(scene(bodies))
-        self.arrays = inside.world(self.simulation).arrays
+        self.world = inside.world(self.simulation)
         self.made = self.cut = 0
         self._pieces = 1
         inside.watch_pieces(self.simulation, self._watch_pieces)
 
-    def _watch_pieces(self, arrays):
-        self._pieces = int(arrays.counts[tick_counts.PIECES])
+    def _watch_pieces(self):
+        self._pieces = int(self.world.counts[tick_counts.PIECES])
         self.cut += 1
 
     def step(self, ticks):
-        arrays, counts = self.arrays, self.arrays.counts
+        world, counts = self.world, self.world.counts
         for _ in range(ticks):
             self._pieces = 1
             self.simulation.step()
             h = self.simulation.dt / self._pieces
-            found = arrays.pair_ids[: counts[tick_counts.PAIRS]].tolist()
+            found = world.pair_ids[: counts[tick_counts.PAIRS]].tolist()
             n, planes = int(counts[tick_counts.COLLIDERS]), int(counts[tick_counts.PLANES])
-            shapes = (arrays.shape_parameters, arrays.table, arrays.local_bounds)
-            places = (arrays.poses, arrays.swept)
-            colliders = ColliderArrays(*(argument(array) for array in (*shapes, *places)))
+            arrays = (
+                world.shape_parameters, world.table, world.local_bounds, world.poses, world.swept,
+            )  # fmt: skip
+            colliders = ColliderArrays(*(argument(array) for array in arrays))
             assert found == all_pairs(n, planes, h, colliders)
-            self.made += arrays.neighbours[AGE] == 1
+            self.made += world.neighbours[AGE] == 1
         return self.simulation.state_bytes()
 
 
@@ -283,4 +284,4 @@ def test_planes_are_kept_only_for_what_is_near():
     bodies.append(box('box', 0.2, (-1.0, 0.0, 9.0)))
     sim = Simulation(scene(bodies))
     sim.step()
-    assert 0 < inside.world(sim).arrays.neighbours[LENGTH] < 8
+    assert 0 < inside.world(sim).neighbours[LENGTH] < 8

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE, SPHERE
 
+from ..patience import HANGING
 from .hard_shapes import LENGTHS, OFFSETS, SHARES, TURNS, turned
 from .pair_cases import ANALYTIC, COUNT, Placed, collide, name, random_pairs
 
@@ -123,7 +124,7 @@ def digests(*, compiled):
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     first, *rest = result.stdout.splitlines()
     assert first == str(compiled)

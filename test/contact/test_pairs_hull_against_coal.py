@@ -9,23 +9,24 @@ import pytest
 
 from rigid_body_sim.physics.compile.kernels import argument
 from rigid_body_sim.physics.contact.collision.collider import BOX, CYLINDER, HULL
+from rigid_body_sim.physics.contact.collision.geometry.boxes import edges, faces
+from rigid_body_sim.physics.contact.collision.geometry.cylinders import on_face
 from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, TIE
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import (
+    box_record,
     gjk,
+    scratch,
     separating_axes,
     two_polyhedra,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import DEEPER
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
-    COUNT,
     PRISM,
-    VERTICES,
+    Hull,
     packed,
 )
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.relative_pose import (
-    near_of,
-    place,
-)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.relative_pose import relate
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.support_points import vertices_of
 
 from .hull_cases import PAIRS, Oracle, collide, name, random_cases, separation
 
@@ -88,27 +89,17 @@ def test_nearest_points_and_least_overlap_are_exact(pair):
 
 def exact(a, b, pose_a, pose_b):
     """Return what GJK says, and the distance, or the separation by all axes."""
-    of_a, of_b = argument(packed(a.solid)), argument(packed(b.solid))
+    hull_a, hull_b = (Hull(argument(packed(shape.solid)), 0) for shape in (a, b))
     work = argument(np.full(FOUND, np.nan))
     poses = argument(np.concatenate((pose_a, pose_b)))
-    place(*a.middle.tolist(), *b.middle.tolist(), poses, 0, 12, work)
+    relate(tuple(a.middle.tolist()), tuple(b.middle.tolist()), poses, 0, 12, work)
     state, corners = gjk.closest(
-        of_a,
-        VERTICES,
-        int(of_a[COUNT]),
-        near_of(of_a, 0),
-        of_b,
-        VERTICES,
-        int(of_b[COUNT]),
-        near_of(of_b, 0),
-        MARGIN,
-        a.reach + b.reach,
-        work,
+        vertices_of(hull_a), vertices_of(hull_b), MARGIN, a.reach + b.reach, work
     )
     if state == gjk.GAP:
         return state, two_polyhedra.nearest_to_axis(work)
-    _, _, s, known = separating_axes.best_face(of_a, 0, of_b, 0, work, corners, 0.0)
-    _, _, s = separating_axes.best_edges(of_a, 0, of_b, 0, work, known, s)
+    _, _, s, known = separating_axes.best_face(hull_a, hull_b, work, corners, 0.0)
+    _, _, s = separating_axes.best_edges(hull_a, hull_b, work, known, s)
     return state, s
 
 
@@ -142,3 +133,8 @@ def test_dismissed_faces_and_edges_could_not_have_won():
 def test_prism_record_lies_behind_the_sizes_of_a_cylinder():
     a, _, *_ = next(random_cases((CYLINDER, HULL), 1, np.random.default_rng(0)))
     assert a.sizes[PRISM] == len(a.solid.vertices)
+
+
+def test_scratch_of_two_polyhedra_fits_behind_the_manifold():
+    assert len(box_record.UNIT) == scratch.SIZE - scratch.BOX
+    assert max(scratch.SIZE, on_face.on_box.size, edges.two_edges.size, faces.faces.size) <= FOUND

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import hu
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 
+from ..patience import HANGING
 from .hull_cases import PAIRS, Shape, box, capsule, collide, cylinder, hull, name, sphere
 
 MARGIN = 0.01  # [m]
@@ -183,7 +184,7 @@ def digests(*, compiled):
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     first, *rest = result.stdout.splitlines()
     assert first == str(compiled)

@@ -12,7 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
+
+from ..patience import HANGING
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(
@@ -28,7 +30,7 @@ from numba.core.types import functions
 from numba.core.typing import context
 from numba.np import arrayobj
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.scene.shipped_scenes import find_scene
 
 CLASSES = (functions.BaseFunction, functions.BoundFunction, lowering.Lower, base.BaseContext,
            cpu.CPUContext, context.BaseContext, codegen.CPUCodeLibrary, dispatcher.Dispatcher,
@@ -83,7 +85,7 @@ CALLED = """
 import numba
 import numpy as np
 from numba.extending import overload
-from rigid_body_sim.physics import kernels
+from rigid_body_sim.physics.compile import kernels
 
 @numba.njit
 def last(a):
@@ -118,7 +120,7 @@ def run(code, tmp_path):
         capture_output=True,
         text=True,
         check=False,
-        timeout=600,
+        timeout=HANGING,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()

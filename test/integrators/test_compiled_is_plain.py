@@ -16,6 +16,7 @@ from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 from .. import inside
+from ..patience import HANGING
 from . import scenes
 
 ROOT = str(Path(__file__).parents[2])
@@ -63,7 +64,7 @@ def digests(*, compiled: bool) -> list[str]:
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     first, *rest = result.stdout.splitlines()
     assert first == str(compiled)
@@ -100,7 +101,7 @@ def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     return result.stdout.split()
 
@@ -140,6 +141,26 @@ def doubled_three(x, n):
     return doubled(x) + doubled(n) + doubled(2)
 
 
+def test_a_reset_run_takes_the_kernel_that_it_has():
+    """
+    For arguments of other types, numba would compile it anew.
+    """
+    sim = Simulation(scenes.oscillator(dt=0.01))
+    _, kernel = inside.kernels_of(sim)
+    called = []
+
+    def noted(*arguments):
+        called.append(tuple(type(one) for one in arguments))
+        return kernel(*arguments)
+
+    inside.advance_by(sim, noted)
+    sim.step(3)
+    sim.reset()
+    sim.step(3)
+    assert len(called) == 2
+    assert called[0] == called[1]
+
+
 def test_an_unwritable_cache_costs_time_but_not_the_run(tmp_path):
     program = (
         'from rigid_body_sim.physics.compile import kernels\n'
@@ -162,7 +183,7 @@ def test_an_unwritable_cache_costs_time_but_not_the_run(tmp_path):
         capture_output=True,
         text=True,
         check=True,
-        timeout=120,
+        timeout=HANGING,
     )
     assert result.stdout.split() == ['None', '10']
 

@@ -15,6 +15,8 @@ import pytest
 
 from rigid_body_sim.physics.compile import kernels
 
+from ..patience import HANGING
+
 ROOT = str(Path(__file__).parents[2])
 
 SCENE = {
@@ -117,7 +119,7 @@ def digests(*, compiled):
         capture_output=True,
         text=True,
         check=True,
-        timeout=300,
+        timeout=HANGING,
     )
     first, *rest = result.stdout.splitlines()
     assert first == str(compiled)

@@ -273,6 +273,6 @@ def test_cayley_half_of_the_midpoint_rule_is_half_of_the_rotation():
     """q0 (c, 1) with c = u / (1 + |(u, 1)|) twice is q0 (u, 1)."""
     u = np.array([0.3, -0.7, 0.2])
     c = u / (1.0 + math.sqrt(1.0 + u @ u))
-    half = stage.turned(0.0, 0.0, 0.0, 1.0, *c.tolist())
-    whole = stage.turned(*half, *c.tolist())
+    half = stage.turned((0.0, 0.0, 0.0, 1.0), tuple(c.tolist()))
+    whole = stage.turned(half, tuple(c.tolist()))
     assert angle_between(whole, (*u, 1.0) / np.sqrt(1.0 + u @ u)) < 1e-15

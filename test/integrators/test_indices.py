@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 SCENES = sorted((ROOT / 'config/scenes').glob('*.yaml'))
 MANY = 20  # bodies, beyond which a scene takes too long without numba
@@ -92,7 +94,7 @@ def strictly(*scenes):
         env=environment,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=HANGING,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.split()

@@ -19,6 +19,7 @@ from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.model.rotation import angle_between
 
+from ..patience import HANGING
 from . import scenes
 
 # global errors to expect of the default tolerances over some seconds; BDF is made for less
@@ -96,6 +97,6 @@ def test_scipy_integrate_is_not_imported_before_a_reference_runs():
         capture_output=True,
         text=True,
         check=True,
-        timeout=120,
+        timeout=HANGING,
     )
     assert result.stdout.split() == ['False', 'True']

@@ -16,6 +16,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 NAME = 'rigid_body_sim'
 ROOT = Path(__file__).parents[2]
 PARTS = (NAME, 'config', 'resource', 'package.xml', 'setup.py', 'setup.cfg', 'pyproject.toml')
@@ -37,7 +39,7 @@ def run(
         cwd=cwd,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=HANGING,
     )
 
 

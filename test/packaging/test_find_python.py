@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 FIND = Path(__file__).parents[2] / 'tools' / 'find_python.sh'
 TOOLS = ('sed', 'tr')  # what the script itself calls
 
@@ -62,7 +64,7 @@ def find(*path: Path, **environment: Path) -> subprocess.CompletedProcess:
         | {k: str(v) for k, v in environment.items()},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=HANGING,
     )
 
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 SOURCES = ('rigid_body_sim', 'test', 'setup.py')
 
@@ -23,7 +25,7 @@ def test_ruff_finds_nothing():
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=HANGING,
     )
     assert result.returncode == 0, result.stdout + result.stderr
 

@@ -16,6 +16,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 PACKAGE = Path(__file__).parents[2] / 'rigid_body_sim'
 
 FORCE = '''
@@ -40,7 +42,8 @@ def accumulate(elements, start, count, time, translation, rotation):
     for number in range(count):
         row = start + SIZE * number
         body = int(elements[row + BODY])
-        add_force(translation, body, cross(velocity(translation, body), load(elements, row + FIELD)))
+        field = load(elements, row + FIELD)
+        add_force(translation, body, cross(velocity(translation, body), field))
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,7 @@ def called(folder, *words):
         env=environment,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=HANGING,
     )
 
 

@@ -40,9 +40,9 @@ FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go 
         'diagnostics', 'contact', 'stepper', 'simulation',
     ),
     'physics.contact': (
-        'settings', 'suited_integrators', 'tick_settings', 'tick_counts', 'solver_bodies',
-        'array_groups', 'collision', 'solver', 'touching', 'islands', 'energy', 'readout', 'step',
-        'world_arrays', 'world',
+        'settings', 'suited_integrators', 'tick_settings', 'tick_counts', 'array_groups',
+        'solver_bodies', 'collision', 'solver', 'touching', 'islands', 'energy', 'readout',
+        'step', 'world_arrays', 'world',
     ),
     'physics.integration': (
         'status', 'options', 'limits', 'free_rotation', 'schemes', 'integrator', 'orientation',
@@ -54,30 +54,13 @@ MOST_PARAMETERS = 12
 ARRAYS = 'its arrays are handed on one by one, not yet in groups'
 NUMBERS = 'vectors and matrices are handed on number by number'
 CASES = 'more than one thing is done in it'
-BOUNDARY = 'groups of arrays cost more where Python calls: figures in its docstring'
+RECIPE = 'the recipe of a tick with contact, not yet told in stages'
 TOO_LARGE = {  # module.function in physics -> why it still is; an entry not needed fails
-    'adaptive._advance': CASES,
-    'assembly.fill_rows': CASES,
-    'box_box.collide': CASES,
-    'derivatives.add_between_points': ARRAYS,
-    'face_clipping.patch': ARRAYS,
-    'faces.face_contact': CASES,
-    'lie_group._last': NUMBERS,
-    'moser_veselov._equation': NUMBERS,
-    'moser_veselov_series._terms': CASES,
-    'narrow_phase._find_manifolds': ARRAYS,
-    'neighbour_list._make_list': ARRAYS,
-    'neighbour_list.find_pairs': ARRAYS,
-    'on_face._line': NUMBERS,
-    'on_face._points': CASES,
-    'quaternions._rates': NUMBERS,
-    'quaternions._slope': NUMBERS,
     'scheme._add_differences': ARRAYS,
     'scheme._attempt': ARRAYS,
     'scheme._solve_stage': ARRAYS,
-    'separation._load': ARRAYS,
     'stage.subtract_column': ARRAYS,
-    'step._advance': BOUNDARY,
+    'step._advance': RECIPE,
 }
 
 

@@ -9,13 +9,15 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 HIDE = "import sys\nsys.modules['numba'] = None\n"  # as if it were not installed
 SIMULATE = (
     HIDE
     + """
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.shipped_scenes import find_scene
+from rigid_body_sim.scene.shipped_scenes import find_scene
 for _ in range(2):
     sim = Simulation(load_scene(find_scene('free_fall')))
     sim.step(3)
@@ -34,7 +36,7 @@ def run(code, *arguments, **environment):
         env=known | {'PYTHONPATH': str(ROOT)} | environment,
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=HANGING,
         check=True,
     )
 

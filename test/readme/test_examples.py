@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / 'examples').glob('*.py'))
 COMPILED = {'stack'}  # some hundred times slower as plain source
@@ -23,7 +25,7 @@ def test_the_example_runs_and_its_numbers_hold(path):
         env=os.environ | {'PYTHONPATH': str(ROOT), 'RIGID_BODY_SIM_COMPILE': compiled},
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=HANGING,
     )
     assert result.returncode == 0, result.stdout + result.stderr
     assert result.stdout.strip(), 'an example shows something'

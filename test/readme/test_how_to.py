@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / 'docs' / 'how-to').glob('*.md'))
 BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
@@ -54,10 +56,17 @@ def test_the_example_of_the_page_works_as_the_page_says(page, tmp_path):
             env=os.environ | {'PYTHONPATH': str(tmp_path), 'RIGID_BODY_SIM_COMPILE': '0'},
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=HANGING,
         )
         assert result.returncode == 0, result.stdout + result.stderr
 
 
 def test_there_is_a_page_for_each_family():
     assert [page.stem for page in PAGES] == ['force', 'integrator', 'pair', 'problem']
+
+
+def test_the_pair_of_the_page_is_the_one_that_ships():
+    page = (ROOT / 'docs' / 'how-to' / 'pair.md').read_text(encoding='utf-8')
+    (block,) = (found for found in BLOCK.finditer(page) if FILE.search(page, 0, found.start()))
+    path = FILE.search(page, 0, block.start()).group(1)
+    assert (ROOT / path).read_text(encoding='utf-8') == block.group(2)

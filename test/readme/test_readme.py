@@ -14,6 +14,8 @@ import yaml
 
 from rigid_body_sim.scene import load_scene
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / 'README.md').read_text()
 
@@ -33,7 +35,7 @@ def run(command, *, folder, **environment):
         env=os.environ | {'PYTHONPATH': str(ROOT)} | environment,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=HANGING,
     )
     assert result.returncode == 0, result.stdout + result.stderr
     return result.stdout

@@ -27,6 +27,8 @@ from rigid_body_sim.recording.mcap_file import CHUNK, McapFile
 from rigid_body_sim.recording.recovery import recover
 from rigid_body_sim.recording.topics import QOS, Topic
 
+from ..patience import HANGING
+
 TICKS = 100
 EXPECTED = 15 + 12 + 20 * 7  # commands, wrenches where they changed, published ticks of 2 bodies
 
@@ -251,7 +253,7 @@ def test_a_full_disk_ends_the_recording_and_names_what_is_safe(tmp_path, mode):
         [sys.executable, '-c', FULL_DISK, str(target), mode],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=HANGING,
     )
     assert result.returncode == 0, result.stderr
     at_write, at_close = result.stdout.splitlines()

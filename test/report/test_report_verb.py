@@ -27,6 +27,7 @@ from rigid_body_sim.report.point import DIVERGED, NOT_ACCURATE, OK, REFUSED
 from rigid_body_sim.report.problems import PROBLEMS
 
 from .. import inside
+from ..patience import HANGING
 
 QUICK = ['--quick', '--repetitions', '1']
 
@@ -184,10 +185,12 @@ def test_an_interrupted_report_leaves_what_is_done(tmp_path):
         stderr=subprocess.PIPE,
         text=True,
         env=os.environ,
+        # a suite that runs in the background ignores it, and so would its children
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     assert run.stdout.readline().startswith('projectile: ')
     run.send_signal(signal.SIGINT)  # throughput takes seconds
-    _, said = run.communicate(timeout=60)
+    _, said = run.communicate(timeout=HANGING)
     assert run.returncode == 1
     assert 'interrupted; 1 of 2 problems' in said and 'Traceback' not in said
     read = results.read(tmp_path)

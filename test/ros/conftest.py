@@ -3,9 +3,9 @@
 """
 A node in a process of its own, and a peer in this one that talks to it over DDS.
 
-Nothing here waits for a fixed time: `Peer.until` spins until something holds, at most 30 s:
-discovery may take 2.5 s on a quiet machine, and a word that got lost on a busy one is said again
-only after 3 s.
+Nothing here waits for a fixed time: `Peer.until` spins until something holds. Discovery may take
+2.5 s on a quiet machine, and a word that got lost on a busy one is said again only after 3 s; what
+has not come after five minutes will not come.
 """
 
 import os
@@ -32,9 +32,9 @@ from rigid_body_sim.recording import cdr  # noqa: E402
 from rigid_body_sim.recording.bag_reader import Bag  # noqa: E402
 from rigid_body_sim.ros.conversions import MESSAGE_TYPES  # noqa: E402
 
+from ..patience import HANGING, PATIENCE  # noqa: E402
+
 ROOT = Path(__file__).parents[2]
-PATIENCE = 30.0  # [s]
-COMPILING = 300.0  # [s] for a node to be ready where nothing is compiled yet; 30 s if quiet
 DOMAIN = 1 + os.getpid() % 100
 
 # A box turned by 90 degrees about z (its x axis points along y), a point mass, a fixed body.
@@ -257,9 +257,9 @@ class NodeProcess:
         """
         with self._changed:
             came = self._changed.wait_for(
-                lambda: self._ended or 'ready:' in self.said, timeout=COMPILING
+                lambda: self._ended or 'ready:' in self.said, timeout=HANGING
             )
-        assert came, f'not ready within {COMPILING} s: {self.said}'
+        assert came, f'not ready within {HANGING} s: {self.said}'
 
     def stop(self, number=signal.SIGINT):
         """
@@ -376,7 +376,7 @@ def run_verb():
 
     def run(*words):
         command = [sys.executable, '-m', 'rigid_body_sim', *map(str, words)]
-        return subprocess.run(command, capture_output=True, text=True, timeout=COMPILING)
+        return subprocess.run(command, capture_output=True, text=True, timeout=HANGING)
 
     return run
 

@@ -17,6 +17,8 @@ from rigid_body_sim.recording.cdr import PoseStamped
 from rigid_body_sim.recording.cdr import WrenchStamped as Applied
 from rigid_body_sim.ros import playback
 
+from ..patience import PATIENCE
+
 FIRST = 1_700_000_000_000_000_000  # [ns] a foreign recorder stamps with wall time
 
 
@@ -68,6 +70,14 @@ def foreign_bag(tmp_path):
             'impulse', 100, kinds['geometry_msgs/msg/WrenchStamped'](header=head(0), wrench=jolt)
         )
     return path
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch):
+    """
+    A sender finds its listener, however busy the machine is.
+    """
+    monkeypatch.setattr(playback, 'MATCHING', PATIENCE)
 
 
 class OwnTime:

@@ -12,6 +12,8 @@ import pytest
 
 from rigid_body_sim.__main__ import main
 
+from ..patience import HANGING
+
 ROOT = Path(__file__).parents[2]
 SCENES = ROOT / 'config' / 'scenes'
 COMMANDS = """time,body,kind,frame,fx,fy,fz,tx,ty,tz
@@ -55,7 +57,7 @@ def process():
             env=os.environ | {'PYTHONPATH': str(ROOT)} | environment,
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=HANGING,
         )
 
     return call

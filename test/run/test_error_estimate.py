@@ -86,8 +86,8 @@ def test_estimate_follows_commands():
     run = finished(
         spring(0.01), integrator='rk4', seconds=5.0, commands={100: [push], 200: [strike]}
     )
-    # the reference run got both: what is left is the error of rk4, far below what a missed command would
-    # leave
+    # the reference run got both: what is left is the error of rk4, far below what a missed
+    # command would leave
     assert 0 < run.error_estimate().position < 1e-6
 
 

@@ -25,6 +25,8 @@ from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.shapes import Capsule, Mesh, Particles, Plane
 from rigid_body_sim.scene import load_scene
 
+from ..patience import HANGING
+
 ROUND_OFF = 1e-14  # [-] relative: a few dozen operations
 
 TETRAHEDRON = b"""OFF
@@ -369,7 +371,7 @@ def test_a_scene_without_contact_imports_none_of_it() -> None:
         f'load_scene({scene(contact={"mode": "none"})!r});'
         "assert not [m for m in sys.modules if m.startswith('rigid_body_sim.physics.contact')]"
     )
-    subprocess.run([sys.executable, '-c', code], check=True, timeout=60)
+    subprocess.run([sys.executable, '-c', code], check=True, timeout=HANGING)
 
 
 def test_copies_stand_on_a_grid() -> None:

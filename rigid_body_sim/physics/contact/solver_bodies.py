@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What the solver keeps of a body during a tick: one row of numbers, next to each other in memory.
+Solver bodies: what the solver keeps of a body during a tick, one row of numbers next to each other
+in memory, gathered from the blocks and scattered back.
 
 Row i belongs to the body with core index i; one more row, of zeros, stands for all that cannot
 move. World axes; p and L are the truth, velocities follow from them:
@@ -28,31 +29,27 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.state.blocks import (
-    EX,
-    FX,
-    IM,
-    J1,
-    J2,
-    J3,
-    LX,
-    PX,
-    QW,
-    QX,
-    QY,
-    QZ,
-    ROTATION,
-    RX,
-    TRANSLATION,
-    TX,
-    TY,
-    TZ,
-    add_compensated,
-    at,
-    rotate,
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.state.blocks import LANES, add_compensated, at, rotate
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    apply_symmetric,
+    cross,
+    divide,
+    dot,
+    load,
+    load_strided,
+    load_symmetric,
+    scale,
+    store,
+    store_strided,
+    subtract,
 )
 
 Array = NDArray[np.float64]
+
+TINY = 1e-30  # [-] cosine squared of half a turn: below, it is half a turn all the same
 
 body = Record()
 MOMENTUM = body.vector('kg m/s', '')
@@ -85,123 +82,132 @@ FIXED, AS_IT_IS, ABOUT_AXIS, BALL, CENTRED_BALL = -1.0, 0.0, 1.0, 2.0, 3.0
 
 
 @inline
-def inverse_inertia(rotation: Array, k: int) -> Any:
-    """World inverse inertia of the rigid body at a place of the blocks: xx, xy, xz, yy, yz, zz."""
-    x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-    a, b, c = rotation[k + J1], rotation[k + J2], rotation[k + J3]
-    xx, xy, xz = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
-    yx, yy, yz = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
-    zx, zy, zz = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
-    return (
-        a * xx * xx + b * xy * xy + c * xz * xz,
-        a * xx * yx + b * xy * yy + c * xz * yz,
-        a * xx * zx + b * xy * zy + c * xz * zz,
-        a * yx * yx + b * yy * yy + c * yz * yz,
-        a * yx * zx + b * yy * zy + c * yz * zz,
-        a * zx * zx + b * zy * zy + c * zz * zz,
-    )
+def _vector(state: Array, place: int) -> Any:
+    """Three numbers of a body in its block."""
+    return load_strided(state, place, LANES)
 
 
 @inline
-def _put_inverse_inertia(bodies: Array, o: int, rotation: Array, k: int) -> None:
-    a, b, c = rotation[k + J1], rotation[k + J2], rotation[k + J3]
-    if (a == b) & (b == c):  # a ball, a cube: the same in all axes
-        xx, xy, xz, yy, yz, zz = a, 0.0, 0.0, a, 0.0, a
+def _put_vector(state: Array, place: int, v: Any) -> None:
+    """Write three numbers of a body in its block."""
+    store_strided(state, place, LANES, v)
+
+
+@inline
+def _orientation(rotation: Array, place: int) -> Any:
+    """Quaternion (x, y, z, w) of a body in its block."""
+    return (
+        rotation[place + blocks.QX], rotation[place + blocks.QY], rotation[place + blocks.QZ],
+        rotation[place + blocks.QW],
+    )  # fmt: skip
+
+
+@inline
+def _world_inverse_inertia(orientation: Any, principal: Any) -> Any:
+    """
+    World inverse inertia R diag(J) R^T of a rigid body: xx, xy, xz, yy, yz, zz.
+
+    principal : inverses J of its principal moments
+    """
+    q_x, q_y, q_z, q_w = orientation
+    row_x = (
+        1.0 - 2.0 * (q_y * q_y + q_z * q_z), 2.0 * (q_x * q_y - q_w * q_z),
+        2.0 * (q_x * q_z + q_w * q_y),
+    )  # fmt: skip
+    row_y = (
+        2.0 * (q_x * q_y + q_w * q_z), 1.0 - 2.0 * (q_x * q_x + q_z * q_z),
+        2.0 * (q_y * q_z - q_w * q_x),
+    )  # fmt: skip
+    row_z = (
+        2.0 * (q_x * q_z - q_w * q_y), 2.0 * (q_y * q_z + q_w * q_x),
+        1.0 - 2.0 * (q_x * q_x + q_y * q_y),
+    )  # fmt: skip
+    scaled_x = (principal[0] * row_x[0], principal[1] * row_x[1], principal[2] * row_x[2])
+    scaled_y = (principal[0] * row_y[0], principal[1] * row_y[1], principal[2] * row_y[2])
+    scaled_z = (principal[0] * row_z[0], principal[1] * row_z[1], principal[2] * row_z[2])
+    return (
+        dot(scaled_x, row_x), dot(scaled_x, row_y), dot(scaled_x, row_z),
+        dot(scaled_y, row_y), dot(scaled_y, row_z), dot(scaled_z, row_z),
+    )  # fmt: skip
+
+
+@inline
+def _put_inverse_inertia(bodies: Array, row: int, rotation: Array, place: int) -> None:
+    """Write the world inverse inertia of a body as it stands."""
+    principal = _vector(rotation, place + blocks.J1)
+    first, second, third = principal
+    if (first == second) & (second == third):  # a ball, a cube: the same in all axes
+        inverse = (first, 0.0, 0.0, first, 0.0, first)
     else:
-        xx, xy, xz, yy, yz, zz = inverse_inertia(rotation, k)
-    bodies[o + INVERSE_INERTIA] = xx
-    bodies[o + INVERSE_INERTIA + 1] = xy
-    bodies[o + INVERSE_INERTIA + 2] = xz
-    bodies[o + INVERSE_INERTIA + 3] = yy
-    bodies[o + INVERSE_INERTIA + 4] = yz
-    bodies[o + INVERSE_INERTIA + 5] = zz
+        inverse = _world_inverse_inertia(_orientation(rotation, place), principal)
+    store(bodies, row + INVERSE_INERTIA, (inverse[0], inverse[1], inverse[2]))
+    store(bodies, row + INVERSE_INERTIA + 3, (inverse[3], inverse[4], inverse[5]))
 
 
 @kernel
 def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
-    """Take over a body as it is at the start of a tick."""
-    o = i * SIZE
-    k = at(i, TRANSLATION)
-    bodies[o + INVERSE_MASS] = translation[k + IM]
-    for axis in range(3):
-        bodies[o + START_POSITION + axis] = translation[k + RX + 64 * axis]
-        bodies[o + START_RESIDUAL + axis] = translation[k + EX + 64 * axis]
-        bodies[o + MOMENTUM + axis] = translation[k + PX + 64 * axis]
-        bodies[o + FREE_ACCELERATION + axis] = (
-            bodies[o + INVERSE_MASS] * translation[k + FX + 64 * axis]
-        )
-        bodies[o + ANGULAR_MOMENTUM + axis] = 0.0
-        bodies[o + DISPLACEMENT + axis] = 0.0
-        bodies[o + TURN + axis] = 0.0
-        bodies[o + WARM_IMPULSE + axis] = 0.0
-        bodies[o + WARM_ANGULAR_IMPULSE + axis] = 0.0
-    bodies[o + TURN_SCALAR] = 1.0
-    bodies[o + CARRIED] = 0.0
+    """Gather a body as it is at the start of a tick."""
+    row = i * SIZE
+    place = at(i, blocks.TRANSLATION)
+    inverse_mass = translation[place + blocks.IM]
+    zero = (0.0, 0.0, 0.0)
+    bodies[row + INVERSE_MASS] = inverse_mass
+    store(bodies, row + START_POSITION, _vector(translation, place + blocks.RX))
+    store(bodies, row + START_RESIDUAL, _vector(translation, place + blocks.EX))
+    store(bodies, row + MOMENTUM, _vector(translation, place + blocks.PX))
+    force = _vector(translation, place + blocks.FX)
+    store(bodies, row + FREE_ACCELERATION, scale(inverse_mass, force))
+    store(bodies, row + ANGULAR_MOMENTUM, zero)
+    store(bodies, row + DISPLACEMENT, zero)
+    store(bodies, row + TURN, zero)
+    store(bodies, row + WARM_IMPULSE, zero)
+    store(bodies, row + WARM_ANGULAR_IMPULSE, zero)
+    bodies[row + TURN_SCALAR] = 1.0
+    bodies[row + CARRIED] = 0.0
     for entry in range(6):
-        bodies[o + INVERSE_INERTIA + entry] = 0.0
+        bodies[row + INVERSE_INERTIA + entry] = 0.0
     if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            bodies[o + ANGULAR_MOMENTUM + axis] = rotation[k + LX + 64 * axis]
+        place = at(i, blocks.ROTATION)
+        store(bodies, row + ANGULAR_MOMENTUM, _vector(rotation, place + blocks.LX))
         for entry in range(4):
-            bodies[o + START_ORIENTATION + entry] = rotation[k + QX + 64 * entry]
-        _put_inverse_inertia(bodies, o, rotation, k)
+            bodies[row + START_ORIENTATION + entry] = rotation[place + blocks.QX + LANES * entry]
+        _put_inverse_inertia(bodies, row, rotation, place)
 
 
 @kernel
 def find_free_acceleration(i: int, n_rigid: int, rotation: Array, bodies: Array) -> None:
     """Find the angular acceleration of free motion: alpha = I^-1 (torque - omega x L)."""
-    o = i * SIZE
-    for axis in range(3):
-        bodies[o + FREE_ANGULAR_ACCELERATION + axis] = 0.0
+    row = i * SIZE
+    store(bodies, row + FREE_ANGULAR_ACCELERATION, (0.0, 0.0, 0.0))
     if i < n_rigid:
-        k = at(i, ROTATION)
-        x, y, z = (
-            bodies[o + ANGULAR_MOMENTUM],
-            bodies[o + ANGULAR_MOMENTUM + 1],
-            bodies[o + ANGULAR_MOMENTUM + 2],
-        )
-        xx, xy, xz = (
-            bodies[o + INVERSE_INERTIA],
-            bodies[o + INVERSE_INERTIA + 1],
-            bodies[o + INVERSE_INERTIA + 2],
-        )
-        yy, yz, zz = (
-            bodies[o + INVERSE_INERTIA + 3],
-            bodies[o + INVERSE_INERTIA + 4],
-            bodies[o + INVERSE_INERTIA + 5],
-        )
-        u, v, w = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-        a = rotation[k + TX] - (v * z - w * y)
-        b = rotation[k + TY] - (w * x - u * z)
-        c = rotation[k + TZ] - (u * y - v * x)
-        bodies[o + FREE_ANGULAR_ACCELERATION] = xx * a + xy * b + xz * c
-        bodies[o + FREE_ANGULAR_ACCELERATION + 1] = xy * a + yy * b + yz * c
-        bodies[o + FREE_ANGULAR_ACCELERATION + 2] = xz * a + yz * b + zz * c
+        torque = _vector(rotation, at(i, blocks.ROTATION) + blocks.TX)
+        angular_momentum = load(bodies, row + ANGULAR_MOMENTUM)
+        inverse = load_symmetric(bodies, row + INVERSE_INERTIA)
+        omega = apply_symmetric(inverse, angular_momentum)
+        change = subtract(torque, cross(omega, angular_momentum))
+        store(bodies, row + FREE_ANGULAR_ACCELERATION, apply_symmetric(inverse, change))
 
 
 @kernel
 def kick_and_warm_start(
     i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
-    """Let half of the forces of the instant act over a substep, and half of the loads."""
-    o = i * SIZE
-    k = at(i, TRANSLATION)
-    bodies[o + CARRIED] = 0.0
-    for axis in range(3):
-        row = 64 * axis
-        bodies[o + SUBSTEP_POSITION + axis] = translation[k + RX + row]
-        bodies[o + SUBSTEP_RESIDUAL + axis] = translation[k + EX + row]
-        free = translation[k + PX + row] + 0.5 * h * translation[k + FX + row]
-        bodies[o + MOMENTUM + axis] = free + bodies[o + WARM_IMPULSE + axis]
+    """Let half of the forces of the instant act over a substep, and half of the warm start."""
+    row = i * SIZE
+    place = at(i, blocks.TRANSLATION)
+    bodies[row + CARRIED] = 0.0
+    store(bodies, row + SUBSTEP_POSITION, _vector(translation, place + blocks.RX))
+    store(bodies, row + SUBSTEP_RESIDUAL, _vector(translation, place + blocks.EX))
+    momentum = _vector(translation, place + blocks.PX)
+    free = add_scaled(momentum, 0.5 * h, _vector(translation, place + blocks.FX))
+    store(bodies, row + MOMENTUM, add(free, load(bodies, row + WARM_IMPULSE)))
     if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            row = 64 * axis
-            free = rotation[k + LX + row] + 0.5 * h * rotation[k + TX + row]
-            bodies[o + ANGULAR_MOMENTUM + axis] = free + bodies[o + WARM_ANGULAR_IMPULSE + axis]
+        place = at(i, blocks.ROTATION)
+        momentum = _vector(rotation, place + blocks.LX)
+        free = add_scaled(momentum, 0.5 * h, _vector(rotation, place + blocks.TX))
+        store(bodies, row + ANGULAR_MOMENTUM, add(free, load(bodies, row + WARM_ANGULAR_IMPULSE)))
         for entry in range(4):
-            bodies[o + SUBSTEP_ORIENTATION + entry] = rotation[k + QX + 64 * entry]
+            bodies[row + SUBSTEP_ORIENTATION + entry] = rotation[place + blocks.QX + LANES * entry]
 
 
 @kernel
@@ -209,14 +215,12 @@ def scatter_angular_momentum(
     i: int, n_rigid: int, half: float, rotation: Array, bodies: Array
 ) -> None:
     """Give a carried body the momentum with which it turns, less the half kick of the drift."""
-    o = i * SIZE
-    if bodies[o + CARRIED] > 0.0 and i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            row = 64 * axis
-            rotation[k + LX + row] = (
-                bodies[o + ANGULAR_MOMENTUM + axis] - half * rotation[k + TX + row]
-            )
+    row = i * SIZE
+    if bodies[row + CARRIED] > 0.0 and i < n_rigid:
+        place = at(i, blocks.ROTATION)
+        kick = scale(half, _vector(rotation, place + blocks.TX))
+        turning = subtract(load(bodies, row + ANGULAR_MOMENTUM), kick)
+        _put_vector(rotation, place + blocks.LX, turning)
 
 
 @kernel
@@ -226,82 +230,68 @@ def integrate_position(
     """
     Move a carried body by its own velocity, x += h v, and let the second half of the forces act.
     """
-    o = i * SIZE
-    k = at(i, TRANSLATION)
-    carried = bodies[o + CARRIED] > 0.0
+    row = i * SIZE
+    if not bodies[row + CARRIED] > 0.0:
+        return
+    place = at(i, blocks.TRANSLATION)
+    momentum = load(bodies, row + MOMENTUM)
+    force = _vector(translation, place + blocks.FX)
+    _put_vector(translation, place + blocks.PX, add_scaled(momentum, 0.5 * h, force))
     for axis in range(3):
-        row = 64 * axis
-        if carried:
-            translation[k + PX + row] = (
-                bodies[o + MOMENTUM + axis] + 0.5 * h * translation[k + FX + row]
-            )
-            x, e = add_compensated(
-                bodies[o + SUBSTEP_POSITION + axis],
-                bodies[o + SUBSTEP_RESIDUAL + axis],
-                h * bodies[o + INVERSE_MASS] * bodies[o + MOMENTUM + axis],
-            )
-            translation[k + RX + row] = x
-            translation[k + EX + row] = e
-    if carried and i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            row = 64 * axis
-            rotation[k + LX + row] = (
-                bodies[o + ANGULAR_MOMENTUM + axis] + 0.5 * h * rotation[k + TX + row]
-            )
+        position, lost = add_compensated(
+            bodies[row + SUBSTEP_POSITION + axis],
+            bodies[row + SUBSTEP_RESIDUAL + axis],
+            h * bodies[row + INVERSE_MASS] * bodies[row + MOMENTUM + axis],
+        )
+        translation[place + blocks.RX + LANES * axis] = position
+        translation[place + blocks.EX + LANES * axis] = lost
+    if i < n_rigid:
+        place = at(i, blocks.ROTATION)
+        momentum = load(bodies, row + ANGULAR_MOMENTUM)
+        torque = _vector(rotation, place + blocks.TX)
+        _put_vector(rotation, place + blocks.LX, add_scaled(momentum, 0.5 * h, torque))
 
 
 @kernel
 def gather_body(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
     """Read momenta, inverse inertia and the motion over the substep."""
-    o = i * SIZE
-    k = at(i, TRANSLATION)
-    for axis in range(3):
-        row = 64 * axis
-        bodies[o + MOMENTUM + axis] = translation[k + PX + row]
-        x = translation[k + RX + row] - bodies[o + SUBSTEP_POSITION + axis]
-        bodies[o + DISPLACEMENT + axis] = x + (
-            translation[k + EX + row] - bodies[o + SUBSTEP_RESIDUAL + axis]
-        )
+    row = i * SIZE
+    place = at(i, blocks.TRANSLATION)
+    store(bodies, row + MOMENTUM, _vector(translation, place + blocks.PX))
+    moved = subtract(_vector(translation, place + blocks.RX), load(bodies, row + SUBSTEP_POSITION))
+    residual = subtract(
+        _vector(translation, place + blocks.EX), load(bodies, row + SUBSTEP_RESIDUAL)
+    )
+    store(bodies, row + DISPLACEMENT, add(moved, residual))
     if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            bodies[o + ANGULAR_MOMENTUM + axis] = rotation[k + LX + 64 * axis]
-        _put_inverse_inertia(bodies, o, rotation, k)
-        _put_turn(bodies, o, rotation, k)
+        place = at(i, blocks.ROTATION)
+        store(bodies, row + ANGULAR_MOMENTUM, _vector(rotation, place + blocks.LX))
+        _put_inverse_inertia(bodies, row, rotation, place)
+        _put_turn(bodies, row, _orientation(rotation, place))
 
 
 @inline
-def _put_turn(bodies: Array, o: int, rotation: Array, k: int) -> None:
-    x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-    p, q, r, s = (
-        bodies[o + SUBSTEP_ORIENTATION],
-        bodies[o + SUBSTEP_ORIENTATION + 1],
-        bodies[o + SUBSTEP_ORIENTATION + 2],
-        bodies[o + SUBSTEP_ORIENTATION + 3],
-    )
-    kind = bodies[o + SYMMETRY]
+def _put_turn(bodies: Array, row: int, orientation: Any) -> None:
+    """Write the turn of a body over the substep; of its axis alone where it is round about it."""
+    kind = bodies[row + SYMMETRY]
     if kind == CENTRED_BALL:
         return
+    q_x, q_y, q_z, q_w = orientation
+    start = load(bodies, row + SUBSTEP_ORIENTATION)
+    start_w = bodies[row + SUBSTEP_ORIENTATION + 3]
     if kind == ABOUT_AXIS:
-        i, j, m = (
-            bodies[o + SYMMETRY_AXIS],
-            bodies[o + SYMMETRY_AXIS + 1],
-            bodies[o + SYMMETRY_AXIS + 2],
-        )
-        a1, a2, a3 = rotate(p, q, r, s, i, j, m)
-        b1, b2, b3 = rotate(x, y, z, w, i, j, m)
-        half = math.sqrt(max(0.5 * (1.0 + (a1 * b1 + a2 * b2 + a3 * b3)), 1e-30))
-        bodies[o + TURN] = 0.5 * (a2 * b3 - a3 * b2) / half
-        bodies[o + TURN + 1] = 0.5 * (a3 * b1 - a1 * b3) / half
-        bodies[o + TURN + 2] = 0.5 * (a1 * b2 - a2 * b1) / half
-        bodies[o + TURN_SCALAR] = half
+        axis = load(bodies, row + SYMMETRY_AXIS)
+        before = rotate(start[0], start[1], start[2], start_w, axis[0], axis[1], axis[2])
+        after = rotate(q_x, q_y, q_z, q_w, axis[0], axis[1], axis[2])
+        half = math.sqrt(max(0.5 * (1.0 + dot(before, after)), TINY))
+        store(bodies, row + TURN, divide(scale(0.5, cross(before, after)), half))
+        bodies[row + TURN_SCALAR] = half
         return
     # q qs*
-    bodies[o + TURN] = s * x - w * p - (y * r - z * q)
-    bodies[o + TURN + 1] = s * y - w * q - (z * p - x * r)
-    bodies[o + TURN + 2] = s * z - w * r - (x * q - y * p)
-    bodies[o + TURN_SCALAR] = w * s + x * p + y * q + z * r
+    now = (q_x, q_y, q_z)
+    turn = subtract(subtract(scale(start_w, now), scale(q_w, start)), cross(now, start))
+    store(bodies, row + TURN, turn)
+    bodies[row + TURN_SCALAR] = q_w * start_w + q_x * start[0] + q_y * start[1] + q_z * start[2]
 
 
 @kernel
@@ -309,18 +299,16 @@ def scatter_momenta(
     i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """Write the momenta back."""
-    o = i * SIZE
-    k = at(i, TRANSLATION)
-    for axis in range(3):
-        translation[k + PX + 64 * axis] = bodies[o + MOMENTUM + axis]
+    row = i * SIZE
+    place = at(i, blocks.TRANSLATION) + blocks.PX
+    _put_vector(translation, place, load(bodies, row + MOMENTUM))
     if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            rotation[k + LX + 64 * axis] = bodies[o + ANGULAR_MOMENTUM + axis]
+        place = at(i, blocks.ROTATION) + blocks.LX
+        _put_vector(rotation, place, load(bodies, row + ANGULAR_MOMENTUM))
 
 
 @kernel
 def clear_warm_start(i: int, bodies: Array) -> None:
-    """Forget the loads of a body, before they are added up anew."""
-    for axis in range(6):
-        bodies[i * SIZE + WARM_IMPULSE + axis] = 0.0
+    """Forget the warm start of a body, before that of the next substep is added up."""
+    store(bodies, i * SIZE + WARM_IMPULSE, (0.0, 0.0, 0.0))
+    store(bodies, i * SIZE + WARM_ANGULAR_IMPULSE, (0.0, 0.0, 0.0))

@@ -37,9 +37,10 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     lane_scratch,
 )
+from rigid_body_sim.physics.contact.solver.forces_of_state import SAVED
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
 from rigid_body_sim.physics.contact.tick_settings import settings_row
-from rigid_body_sim.physics.state.blocks import LANES, blocks
+from rigid_body_sim.physics.state.blocks import blocks
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -51,7 +52,6 @@ BATCHES_OF_EACH, BATCHES_BESIDE = 4, 64
 COLLIDERS_OF_A_BATCH, FULL_BATCHES_BESIDE = 2, 40
 
 CACHE_LINE = 8  # numbers
-SAVED = 6 * LANES  # numbers of a block: forces and torques
 
 
 class WorldArrays:

@@ -15,7 +15,16 @@ from rigid_body_sim.physics.compile.kernels import argument
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.integration.schemes.steps import start_evaluation
 from rigid_body_sim.physics.model import rotation as so3
-from rigid_body_sim.physics.state.blocks import FX, IM, LX, QX, ROTATION, TRANSLATION, TX, gather
+from rigid_body_sim.physics.state.blocks import (
+    ANGULAR_MOMENTUM,
+    FORCE,
+    INVERSE_MASS,
+    ORIENTATION,
+    ROTATION,
+    TORQUE,
+    TRANSLATION,
+    gather,
+)
 from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
@@ -35,12 +44,13 @@ def accelerations_now(
     arrays = (argument(translation), argument(rotation))
     start_evaluation(n, n_rigid, *arrays)
     acting.evaluate()(0, time, *arrays, *acting.arguments)
-    linear = gather(translation, TRANSLATION, FX, 3, n) * gather(
-        translation, TRANSLATION, IM, 1, n
+    linear = gather(translation, TRANSLATION, FORCE, 3, n) * gather(
+        translation, TRANSLATION, INVERSE_MASS, 1, n
     )
-    q = gather(rotation, ROTATION, QX, 4, n_rigid)
+    q = gather(rotation, ROTATION, ORIENTATION, 4, n_rigid)
     momentum, torque = (
-        so3.rotate_back(q, gather(rotation, ROTATION, x, 3, n_rigid)) for x in (LX, TX)
+        so3.rotate_back(q, gather(rotation, ROTATION, x, 3, n_rigid))
+        for x in (ANGULAR_MOMENTUM, TORQUE)
     )
     omega = momentum / layout.moments
     angular = so3.rotate(q, (torque - np.cross(omega, momentum)) / layout.moments)

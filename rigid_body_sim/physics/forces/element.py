@@ -11,7 +11,7 @@ one loop and a scene without that type has neither table nor kernel.
 
 A wrench that depends on time itself belongs to a `TimedElement`: it says when it acts, and the
 ticks are cut there, so that no integrator ever steps across its beginning or its end
-(`physics.schedule`).
+(`forces.schedule`).
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def key(
 
 
 class Places(Protocol):
-    """Where the bodies of a scene are kept: see `physics.layout`."""
+    """Where the bodies of a scene are kept: see `state.layout`."""
 
     def place(self, body: str, point: Vector | None) -> Place:
         """
@@ -113,7 +113,7 @@ class BodyState:
 class Tie:
     """
     How strongly an element holds or brakes a body, for the estimate of the fastest motion of a
-    scene (`physics.stability`).
+    scene (`diagnostics.step_limits`).
 
     a, b              : (body, point) as in the scene; b is 'world' where nothing moves with it
     stiffness         : [N/m]          largest change of the force with the distance of the ends
@@ -142,7 +142,7 @@ class ForceElement(Protocol):
     accumulate : kernel (elements, start, count, time, translation, rotation) that adds the
                  wrenches of `count` rows from `start` on
     linearise  : optional kernel (elements, start, count, time, translation, rotation, table,
-                 definite) that adds the derivatives of those wrenches: see `physics.derivatives`;
+                 definite) that adds the derivatives of those wrenches: see `forces.derivatives`;
                  without it they are found by differences
     tie        : optional method () -> Tie: how strongly it holds or brakes; without it the element
                  counts for nothing when a run is warned of a step that is too long

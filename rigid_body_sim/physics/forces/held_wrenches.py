@@ -64,7 +64,7 @@ class HeldWrenches:
         self._weight = layout.masses[:, None] * np.asarray(gravity)
         for core in range(layout.n_moving):
             if flow_of(layout.body(core)) is not None:
-                self._weight[core] = 0.0  # `forces.variable_mass` adds it after its own factor
+                self._weight[core] = 0.0  # `elements.variable_mass` adds it after its own factor
         self.slots: dict[tuple[int, str], Slot] = {}
 
     def checked(

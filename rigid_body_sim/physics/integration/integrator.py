@@ -22,10 +22,10 @@ Array = NDArray[np.float64]
 
 class Scheme(Protocol):
     """
-    How a tick is made: see `physics.schemes`.
+    How a tick is made: see `schemes`.
 
     The kernels share one signature: (ticks, tick, h, n_bodies, n_rigid, translation, rotation,
-    method, workspace, elements, ranges) -> 0.0, NaN if a number left the finite ones, or
+    method, workspace, elements, ranges) -> DONE, NaN if a number left the finite ones, or
     DID_NOT_CONVERGE.
     """
 
@@ -94,7 +94,7 @@ class Integrator:
     refuses      : scene -> why this method must not be used on it and which one may, or None
     plan         : (scene, layout, h) -> workspace with what the kernels want to know of the scene,
                    once for each h
-    wants_derivatives : whether `scheme.coupled` also takes `derivatives`: see `physics.forces`
+    wants_derivatives : whether `scheme.coupled` also takes `derivatives`: see `forces.derivatives`
     failure      : what has happened when its kernel returns DID_NOT_CONVERGE
     options      : what a scene may set, by name
     configure    : (integrator, every option with its value) -> the integrator that obeys them

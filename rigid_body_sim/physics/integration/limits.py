@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 How long a step of an integrator may be, in numbers: beyond them a run is warned
-(`physics.stability`).
+(`diagnostics.step_limits`).
 
 All three are products with the step h, so they hold for any body and any scene.
 """

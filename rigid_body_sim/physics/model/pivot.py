@@ -11,9 +11,9 @@ Bodies that turn about a fixed point: heavy tops, pendulums.
 
 The kernels keep q and L about the pivot, of which any integrator makes a free rotation with the
 inertia I_O and a torque. The row of the body among the translations stands still at O without
-momentum. The element `forces.pivot` shows the other elements the centre of mass that they ask for,
-and turns what they answer into a torque about O. The pivot takes the rest of the forces; what it
-takes is not part of a wrench anywhere.
+momentum. The element `forces.elements.pivot` shows the other elements the centre of mass that they
+ask for, and turns what they answer into a torque about O. The pivot takes the rest of the forces;
+what it takes is not part of a wrench anywhere.
 
 Source: Goldstein, Classical Mechanics, sections 5.1 and 5.7.
 """

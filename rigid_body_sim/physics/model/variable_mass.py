@@ -18,8 +18,9 @@ The kernels keep p* = m0 v and L* = R I0 R^T w, the momenta of the body as it wa
 
 and the change of mass is a force that depends on time: the inverse mass of the blocks never
 changes, drifts stay exact, every integrator keeps its order and what it conserves, and a body
-spinning freely keeps L* to the last bit. The element `forces.variable_mass` applies the factor
-after all other forces. The flow ends at an instant of its own, at which `schedule` cuts the tick.
+spinning freely keeps L* to the last bit. The element `forces.elements.variable_mass` applies the
+factor after all other forces. The flow ends at an instant of its own, at which `forces.schedule`
+cuts the tick.
 
 Source: Tsiolkovsky; Goldstein, Classical Mechanics, chapter 1, exercise on rockets.
 """

@@ -22,16 +22,17 @@ from rigid_body_sim.physics.model.place import WORLD, Place
 from rigid_body_sim.physics.model.scene import Body, Scene, Vector
 from rigid_body_sim.physics.model.variable_mass import check_flow, end_of_flow, flow_of
 from rigid_body_sim.physics.state.blocks import (
-    I1,
-    IM,
-    J1,
-    LX,
-    PX,
+    ANGULAR_MOMENTUM,
+    INVERSE_MASS,
+    INVERSE_MOMENTS,
+    LANES,
+    MOMENTS,
+    MOMENTUM,
+    ORIENTATION,
+    POSITION,
     QW,
-    QX,
     ROTATION,
     ROTATION_STATE,
-    RX,
     TRANSLATION,
     TRANSLATION_STATE,
     blocks,
@@ -42,6 +43,10 @@ from rigid_body_sim.physics.state.blocks import (
 
 Array = NDArray[np.float64]
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
+
+STATE_OF_POINT = TRANSLATION_STATE // LANES  # [-] numbers of a body's state
+STATE_OF_TURN = ROTATION_STATE // LANES
+NAMED = 8  # bodies that an error names
 
 
 class Layout:
@@ -88,7 +93,7 @@ class Layout:
         try:
             return self._index[name]
         except KeyError:
-            known = ', '.join(self.names[:8]) + (', …' if len(self.names) > 8 else '')
+            known = ', '.join(self.names[:NAMED]) + (', …' if len(self.names) > NAMED else '')
             raise InvalidModel(f'no body is named {name!r}; the scene has: {known}') from None
 
     def core(self, name: str) -> int:
@@ -124,7 +129,7 @@ class Layout:
         return Place(core, -1, NO_VECTOR)
 
     def start_position(self, core: int) -> Vector:
-        """Where the row of a body among the translations starts: see `physics.pivot`."""
+        """Where the row of a body among the translations starts: see `model.pivot`."""
         body = self.body(core)
         return body.initial.position if body.pivot is None else body.pivot.at
 
@@ -164,11 +169,11 @@ class Layout:
         array = np.zeros(blocks(self.n_moving) * TRANSLATION)
         if self.n_moving:
             starts = [self.start_position(core) for core in range(self.n_moving)]
-            scatter(array, TRANSLATION, RX, np.array(starts))
+            scatter(array, TRANSLATION, POSITION, np.array(starts))
             velocities = np.array([self.bodies[i].initial.velocity for i in self.moving])
             velocities[self.pivoted] = 0.0
-            scatter(array, TRANSLATION, PX, self.masses[:, None] * velocities)
-            scatter(array, TRANSLATION, IM, 1.0 / self.masses[:, None])
+            scatter(array, TRANSLATION, MOMENTUM, self.masses[:, None] * velocities)
+            scatter(array, TRANSLATION, INVERSE_MASS, 1.0 / self.masses[:, None])
         return array
 
     def rotation(self) -> Array:
@@ -177,18 +182,18 @@ class Layout:
         """
         array = np.zeros(blocks(self.n_rigid) * ROTATION)
         rows(array, ROTATION, QW, 1)[:] = 1.0
-        rows(array, ROTATION, I1, 3)[:] = 1.0
-        rows(array, ROTATION, J1, 3)[:] = 1.0
+        rows(array, ROTATION, MOMENTS, 3)[:] = 1.0
+        rows(array, ROTATION, INVERSE_MOMENTS, 3)[:] = 1.0
         if self.n_rigid:
             starts = [self.bodies[i].initial for i in self.moving[: self.n_rigid]]
             q = np.array([s.orientation for s in starts])
             turned = [not np.array_equal(v, np.eye(3)) for v in self._axes]
             q[turned] = so3.normalise(so3.multiply(q[turned], self.principal[turned]))
             omega = so3.rotate_back(q, np.array([s.angular_velocity for s in starts]))
-            scatter(array, ROTATION, QX, q)
-            scatter(array, ROTATION, LX, so3.rotate(q, self.moments * omega))
-            scatter(array, ROTATION, I1, self.moments)
-            scatter(array, ROTATION, J1, 1.0 / self.moments)
+            scatter(array, ROTATION, ORIENTATION, q)
+            scatter(array, ROTATION, ANGULAR_MOMENTUM, so3.rotate(q, self.moments * omega))
+            scatter(array, ROTATION, MOMENTS, self.moments)
+            scatter(array, ROTATION, INVERSE_MOMENTS, 1.0 / self.moments)
         return array
 
     def state_bytes(self, translation: Array, rotation: Array) -> bytes:
@@ -196,29 +201,26 @@ class Layout:
         Give what a run must remember, core order, float64 little endian: r, p and their residuals,
         then q, L.
         """
-        points = gather(translation, TRANSLATION, 0, TRANSLATION_STATE // 64, self.n_moving)
-        turns = gather(rotation, ROTATION, 0, ROTATION_STATE // 64, self.n_rigid)
+        points = gather(translation, TRANSLATION, 0, STATE_OF_POINT, self.n_moving)
+        turns = gather(rotation, ROTATION, 0, STATE_OF_TURN, self.n_rigid)
         return points.astype('<f8').tobytes() + turns.astype('<f8').tobytes()
 
     @property
     def state_size(self) -> int:
         """Count the bytes of `state_bytes`."""
-        return 8 * (
-            self.n_moving * (TRANSLATION_STATE // 64) + self.n_rigid * (ROTATION_STATE // 64)
-        )
+        return 8 * (self.n_moving * STATE_OF_POINT + self.n_rigid * STATE_OF_TURN)
 
     def set_state_bytes(self, state: bytes, translation: Array, rotation: Array) -> None:
         """Restore what `state_bytes` gave."""
-        point_rows, turn_rows = TRANSLATION_STATE // 64, ROTATION_STATE // 64
         wanted = self.state_size
         if len(state) != wanted:
             raise InvalidModel(f'a state of this scene has {wanted} bytes, got {len(state)}')
         numbers = np.frombuffer(state, dtype='<f8').astype(np.float64)
-        split = self.n_moving * point_rows
+        split = self.n_moving * STATE_OF_POINT
         if self.n_moving:
-            scatter(translation, TRANSLATION, 0, numbers[:split].reshape(-1, point_rows))
+            scatter(translation, TRANSLATION, 0, numbers[:split].reshape(-1, STATE_OF_POINT))
         if self.n_rigid:
-            scatter(rotation, ROTATION, 0, numbers[split:].reshape(-1, turn_rows))
+            scatter(rotation, ROTATION, 0, numbers[split:].reshape(-1, STATE_OF_TURN))
 
     def body(self, core: int) -> Body:
         """Body at a place of the core order."""

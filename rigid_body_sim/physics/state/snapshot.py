@@ -13,106 +13,102 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import argument, kernel
 from rigid_body_sim.physics.model.pivot import arm_of
 from rigid_body_sim.physics.model.variable_mass import flow_of, masses_at
+from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.state.blocks import (
-    IM,
-    J1,
-    J2,
-    J3,
-    LX,
-    LY,
-    LZ,
-    PX,
-    PY,
-    PZ,
-    QW,
-    QX,
-    QY,
-    QZ,
+    LANES,
     ROTATION,
-    RX,
-    RY,
-    RZ,
     TRANSLATION,
     at,
-    rotate,
+    orientation,
+    rotated,
+    rotated_back,
 )
 from rigid_body_sim.physics.state.layout import Layout
+from rigid_body_sim.physics.vectors import add, cross, load, load_strided, scale, store, subtract
 
 Array = NDArray[np.float64]
-COLUMNS = 22
+
+body = Record()
+POSITION = body.vector('m', 'centre of mass, world')
+ORIENTATION = body.quaternion('-', 'body axes to world; (0, 0, 0, 1) of a point mass')
+VELOCITY = body.vector('m/s', 'of the centre of mass, world')
+ANGULAR_VELOCITY = body.vector('rad/s', 'world axes')
+ANGULAR_VELOCITY_BODY = body.vector('rad/s', 'body axes')
+MOMENTUM = body.vector('kg m/s', 'world axes')
+ANGULAR_MOMENTUM = body.vector('kg m^2/s', 'about the centre of mass, world axes')
+COLUMNS = body.size
+
+pivoted = Record()
+INDEX = pivoted.number('-', 'scene index')
+ARM = pivoted.vector('m', 'from the pivot to the centre of mass, body axes')
+MASS = pivoted.number('kg', '')
+SIZE_PIVOTED = pivoted.size
+
+QUATERNION = 4  # numbers of one
 
 
 @kernel
 def _read(n_moving, n_rigid, translation, rotation, principal, scene_index, out):
     for i in range(n_moving):
         k = at(i, TRANSLATION)
-        o = int(scene_index[i]) * 22
-        im = translation[k + IM]
-        out[o], out[o + 1], out[o + 2] = (
-            translation[k + RX],
-            translation[k + RY],
-            translation[k + RZ],
-        )
-        px, py, pz = translation[k + PX], translation[k + PY], translation[k + PZ]
-        out[o + 7], out[o + 8], out[o + 9] = px * im, py * im, pz * im
-        out[o + 16], out[o + 17], out[o + 18] = px, py, pz
+        row = int(scene_index[i]) * COLUMNS
+        momentum = load_strided(translation, k + blocks.MOMENTUM, LANES)
+        store(out, row + POSITION, load_strided(translation, k + blocks.POSITION, LANES))
+        store(out, row + VELOCITY, scale(translation[k + blocks.INVERSE_MASS], momentum))
+        store(out, row + MOMENTUM, momentum)
     for i in range(n_rigid):
         k = at(i, ROTATION)
-        o = int(scene_index[i]) * 22
-        x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-        lx, ly, lz = rotation[k + LX], rotation[k + LY], rotation[k + LZ]
-        a, b, c = rotate(-x, -y, -z, w, lx, ly, lz)
-        a, b, c = a * rotation[k + J1], b * rotation[k + J2], c * rotation[k + J3]
-        out[o + 10], out[o + 11], out[o + 12] = rotate(x, y, z, w, a, b, c)
-        out[o + 19], out[o + 20], out[o + 21] = lx, ly, lz
-        p, q, r, s = (
-            principal[4 * i],
-            principal[4 * i + 1],
-            principal[4 * i + 2],
-            principal[4 * i + 3],
+        row = int(scene_index[i]) * COLUMNS
+        q = orientation(rotation, i)
+        momentum = load_strided(rotation, k + blocks.ANGULAR_MOMENTUM, LANES)
+        a, b, c = rotated_back(q, momentum)
+        omega = (
+            a * rotation[k + blocks.J1],
+            b * rotation[k + blocks.J2],
+            c * rotation[k + blocks.J3],
         )
-        if s != 1.0:  # body axes from principal axes: q_body = q_principal V*
-            a, b, c = rotate(p, q, r, s, a, b, c)
-            x, y, z, w = (
-                -w * p + x * s - y * r + z * q,
-                -w * q + y * s - z * p + x * r,
-                -w * r + z * s - x * q + y * p,
-                w * s + x * p + y * q + z * r,
+        store(out, row + ANGULAR_VELOCITY, rotated(q, omega))
+        store(out, row + ANGULAR_MOMENTUM, momentum)
+        vector_part = load(principal, QUATERNION * i)
+        scalar_part = principal[QUATERNION * i + QUATERNION - 1]
+        if scalar_part != 1.0:  # body axes from principal axes: q_body = q_principal V*
+            u, v, t = vector_part
+            x, y, z, w = q
+            omega = rotated((u, v, t, scalar_part), omega)
+            q = (
+                -w * u + x * scalar_part - y * t + z * v,
+                -w * v + y * scalar_part - z * u + x * t,
+                -w * t + z * scalar_part - x * v + y * u,
+                w * scalar_part + x * u + y * v + z * t,
             )
-        out[o + 3], out[o + 4], out[o + 5], out[o + 6] = x, y, z, w
-        out[o + 13], out[o + 14], out[o + 15] = a, b, c
+        store(out, row + ORIENTATION, (q[0], q[1], q[2]))
+        out[row + ORIENTATION + QUATERNION - 1] = q[QUATERNION - 1]
+        store(out, row + ANGULAR_VELOCITY_BODY, omega)
 
 
 @kernel
 def _move_to_centers(count, pivots, values):
     """
     Make position, velocity, momentum and own angular momentum of the centre of mass of those of
-    the pivot: rows of scene index, arm (3) in body axes, mass.
+    the pivot.
     """
-    for e in range(count):
-        m = 5 * e
-        o = int(pivots[m]) * 22
-        a, b, c = rotate(
-            values[o + 3], values[o + 4], values[o + 5], values[o + 6],
-            pivots[m + 1], pivots[m + 2], pivots[m + 3],
-        )  # fmt: skip
-        x, y, z = values[o + 10], values[o + 11], values[o + 12]
-        u, v, w = y * c - z * b, z * a - x * c, x * b - y * a
-        values[o], values[o + 1], values[o + 2] = (
-            values[o] + a,
-            values[o + 1] + b,
-            values[o + 2] + c,
-        )
-        values[o + 7], values[o + 8], values[o + 9] = u, v, w
-        mass = pivots[m + 4]
-        u, v, w = mass * u, mass * v, mass * w
-        values[o + 16], values[o + 17], values[o + 18] = u, v, w
-        values[o + 19] -= b * w - c * v
-        values[o + 20] -= c * u - a * w
-        values[o + 21] -= a * v - b * u
+    for number in range(count):
+        place = SIZE_PIVOTED * number
+        row = int(pivots[place + INDEX]) * COLUMNS
+        x, y, z = load(values, row + ORIENTATION)
+        q = x, y, z, values[row + ORIENTATION + QUATERNION - 1]
+        arm = rotated(q, load(pivots, place + ARM))
+        velocity = cross(load(values, row + ANGULAR_VELOCITY), arm)
+        momentum = scale(pivots[place + MASS], velocity)
+        about_pivot = load(values, row + ANGULAR_MOMENTUM)
+        store(values, row + POSITION, add(load(values, row + POSITION), arm))
+        store(values, row + VELOCITY, velocity)
+        store(values, row + MOMENTUM, momentum)
+        store(values, row + ANGULAR_MOMENTUM, subtract(about_pivot, cross(arm, momentum)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +116,7 @@ class State:
     """
     The bodies of a scene at one instant: a copy, in scene order.
 
-    values : (n, 22)
+    values : (n, COLUMNS)  rows of `body`
     masses : (n,) [kg]  zero for fixed bodies; None where the mass of no body changes
     """
 
@@ -130,37 +126,37 @@ class State:
     @property
     def position(self) -> Array:
         """Centres of mass (n, 3) [m], world."""
-        return self.values[:, 0:3]
+        return self.values[:, POSITION:ORIENTATION]
 
     @property
     def orientation(self) -> Array:
         """Unit quaternions (n, 4) [-], xyzw, body to world; (0, 0, 0, 1) for point masses."""
-        return self.values[:, 3:7]
+        return self.values[:, ORIENTATION:VELOCITY]
 
     @property
     def velocity(self) -> Array:
         """Velocities of the centres of mass (n, 3) [m/s], world."""
-        return self.values[:, 7:10]
+        return self.values[:, VELOCITY:ANGULAR_VELOCITY]
 
     @property
     def angular_velocity(self) -> Array:
         """Angular velocities (n, 3) [rad/s], world axes."""
-        return self.values[:, 10:13]
+        return self.values[:, ANGULAR_VELOCITY:ANGULAR_VELOCITY_BODY]
 
     @property
     def angular_velocity_body(self) -> Array:
         """Angular velocities (n, 3) [rad/s], body axes."""
-        return self.values[:, 13:16]
+        return self.values[:, ANGULAR_VELOCITY_BODY:MOMENTUM]
 
     @property
     def momentum(self) -> Array:
         """Momenta (n, 3) [kg m/s], world."""
-        return self.values[:, 16:19]
+        return self.values[:, MOMENTUM:ANGULAR_MOMENTUM]
 
     @property
     def angular_momentum(self) -> Array:
         """Angular momenta about the own centres of mass (n, 3) [kg m^2/s], world axes."""
-        return self.values[:, 19:22]
+        return self.values[:, ANGULAR_MOMENTUM:COLUMNS]
 
 
 class StateReader:
@@ -169,8 +165,8 @@ class StateReader:
     def __init__(self, layout: Layout) -> None:
         self._still = np.zeros((len(layout.bodies), COLUMNS))
         for i, body in enumerate(layout.bodies):
-            self._still[i, 0:3] = body.initial.position
-            self._still[i, 3:7] = body.initial.orientation
+            self._still[i, POSITION:ORIENTATION] = body.initial.position
+            self._still[i, ORIENTATION:VELOCITY] = body.initial.orientation
         self._sizes = (layout.n_moving, layout.n_rigid)
         self._principal = argument(layout.principal.ravel())
         self._scene_index = argument(layout.moving)
@@ -199,8 +195,7 @@ class StateReader:
             return State(values)
         masses = masses_at(self._bodies, time)
         assert masses is not None
-        for i in np.flatnonzero(
-            self._flowing
-        ):  # the blocks hold the momenta of the mass at the start
-            values[i, 16:22] *= masses[i] / self._bodies[i].mass
+        # the blocks hold the momenta of the mass at the start
+        for i in np.flatnonzero(self._flowing):
+            values[i, MOMENTUM:COLUMNS] *= masses[i] / self._bodies[i].mass
         return State(values, masses)

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What collides, as arrays: one collider for each solid of each body (`compound`), in scene order.
+What collides, as arrays: one collider for each solid of each body (`solids`), in scene order.
 
 A fixed body is a static collider. A point mass collides as a sphere of radius zero, but never with
 another point. A mesh collides as its convex hull. Bodies without a shape and particles that make a

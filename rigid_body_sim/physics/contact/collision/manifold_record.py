@@ -16,7 +16,7 @@ POINT_COUNT = manifold.number('-', 'points, at most four')
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
 _UNUSED = manifold.number('-', 'unused')
 POINTS = manifold.numbers(
-    MOST * POINT, 'm', 'the points as the pair kernels give them: `manifold`'
+    MOST * POINT, 'm', 'the points as the pair kernels give them: `geometry.manifold`'
 )
 LANE = manifold.number('-', 'where its lane begins in the rows of the solver')
 SIZE = manifold.padding(32)

@@ -71,14 +71,14 @@ class Query(NamedTuple):
     """
     What the broad phase is asked for.
 
-    count  : of colliders
+    size   : colliders
     planes : so many at the head of the table are planes
     room   : pairs for which the list has room
     h      : tick [s]
     radius : of a usual collider [m]
     """
 
-    count: int
+    size: int
     planes: int
     room: int
     h: float
@@ -104,9 +104,9 @@ def _skin_place(count: int) -> int:
 def _find_boxes(query: Query, swept: Array, fat_aabbs: Array) -> bool:
     """Find the swept AABBs as corners; tell whether each is in its fat AABB."""
     inside = True
-    for collider in range(query.planes, query.count):
+    for collider in range(query.planes, query.size):
         row = collider * swept_aabbs.SIZE
-        fat, box = collider * aabb.SIZE, (query.count + collider) * aabb.SIZE
+        fat, box = collider * aabb.SIZE, (query.size + collider) * aabb.SIZE
         expansion = swept[row + swept_aabbs.EXPANSION]
         for axis in range(3):
             center = swept[row + swept_aabbs.CENTER + axis]
@@ -125,12 +125,12 @@ def _make_fat_aabbs(
     """Give each collider its fat AABB, and each plane a box that overlaps all."""
     swept = colliders.swept_aabbs
     for plane in range(query.planes):
-        box = (query.count + plane) * aabb.SIZE
+        box = (query.size + plane) * aabb.SIZE
         for axis in range(3):
             fat_aabbs[box + LOW + axis], fat_aabbs[box + HIGH + axis] = -LARGEST, LARGEST
-    for collider in range(query.planes, query.count):
+    for collider in range(query.planes, query.size):
         row = collider * swept_aabbs.SIZE
-        fat, box = collider * aabb.SIZE, (query.count + collider) * aabb.SIZE
+        fat, box = collider * aabb.SIZE, (query.size + collider) * aabb.SIZE
         around = 0.0
         if colliders.table[collider * collider_record.SIZE + collider_record.BODY] >= 0:
             bounds = collider * bounds_record.SIZE
@@ -168,7 +168,7 @@ def _add_planes(
     neighbours, table = broad_phase.neighbours, colliders.table
     for plane in range(query.planes):
         place = table[plane * collider_record.SIZE + collider_record.PARAMETERS]
-        for collider in range(query.planes, query.count):
+        for collider in range(query.planes, query.size):
             moves = table[collider * collider_record.SIZE + collider_record.BODY] >= 0
             if moves and _reaches_plane(place, collider, colliders, broad_phase.fat_aabbs):
                 if length < query.room:
@@ -183,7 +183,7 @@ def _compare_all(query: Query, colliders: ColliderArrays, broad_phase: BroadPhas
     """Compare each with each: the list in its order; return its length."""
     neighbours, table = broad_phase.neighbours, colliders.table
     fat_aabbs, length = broad_phase.fat_aabbs, 0
-    for later in range(query.planes, query.count):
+    for later in range(query.planes, query.size):
         body = table[later * collider_record.SIZE + collider_record.BODY]
         for earlier in range(later):
             other = table[earlier * collider_record.SIZE + collider_record.BODY]
@@ -239,7 +239,7 @@ def _sort(length: int, count: int, room: int, counts: Indices, neighbours: Indic
 @kernel
 def _make_list(query: Query, colliders: ColliderArrays, broad_phase: BroadPhase) -> int:
     """Make fat AABBs and the list of those that overlap; return its length, even beyond room."""
-    count, room, radius = query.count, query.room, query.radius
+    count, room, radius = query.size, query.room, query.radius
     fat_aabbs, neighbours = broad_phase.fat_aabbs, broad_phase.neighbours
     place = _skin_place(count)
     skin = fat_aabbs[place]

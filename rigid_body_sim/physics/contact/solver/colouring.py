@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision import collider, manifold_record
+from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
@@ -26,7 +26,7 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     lane_scratch,
 )
-from rigid_body_sim.physics.contact.solver.surfaces import roundness
+from rigid_body_sim.physics.contact.solver.manifold_constraints import roundness
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -67,8 +67,8 @@ def colour_constraints(
         record = m * manifold_record.SIZE
         collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
         collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
-        body_a = table[collider_a * collider.TABLE + collider.CORE]
-        body_b = table[collider_b * collider.TABLE + collider.CORE]
+        body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
+        body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
         body_a = body_a if body_a >= 0 else n_moving
         body_b = body_b if body_b >= 0 else n_moving
         used_a = colours[body_a] if body_a < n_moving else 0

@@ -36,7 +36,9 @@ INVERSE_MASS_A = constraint.number('1/kg', 'of A')
 INVERSE_MASS_B = constraint.number('1/kg', 'of B')
 INVERSE_INERTIA_A = constraint.symmetric('1/(kg m^2)', 'of A now, world axes')
 INVERSE_INERTIA_B = constraint.symmetric('1/(kg m^2)', 'of B now, world axes')
-SURFACE_WEIGHT = constraint.number('-', 'share in which a point of A goes with B: `surfaces`')
+SURFACE_WEIGHT = constraint.number(
+    '-', 'share in which a point of A goes with B: `manifold_constraints`'
+)
 ROUNDNESS = constraint.number('-', 'what is round of the pair: one of the names below')
 UNSETTLED = constraint.number('-', '1: its points have changed in the last pass by more than rest')
 TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')

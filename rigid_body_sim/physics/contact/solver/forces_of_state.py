@@ -10,80 +10,98 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.state.blocks import (
-    FX,
-    FY,
-    FZ,
-    LX,
-    LY,
-    LZ,
-    PX,
-    PY,
-    PZ,
-    ROTATION,
-    TRANSLATION,
-    TX,
-    TY,
-    TZ,
-    at,
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.state.blocks import LANES, at
+from rigid_body_sim.physics.vectors import (
+    add_scaled,
+    load,
+    load_strided,
+    store_strided,
+    subtract,
 )
 
 Array = NDArray[np.float64]
 
+saved = Record(stride=LANES)  # of a block of bodies
+FORCE = saved.vector('N', 'before the motion')
+TORQUE = saved.vector('N m', 'before the motion')
+SAVED = saved.size
 
-@kernel
-def save_wrenches(n_bodies, n_rigid, translation, rotation, workspace):
-    """Keep the forces of the instant."""
-    for block in range((n_bodies + 63) // 64):
-        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-        saved = workspace[block * 384 : block * 384 + 192]
-        for k in range(min(64, n_bodies - 64 * block)):
-            saved[k], saved[k + 64], saved[k + 128] = s[k + FX], s[k + FY], s[k + FZ]
-    for block in range((n_rigid + 63) // 64):
-        s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-        saved = workspace[block * 384 + 192 : block * 384 + 384]
-        for k in range(min(64, n_rigid - 64 * block)):
-            saved[k], saved[k + 64], saved[k + 128] = s[k + TX], s[k + TY], s[k + TZ]
+
+@inline
+def _blocks(bodies: int) -> int:
+    return (bodies + LANES - 1) // LANES
 
 
 @kernel
-def correct_momenta(n_bodies, n_rigid, half, translation, rotation, workspace):
+def save_wrenches(
+    n_bodies: int, n_rigid: int, translation: Array, rotation: Array, workspace: Array
+) -> None:
+    """Keep the forces and torques of the instant; workspace: SAVED numbers per block."""
+    for block in range(_blocks(n_bodies)):
+        begin, to = block * blocks.TRANSLATION, block * SAVED
+        for lane in range(min(LANES, n_bodies - LANES * block)):
+            force = load_strided(translation, begin + lane + blocks.FX, LANES)
+            store_strided(workspace, to + lane + FORCE, LANES, force)
+    for block in range(_blocks(n_rigid)):
+        begin, to = block * blocks.ROTATION, block * SAVED
+        for lane in range(min(LANES, n_rigid - LANES * block)):
+            torque = load_strided(rotation, begin + lane + blocks.TX, LANES)
+            store_strided(workspace, to + lane + TORQUE, LANES, torque)
+
+
+@inline
+def _correct(
+    state: Array, momentum: int, wrench: int, half: float, workspace: Array, before: int
+) -> None:
+    """Add half a substep of the change of a force to a momentum: places of their x components."""
+    change = subtract(load_strided(state, wrench, LANES), load_strided(workspace, before, LANES))
+    store_strided(
+        state, momentum, LANES, add_scaled(load_strided(state, momentum, LANES), half, change)
+    )
+
+
+@kernel
+def correct_momenta(
+    n_bodies: int, n_rigid: int, half: float, translation: Array, rotation: Array, workspace: Array
+) -> None:
     """Let the change of the forces act: p += h/2 (F - F_saved)."""
-    for block in range((n_bodies + 63) // 64):
-        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-        saved = workspace[block * 384 : block * 384 + 192]
-        for k in range(min(64, n_bodies - 64 * block)):
-            s[k + PX] += half * (s[k + FX] - saved[k])
-            s[k + PY] += half * (s[k + FY] - saved[k + 64])
-            s[k + PZ] += half * (s[k + FZ] - saved[k + 128])
-    for block in range((n_rigid + 63) // 64):
-        s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-        saved = workspace[block * 384 + 192 : block * 384 + 384]
-        for k in range(min(64, n_rigid - 64 * block)):
-            s[k + LX] += half * (s[k + TX] - saved[k])
-            s[k + LY] += half * (s[k + TY] - saved[k + 64])
-            s[k + LZ] += half * (s[k + TZ] - saved[k + 128])
+    for block in range(_blocks(n_bodies)):
+        begin, before = block * blocks.TRANSLATION, block * SAVED + FORCE
+        for place in range(begin, begin + min(LANES, n_bodies - LANES * block)):
+            _correct(
+                translation, place + blocks.PX, place + blocks.FX, half, workspace,
+                before + place - begin,
+            )  # fmt: skip
+    for block in range(_blocks(n_rigid)):
+        begin, before = block * blocks.ROTATION, block * SAVED + TORQUE
+        for place in range(begin, begin + min(LANES, n_rigid - LANES * block)):
+            _correct(
+                rotation, place + blocks.LX, place + blocks.TX, half, workspace,
+                before + place - begin,
+            )  # fmt: skip
 
 
 @kernel
 def add_warm_start(
-    i: int, n_rigid: int, sign: float, translation: Array, rotation: Array, bodies: Array
+    body: int, n_rigid: int, sign: float, translation: Array, rotation: Array, bodies: Array
 ) -> None:
     """
-    Let forces that depend on velocity see a carried body with the second half of its loads, which
-    it gets later (sign 1), and take that back (sign -1).
+    Let forces that depend on velocity see a carried body with the second half of its warm start,
+    which it gets later (sign 1), and take that back (sign -1).
     """
-    o = i * solver_bodies.SIZE
-    if not bodies[o + solver_bodies.CARRIED] > 0.0:
+    row = body * solver_bodies.SIZE
+    if not bodies[row + solver_bodies.CARRIED] > 0.0:
         return
-    k = at(i, TRANSLATION)
-    for axis in range(3):
-        translation[k + PX + 64 * axis] += sign * bodies[o + solver_bodies.WARM_IMPULSE + axis]
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            rotation[k + LX + 64 * axis] += (
-                sign * bodies[o + solver_bodies.WARM_ANGULAR_IMPULSE + axis]
-            )
+    place = at(body, blocks.TRANSLATION) + blocks.PX
+    impulse = load(bodies, row + solver_bodies.WARM_IMPULSE)
+    momentum = add_scaled(load_strided(translation, place, LANES), sign, impulse)
+    store_strided(translation, place, LANES, momentum)
+    if body < n_rigid:
+        place = at(body, blocks.ROTATION) + blocks.LX
+        impulse = load(bodies, row + solver_bodies.WARM_ANGULAR_IMPULSE)
+        momentum = add_scaled(load_strided(rotation, place, LANES), sign, impulse)
+        store_strided(rotation, place, LANES, momentum)

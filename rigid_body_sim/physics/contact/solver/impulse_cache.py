@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision import collider, manifold_record
+from rigid_body_sim.physics.contact.collision import bounds_record, manifold_record, pose
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import cache_record, constraint, contact_point
 from rigid_body_sim.physics.contact.solver.warm_start import lasting_share
@@ -65,11 +65,9 @@ def _size(old: int, cache: Array) -> int:
 
 
 @inline
-def _anchor(point: Any, pose: int, poses: Array) -> Any:
+def _anchor(point: Any, place: int, poses: Array) -> Any:
     """Return a point in the axes of a shape, R^T (r - x)."""
-    arm = subtract(point, load(poses, pose))
-    first, second, third = load(poses, pose + 3), load(poses, pose + 6), load(poses, pose + 9)
-    return add_scaled(add_scaled(scale(arm[0], first), arm[1], second), arm[2], third)
+    return pose.to_shape(poses, place, subtract(point, load(poses, place + pose.POSITION)))
 
 
 @inline
@@ -85,7 +83,7 @@ def _same_feature(feature: float, old_points: int, count: int, taken: int, cache
 
 @kernel
 def _nearest(
-    point: int, old_points: int, count: int, taken: int, near: float, pose: int, poses: Array,
+    point: int, old_points: int, count: int, taken: int, near: float, shape: int, poses: Array,
     manifolds: Array, cache: Array,
 ) -> int:  # fmt: skip
     """
@@ -93,7 +91,7 @@ def _nearest(
 
     near : [m^2] of a distance squared: what is farther is another point
     """
-    anchor = _anchor(load(manifolds, point), pose, poses)
+    anchor = _anchor(load(manifolds, point), shape, poses)
     best, least = NEW, near
     for i in range(count):
         old_anchor = load(cache, old_points + i * cache_record.POINT_SIZE + cache_record.ANCHOR)
@@ -133,7 +131,10 @@ def recall(
         old_points = old + cache_record.MANIFOLD_HEAD
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        radius = min(bounds[a * collider.BOUNDS + 7], bounds[b * collider.BOUNDS + 7])
+        radius = min(
+            bounds[a * bounds_record.SIZE + bounds_record.RADIUS],
+            bounds[b * bounds_record.SIZE + bounds_record.RADIUS],
+        )
         near = SAME_PLACE * SAME_PLACE * radius * radius
         taken = 0
         for point in range(int(manifolds[record + manifold_record.POINT_COUNT])):
@@ -143,7 +144,7 @@ def recall(
             same = _same_feature(feature, old_points, count, taken, cache)
             if same == NEW and count > 0:
                 same = _nearest(
-                    found, old_points, count, taken, near, a * collider.POSE, poses, manifolds,
+                    found, old_points, count, taken, near, a * pose.SIZE, poses, manifolds,
                     cache,
                 )  # fmt: skip
             place = NEW
@@ -209,7 +210,7 @@ def store_impulses(
         cache[to + cache_record.POINTS] = float(count)
         to += cache_record.MANIFOLD_HEAD
         lane = int(manifolds[record + manifold_record.LANE])
-        pose = int(manifolds[record + manifold_record.COLLIDER_A]) * collider.POSE
+        shape = int(manifolds[record + manifold_record.COLLIDER_A]) * pose.SIZE
         normal = load_strided(rows, lane + constraint.NORMAL, constraint.LANES)
         tangent_1 = load_strided(rows, lane + constraint.TANGENT_1, constraint.LANES)
         tangent_2 = load_strided(rows, lane + constraint.TANGENT_2, constraint.LANES)
@@ -236,7 +237,7 @@ def store_impulses(
                     share, add_scaled(rolling, rows[row + contact_point.TWIST_IMPULSE], normal)
                 )
             store(cache, to + cache_record.ANGULAR_IMPULSE, torsion)
-            store(cache, to + cache_record.ANCHOR, _anchor(load(manifolds, found), pose, poses))
+            store(cache, to + cache_record.ANCHOR, _anchor(load(manifolds, found), shape, poses))
             to += cache_record.POINT_SIZE
 
 

@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-From manifolds to contact constraints: materials and softness, tangents, arms and separations.
+From manifolds to contact constraints: materials and softness, what is round of a pair and whose
+surface its points follow, tangents, arms and separations.
 
 Normals are soft constraints (TGS-Soft, as in Box2D v3 and Box3D): a spring and a damper whose
 frequency is that of the substep, so that an overlap goes within a few of them,
@@ -22,10 +23,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision import collider, manifold_record
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
+    collider,
+    collider_record,
+    manifold_record,
+    material_record,
+    pose,
+)
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
-from rigid_body_sim.physics.contact.solver.surfaces import layer, roundness, surface_weight
+from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BALL, FIXED
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import (
     add_scaled,
@@ -40,6 +49,57 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
+
+
+@inline
+def _symmetry(body: int, bodies: Array) -> float:
+    """Tell how a body turns (`solver_bodies.SYMMETRY`); FIXED: it cannot move."""
+    return bodies[body * solver_bodies.SIZE + solver_bodies.SYMMETRY] if body >= 0 else FIXED
+
+
+@inline
+def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -> float:
+    """
+    Tell what is round of a pair: two balls, a ball beside what cannot move, the rim of a body of
+    revolution on a side that cannot move, or nothing (`constraint.ROUNDNESS`).
+    """
+    body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
+    body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
+    type_a = table[collider_a * collider_record.SIZE + collider_record.TYPE]
+    type_b = table[collider_b * collider_record.SIZE + collider_record.TYPE]
+    symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
+    if type_a == collider.CYLINDER and type_b == collider.PLANE and body_a >= 0:
+        return constraint.RIM_OF_A if symmetry_a == ABOUT_AXIS else constraint.NOT_ROUND
+    if type_a == collider.BOX and type_b == collider.CYLINDER and body_a < 0 and body_b >= 0:
+        return constraint.RIM_OF_B if symmetry_b == ABOUT_AXIS else constraint.NOT_ROUND
+    ball_a, ball_b = symmetry_a == CENTRED_BALL, symmetry_b == CENTRED_BALL
+    fixed_a = body_a < 0 and type_a == collider.SPHERE
+    fixed_b = body_b < 0 and type_b == collider.SPHERE
+    if (ball_a and (ball_b or fixed_b)) or (ball_b and fixed_a):
+        return constraint.TWO_BALLS
+    if (ball_a and body_b < 0) or (ball_b and body_a < 0):
+        return constraint.BALL_ON_FIXED
+    return constraint.NOT_ROUND
+
+
+@inline
+def surface_weight(collider_a: int, collider_b: int, table: Indices, bodies: Array) -> float:
+    """
+    Tell whose surface the points follow: that of the body that moves, of the rounder one, else of
+    both.
+    """
+    symmetry_a = _symmetry(table[collider_a * collider_record.SIZE + collider_record.BODY], bodies)
+    symmetry_b = _symmetry(table[collider_b * collider_record.SIZE + collider_record.BODY], bodies)
+    if symmetry_a == symmetry_b:
+        return 0.5
+    return 0.0 if symmetry_a > symmetry_b else 1.0
+
+
+@inline
+def layer(number: int, bounds: Array) -> float:
+    """Radius of the layer of a collider about its core; a plane has none."""
+    thick = bounds[number * bounds_record.SIZE + bounds_record.ROUNDING]
+    return thick if thick < math.inf else 0.0
 
 
 @kernel
@@ -59,27 +119,30 @@ def prepare_materials(
         lane = int(manifolds[record + manifold_record.LANE])
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        material_a, material_b = a * collider.MATERIAL, b * collider.MATERIAL
+        material_a, material_b = a * material_record.SIZE, b * material_record.SIZE
         rows[lane + constraint.FRICTION] = math.sqrt(
-            materials[material_a + collider.FRICTION] * materials[material_b + collider.FRICTION]
+            materials[material_a + material_record.FRICTION]
+            * materials[material_b + material_record.FRICTION]
         )
         rows[lane + constraint.RESTITUTION] = max(
-            materials[material_a + collider.RESTITUTION],
-            materials[material_b + collider.RESTITUTION],
+            materials[material_a + material_record.RESTITUTION],
+            materials[material_b + material_record.RESTITUTION],
         )
         rows[lane + constraint.ROLLING_FRICTION] = max(
-            materials[material_a + collider.ROLLING], materials[material_b + collider.ROLLING]
+            materials[material_a + material_record.ROLLING],
+            materials[material_b + material_record.ROLLING],
         )
         rows[lane + constraint.TORSIONAL_FRICTION] = max(
-            materials[material_a + collider.TORSIONAL], materials[material_b + collider.TORSIONAL]
+            materials[material_a + material_record.TORSIONAL],
+            materials[material_b + material_record.TORSIONAL],
         )
         rows[lane + constraint.SURFACE_WEIGHT] = surface_weight(a, b, table, bodies)
         rows[lane + constraint.ROUNDNESS] = roundness(a, b, table, bodies)
         rows[lane + constraint.RADIUS_A] = layer(a, bounds)
         rows[lane + constraint.RADIUS_B] = layer(b, bounds)
         fixed = (
-            table[a * collider.TABLE + collider.CORE] < 0
-            or table[b * collider.TABLE + collider.CORE] < 0
+            table[a * collider_record.SIZE + collider_record.BODY] < 0
+            or table[b * collider_record.SIZE + collider_record.BODY] < 0
         )
         omega = (math.pi if fixed else 0.5 * math.pi) / (h * pieces)
         a1 = 2.0 * zeta + h * omega
@@ -105,7 +168,7 @@ def _first_tangent(normal: Any) -> Any:
 def _center(number: int, core: int, translation: Array, poses: Array) -> Any:
     """Centre of mass of the body of a collider; of what cannot move, the origin of its shape."""
     if core < 0:
-        return load(poses, number * collider.POSE)
+        return load(poses, number * pose.SIZE)
     return load_strided(translation, at(core, TRANSLATION) + RX, LANES)
 
 
@@ -130,8 +193,8 @@ def prepare_points(
         rows[lane + constraint.TOUCHED] = 0.0
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        core_a = table[a * collider.TABLE + collider.CORE]
-        core_b = table[b * collider.TABLE + collider.CORE]
+        core_a = table[a * collider_record.SIZE + collider_record.BODY]
+        core_b = table[b * collider_record.SIZE + collider_record.BODY]
         center_a = _center(a, core_a, translation, poses)
         center_b = _center(b, core_b, translation, poses)
         # on the surface of the body that moves: the point midway serves the balance of angular

@@ -27,15 +27,11 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import (
-    angular_velocities,
-    arms,
-    contact_frame,
-    put_vector,
-    relative_velocity,
-    symmetric,
-    vector,
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
 )
 from rigid_body_sim.physics.vectors import add, apply_symmetric, cross, dot, load, subtract
 
@@ -59,10 +55,10 @@ def _largest_eigenvalue(k11: float, k12: float, k22: float) -> Any:
 def effective_masses(lanes: int, constraints: Array, points: Array) -> None:
     """Find the effective masses of one point of each lane."""
     for lane in range(lanes):
-        normal, tangent_1, tangent_2 = contact_frame(constraints, lane)
-        arm_a, arm_b = arms(points, lane)
-        inverse_a = symmetric(constraints, lane + constraint.INVERSE_INERTIA_A)
-        inverse_b = symmetric(constraints, lane + constraint.INVERSE_INERTIA_B)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        inverse_a = wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_A)
+        inverse_b = wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_B)
         inverse_mass = (
             constraints[lane + constraint.INVERSE_MASS_A]
             + constraints[lane + constraint.INVERSE_MASS_B]
@@ -91,11 +87,11 @@ def effective_masses(lanes: int, constraints: Array, points: Array) -> None:
 def angular_effective_masses(lanes: int, constraints: Array) -> None:
     """Find the effective masses against rolling and twisting; without inertia there are none."""
     for lane in range(lanes):
-        normal, tangent_1, tangent_2 = contact_frame(constraints, lane)
-        a_xx, a_xy, a_xz, a_yy, a_yz, a_zz = symmetric(
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        a_xx, a_xy, a_xz, a_yy, a_yz, a_zz = wide_lanes.symmetric(
             constraints, lane + constraint.INVERSE_INERTIA_A
         )
-        b_xx, b_xy, b_xz, b_yy, b_yz, b_zz = symmetric(
+        b_xx, b_xy, b_xz, b_yy, b_yz, b_zz = wide_lanes.symmetric(
             constraints, lane + constraint.INVERSE_INERTIA_B
         )
         inverse = (a_xx + b_xx, a_xy + b_xy, a_xz + b_xz, a_yy + b_yy, a_yz + b_yz, a_zz + b_zz)
@@ -116,12 +112,16 @@ def gather_accelerations(used: int, constraints: Array, scratch: Array, bodies: 
     for lane in range(used):
         body_a = int(constraints[lane + constraint.BODY_A])
         body_b = int(constraints[lane + constraint.BODY_B])
-        put_vector(scratch, lane + lane_scratch.ACCELERATION_A, load(bodies, body_a + linear))
-        put_vector(scratch, lane + lane_scratch.ACCELERATION_B, load(bodies, body_b + linear))
-        put_vector(
+        wide_lanes.put_vector(
+            scratch, lane + lane_scratch.ACCELERATION_A, load(bodies, body_a + linear)
+        )
+        wide_lanes.put_vector(
+            scratch, lane + lane_scratch.ACCELERATION_B, load(bodies, body_b + linear)
+        )
+        wide_lanes.put_vector(
             scratch, lane + lane_scratch.ANGULAR_ACCELERATION_A, load(bodies, body_a + angular)
         )
-        put_vector(
+        wide_lanes.put_vector(
             scratch, lane + lane_scratch.ANGULAR_ACCELERATION_B, load(bodies, body_b + angular)
         )
 
@@ -138,20 +138,20 @@ def approach_velocities(
 ) -> None:
     """Find the velocity of approach of one point of each lane; 0 for what does not bounce."""
     for lane in range(lanes):
-        normal = vector(constraints, lane + constraint.NORMAL)
-        arm_a, arm_b = arms(points, lane)
-        velocity = relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
         normal_velocity = dot(normal, velocity)
-        omega_a, omega_b = angular_velocities(constraints, scratch, lane)
+        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
         acceleration_a = _acceleration(
-            vector(scratch, lane + lane_scratch.ACCELERATION_A),
-            vector(scratch, lane + lane_scratch.ANGULAR_ACCELERATION_A),
+            wide_lanes.vector(scratch, lane + lane_scratch.ACCELERATION_A),
+            wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_ACCELERATION_A),
             omega_a,
             arm_a,
         )
         acceleration_b = _acceleration(
-            vector(scratch, lane + lane_scratch.ACCELERATION_B),
-            vector(scratch, lane + lane_scratch.ANGULAR_ACCELERATION_B),
+            wide_lanes.vector(scratch, lane + lane_scratch.ACCELERATION_B),
+            wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_ACCELERATION_B),
             omega_b,
             arm_b,
         )

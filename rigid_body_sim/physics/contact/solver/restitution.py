@@ -16,14 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import (
-    apply_impulse,
-    arms,
-    clamp_to_disc,
-    contact_frame,
-    impulse_of,
-    relative_velocity,
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
 )
 from rigid_body_sim.physics.vectors import dot
 
@@ -39,9 +36,9 @@ def apply_restitution(lanes: int, constraints: Array, points: Array, scratch: Ar
     v_n >= 0 elsewhere; friction on the impulse of restitution.
     """
     for lane in range(lanes):
-        normal, tangent_1, tangent_2 = contact_frame(constraints, lane)
-        arm_a, arm_b = arms(points, lane)
-        velocity = relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
         approach = points[lane + contact_point.APPROACH_VELOCITY]
         target = -constraints[lane + constraint.RESTITUTION] * approach if approach < 0.0 else 0.0
         old = points[lane + contact_point.RESTITUTION_NORMAL]
@@ -63,15 +60,19 @@ def apply_restitution(lanes: int, constraints: Array, points: Array, scratch: Ar
         new_2 = old_2 - tangent_mass * (
             dot(tangent_2, velocity) + points[lane + contact_point.CROSS_TERM_2] * change
         )
-        new_1, new_2 = clamp_to_disc(new_1, new_2, constraints[lane + constraint.FRICTION] * new)
+        new_1, new_2 = wide_lanes.clamp_to_disc(
+            new_1, new_2, constraints[lane + constraint.FRICTION] * new
+        )
         size = abs(change) + (abs(new_1 - old_1) + abs(new_2 - old_2))
         # what is settled keeps its bits, however long others take
         changes = size > SETTLED * (pressure + new)
         size = size if changes else 0.0
         new, new_1, new_2 = (new, new_1, new_2) if changes else (old, old_1, old_2)
-        impulse = impulse_of(new - old, new_1 - old_1, new_2 - old_2, normal, tangent_1, tangent_2)
+        impulse = wide_lanes.impulse_of(
+            new - old, new_1 - old_1, new_2 - old_2, normal, tangent_1, tangent_2
+        )
         points[lane + contact_point.RESTITUTION_NORMAL] = new
         points[lane + contact_point.RESTITUTION_TANGENT_1] = new_1
         points[lane + contact_point.RESTITUTION_TANGENT_2] = new_2
         scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
-        apply_impulse(scratch, lane, arm_a, arm_b, impulse)
+        wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)

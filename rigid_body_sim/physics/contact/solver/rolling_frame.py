@@ -29,11 +29,10 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import FLAT
-from rigid_body_sim.physics.contact.solver import constraint, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import (
-    displacement_by_turn,
-    put_vector,
-    vector,
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    lane_scratch,
+    wide_lanes,
 )
 from rigid_body_sim.physics.state.blocks import rotate
 from rigid_body_sim.physics.vectors import add, cross, dot, load, scale
@@ -63,8 +62,8 @@ def turn_rims(used: int, constraints: Array, scratch: Array, bodies: Array) -> N
         )  # fmt: skip
         turn = load(bodies, body + solver_bodies.TURN)
         scalar = bodies[body + solver_bodies.TURN_SCALAR]
-        new_axis = add(axis, displacement_by_turn(turn, scalar, axis))
-        normal = vector(constraints, lane + constraint.NORMAL)
+        new_axis = add(axis, wide_lanes.displacement_by_turn(turn, scalar, axis))
+        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
         level, new_level = cross(normal, axis), cross(normal, new_axis)
         sine, new_sine = math.sqrt(dot(level, level)), math.sqrt(dot(new_level, new_level))
         if not (sine > FLAT and new_sine > FLAT):
@@ -85,7 +84,7 @@ def turn_rims(used: int, constraints: Array, scratch: Array, bodies: Array) -> N
             scale(tilt_cosine * heading_sine, normal),
             scale(tilt_sine * heading_sine, cross(normal, level)),
         )
-        put_vector(
+        wide_lanes.put_vector(
             scratch,
             lane + (lane_scratch.TURN_A if of_a else lane_scratch.TURN_B),
             add(scale(tilt_sine * heading_cosine, level), about_normal),

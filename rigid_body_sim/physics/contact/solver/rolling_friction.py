@@ -19,14 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.wide_lanes import (
-    angular_impulse_of,
-    angular_velocities,
-    apply_angular_impulse,
-    clamp,
-    clamp_to_disc,
-    contact_frame,
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
 )
 from rigid_body_sim.physics.vectors import dot, subtract
 
@@ -37,10 +34,10 @@ Array = NDArray[np.float64]
 def _apply(scratch: Array, lane: int, about: Any, frame: Any) -> None:
     """Give the bodies of a lane an angular impulse about the two tangents and the normal."""
     normal, tangent_1, tangent_2 = frame
-    apply_angular_impulse(
+    wide_lanes.apply_angular_impulse(
         scratch,
         lane,
-        angular_impulse_of(about[0], about[1], about[2], normal, tangent_1, tangent_2),
+        wide_lanes.angular_impulse_of(about[0], about[1], about[2], normal, tangent_1, tangent_2),
     )
 
 
@@ -53,16 +50,16 @@ def apply_second_half(lanes: int, constraints: Array, points: Array, scratch: Ar
             points[lane + contact_point.WARM_ROLLING_2],
             points[lane + contact_point.WARM_TWIST],
         )
-        _apply(scratch, lane, warm, contact_frame(constraints, lane))
+        _apply(scratch, lane, warm, wide_lanes.contact_frame(constraints, lane))
 
 
 @kernel
 def solve(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """Solve rolling and torsional friction of one point of each lane."""
     for lane in range(lanes):
-        frame = contact_frame(constraints, lane)
+        frame = wide_lanes.contact_frame(constraints, lane)
         normal, tangent_1, tangent_2 = frame
-        omega_a, omega_b = angular_velocities(constraints, scratch, lane)
+        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
         omega = subtract(omega_b, omega_a)
         press = points[lane + contact_point.NORMAL_IMPULSE]
         old_1 = points[lane + contact_point.ROLLING_IMPULSE_1]
@@ -71,12 +68,12 @@ def solve(lanes: int, constraints: Array, points: Array, scratch: Array) -> None
         rolling_mass = constraints[lane + constraint.ROLLING_MASS]
         new_1 = old_1 - rolling_mass * dot(tangent_1, omega)
         new_2 = old_2 - rolling_mass * dot(tangent_2, omega)
-        new_1, new_2 = clamp_to_disc(
+        new_1, new_2 = wide_lanes.clamp_to_disc(
             new_1, new_2, constraints[lane + constraint.ROLLING_FRICTION] * press
         )
         limit = constraints[lane + constraint.TORSIONAL_FRICTION] * press
         twist_mass = constraints[lane + constraint.TWIST_MASS]
-        twist = clamp(old_twist - twist_mass * dot(normal, omega), limit)
+        twist = wide_lanes.clamp(old_twist - twist_mass * dot(normal, omega), limit)
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         new_1, new_2, twist = (new_1, new_2, twist) if active else (old_1, old_2, old_twist)
         _apply(scratch, lane, (new_1 - old_1, new_2 - old_2, twist - old_twist), frame)
@@ -99,10 +96,12 @@ def limit(lanes: int, constraints: Array, points: Array, scratch: Array) -> None
         old_warm_1 = points[lane + contact_point.WARM_ROLLING_1]
         old_warm_2 = points[lane + contact_point.WARM_ROLLING_2]
         old_warm_twist = points[lane + contact_point.WARM_TWIST]
-        new_1, new_2 = clamp_to_disc(
+        new_1, new_2 = wide_lanes.clamp_to_disc(
             old_1, old_2, constraints[lane + constraint.ROLLING_FRICTION] * press
         )
-        twist = clamp(old_twist, constraints[lane + constraint.TORSIONAL_FRICTION] * press)
+        twist = wide_lanes.clamp(
+            old_twist, constraints[lane + constraint.TORSIONAL_FRICTION] * press
+        )
         presses = press > 0.0
         warm_1 = old_warm_1 if presses else 0.0
         warm_2 = old_warm_2 if presses else 0.0
@@ -117,7 +116,7 @@ def limit(lanes: int, constraints: Array, points: Array, scratch: Array) -> None
             (new_2 - warm_2) - (old_2 - old_warm_2),
             (twist - warm_twist) - (old_twist - old_warm_twist),
         )
-        _apply(scratch, lane, change, contact_frame(constraints, lane))
+        _apply(scratch, lane, change, wide_lanes.contact_frame(constraints, lane))
         points[lane + contact_point.ROLLING_IMPULSE_1] = new_1
         points[lane + contact_point.ROLLING_IMPULSE_2] = new_2
         points[lane + contact_point.TWIST_IMPULSE] = twist

@@ -22,17 +22,13 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.constraint import LANES
-from rigid_body_sim.physics.contact.solver.wide_lanes import (
-    apply_impulse,
-    arms,
-    contact_frame,
-    displacement_by_turn,
-    impulse_of,
-    put_vector,
-    vector,
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, subtract
 
 Array = NDArray[np.float64]
@@ -74,10 +70,10 @@ def _apply_second_half(
     warm_1 = points[lane + contact_point.WARM_TANGENT_1] if presses else 0.0
     warm_2 = points[lane + contact_point.WARM_TANGENT_2] if presses else 0.0
     normal, tangent_1, tangent_2 = frame
-    impulse = impulse_of(warm, warm_1, warm_2, normal, tangent_1, tangent_2)
-    put_vector(points, lane + contact_point.ARM_A, arm_a)
-    put_vector(points, lane + contact_point.ARM_B, arm_b)
-    apply_impulse(scratch, lane, arm_a, arm_b, impulse)
+    impulse = wide_lanes.impulse_of(warm, warm_1, warm_2, normal, tangent_1, tangent_2)
+    wide_lanes.put_vector(points, lane + contact_point.ARM_A, arm_a)
+    wide_lanes.put_vector(points, lane + contact_point.ARM_B, arm_b)
+    wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
 def _update_points(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
@@ -93,7 +89,7 @@ def _update_points(lanes: int, constraints: Array, points: Array, scratch: Array
     by the law of the place where it hit.
     """
     for lane in range(lanes):
-        arm_a, arm_b = arms(points, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
         fixed = (constraints[lane + constraint.INVERSE_MASS_A] == 0.0) | (
             constraints[lane + constraint.INVERSE_MASS_B] == 0.0
         )
@@ -101,25 +97,25 @@ def _update_points(lanes: int, constraints: Array, points: Array, scratch: Array
             points[lane + contact_point.APPROACH_VELOCITY] < 0.0
         )
         follows = 0.0 if fixed & bounces else 1.0
-        frame = contact_frame(constraints, lane)
+        frame = wide_lanes.contact_frame(constraints, lane)
         normal = frame[0]
-        turn_a = vector(scratch, lane + lane_scratch.TURN_A)
-        turn_b = vector(scratch, lane + lane_scratch.TURN_B)
+        turn_a = wide_lanes.vector(scratch, lane + lane_scratch.TURN_A)
+        turn_b = wide_lanes.vector(scratch, lane + lane_scratch.TURN_B)
         scalar_a = scratch[lane + lane_scratch.TURN_SCALAR_A]
         scalar_b = scratch[lane + lane_scratch.TURN_SCALAR_B]
         if LAYERED:
             radius_a = constraints[lane + constraint.RADIUS_A]
             radius_b = constraints[lane + constraint.RADIUS_B]
             core_a = subtract(arm_a, scale(radius_a, normal))
-            moved_a = displacement_by_turn(turn_a, scalar_a, core_a)
+            moved_a = wide_lanes.displacement_by_turn(turn_a, scalar_a, core_a)
             core_b = add_scaled(arm_b, radius_b, normal)
-            moved_b = displacement_by_turn(turn_b, scalar_b, core_b)
+            moved_b = wide_lanes.displacement_by_turn(turn_b, scalar_b, core_b)
         else:
-            moved_a = displacement_by_turn(turn_a, scalar_a, arm_a)
-            moved_b = displacement_by_turn(turn_b, scalar_b, arm_b)
+            moved_a = wide_lanes.displacement_by_turn(turn_a, scalar_a, arm_a)
+            moved_b = wide_lanes.displacement_by_turn(turn_b, scalar_b, arm_b)
         of_centers = subtract(
-            vector(scratch, lane + lane_scratch.DISPLACEMENT_B),
-            vector(scratch, lane + lane_scratch.DISPLACEMENT_A),
+            wide_lanes.vector(scratch, lane + lane_scratch.DISPLACEMENT_B),
+            wide_lanes.vector(scratch, lane + lane_scratch.DISPLACEMENT_A),
         )
         apart = add(of_centers, subtract(moved_b, moved_a))
         separation = points[lane + contact_point.SEPARATION]
@@ -147,7 +143,7 @@ def gather_relative_motion(used: int, constraints: Array, scratch: Array, bodies
         motion_b = load(
             bodies, int(constraints[lane + constraint.BODY_B]) + solver_bodies.DISPLACEMENT
         )
-        put_vector(
+        wide_lanes.put_vector(
             scratch, lane + lane_scratch.RELATIVE_DISPLACEMENT, subtract(motion_b, motion_a)
         )
 
@@ -171,9 +167,9 @@ def update_balls(lanes: int, constraints: Array, points: Array, scratch: Array) 
         t' = t - (n' . t)/(1 + n . n') (n + n'), the smallest turn that takes n to n'
     """
     for lane in range(lanes):
-        arm_a, arm_b = arms(points, lane)
-        normal, tangent_1, tangent_2 = contact_frame(constraints, lane)
-        motion = vector(scratch, lane + lane_scratch.RELATIVE_DISPLACEMENT)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        motion = wide_lanes.vector(scratch, lane + lane_scratch.RELATIVE_DISPLACEMENT)
         separation = points[lane + contact_point.SEPARATION]
         weight = constraints[lane + constraint.SURFACE_WEIGHT]
         line = subtract(arm_a, arm_b)
@@ -204,7 +200,7 @@ def update_balls(lanes: int, constraints: Array, points: Array, scratch: Array) 
             _turned(tangent_1, share, new_normal, both),
             _turned(tangent_2, share, new_normal, both),
         )
-        put_vector(constraints, lane + constraint.NORMAL, frame[0])
-        put_vector(constraints, lane + constraint.TANGENT_1, frame[1])
-        put_vector(constraints, lane + constraint.TANGENT_2, frame[2])
+        wide_lanes.put_vector(constraints, lane + constraint.NORMAL, frame[0])
+        wide_lanes.put_vector(constraints, lane + constraint.TANGENT_1, frame[1])
+        wide_lanes.put_vector(constraints, lane + constraint.TANGENT_2, frame[2])
         _apply_second_half(points, scratch, lane, frame, new_arm_a, subtract(new_arm_a, way))

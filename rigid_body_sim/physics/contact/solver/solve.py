@@ -30,17 +30,13 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.constraint import LANES
-from rigid_body_sim.physics.contact.solver.wide_lanes import (
-    apply_impulse,
-    arms,
-    clamp_to_disc,
-    contact_frame,
-    impulse_of,
-    put_vector,
-    relative_velocity,
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import dot
 
 Array = NDArray[np.float64]
@@ -70,7 +66,7 @@ def gather_momenta(
 ) -> None:
     """Fetch the momenta of the bodies of a batch; what empty lanes hold does not matter."""
     for lane in range(lanes):
-        put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
+        wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
         scratch[lane + lane_scratch.PRESSES] = 0.0
         scratch[lane + lane_scratch.NORMAL_CHANGE] = 0.0
         scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
@@ -156,9 +152,9 @@ def solve_normals(
         calm : [m/s] change of the normal velocity that is left alone
     """
     for lane in range(lanes):
-        normal, tangent_1, tangent_2 = contact_frame(constraints, lane)
-        arm_a, arm_b = arms(points, lane)
-        velocity = relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
         normal_velocity = dot(normal, velocity)
         separation = points[lane + contact_point.SEPARATION]
         old = points[lane + contact_point.NORMAL_IMPULSE]
@@ -193,7 +189,7 @@ def solve_normals(
         share = now / (before if less else 1.0) if less else 1.0
         now_1, now_2 = share * before_1, share * before_2
         change = now - before
-        impulse = impulse_of(
+        impulse = wide_lanes.impulse_of(
             change, now_1 - before_1, now_2 - before_2, normal, tangent_1, tangent_2
         )
         new = now + warm if presses else 0.0
@@ -206,7 +202,7 @@ def solve_normals(
         size = abs(change) - calm * mass
         scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
         scratch[lane + lane_scratch.PRESSES] = 1.0 if presses else pressed_already
-        apply_impulse(scratch, lane, arm_a, arm_b, impulse)
+        wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
 @kernel
@@ -225,9 +221,9 @@ def relax(
         rest : [m/s] change of any velocity below which a lane is settled
     """
     for lane in range(lanes):
-        normal, tangent_1, tangent_2 = contact_frame(constraints, lane)
-        arm_a, arm_b = arms(points, lane)
-        velocity = relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+        arm_a, arm_b = wide_lanes.arms(points, lane)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
         separation = points[lane + contact_point.SEPARATION]
         old = points[lane + contact_point.NORMAL_IMPULSE]
         old_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
@@ -253,10 +249,12 @@ def relax(
         new_2 = old_2 - tangent_mass * (
             dot(tangent_2, velocity) + points[lane + contact_point.CROSS_TERM_2] * change
         )
-        new_1, new_2 = clamp_to_disc(new_1, new_2, constraints[lane + constraint.FRICTION] * new)
+        new_1, new_2 = wide_lanes.clamp_to_disc(
+            new_1, new_2, constraints[lane + constraint.FRICTION] * new
+        )
         new_1, new_2 = (new_1, new_2) if active else (old_1, old_2)
         change_1, change_2 = new_1 - old_1, new_2 - old_2
-        impulse = impulse_of(change, change_1, change_2, normal, tangent_1, tangent_2)
+        impulse = wide_lanes.impulse_of(change, change_1, change_2, normal, tangent_1, tangent_2)
         size, slip = abs(change), abs(change_1) + abs(change_2)
         either = (size if size > slip else slip) - rest * mass
         size = size - calm * mass
@@ -267,4 +265,4 @@ def relax(
         points[lane + contact_point.NORMAL_IMPULSE] = new
         points[lane + contact_point.TANGENT_IMPULSE_1] = new_1
         points[lane + contact_point.TANGENT_IMPULSE_2] = new_2
-        apply_impulse(scratch, lane, arm_a, arm_b, impulse)
+        wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)

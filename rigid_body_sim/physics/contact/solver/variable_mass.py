@@ -10,7 +10,7 @@ The blocks keep p* = m0 v and L* = R I0 R^T omega (`variable_mass`); the solver'
 So before the solver visits contacts the rows of such bodies are brought to what they are now, and
 afterwards back. Velocities are the same either way. s is that of the middle of the tick.
 
-    flows : FLOW per body: core index, rate/m0 [1/s], end of the flow [s], s
+    flows : one record per body whose mass changes, see below
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.model.variable_mass import end_of_flow, flow_of
@@ -27,69 +28,65 @@ from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
 
-CORE, RATE, END, SCALE = range(4)
-FLOW = 4
+flow = Record()
+BODY = flow.number('-', 'index of the body among those that move')
+RATE = flow.number('1/s', 'of its mass, over m0')
+END = flow.number('s', 'end of the flow')
+SCALE = flow.number('-', 's')
+SIZE = flow.size
 
 
-def flows_of(layout: Layout, cores: Iterable[int]) -> Array:
-    """Make the table of those of some bodies (core indices, -1: none) whose mass changes."""
+def flows_of(layout: Layout, indices: Iterable[int]) -> Array:
+    """Make the table of those of some bodies (indices, -1: none) whose mass changes."""
     table = []
-    for core in sorted({core for core in cores if core >= 0}):
-        body = layout.body(core)
-        flow = flow_of(body)
-        if flow is not None:
-            table.append((float(core), flow.rate / body.mass, end_of_flow(body), 1.0))
+    for index in sorted({index for index in indices if index >= 0}):
+        body = layout.body(index)
+        change = flow_of(body)
+        if change is not None:
+            table.append((float(index), change.rate / body.mass, end_of_flow(body), 1.0))
     return np.array(table, dtype=np.float64).ravel()
 
 
 @kernel
 def find_mass_scale(time: float, flows: Array) -> None:
     """Find s at a time since the start of the scene."""
-    for k in range(len(flows) // FLOW):
-        o = k * FLOW
-        flows[o + SCALE] = 1.0 / (1.0 + flows[o + RATE] * min(time, flows[o + END]))
+    for row in range(0, len(flows), SIZE):
+        flows[row + SCALE] = 1.0 / (1.0 + flows[row + RATE] * min(time, flows[row + END]))
 
 
 @inline
-def _multiply(b, momentum, inverse, bodies):
+def _scale(row: int, momentum: float, inverse: float, flows: Array, bodies: Array) -> None:
+    """Multiply momenta, and inverse mass and inertia, of the body of a flow."""
+    body = int(flows[row + BODY]) * solver_bodies.SIZE
     for axis in range(3):
-        bodies[b + solver_bodies.MOMENTUM + axis] *= momentum
-        bodies[b + solver_bodies.ANGULAR_MOMENTUM + axis] *= momentum
-    bodies[b + solver_bodies.INVERSE_MASS] *= inverse
+        bodies[body + solver_bodies.MOMENTUM + axis] *= momentum
+        bodies[body + solver_bodies.ANGULAR_MOMENTUM + axis] *= momentum
+    bodies[body + solver_bodies.INVERSE_MASS] *= inverse
     for entry in range(6):
-        bodies[b + solver_bodies.INVERSE_INERTIA + entry] *= inverse
+        bodies[body + solver_bodies.INVERSE_INERTIA + entry] *= inverse
 
 
 @kernel
 def scale_to_present_mass(flows: Array, bodies: Array) -> None:
     """Bring rows to the masses of now."""
-    for k in range(len(flows) // FLOW):
-        s = flows[k * FLOW + SCALE]
-        _multiply(int(flows[k * FLOW + CORE]) * solver_bodies.SIZE, 1.0 / s, s, bodies)
+    for row in range(0, len(flows), SIZE):
+        scale = flows[row + SCALE]
+        _scale(row, 1.0 / scale, scale, flows, bodies)
 
 
 @kernel
 def scale_to_start_mass(flows: Array, bodies: Array) -> None:
     """Bring rows back to the masses of the start."""
-    for k in range(len(flows) // FLOW):
-        s = flows[k * FLOW + SCALE]
-        _multiply(int(flows[k * FLOW + CORE]) * solver_bodies.SIZE, s, 1.0 / s, bodies)
+    for row in range(0, len(flows), SIZE):
+        scale = flows[row + SCALE]
+        _scale(row, scale, 1.0 / scale, flows, bodies)
 
 
 @kernel
 def scale_warm_start(flows: Array, bodies: Array) -> None:
-    """Bring what contacts hold of the rows to the masses of the start."""
-    for k in range(len(flows) // FLOW):
-        s = flows[k * FLOW + SCALE]
-        b = int(flows[k * FLOW + CORE]) * solver_bodies.SIZE
+    """Bring the warm start of the bodies to the masses of the start."""
+    for row in range(0, len(flows), SIZE):
+        body = int(flows[row + BODY]) * solver_bodies.SIZE
         for axis in range(3):
-            bodies[b + solver_bodies.WARM_IMPULSE + axis] *= s
-            bodies[b + solver_bodies.WARM_ANGULAR_IMPULSE + axis] *= s
-
-
-KERNELS = {
-    'find_mass_scale': find_mass_scale,
-    'scale_to_present_mass': scale_to_present_mass,
-    'scale_to_start_mass': scale_to_start_mass,
-    'scale_warm_start': scale_warm_start,
-}
+            bodies[body + solver_bodies.WARM_IMPULSE + axis] *= flows[row + SCALE]
+            bodies[body + solver_bodies.WARM_ANGULAR_IMPULSE + axis] *= flows[row + SCALE]

@@ -20,19 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
-from rigid_body_sim.physics.contact.solver.constraint import LANES
-from rigid_body_sim.physics.contact.solver.wide_lanes import (
-    angular_impulse_of,
-    apply_angular_impulse,
-    apply_impulse,
-    arms,
-    clamp_to_disc,
-    contact_frame,
-    impulse_of,
-    put_vector,
-    vector,
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    lane_scratch,
+    wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import dot, scale
 
 Array = NDArray[np.float64]
@@ -61,16 +55,16 @@ def lasting_share(points: Array, row: int) -> Any:
 @inline
 def _warm_start(constraints: Array, points: Array, scratch: Array, lane: int) -> None:
     """Halve the accumulated impulse of a point; sum up what that is to its bodies."""
-    normal, tangent_1, tangent_2 = contact_frame(constraints, lane)
-    arm_a, arm_b = arms(points, lane)
+    normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
+    arm_a, arm_b = wide_lanes.arms(points, lane)
     warm = 0.5 * points[lane + contact_point.NORMAL_IMPULSE]
     warm_1 = 0.5 * points[lane + contact_point.TANGENT_IMPULSE_1]
     warm_2 = 0.5 * points[lane + contact_point.TANGENT_IMPULSE_2]
     points[lane + contact_point.WARM_NORMAL] = warm
     points[lane + contact_point.WARM_TANGENT_1] = warm_1
     points[lane + contact_point.WARM_TANGENT_2] = warm_2
-    impulse = impulse_of(warm, warm_1, warm_2, normal, tangent_1, tangent_2)
-    apply_impulse(scratch, lane, arm_a, arm_b, impulse)
+    impulse = wide_lanes.impulse_of(warm, warm_1, warm_2, normal, tangent_1, tangent_2)
+    wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
 @kernel
@@ -80,14 +74,14 @@ def start_tick(lanes: int, constraints: Array, points: Array, scratch: Array) ->
     tick, bring friction within its cone, sum up the warm start of its bodies.
     """
     for lane in range(lanes):
-        impulse_1, impulse_2 = clamp_to_disc(
+        impulse_1, impulse_2 = wide_lanes.clamp_to_disc(
             points[lane + contact_point.TANGENT_IMPULSE_1],
             points[lane + contact_point.TANGENT_IMPULSE_2],
             constraints[lane + constraint.FRICTION] * points[lane + contact_point.NORMAL_IMPULSE],
         )
         points[lane + contact_point.TANGENT_IMPULSE_1] = impulse_1
         points[lane + contact_point.TANGENT_IMPULSE_2] = impulse_2
-        put_vector(points, lane + contact_point.TOTAL_IMPULSE, (0.0, 0.0, 0.0))
+        wide_lanes.put_vector(points, lane + contact_point.TOTAL_IMPULSE, (0.0, 0.0, 0.0))
         points[lane + contact_point.LARGEST_NORMAL_IMPULSE] = 0.0
         points[lane + contact_point.SEPARATION] = points[lane + contact_point.INITIAL_SEPARATION]
         _warm_start(constraints, points, scratch, lane)
@@ -97,8 +91,8 @@ def start_tick(lanes: int, constraints: Array, points: Array, scratch: Array) ->
 def start_tick_angular(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """Do the same with the angular impulses of one point of each lane."""
     for lane in range(lanes):
-        impulse = vector(points, lane + contact_point.RECALLED_ANGULAR_IMPULSE)
-        normal, tangent_1, tangent_2 = contact_frame(constraints, lane)
+        impulse = wide_lanes.vector(points, lane + contact_point.RECALLED_ANGULAR_IMPULSE)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
         rolling_1, rolling_2 = dot(tangent_1, impulse), dot(tangent_2, impulse)
         twist = dot(normal, impulse)
         points[lane + contact_point.ROLLING_IMPULSE_1] = rolling_1
@@ -107,7 +101,7 @@ def start_tick_angular(lanes: int, constraints: Array, points: Array, scratch: A
         points[lane + contact_point.WARM_ROLLING_1] = 0.5 * rolling_1
         points[lane + contact_point.WARM_ROLLING_2] = 0.5 * rolling_2
         points[lane + contact_point.WARM_TWIST] = 0.5 * twist
-        apply_angular_impulse(scratch, lane, scale(0.5, impulse))
+        wide_lanes.apply_angular_impulse(scratch, lane, scale(0.5, impulse))
 
 
 @kernel
@@ -121,11 +115,11 @@ def start_substep(lanes: int, constraints: Array, points: Array, scratch: Array)
         impulse_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
         impulse_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
         largest = points[lane + contact_point.LARGEST_NORMAL_IMPULSE]
-        total, total_1, total_2 = vector(points, lane + contact_point.TOTAL_IMPULSE)
+        total, total_1, total_2 = wide_lanes.vector(points, lane + contact_point.TOTAL_IMPULSE)
         points[lane + contact_point.LARGEST_NORMAL_IMPULSE] = (
             normal_impulse if normal_impulse > largest else largest
         )
-        put_vector(
+        wide_lanes.put_vector(
             points,
             lane + contact_point.TOTAL_IMPULSE,
             (total + normal_impulse, total_1 + impulse_1, total_2 + impulse_2),
@@ -141,15 +135,17 @@ def start_substep(lanes: int, constraints: Array, points: Array, scratch: Array)
 def start_substep_angular(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """Do the same with the angular impulses of one point of each lane."""
     for lane in range(lanes):
-        normal, tangent_1, tangent_2 = contact_frame(constraints, lane)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
         rolling_1 = 0.5 * points[lane + contact_point.ROLLING_IMPULSE_1]
         rolling_2 = 0.5 * points[lane + contact_point.ROLLING_IMPULSE_2]
         twist = 0.5 * points[lane + contact_point.TWIST_IMPULSE]
         points[lane + contact_point.WARM_ROLLING_1] = rolling_1
         points[lane + contact_point.WARM_ROLLING_2] = rolling_2
         points[lane + contact_point.WARM_TWIST] = twist
-        impulse = angular_impulse_of(rolling_1, rolling_2, twist, normal, tangent_1, tangent_2)
-        apply_angular_impulse(scratch, lane, impulse)
+        impulse = wide_lanes.angular_impulse_of(
+            rolling_1, rolling_2, twist, normal, tangent_1, tangent_2
+        )
+        wide_lanes.apply_angular_impulse(scratch, lane, impulse)
 
 
 @kernel
@@ -176,6 +172,6 @@ def scatter(
 def clear(lanes: int, scratch: Array) -> None:
     """Begin the sums of a batch."""
     for lane in range(lanes):
-        put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
-        put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, (0.0, 0.0, 0.0))
-        put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, (0.0, 0.0, 0.0))
+        wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
+        wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, (0.0, 0.0, 0.0))
+        wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, (0.0, 0.0, 0.0))

@@ -1,12 +1,12 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The first and the last word on a body that turns about a pivot: see `physics.pivot`.
+The first and the last word on a body that turns about a pivot: see `model.pivot`.
 
     first : r <- O + a,   p <- m omega x a               the centre of mass, for elements to read
     last  : torque <- torque + a x F,   F <- 0,   r <- O,   p <- 0
 
-Not elements that a scene names: they stand about all others. Derivatives (`physics.derivatives`)
+Not elements that a scene names: they stand about all others. Derivatives (`forces.derivatives`)
 of what the others answered go the same way: with theta, a turn of the body,
 
     dr = theta x a,   dv = dw x a + omega x (theta x a)

@@ -6,7 +6,7 @@ The last word on a body whose mass changes: thrust, and the factor m0/m(t) on al
     F <- m0 g + (m0/m) (F + rate u),   torque <- (m0/m) torque
     m = m0 + rate t while the flow lasts
 
-Not an element that a scene names: it follows all others, see `physics.variable_mass` for the
+Not an element that a scene names: it follows all others, see `model.variable_mass` for the
 equations and the model.
 """
 

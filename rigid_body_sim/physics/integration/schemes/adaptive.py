@@ -18,8 +18,8 @@ start alone, nothing is remembered from tick to tick, and a command needs to res
 that wants n substeps costs about log5(n) refused ones more. The last slope is taken at the new
 state and is the first of the next substep ("first same as last").
 
-With `orientation: matrix` the rotation is (R, L), see `stages_of_matrices`, and its error that of
-these: |.| of R is the root of the sum of its squares.
+With `orientation: matrix` the rotation is (R, L), see `state_space.matrices`, and its error that
+of these: |.| of R is the root of the sum of its squares.
 
 In a scene without forces that depend on the state each body has substeps of its own; else all
 bodies share them. Where no substep down to 1e-12 of the tick is accepted, the state of the worst
@@ -33,167 +33,138 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rigid_body_sim.physics.compile.kernels import specialise, unbound
-from rigid_body_sim.physics.integration.schemes.runge_kutta import no_forces, square
-from rigid_body_sim.physics.integration.schemes.state_space import matrices as matrices
-from rigid_body_sim.physics.integration.schemes.state_space import (
-    no_rotation,
-    substeps,
-    substeps_of_matrices,
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
+from rigid_body_sim.physics.integration.schemes.runge_kutta import (
+    no_forces,
+    square,
+    with_orientation,
 )
-from rigid_body_sim.physics.integration.schemes.state_space import points as points
-from rigid_body_sim.physics.integration.schemes.state_space import quaternions as turns
-from rigid_body_sim.physics.integration.schemes.state_space.matrices import MATRIX
-from rigid_body_sim.physics.integration.schemes.state_space.points import POINT
-from rigid_body_sim.physics.integration.schemes.state_space.points import begin as begin_points
-from rigid_body_sim.physics.integration.schemes.state_space.points import (
-    slope_of as slope_of_points,
-)
+from rigid_body_sim.physics.integration.schemes.stages import SUBSTEP_SLOPES, substeps_of
+from rigid_body_sim.physics.integration.schemes.state_space import points
+from rigid_body_sim.physics.integration.schemes.state_space.matrices import MATRICES
+from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import NO_ROTATION
+from rigid_body_sim.physics.integration.schemes.state_space.points import POINTS
+from rigid_body_sim.physics.integration.schemes.state_space.protocol import StateSpace, bound
+from rigid_body_sim.physics.integration.schemes.state_space.quaternions import QUATERNIONS
 from rigid_body_sim.physics.integration.schemes.steps import finite, start_evaluation
-from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
-from rigid_body_sim.physics.state.blocks import QX, ROTATION, RX, TRANSLATION, at
+from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE, DONE
+from rigid_body_sim.physics.state.blocks import (
+    LANES,
+    ORIENTATION,
+    POSITION,
+    ROTATION,
+    TRANSLATION,
+    at,
+    block_count,
+    lanes_in,
+)
 
-HEAD = 64  # numbers at the head of the workspace: rtol, atol
+head = Record()  # of the workspace
+RTOL = head.number('-', 'relative tolerance')
+ATOL = head.number('SI unit of each vector', 'absolute tolerance')
+HEAD_SIZE = head.padding(LANES)
+
 SMALLEST = 1e-12  # [tick] substep at which the control gives up
-MOST = 1_000_000  # substeps of one tick, likewise
+MOST_SUBSTEPS = 1_000_000  # of one tick, likewise
+ALL_OF_THE_REST = 0.999999  # [-] a substep of so much of the rest of a tick takes all of it
+SAFETY = 0.9  # [-] of the substep that would just be accepted; nearer to 1 more are refused
+LEAST, LARGEST = 0.2, 5.0  # [-] change of the substep at once
+SMALLEST_ERROR = 1e-10  # [-] a smaller one counts as this
+LEAST_BEFORE = 1e-4  # [-] a smaller error counts as this where it is the one before
 
-# bound for each pair, and `evaluate` for each scene, by `specialise`
-STAGES = 1  # without the slope at the new state
-C: tuple[float, ...] = (0.0,)
-TURN = TURN_START = 0  # numbers of a slope of a rotation in a block; where the slopes begin
-evaluate: Callable[..., Any] = unbound
-advance_one: Callable[..., Any] = unbound
-move_points: Callable[..., Any] = unbound
-end_points: Callable[..., Any] = unbound
-error_of_points: Callable[..., Any] = unbound
-begin_turns: Callable[..., Any] = unbound
-move_turns: Callable[..., Any] = unbound
-slope_of_turns: Callable[..., Any] = unbound
-set_rate: Callable[..., Any] = unbound
-save_turns: Callable[..., Any] = unbound
-restore_turns: Callable[..., Any] = unbound
-end_turns: Callable[..., Any] = unbound
-error_of_turns: Callable[..., Any] = unbound
-step_points: Callable[..., Any] = unbound
+# bound for each pair
+STAGES = slot('[-] stages of a substep, without the slope at the new state')
+C = slot('[substep] time of each stage, and of the slope at the new state')
+MEMORY_SIZE = slot('[-] numbers of a block of what the rotation does not hold')
+POINTS_WORK = slot('[-] numbers of the workspace of a block of points')
+prepare_points = slot('kernel of `stages.Substeps`')
+prepare_rotation = slot('kernel of `stages.Substeps`')
+take_slopes_of_points = slot('kernel of `stages.Substeps`')
+take_slopes_of_rotation = slot('kernel of `stages.Substeps`')
+error_of_points = slot('kernel of `stages.Substeps`')
+error_of_rotation = slot('kernel of `stages.Substeps`')
+end_points = slot('kernel of `stages.Substeps`')
+end_rotation = slot('kernel of `stages.Substeps`')
+step_points = slot('kernel (lanes, h, state, work): steps points under a held force')
+advance_one = slot('kernel: `_advance` of a scene without forces that depend on the state')
+# bound for each scene
+evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
+
+
+@inline
+def _after_acceptance(error, before, refused):
+    """Factor of the substep after one with this error: 0.9 e^(-1/8) e_before^(1/16)."""
+    counted = max(error, SMALLEST_ERROR)
+    factor = SAFETY * math.sqrt(math.sqrt(math.sqrt(math.sqrt(before) / counted)))
+    factor = min(max(factor, LEAST), LARGEST)
+    return min(factor, 1.0) if refused else factor
+
+
+@inline
+def _after_refusal(error):
+    """
+    Factor of the substep after one refused with this error, which may be no number: 0.9 e^(-1/4).
+    """
+    if error < math.inf:
+        return max(LEAST, SAFETY / math.sqrt(math.sqrt(error)))
+    return LEAST
 
 
 def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges
 ):
-    """Advance with substeps that all bodies share. Return 0, or DID_NOT_CONVERGE."""
-    rtol, atol = workspace[0], workspace[1]
-    point_blocks = (n_bodies + 63) // 64
-    turn_blocks = (n_rigid + 63) // 64
-    point_size = POINT * (STAGES + 3)
-    turn_size = TURN_START + TURN * (STAGES + 2)
-    turn_workspace = workspace[HEAD + point_blocks * point_size :]
+    """Advance with substeps that all bodies share. Return DONE, NaN, or DID_NOT_CONVERGE."""
+    tolerances = workspace[RTOL], workspace[ATOL]
+    points_work = workspace[HEAD_SIZE:]
+    rotation_work = points_work[block_count(n_bodies) * POINTS_WORK :]
     fresh = False  # whether y and the first slope are those of the present state
     for passed in range(ticks):
         elapsed = 0.0  # share of the tick
-        share = 1.0
-        before = 1.0
+        share = 1.0  # of the substep
+        before = 1.0  # error of the substep before
         refused = False
         count = 0
         while elapsed < 1.0:
             rest = 1.0 - elapsed
-            last = share >= 0.999999 * rest
+            last = share >= ALL_OF_THE_REST * rest
             if last:
                 share = rest
             elif 2.0 * share > rest:
                 share = 0.5 * rest
             step = share * h
-            worst, culprit = 0.0, -1
-            for stage in range(STAGES + 1):
-                if stage == 0 and fresh:
-                    continue
-                for block in range(point_blocks):
-                    lanes = min(64, n_bodies - 64 * block)
-                    s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-                    y = workspace[HEAD + block * point_size : HEAD + (block + 1) * point_size]
-                    if stage == 0:
-                        begin_points(lanes, s, y)
-                    elif stage < STAGES:
-                        move_points(stage, lanes, step, s, y)
-                    else:
-                        substeps.save_points(lanes, s, y[POINT * (STAGES + 2) :])
-                        end_points(lanes, step, s, y)
-                for block in range(turn_blocks):
-                    lanes = min(64, n_rigid - 64 * block)
-                    s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-                    y = turn_workspace[block * turn_size : (block + 1) * turn_size]
-                    memory = method[block * MATRIX : (block + 1) * MATRIX]
-                    if stage == 0:
-                        begin_turns(lanes, s, y, memory)
-                        save_turns(lanes, s, memory, y[TURN_START + TURN * (STAGES + 1) :])
-                    elif stage < STAGES:
-                        move_turns(stage, lanes, step, s, y)
-                    else:
-                        end_turns(lanes, step, s, y, memory)
-                        set_rate(lanes, s, y)
+            for stage in range(1 if fresh else 0, STAGES + 1):
+                prepare_points(stage, step, n_bodies, translation, points_work, method)
+                prepare_rotation(stage, step, n_rigid, rotation, rotation_work, method)
                 within = 1.0 if last and stage == STAGES else elapsed + C[stage] * share
                 start_evaluation(n_bodies, n_rigid, translation, rotation)
                 evaluate(0, (tick + passed + within) * h, translation, rotation, elements, ranges)
-                for block in range(point_blocks):
-                    lanes = min(64, n_bodies - 64 * block)
-                    s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-                    place = HEAD + block * point_size + POINT * (stage + 1)
-                    slope_of_points(lanes, s, workspace[place : place + POINT])
-                for block in range(turn_blocks):
-                    lanes = min(64, n_rigid - 64 * block)
-                    s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-                    y = turn_workspace[block * turn_size : (block + 1) * turn_size]
-                    place = TURN_START + TURN * stage
-                    slope_of_turns(lanes, s, y, y[place : place + TURN])
-            for block in range(point_blocks):
-                lanes = min(64, n_bodies - 64 * block)
-                s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-                y = workspace[HEAD + block * point_size : HEAD + (block + 1) * point_size]
-                worst, culprit = error_of_points(
-                    lanes, step, s, y, rtol, atol, 64 * block, worst, culprit
-                )
-            for block in range(turn_blocks):
-                lanes = min(64, n_rigid - 64 * block)
-                y = turn_workspace[block * turn_size : (block + 1) * turn_size]
-                worst, culprit = error_of_turns(
-                    lanes, step, y, rtol, atol, 64 * block, worst, culprit
-                )
+                take_slopes_of_points(stage, n_bodies, translation, points_work)
+                take_slopes_of_rotation(stage, n_rigid, rotation, rotation_work)
+            worst, culprit = 0.0, -1
+            worst, culprit = error_of_points(
+                step, n_bodies, translation, points_work, tolerances, worst, culprit
+            )
+            worst, culprit = error_of_rotation(
+                step, n_rigid, rotation, rotation_work, tolerances, worst, culprit
+            )
             accepted = worst <= 1.0
-            for block in range(point_blocks):
-                lanes = min(64, n_bodies - 64 * block)
-                s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-                y = workspace[HEAD + block * point_size : HEAD + (block + 1) * point_size]
-                if accepted:
-                    begin_points(lanes, s, y)
-                    substeps.take_over(6, lanes, y[POINT * (STAGES + 1) :], y[POINT:])
-                else:
-                    substeps.restore_points(lanes, y, y[POINT * (STAGES + 2) :], s)
-            for block in range(turn_blocks):
-                lanes = min(64, n_rigid - 64 * block)
-                s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-                y = turn_workspace[block * turn_size : (block + 1) * turn_size]
-                memory = method[block * MATRIX : (block + 1) * MATRIX]
-                saved = y[TURN_START + TURN * (STAGES + 1) :]
-                if accepted:
-                    begin_turns(lanes, s, y, memory)
-                    save_turns(lanes, s, memory, saved)
-                    slope = y[TURN_START + TURN * STAGES :]
-                    substeps.take_over(TURN // 64, lanes, slope, y[TURN_START:])
-                else:
-                    restore_turns(lanes, saved, y, s)
+            end_points(accepted, n_bodies, translation, points_work, method)
+            end_rotation(accepted, n_rigid, rotation, rotation_work, method)
             fresh = True
             count += 1
             if accepted:
                 elapsed = 1.0 if last else elapsed + share
-                share *= substeps.after_acceptance(worst, before, refused)
-                before = max(worst, 1e-4)
+                share *= _after_acceptance(worst, before, refused)
+                before = max(worst, LEAST_BEFORE)
             else:
-                share *= substeps.after_refusal(worst)
+                share *= _after_refusal(worst)
             refused = not accepted
-            if share < SMALLEST or count > MOST:
+            if share < SMALLEST or count > MOST_SUBSTEPS:
                 if n_bodies > 0:
-                    translation[at(max(culprit, 0), TRANSLATION) + RX] = math.nan
+                    translation[at(max(culprit, 0), TRANSLATION) + POSITION] = math.nan
                 else:
-                    rotation[at(max(culprit, 0), ROTATION) + QX] = math.nan
+                    rotation[at(max(culprit, 0), ROTATION) + ORIENTATION] = math.nan
                 return DID_NOT_CONVERGE
     return finite(n_bodies, n_rigid, translation, rotation)
 
@@ -205,19 +176,19 @@ def _advance_free(
     Advance bodies on which only held forces act, each with substeps of its own: translation is
     exact.
     """
-    for block in range((n_bodies + 63) // 64):
-        lanes = min(64, n_bodies - 64 * block)
-        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
+    for block in range(block_count(n_bodies)):
+        lanes = lanes_in(block, n_bodies)
+        state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
         for _tick in range(ticks):
-            step_points(lanes, h, s)
+            step_points(lanes, h, state, workspace)
     status = finite(n_bodies, 0, translation, rotation)
     for i in range(n_rigid):
         own = rotation[at(i, ROTATION) :]
-        memory = method[at(i, MATRIX) :]
+        memory = method[at(i, MEMORY_SIZE) :]
         one = advance_one(
             ticks, tick, h, 0, 1, translation[:0], own, memory, workspace, elements, ranges
         )
-        if one != 0.0:
+        if one != DONE:
             status = one
     return status
 
@@ -230,7 +201,7 @@ class EmbeddedPair:
     a     : rows of the tableau, without the last one
     b     : weights of the higher order, which goes on; also the last row of the tableau
     error : b - b*, with the weight of the slope at the new state as the last
-    matrix, reorthonormalise, turning : as for `runge_kutta.RungeKutta`
+    matrix, reorthonormalise, rotates : as for `runge_kutta.RungeKutta`
     """
 
     a: tuple[tuple[float, ...], ...]
@@ -238,13 +209,20 @@ class EmbeddedPair:
     error: tuple[float, ...]
     matrix: bool = False
     reorthonormalise: bool = True
-    turning: bool = True
+    rotates: bool = True
 
     def for_points(self) -> EmbeddedPair:
         """Return the same pair without rotation."""
-        return replace(self, matrix=False, turning=False)
+        return replace(self, matrix=False, rotates=False)
 
-    def _constants(self) -> dict[str, Any]:
+    @property
+    def _space(self) -> StateSpace:
+        """The state space of rotations."""
+        if not self.rotates:
+            return NO_ROTATION
+        return MATRICES if self.matrix else QUATERNIONS
+
+    def _tableau(self) -> dict[str, Any]:
         stages = len(self.b)
         return {
             'STAGES': stages,
@@ -254,8 +232,7 @@ class EmbeddedPair:
             'TOTAL': stages,
             'BC': 0.5,
             'ERROR': self.error,
-            'TURN': self._family.TURN,
-            'TURN_START': self._family.TURN_START,
+            'FOR_FORCES': True,
             'REORTHONORMALISE': self.reorthonormalise,
         }
 
@@ -264,7 +241,8 @@ class EmbeddedPair:
         return specialise(
             _advance_free,
             name=name,
-            step_points=specialise(points.step_under_held_force, name=name, **self._constants()),
+            MEMORY_SIZE=self._space.memory_size,
+            step_points=bound(points.step_under_held_force, name=name, offered=self._tableau()),
             advance_one=self.coupled(
                 name, scene='free', evaluate=no_forces, velocity_dependent=False
             ),
@@ -274,50 +252,28 @@ class EmbeddedPair:
         self, name: str, *, scene: str, evaluate: Callable[..., Any], velocity_dependent: bool
     ) -> Callable[..., Any]:
         """Make the kernel for the force elements of a scene, named by `scene`."""
-        if self.matrix:
-            name = f'{name}_matrix{"_reorthonormalised" if self.reorthonormalise else ""}'
-        constants = self._constants()
-
-        def part(function: Any) -> Callable[..., Any]:
-            return specialise(function, name=name, inlined=True, **constants)
-
+        tableau = self._tableau()
+        name = with_orientation(name, self._space, reorthonormalise=self.reorthonormalise)
+        of_points = substeps_of(POINTS, name=name, tableau=tableau)
+        of_rotation = substeps_of(self._space, name=name, tableau=tableau)
         return specialise(
             _advance,
             name=f'{name}__{scene}',
+            offered=tableau,
+            POINTS_WORK=POINTS.work_size(len(self.b) + SUBSTEP_SLOPES),
             evaluate=evaluate,
-            move_points=part(points.move),
-            end_points=part(points.end),
-            error_of_points=part(substeps.error_of_points),
-            **self._turns(part),
-            **constants,
+            prepare_points=of_points.prepare,
+            prepare_rotation=of_rotation.prepare,
+            take_slopes_of_points=of_points.take_slopes,
+            take_slopes_of_rotation=of_rotation.take_slopes,
+            error_of_points=of_points.error,
+            error_of_rotation=of_rotation.error,
+            end_points=of_points.end,
+            end_rotation=of_rotation.end,
         )
-
-    @property
-    def _family(self) -> Any:
-        return matrices if self.matrix else turns
-
-    def _turns(self, part: Callable[..., Any]) -> dict[str, Callable[..., Any]]:
-        """Give the parts of a step that turn."""
-        if not self.turning:
-            stages: Any = no_rotation
-            keeping: Any = no_rotation
-        else:
-            stages = self._family
-            keeping = substeps_of_matrices if self.matrix else substeps
-        bound: Any = part if self.turning else lambda function: function
-        return {
-            'begin_turns': stages.begin,
-            'move_turns': bound(stages.move),
-            'slope_of_turns': stages.slope_of,
-            'end_turns': bound(stages.end),
-            'set_rate': (keeping if self.matrix else stages).set_rate,
-            'save_turns': keeping.save_turns,
-            'restore_turns': keeping.restore_turns,
-            'error_of_turns': bound(keeping.error_of_turns),
-        }
 
     def workspace(self, blocks: int) -> int:
         """Count the numbers that a step writes beside the state."""
-        stages, of = len(self.b), self._family
-        turn = of.TURN_START + of.TURN * (stages + 2)
-        return HEAD + max(blocks, 1) * (POINT * (stages + 3) + turn)
+        slopes = len(self.b) + SUBSTEP_SLOPES
+        each = POINTS.work_size(slopes) + self._space.work_size(slopes)
+        return HEAD_SIZE + max(blocks, 1) * each

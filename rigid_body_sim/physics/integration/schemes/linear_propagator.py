@@ -4,16 +4,18 @@
 The exact propagator of linear systems of point masses: a product of a matrix and a vector in place
 of a step.
 
-    (s, v) <- Phi (s, v) + Psi F / m        s : place relative to where the springs hold the point,
-    F : what is constant
+    (s, v) <- Phi (s, v) + Psi F / m
+        s : place relative to where the springs hold the point
+        F : what is constant
 
 Springs without rest length act alike along x, y and z, so one matrix serves the three axes. Phi
 and Psi depend on masses, springs, drag and h alone and are computed once: see
-`physics.linear_motion`. A group of n connected points costs 18 n^2 multiplications a tick,
+`linear_motion`. A group of n connected points costs 18 n^2 multiplications a tick,
 whatever h is.
 
 Plan of a scene: number of groups; for each its size n and kind, then of its bodies the indices,
-the centres (3), the constant accelerations (3), and the six matrices row by row. An anchored group
+the centres (3), the constant accelerations (3), and the MATRICES row by row; room for the state of
+a group. An anchored group
 is set anew each tick, so that a decay goes on below the rounding of the start; the others are
 moved by compensated changes.
 """
@@ -27,19 +29,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import specialise
+from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.integration.schemes import linear_motion
 from rigid_body_sim.physics.integration.schemes.implicit import coupling
 from rigid_body_sim.physics.integration.schemes.steps import finite
 from rigid_body_sim.physics.model.place import WORLD
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.blocks import (
-    EX,
-    GX,
-    HX,
-    IM,
-    PX,
-    RX,
+    HELD_FORCE,
+    INVERSE_MASS,
+    LANES,
+    MOMENTUM,
+    MOMENTUM_RESIDUAL,
+    POSITION,
+    POSITION_RESIDUAL,
     TRANSLATION,
     add_compensated,
     at,
@@ -49,6 +52,16 @@ from rigid_body_sim.physics.state.layout import Layout
 Array = NDArray[np.float64]
 
 PARTLY_HELD, ANCHORED, DRIFTING = 0.0, 1.0, 2.0  # kinds of groups
+
+N_GROUPS = 0  # head of the plan
+HEAD = 1
+BODIES, KIND, MEMBERS = 0, 1, 2  # head of a group; its members begin there
+AXES = 3
+# matrices of a group: Phi_rr, Phi_rv, Phi_vr, Phi_vv, Psi_r, Psi_v
+PHI_RR, PHI_RV, PHI_VR, PHI_VV, PSI_R, PSI_V = range(6)
+MATRICES = 6
+PLACES, VELOCITIES, ACCELERATIONS = 0, 1, 2  # parts of the state of a group along one axis
+STATE = 3
 
 USE_INSTEAD = 'use sdirk2 or linearly_implicit for stiff forces, dmv6 for others'
 
@@ -158,65 +171,91 @@ def plan(scene: Scene, layout: Layout, h: float) -> Array:
     """Compute the propagators of a scene for one h."""
     groups = list(_groups(scene, layout, h))
     largest = max((int(group[0]) for group in groups), default=0)
-    return np.concatenate([[len(groups)], *groups, np.zeros(6 * largest)])
+    return np.concatenate([[len(groups)], *groups, np.zeros(STATE * largest)])
 
 
+@kernel
+def _read(axis, n, kind, group, state, translation):
+    """Read the state of a group along one axis, and its constant accelerations."""
+    centres = MEMBERS + n + axis
+    constants = centres + AXES * n
+    origin = 0.0  # of a drifting group: its first body
+    if kind == DRIFTING:
+        origin = translation[at(int(group[MEMBERS]), TRANSLATION) + LANES * axis + POSITION]
+    for i in range(n):
+        place = at(int(group[MEMBERS + i]), TRANSLATION)
+        over_mass = translation[place + INVERSE_MASS]
+        place += LANES * axis
+        centre, constant = group[centres + AXES * i], group[constants + AXES * i]
+        state[PLACES * n + i] = translation[place + POSITION] - origin - centre
+        state[VELOCITIES * n + i] = translation[place + MOMENTUM] * over_mass
+        acceleration = translation[place + HELD_FORCE] * over_mass + constant
+        state[ACCELERATIONS * n + i] = acceleration
+
+
+@kernel
+def _move(axis, n, kind, group, state, translation):
+    """Move a group along one axis by the product of its matrices and its state."""
+    centres = MEMBERS + n + axis
+    matrices = MEMBERS + n + 2 * AXES * n
+    square = n * n
+    for i in range(n):
+        place = at(int(group[MEMBERS + i]), TRANSLATION)
+        over_mass = translation[place + INVERSE_MASS]
+        place += LANES * axis
+        displacement = velocity = 0.0
+        for j in range(n):
+            entry = matrices + n * i + j
+            r, v = state[PLACES * n + j], state[VELOCITIES * n + j]
+            acceleration = state[ACCELERATIONS * n + j]
+            displacement += (
+                group[entry + PHI_RR * square] * r
+                + group[entry + PHI_RV * square] * v
+                + group[entry + PSI_R * square] * acceleration
+            )
+            velocity += (
+                group[entry + PHI_VR * square] * r
+                + group[entry + PHI_VV * square] * v
+                + group[entry + PSI_V * square] * acceleration
+            )
+        if kind == ANCHORED:
+            translation[place + POSITION] = group[centres + AXES * i] + displacement
+            translation[place + MOMENTUM] = velocity / over_mass
+            translation[place + POSITION_RESIDUAL] = 0.0
+            translation[place + MOMENTUM_RESIDUAL] = 0.0
+        else:
+            translation[place + POSITION], translation[place + POSITION_RESIDUAL] = (
+                add_compensated(
+                    translation[place + POSITION],
+                    translation[place + POSITION_RESIDUAL],
+                    displacement,
+                )
+            )
+            translation[place + MOMENTUM], translation[place + MOMENTUM_RESIDUAL] = (
+                add_compensated(
+                    translation[place + MOMENTUM],
+                    translation[place + MOMENTUM_RESIDUAL],
+                    velocity / over_mass,
+                )
+            )
+
+
+@kernel
 def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges
 ):
-    """Advance points. Return 0, or NaN if a number left the finite ones."""
-    start = 1
-    for _group in range(int(workspace[0])):
-        n = int(workspace[start])
-        kind = workspace[start + 1]
-        members = start + 2
-        centres = members + n
-        constants = centres + 3 * n
-        matrix = constants + 3 * n
-        square = n * n
-        start = matrix + 6 * square
-        state = workspace[len(workspace) - 6 * n : len(workspace)]
+    """Advance points. Return DONE, or NaN if a number left the finite ones."""
+    start = HEAD
+    for _group in range(int(workspace[N_GROUPS])):
+        n, kind = int(workspace[start + BODIES]), workspace[start + KIND]
+        end = start + MEMBERS + n + 2 * AXES * n + MATRICES * n * n
+        group = workspace[start:end]
+        state = workspace[len(workspace) - STATE * n : len(workspace)]
         for _tick in range(ticks):
-            for axis in range(3):
-                origin = 0.0  # of a drifting group: its first body
-                if kind == DRIFTING:
-                    origin = translation[at(int(workspace[members]), TRANSLATION) + 64 * axis + RX]
-                for i in range(n):
-                    k = at(int(workspace[members + i]), TRANSLATION) + 64 * axis
-                    im = translation[k - 64 * axis + IM]
-                    state[i] = translation[k + RX] - origin - workspace[centres + 3 * i + axis]
-                    state[n + i] = translation[k + PX] * im
-                    state[2 * n + i] = (
-                        translation[k + HX] * im + workspace[constants + 3 * i + axis]
-                    )
-                for i in range(n):
-                    k = at(int(workspace[members + i]), TRANSLATION) + 64 * axis
-                    im = translation[k - 64 * axis + IM]
-                    r = v = 0.0
-                    for j in range(n):
-                        m = matrix + n * i + j
-                        r += (
-                            workspace[m] * state[j]
-                            + workspace[m + square] * state[n + j]
-                            + workspace[m + 4 * square] * state[2 * n + j]
-                        )
-                        v += (
-                            workspace[m + 2 * square] * state[j]
-                            + workspace[m + 3 * square] * state[n + j]
-                            + workspace[m + 5 * square] * state[2 * n + j]
-                        )
-                    if kind == ANCHORED:
-                        translation[k + RX] = workspace[centres + 3 * i + axis] + r
-                        translation[k + PX] = v / im
-                        translation[k + EX] = 0.0
-                        translation[k + GX] = 0.0
-                    else:
-                        translation[k + RX], translation[k + EX] = add_compensated(
-                            translation[k + RX], translation[k + EX], r
-                        )
-                        translation[k + PX], translation[k + GX] = add_compensated(
-                            translation[k + PX], translation[k + GX], v / im
-                        )
+            for axis in range(AXES):
+                _read(axis, n, kind, group, state, translation)
+                _move(axis, n, kind, group, state, translation)
+        start = end
     return finite(n_bodies, n_rigid, translation, rotation)
 
 
@@ -226,13 +265,13 @@ class LinearPropagator:
 
     def free(self, name: str) -> Callable[..., Any]:
         """Make the kernel, which is the same for all scenes."""
-        return specialise(_advance, name=name)
+        return _advance
 
     def coupled(
         self, name: str, *, scene: str, evaluate: Callable[..., Any], velocity_dependent: bool
     ) -> Callable[..., Any]:
         """Make the kernel, which is the same for all scenes."""
-        return specialise(_advance, name=name)
+        return _advance
 
     def workspace(self, blocks: int) -> int:
         """Count no numbers: the plan of the scene has room for all."""

@@ -11,7 +11,7 @@ raises the energy a thousandfold. L is rebuilt from omega after the step, so the
 keep it.
 
 With `orientation: matrix` the state is that of the lecture, (r, R, p, L): see
-`stages_of_matrices`.
+`state_space.matrices`.
 """
 
 from __future__ import annotations
@@ -21,52 +21,57 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rigid_body_sim.physics.compile.kernels import inline, specialise, unbound
-from rigid_body_sim.physics.integration.schemes.state_space import matrices as matrices
-from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
-from rigid_body_sim.physics.integration.schemes.state_space import points as points
-from rigid_body_sim.physics.integration.schemes.state_space import quaternions as turns
-from rigid_body_sim.physics.integration.schemes.state_space.matrices import MATRIX
-from rigid_body_sim.physics.integration.schemes.state_space.points import POINT
-from rigid_body_sim.physics.integration.schemes.state_space.points import begin as begin_points
-from rigid_body_sim.physics.integration.schemes.state_space.points import (
-    slope_of as slope_of_points,
+from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
+from rigid_body_sim.physics.integration.schemes.stages import stages_of
+from rigid_body_sim.physics.integration.schemes.state_space import (
+    no_rotation,
+    points,
+    quaternions,
+)
+from rigid_body_sim.physics.integration.schemes.state_space.matrices import MATRICES
+from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import NO_ROTATION
+from rigid_body_sim.physics.integration.schemes.state_space.points import POINTS
+from rigid_body_sim.physics.integration.schemes.state_space.protocol import StateSpace, bound
+from rigid_body_sim.physics.integration.schemes.state_space.quaternions import (
+    LADDER_STAGES,
+    QUATERNIONS,
 )
 from rigid_body_sim.physics.integration.schemes.steps import finite, start_evaluation
-from rigid_body_sim.physics.state.blocks import ROTATION, TRANSLATION
+from rigid_body_sim.physics.state.blocks import ROTATION, TRANSLATION, block_count, lanes_in
 
-# bound for each tableau, and `evaluate` for each scene, by `specialise`
-STAGES = 1
-C: tuple[float, ...] = (0.0,)
-TURN = TURN_START = 0  # numbers of a slope of a rotation in a block; where the slopes begin
-evaluate: Callable[..., Any] = unbound
-step_points: Callable[..., Any] = unbound
-step_turns: Callable[..., Any] = unbound
-move_points: Callable[..., Any] = unbound
-end_points: Callable[..., Any] = unbound
-begin_turns: Callable[..., Any] = unbound
-move_turns: Callable[..., Any] = unbound
-slope_of_turns: Callable[..., Any] = unbound
-end_turns: Callable[..., Any] = unbound
+# bound for each tableau
+STAGES = slot('[-] stages of a step')
+C = slot('[tick] time of each stage')
+POINTS_WORK = slot('[-] numbers of the workspace of a block of points')
+step_points = slot('kernel (lanes, h, state, work): steps points under a held force')
+step_rotation = slot('kernel (lanes, h, state, work): steps rotations under a held torque')
+prepare_points = slot('kernel of `stages.Stages`')
+prepare_rotation = slot('kernel of `stages.Stages`')
+take_slopes_of_points = slot('kernel of `stages.Stages`')
+take_slopes_of_rotation = slot('kernel of `stages.Stages`')
+finish_points = slot('kernel of `stages.Stages`')
+finish_rotation = slot('kernel of `stages.Stages`')
+# bound for each scene
+evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
 
 
 def _advance_free(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges
 ):
     """
-    Advance bodies on which only held forces act. Return 0, or NaN if a number left the finite
+    Advance bodies on which only held forces act. Return DONE, or NaN if a number left the finite
     ones.
     """
-    for block in range((n_bodies + 63) // 64):
-        lanes = min(64, n_bodies - 64 * block)
-        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
+    for block in range(block_count(n_bodies)):
+        lanes = lanes_in(block, n_bodies)
+        state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
         for _tick in range(ticks):
-            step_points(lanes, h, s)
-    for block in range((n_rigid + 63) // 64):
-        lanes = min(64, n_rigid - 64 * block)
-        s = rotation[block * ROTATION : block * ROTATION + ROTATION]
+            step_points(lanes, h, state, workspace)
+    for block in range(block_count(n_rigid)):
+        lanes = lanes_in(block, n_rigid)
+        state = rotation[block * ROTATION : (block + 1) * ROTATION]
         for _tick in range(ticks):
-            step_turns(lanes, h, s, workspace)
+            step_rotation(lanes, h, state, workspace)
     return finite(n_bodies, n_rigid, translation, rotation)
 
 
@@ -74,54 +79,20 @@ def _advance_coupled(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges
 ):
     """
-    Advance bodies whose forces depend on the state. Return 0, or NaN if a number left the finite
-    ones.
+    Advance bodies whose forces depend on the state. Return DONE, or NaN if a number left the
+    finite ones.
     """
-    point_blocks = (n_bodies + 63) // 64
-    turn_blocks = (n_rigid + 63) // 64
-    point_size = POINT * (STAGES + 1)
-    turn_size = TURN_START + TURN * STAGES
-    turn_workspace = workspace[point_blocks * point_size :]
+    rotation_work = workspace[block_count(n_bodies) * POINTS_WORK :]
     for passed in range(ticks):
         for stage in range(STAGES):
-            for block in range(point_blocks):
-                lanes = min(64, n_bodies - 64 * block)
-                s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-                y = workspace[block * point_size : (block + 1) * point_size]
-                if stage == 0:
-                    begin_points(lanes, s, y)
-                else:
-                    move_points(stage, lanes, h, s, y)
-            for block in range(turn_blocks):
-                lanes = min(64, n_rigid - 64 * block)
-                s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-                y = turn_workspace[block * turn_size : (block + 1) * turn_size]
-                if stage == 0:
-                    begin_turns(lanes, s, y, method[block * MATRIX : (block + 1) * MATRIX])
-                else:
-                    move_turns(stage, lanes, h, s, y)
+            prepare_points(stage, h, n_bodies, translation, workspace, method)
+            prepare_rotation(stage, h, n_rigid, rotation, rotation_work, method)
             start_evaluation(n_bodies, n_rigid, translation, rotation)
             evaluate(0, (tick + passed + C[stage]) * h, translation, rotation, elements, ranges)
-            for block in range(point_blocks):
-                lanes = min(64, n_bodies - 64 * block)
-                s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-                place = block * point_size + POINT * (stage + 1)
-                slope_of_points(lanes, s, workspace[place : place + POINT])
-            for block in range(turn_blocks):
-                lanes = min(64, n_rigid - 64 * block)
-                s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-                y = turn_workspace[block * turn_size : (block + 1) * turn_size]
-                place = TURN_START + TURN * stage
-                slope_of_turns(lanes, s, y, y[place : place + TURN])
-        for block in range(point_blocks):
-            lanes = min(64, n_bodies - 64 * block)
-            s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-            end_points(lanes, h, s, workspace[block * point_size : (block + 1) * point_size])
-        for block in range(turn_blocks):
-            lanes = min(64, n_rigid - 64 * block)
-            s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-            y = turn_workspace[block * turn_size : (block + 1) * turn_size]
-            end_turns(lanes, h, s, y, method[block * MATRIX : (block + 1) * MATRIX])
+            take_slopes_of_points(stage, n_bodies, translation, workspace)
+            take_slopes_of_rotation(stage, n_rigid, rotation, rotation_work)
+        finish_points(h, n_bodies, translation, workspace, method)
+        finish_rotation(h, n_rigid, rotation, rotation_work, method)
     return finite(n_bodies, n_rigid, translation, rotation)
 
 
@@ -135,6 +106,46 @@ def square(a: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
     return tuple(x for row in a for x in (*row, *[0.0] * (len(a) - len(row))))
 
 
+def coupled_kernel(
+    space: StateSpace, *, name: str, scene: str, evaluate: Callable[..., Any], tableau: Any
+) -> Callable[..., Any]:
+    """Make the kernel that advances points, and rotations in a state space."""
+    of_points = stages_of(POINTS, name=name, tableau=tableau)
+    of_rotation = stages_of(space, name=name, tableau=tableau)
+    return specialise(
+        _advance_coupled,
+        name=f'{name}__{scene}',
+        offered=tableau,
+        POINTS_WORK=POINTS.work_size(tableau['STAGES']),
+        evaluate=evaluate,
+        prepare_points=of_points.prepare,
+        prepare_rotation=of_rotation.prepare,
+        take_slopes_of_points=of_points.take_slopes,
+        take_slopes_of_rotation=of_rotation.take_slopes,
+        finish_points=of_points.finish,
+        finish_rotation=of_rotation.finish,
+    )
+
+
+def free_kernel(
+    step_rotation: Callable[..., Any], *, name: str, tableau: Any
+) -> Callable[..., Any]:
+    """Make the kernel that advances bodies under held forces, each block by itself."""
+    return specialise(
+        _advance_free,
+        name=name,
+        step_points=bound(points.step_under_held_force, name=name, offered=tableau),
+        step_rotation=step_rotation,
+    )
+
+
+def with_orientation(name: str, space: StateSpace, *, reorthonormalise: bool) -> str:
+    """Name a method after the state space of its rotation."""
+    if space is not MATRICES:
+        return name
+    return f'{name}_matrix{"_reorthonormalised" if reorthonormalise else ""}'
+
+
 @dataclass(frozen=True)
 class RungeKutta:
     """
@@ -142,100 +153,81 @@ class RungeKutta:
 
     a                : rows of the tableau, row i with its i entries left of the diagonal
     b                : weights, sum 1
-    matrix           : carry the orientation as a matrix, see `stages_of_matrices`, in place of a
+    matrix           : carry the orientation as a matrix, see `state_space.matrices`, in place of a
                        quaternion
     reorthonormalise : then replace it by the nearest rotation after each step
-    turning          : False for point masses alone
+    rotates          : False for point masses alone
     """
 
     a: tuple[tuple[float, ...], ...]
     b: tuple[float, ...]
     matrix: bool = False
     reorthonormalise: bool = True
-    turning: bool = True
+    rotates: bool = True
 
     def for_points(self) -> RungeKutta:
         """Return the same scheme without rotation."""
-        return replace(self, matrix=False, turning=False)
+        return replace(self, matrix=False, rotates=False)
 
     @property
     def c(self) -> tuple[float, ...]:
         """Nodes: row sums of the tableau."""
         return tuple(math.fsum(row) for row in self.a)
 
-    def _is_ladder(self) -> bool:
-        """Whether each of at most four stages builds on the one before it alone."""
-        return len(self.b) <= 4 and not any(any(row[:-1]) for row in self.a)
+    @property
+    def _space(self) -> StateSpace:
+        """The state space of rotations."""
+        if not self.rotates:
+            return NO_ROTATION
+        return MATRICES if self.matrix else QUATERNIONS
 
-    def _constants(self) -> dict[str, Any]:
-        stages = len(self.b)
-        b1, b2, b3 = (*self.b[1:4], 0.0, 0.0, 0.0)[:3]
+    def _is_ladder(self) -> bool:
+        """Whether each of a few stages builds on the one before it alone."""
+        return len(self.b) <= LADDER_STAGES and not any(any(row[:-1]) for row in self.a)
+
+    def _tableau(self) -> dict[str, Any]:
+        zeros = (0.0,) * LADDER_STAGES
         return {
-            'STAGES': stages,
+            'STAGES': len(self.b),
             'A': square(self.a),
             'B': self.b,
-            'TOTAL': 0,
-            'B1': b1,
-            'B2': b2,
-            'B3': b3,
             'C': self.c,
             'BC': math.fsum(b * c for b, c in zip(self.b, self.c, strict=True)),
-            'LADDER': (*[row[-1] for row in self.a[1:]], 0.0, 0.0, 0.0)[:3],
-            'TURN': matrices.TURN if self.matrix else turns.TURN,
-            'TURN_START': matrices.TURN_START if self.matrix else turns.TURN_START,
+            'TOTAL': 0,
+            'FOR_FORCES': True,
+            'WEIGHTS': (*self.b, *zeros)[:LADDER_STAGES],
+            'LADDER': (0.0, *[row[-1] for row in self.a[1:]], *zeros)[:LADDER_STAGES],
             'REORTHONORMALISE': self.reorthonormalise,
         }
 
-    def _part(self, name: str, function: Any, **more: Any) -> Callable[..., Any]:
-        """Bind a part of a step, to be compiled into it."""
-        return specialise(function, name=name, inlined=True, **self._constants(), **more)
+    def _step_of_rotation(self, name: str) -> Callable[..., Any]:
+        """Make the kernel of a step of quaternions under held torques."""
+        tableau = self._tableau()
+        if self._is_ladder():
+            return bound(quaternions.step_on_a_ladder, name=name, offered=tableau)
+        move = bound(quaternions.move, name=name, offered={**tableau, 'FOR_FORCES': False})
+        end = bound(quaternions.end, name=name, offered=tableau)
+        whole = {**tableau, 'move_stage': move, 'end_step': end}
+        return bound(quaternions.step, name=name, offered=whole)
 
     def free(self, name: str) -> Callable[..., Any]:
         """Make the kernel for a scene without forces that depend on the state."""
         if self.matrix:
             return self.coupled(name, scene='free', evaluate=no_forces, velocity_dependent=False)
-        if not self.turning:
-            step_turns = no_rotation.step
-        elif self._is_ladder():
-            step_turns = self._part(name, turns.step_on_a_ladder)
-        else:
-            step_turns = self._part(
-                name,
-                turns.step,
-                move_=self._part(name, turns.move, FOR_FORCES=False),
-                end_=self._part(name, turns.end),
-            )
-        return specialise(
-            _advance_free,
-            name=name,
-            step_points=self._part(name, points.step_under_held_force),
-            step_turns=step_turns,
-            **self._constants(),
-        )
+        step = self._step_of_rotation(name) if self.rotates else no_rotation.step
+        return free_kernel(step, name=name, tableau=self._tableau())
 
     def coupled(
         self, name: str, *, scene: str, evaluate: Callable[..., Any], velocity_dependent: bool
     ) -> Callable[..., Any]:
         """Make the kernel for the force elements of a scene, named by `scene`."""
-        family: Any = turns if self.turning else no_rotation
-        if self.matrix:
-            family = matrices
-            name = f'{name}_matrix{"_reorthonormalised" if self.reorthonormalise else ""}'
-        return specialise(
-            _advance_coupled,
-            name=f'{name}__{scene}',
-            evaluate=evaluate,
-            move_points=self._part(name, points.move),
-            end_points=self._part(name, points.end),
-            begin_turns=family.begin,
-            move_turns=self._part(name, family.move) if self.turning else family.move,
-            slope_of_turns=family.slope_of,
-            end_turns=self._part(name, family.end) if self.turning else family.end,
-            **self._constants(),
+        space = self._space
+        name = with_orientation(name, space, reorthonormalise=self.reorthonormalise)
+        return coupled_kernel(
+            space, name=name, scene=scene, evaluate=evaluate, tableau=self._tableau()
         )
 
     def workspace(self, blocks: int) -> int:
         """Count the numbers that a step writes beside the state."""
         stages = len(self.b)
-        family: Any = matrices if self.matrix else turns
-        return max(blocks, 1) * (POINT * (stages + 1) + family.TURN_START + family.TURN * stages)
+        return max(blocks, 1) * (POINTS.work_size(stages) + self._space.work_size(stages))

@@ -23,22 +23,27 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.integration.schemes.steps import finite, start_evaluation
 from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
 from rigid_body_sim.physics.state.blocks import (
-    FX,
-    I1,
-    IM,
-    J1,
-    LX,
-    PX,
-    QX,
+    ANGULAR_MOMENTUM,
+    FORCE,
+    INVERSE_MASS,
+    INVERSE_MOMENTS,
+    MOMENTS,
+    MOMENTUM,
+    ORIENTATION,
+    POSITION,
     ROTATION,
-    RX,
+    TORQUE,
     TRANSLATION,
-    TX,
     gather,
     scatter,
 )
 
 Array = NDArray[np.float64]
+
+# columns of a point: r, p; of a rotation: q, omega in body axes; of a quaternion
+POINT, R, P = 6, slice(0, 3), slice(3, 6)
+RIGID, Q, OMEGA = 7, slice(0, 4), slice(4, 7)
+AXIS, SCALAR = slice(0, 3), slice(3, 4)
 
 
 @dataclass(frozen=True)
@@ -97,42 +102,46 @@ class _Equations:
     ) -> None:
         self._evaluate = evaluate
         self._sizes = (n_bodies, n_rigid)
-        self._split = 6 * n_bodies
+        self._split = POINT * n_bodies
         self._arguments = (translation, rotation, elements, ranges)
         self._blocks = (np.asarray(translation), np.asarray(rotation))
         self._tolerances = {'rtol': workspace[0], 'atol': workspace[1]}
-        self._inverse_mass = gather(self._blocks[0], TRANSLATION, IM, 1, n_bodies)
-        self._moments = gather(self._blocks[1], ROTATION, I1, 3, n_rigid)
-        self._inverses = gather(self._blocks[1], ROTATION, J1, 3, n_rigid)
+        self._inverse_mass = gather(self._blocks[0], TRANSLATION, INVERSE_MASS, 1, n_bodies)
+        self._moments = gather(self._blocks[1], ROTATION, MOMENTS, 3, n_rigid)
+        self._inverses = gather(self._blocks[1], ROTATION, INVERSE_MOMENTS, 3, n_rigid)
+
+    def _parts(self, y: Array) -> tuple[Array, Array]:
+        """View y as rows of points and of rotations."""
+        return y[: self._split].reshape(-1, POINT), y[self._split :].reshape(-1, RIGID)
 
     def _unpack(self, y: Array) -> tuple[Array, Array, Array]:
         """
         Position and momentum (n, 6), unit quaternion (n_rigid, 4), angular velocity in principal
         axes (n_rigid, 3).
         """
-        points, turns = y[: self._split].reshape(-1, 6), y[self._split :].reshape(-1, 7)
-        q = turns[:, :4] / np.linalg.norm(turns[:, :4], axis=1)[:, None]
-        return points, q, turns[:, 4:]
+        points, rotations = self._parts(y)
+        q = rotations[:, Q] / np.linalg.norm(rotations[:, Q], axis=1)[:, None]
+        return points, q, rotations[:, OMEGA]
 
     def _write(self, points: Array, q: Array, omega: Array) -> None:
         translation, rotation = self._blocks
-        scatter(translation, TRANSLATION, RX, points[:, :3])
-        scatter(translation, TRANSLATION, PX, points[:, 3:])
+        scatter(translation, TRANSLATION, POSITION, points[:, R])
+        scatter(translation, TRANSLATION, MOMENTUM, points[:, P])
         if len(q):
-            scatter(rotation, ROTATION, QX, q)
-            scatter(rotation, ROTATION, LX, _rotate(q, self._moments * omega))
+            scatter(rotation, ROTATION, ORIENTATION, q)
+            scatter(rotation, ROTATION, ANGULAR_MOMENTUM, _rotate(q, self._moments * omega))
 
     def _read(self) -> Array:
         n_bodies, n_rigid = self._sizes
         translation, rotation = self._blocks
         points = np.hstack(
             (
-                gather(translation, TRANSLATION, RX, 3, n_bodies),
-                gather(translation, TRANSLATION, PX, 3, n_bodies),
+                gather(translation, TRANSLATION, POSITION, 3, n_bodies),
+                gather(translation, TRANSLATION, MOMENTUM, 3, n_bodies),
             )
         )
-        q = gather(rotation, ROTATION, QX, 4, n_rigid)
-        momentum = gather(rotation, ROTATION, LX, 3, n_rigid)
+        q = gather(rotation, ROTATION, ORIENTATION, 4, n_rigid)
+        momentum = gather(rotation, ROTATION, ANGULAR_MOMENTUM, 3, n_rigid)
         omega = _rotate(_conjugate(q), momentum) * self._inverses
         return np.concatenate((points.ravel(), np.hstack((q, omega)).ravel()))
 
@@ -144,18 +153,18 @@ class _Equations:
         n_bodies, n_rigid = self._sizes
         start_evaluation(n_bodies, n_rigid, translation, rotation)
         self._evaluate(0, float(time), translation, rotation, elements, ranges)
-        force = gather(self._blocks[0], TRANSLATION, FX, 3, n_bodies)
+        force = gather(self._blocks[0], TRANSLATION, FORCE, 3, n_bodies)
         out = np.empty_like(y)
-        of_points, of_turns = out[: self._split].reshape(-1, 6), out[self._split :].reshape(-1, 7)
-        of_points[:, :3] = points[:, 3:] * self._inverse_mass
-        of_points[:, 3:] = force
+        of_points, of_rotations = self._parts(out)
+        of_points[:, R] = points[:, P] * self._inverse_mass
+        of_points[:, P] = force
         if n_rigid:
-            torque = gather(self._blocks[1], ROTATION, TX, 3, n_rigid)
-            u, w = q[:, :3], q[:, 3:]
-            of_turns[:, :3] = 0.5 * (w * omega + _cross(u, omega))
-            of_turns[:, 3] = -0.5 * (u * omega).sum(axis=1)
+            torque = gather(self._blocks[1], ROTATION, TORQUE, 3, n_rigid)
+            u, w = q[:, AXIS], q[:, SCALAR]
+            of_rotations[:, AXIS] = 0.5 * (w * omega + _cross(u, omega))
+            of_rotations[:, SCALAR] = -0.5 * (u * omega).sum(axis=1)[:, None]
             gyroscopic = _cross(omega, self._moments * omega)
-            of_turns[:, 4:] = (_rotate(_conjugate(q), torque) - gyroscopic) * self._inverses
+            of_rotations[:, OMEGA] = (_rotate(_conjugate(q), torque) - gyroscopic) * self._inverses
         if not np.isfinite(out).all():  # scipy would look for a step for ever
             raise FloatingPointError('a slope is not finite')
         return out
@@ -202,6 +211,6 @@ def _conjugate(q: Array) -> Array:
 
 def _rotate(q: Array, v: Array) -> Array:
     """Rotate rows from body to world axes, see `blocks.rotate`."""
-    u, w = q[:, :3], q[:, 3:]
+    u, w = q[:, AXIS], q[:, SCALAR]
     t = 2.0 * _cross(u, v)
     return v + w * t + _cross(u, t)

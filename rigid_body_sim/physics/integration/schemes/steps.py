@@ -8,111 +8,115 @@ are none.
 from __future__ import annotations
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.state.blocks import (
-    EX,
-    EY,
-    EZ,
-    FX,
-    FY,
-    FZ,
-    GX,
-    GY,
-    GZ,
-    HX,
-    HY,
-    HZ,
-    IM,
-    KX,
-    KY,
-    KZ,
-    LX,
-    LY,
-    LZ,
-    PX,
-    PY,
-    PZ,
-    QW,
-    QX,
-    QY,
-    QZ,
-    ROTATION,
-    RX,
-    RY,
-    RZ,
-    TRANSLATION,
-    TX,
-    TY,
-    TZ,
-    add_compensated,
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
+    read_quaternion,
+    read_vector,
+    write_vector,
 )
+from rigid_body_sim.physics.integration.status import DONE
+from rigid_body_sim.physics.state.blocks import (
+    ANGULAR_MOMENTUM,
+    FORCE,
+    HELD_FORCE,
+    HELD_TORQUE,
+    INVERSE_MASS,
+    LANES,
+    MOMENTUM,
+    MOMENTUM_RESIDUAL,
+    ORIENTATION,
+    POSITION,
+    POSITION_RESIDUAL,
+    ROTATION,
+    TORQUE,
+    TRANSLATION,
+    add_compensated,
+    block_count,
+    lanes_in,
+)
+from rigid_body_sim.physics.vectors import add_scaled
 
 
 @inline
 def start_evaluation(n_bodies, n_rigid, translation, rotation):
     """Set the sums of forces and torques to what is held over the tick."""
-    for block in range((n_bodies + 63) // 64):
-        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-        for k in range(min(64, n_bodies - 64 * block)):
-            s[k + FX] = s[k + HX]
-            s[k + FY] = s[k + HY]
-            s[k + FZ] = s[k + HZ]
-    for block in range((n_rigid + 63) // 64):
-        s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-        for k in range(min(64, n_rigid - 64 * block)):
-            s[k + TX] = s[k + KX]
-            s[k + TY] = s[k + KY]
-            s[k + TZ] = s[k + KZ]
+    for block in range(block_count(n_bodies)):
+        state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
+        for lane in range(lanes_in(block, n_bodies)):
+            write_vector(state, lane + FORCE, read_vector(state, lane + HELD_FORCE))
+    for block in range(block_count(n_rigid)):
+        state = rotation[block * ROTATION : (block + 1) * ROTATION]
+        for lane in range(lanes_in(block, n_rigid)):
+            write_vector(state, lane + TORQUE, read_vector(state, lane + HELD_TORQUE))
+
+
+@inline
+def _kick(place, duration, state):
+    """Let one component of the force on a body act for a time; return that of the momentum."""
+    state[place + MOMENTUM], state[place + MOMENTUM_RESIDUAL] = add_compensated(
+        state[place + MOMENTUM], state[place + MOMENTUM_RESIDUAL], duration * state[place + FORCE]
+    )
+    return state[place + MOMENTUM]
+
+
+@inline
+def _kick_and_drift(place, kick_duration, time_per_mass, state):
+    """Kick, then move, one component of a body."""
+    momentum = _kick(place, kick_duration, state)
+    state[place + POSITION], state[place + POSITION_RESIDUAL] = add_compensated(
+        state[place + POSITION], state[place + POSITION_RESIDUAL], time_per_mass * momentum
+    )
 
 
 @kernel
-def kick(block, lanes, time, translation):
-    """Let the forces act for a time: p <- p + time F."""
-    s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-    for k in range(lanes):
-        s[k + PX], s[k + GX] = add_compensated(s[k + PX], s[k + GX], time * s[k + FX])
-        s[k + PY], s[k + GY] = add_compensated(s[k + PY], s[k + GY], time * s[k + FY])
-        s[k + PZ], s[k + GZ] = add_compensated(s[k + PZ], s[k + GZ], time * s[k + FZ])
+def kick(block, lanes, duration, translation):
+    """Let the forces act for a time: p <- p + duration F."""
+    state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
+    for lane in range(lanes):
+        _kick(lane, duration, state)
+        _kick(lane + LANES, duration, state)
+        _kick(lane + 2 * LANES, duration, state)
 
 
 @kernel
-def kick_and_drift(block, lanes, kick_time, time, translation):
-    """Kick, then move freely: p <- p + kick_time F, r <- r + time p / m."""
-    s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-    for k in range(lanes):
-        p, g = add_compensated(s[k + PX], s[k + GX], kick_time * s[k + FX])
-        s[k + PX], s[k + GX] = p, g
-        s[k + RX], s[k + EX] = add_compensated(s[k + RX], s[k + EX], time * s[k + IM] * p)
-        p, g = add_compensated(s[k + PY], s[k + GY], kick_time * s[k + FY])
-        s[k + PY], s[k + GY] = p, g
-        s[k + RY], s[k + EY] = add_compensated(s[k + RY], s[k + EY], time * s[k + IM] * p)
-        p, g = add_compensated(s[k + PZ], s[k + GZ], kick_time * s[k + FZ])
-        s[k + PZ], s[k + GZ] = p, g
-        s[k + RZ], s[k + EZ] = add_compensated(s[k + RZ], s[k + EZ], time * s[k + IM] * p)
+def kick_and_drift(block, lanes, kick_duration, duration, translation):
+    """Kick, then move freely: p <- p + kick_duration F, r <- r + duration p / m."""
+    state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
+    for lane in range(lanes):
+        time_per_mass = duration * state[lane + INVERSE_MASS]
+        _kick_and_drift(lane, kick_duration, time_per_mass, state)
+        _kick_and_drift(lane + LANES, kick_duration, time_per_mass, state)
+        _kick_and_drift(lane + 2 * LANES, kick_duration, time_per_mass, state)
 
 
 @kernel
-def kick_rotation(block, lanes, time, rotation):
-    """Let the torques act for a time: L <- L + time torque."""
-    s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-    for k in range(lanes):
-        s[k + LX] += time * s[k + TX]
-        s[k + LY] += time * s[k + TY]
-        s[k + LZ] += time * s[k + TZ]
+def kick_rotation(block, lanes, duration, rotation):
+    """Let the torques act for a time: L <- L + duration torque."""
+    state = rotation[block * ROTATION : (block + 1) * ROTATION]
+    for lane in range(lanes):
+        momentum, torque = (
+            read_vector(state, lane + ANGULAR_MOMENTUM),
+            read_vector(state, lane + TORQUE),
+        )
+        write_vector(state, lane + ANGULAR_MOMENTUM, add_scaled(momentum, duration, torque))
 
 
 @kernel
 def finite(n_bodies, n_rigid, translation, rotation):
     """
-    Return 0 if every position, momentum, orientation and angular momentum is finite, else NaN.
+    Return DONE if every position, momentum, orientation and angular momentum is finite, else NaN.
     """
-    total = 0.0
-    for block in range((n_bodies + 63) // 64):
-        s = translation[block * TRANSLATION : block * TRANSLATION + TRANSLATION]
-        for k in range(min(64, n_bodies - 64 * block)):
-            total += 0.0 * (s[k + RX] + s[k + RY] + s[k + RZ] + s[k + PX] + s[k + PY] + s[k + PZ])
-    for block in range((n_rigid + 63) // 64):
-        s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-        for k in range(min(64, n_rigid - 64 * block)):
-            total += 0.0 * (s[k + QX] + s[k + QY] + s[k + QZ] + s[k + QW])
-            total += 0.0 * (s[k + LX] + s[k + LY] + s[k + LZ])
-    return total
+    status = DONE
+    for block in range(block_count(n_bodies)):
+        state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
+        for lane in range(lanes_in(block, n_bodies)):
+            rx, ry, rz = read_vector(state, lane + POSITION)
+            px, py, pz = read_vector(state, lane + MOMENTUM)
+            status += 0.0 * (rx + ry + rz + px + py + pz)
+    for block in range(block_count(n_rigid)):
+        state = rotation[block * ROTATION : (block + 1) * ROTATION]
+        for lane in range(lanes_in(block, n_rigid)):
+            qx, qy, qz, qw = read_quaternion(state, lane + ORIENTATION)
+            lx, ly, lz = read_vector(state, lane + ANGULAR_MOMENTUM)
+            status += 0.0 * (qx + qy + qz + qw)
+            status += 0.0 * (lx + ly + lz)
+    return status

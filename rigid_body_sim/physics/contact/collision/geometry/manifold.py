@@ -57,26 +57,6 @@ LEAD = 1e-3  # [-] distances squared and areas
 
 
 @inline
-def put_normal(found: Array, x: float, y: float, z: float) -> None:
-    """Write the normal of the manifold, from A to B."""
-    found[0] = x
-    found[1] = y
-    found[2] = z
-
-
-@inline
-def put_point(
-    found: Array, at: int, x: float, y: float, z: float, gap: float, feature: float
-) -> None:
-    """Write a point that begins at a place of `found`."""
-    found[at] = x
-    found[at + 1] = y
-    found[at + 2] = z
-    found[at + SEPARATION] = gap
-    found[at + FEATURE] = feature
-
-
-@inline
 def write_normal(found: Array, normal: Any) -> None:
     """Write the unit normal of the manifold, from A to B, world axes."""
     store(found, NORMAL, normal)

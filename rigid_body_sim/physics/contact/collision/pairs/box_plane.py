@@ -32,10 +32,13 @@ CORNERS = 8  # bit k of the number of a corner: 1 where it lies at + along axis 
 @inline
 def _steepest(along: Any) -> Any:
     """Return the axis that leans most towards the plane, or away from it."""
-    x, y, z = abs(along[0]), abs(along[1]), abs(along[2])
-    if x > y:
-        return 0 if x > z else 2
-    return 1 if y > z else 2
+    facing = 2
+    if abs(along[0]) > abs(along[1]):
+        if abs(along[0]) > abs(along[2]):
+            facing = 0
+    elif abs(along[1]) > abs(along[2]):
+        facing = 1
+    return facing
 
 
 @kernel

@@ -16,15 +16,53 @@ from __future__ import annotations
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 
 
-def size(n: int, band: int) -> int:
+@inline
+def row_size(band):
+    """Count the numbers of a row."""
+    return 3 * band + 1
+
+
+@inline
+def size(n, band):
     """Count the numbers of a matrix."""
-    return n * (3 * band + 1)
+    return n * row_size(band)
 
 
 @inline
 def entry(band, row, column):
     """Place of an entry, |row - column| <= band."""
-    return row * (3 * band + 1) + column - row + band
+    return row * row_size(band) + column - row + band
+
+
+@kernel
+def clear(n, band, matrix):
+    """Set all entries to zero."""
+    for place in range(size(n, band)):
+        matrix[place] = 0.0
+
+
+@inline
+def add_to_row(band, matrix, row, column, v):
+    """Add a vector to three successive entries of a row."""
+    matrix[entry(band, row, column)] += v[0]
+    matrix[entry(band, row, column + 1)] += v[1]
+    matrix[entry(band, row, column + 2)] += v[2]
+
+
+@inline
+def add_to_column(band, matrix, row, column, v):
+    """Add a vector to three successive entries of a column."""
+    matrix[entry(band, row, column)] += v[0]
+    matrix[entry(band, row + 1, column)] += v[1]
+    matrix[entry(band, row + 2, column)] += v[2]
+
+
+@inline
+def subtract_from_column(band, matrix, row, column, v):
+    """Subtract a vector from three successive entries of a column."""
+    matrix[entry(band, row, column)] -= v[0]
+    matrix[entry(band, row + 1, column)] -= v[1]
+    matrix[entry(band, row + 2, column)] -= v[2]
 
 
 @kernel
@@ -34,15 +72,15 @@ def solve(n, band, matrix, rhs):
 
         returns : 1, or 0 for a matrix that is singular or not finite
     """
-    width = 3 * band + 1
+    width = row_size(band)
     for k in range(n):
         below = min(k + band, n - 1)
         right = min(k + 2 * band, n - 1)
         pivot, largest = k, abs(matrix[k * width + band])
         for row in range(k + 1, below + 1):
-            size = abs(matrix[row * width + k - row + band])
-            if size > largest:
-                pivot, largest = row, size
+            candidate = abs(matrix[row * width + k - row + band])
+            if candidate > largest:
+                pivot, largest = row, candidate
         if not (0.0 < largest < 1e300):
             return 0
         top = k * width - k + band

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The linearly implicit scheme: one linear solve for the velocities, then a free drift.
+The linearly implicit scheme: one linear solve for the velocities, then a free motion.
 
     ( M + h C + h^2 K ) (dv, dw) = h ( F + h K' (v, w) ),   K' = -K
     p <- p + m dv,   L <- L + R I R^T dw,   r <- r + h p / m,   q <- free rotation over h with the
@@ -9,8 +9,8 @@ The linearly implicit scheme: one linear solve for the velocities, then a free d
 
         M    : m 1 and R I R^T
         K, C : stiffness and damping of the force elements that bring a kernel `linearise`: J^T k
-               J, J^T c J for a spring
-               between body points, J = [1, -[arm]x]; other forces are kicks
+               J, J^T c J for a spring between body points, J = [1, -[arm]x]; other forces are
+               kicks
 
 What a turning arm does to a given force (geometric stiffness) is left out, and so the matrix is
 symmetric and positive definite: the solve cannot fail, whatever k and h are. It is implicit Euler
@@ -21,7 +21,8 @@ Trap: k d^2 / 2 of that gap is no energy that the motion knows of; at large k h^
 kinetic energy many times over. Limits: springs lose energy, soft ones too: 8 % in 2 s at k = 100
 N/m, m = 1 kg, h = 1 ms.
 
-Source: Baraff & Witkin, SIGGRAPH 1998; the drift is Moser & Veselov's, see `drifts.moser_veselov`.
+Source: Baraff & Witkin, SIGGRAPH 1998; the free rotation is Moser & Veselov's, see
+`free_rotation.moser_veselov`.
 """
 
 from __future__ import annotations
@@ -31,30 +32,39 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rigid_body_sim.physics.compile.kernels import kernel, specialise, unbound
-from rigid_body_sim.physics.forces.derivatives import block_place, clear, first_block, partner
-from rigid_body_sim.physics.forces.evaluator import Derivatives
-from rigid_body_sim.physics.integration.schemes.implicit.banded import entry, solve
-from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
-    BAND,
-    BODIES_AT,
-    BODY,
-    FIRST,
-    FIRST_MEMBER,
-    GROUP,
-    GROUPS,
-    HEADER,
-    MATRIX,
-    MATRIX_AT,
-    MEMBERS,
-    MEMBERS_AT,
-    TABLE_AT,
-    UNKNOWN,
-    UNKNOWNS,
-    VECTOR_AT,
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
+from rigid_body_sim.physics.forces import derivatives as derivative_table
+from rigid_body_sim.physics.forces.derivatives import (
+    DAMPING_MATRIX,
+    ROW,
+    block_place,
+    first_block,
+    partner,
 )
+from rigid_body_sim.physics.forces.evaluator import Derivatives
+from rigid_body_sim.physics.integration.schemes.implicit import banded
+from rigid_body_sim.physics.integration.schemes.implicit.banded import add_to_column, entry
+from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
+    BODY,
+    GROUP,
+    POINT,
+    RIGID,
+    SCRATCH,
+    UNKNOWN,
+    members_of,
+    opened,
+    system_of,
+)
+from rigid_body_sim.physics.integration.schemes.implicit.stage import Blocks, along
 from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
+    add_to_vector,
+    multiply,
+    read_vector,
+    write_vector,
+)
 from rigid_body_sim.physics.integration.schemes.steps import (
     finite,
     kick_and_drift,
@@ -63,164 +73,155 @@ from rigid_body_sim.physics.integration.schemes.steps import (
 from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.blocks import (
-    FX,
-    GX,
-    I1,
-    I2,
-    I3,
-    IM,
-    LX,
-    LY,
-    LZ,
-    PX,
-    QW,
-    QX,
-    QY,
-    QZ,
+    ANGULAR_MOMENTUM,
+    FORCE,
+    INVERSE_MASS,
+    LANES,
+    MOMENTS,
+    MOMENTUM,
+    MOMENTUM_RESIDUAL,
+    POSITION,
     ROTATION,
-    RX,
+    TORQUE,
     TRANSLATION,
-    TX,
-    add_compensated,
     angular_velocity,
     at,
-    rotate,
+    block_count,
+    lanes_in,
+    orientation,
+    rotated,
+    rotated_back,
     velocity,
 )
+from rigid_body_sim.physics.vectors import add, load, scale, store
 
-MOTION = 3  # where the row of a body keeps its velocity and angular velocity, world axes
-COUPLED = 9  # 1 where its wrench has derivatives
+scratch = Record(begin=SCRATCH)  # of a body, beyond what `coupling` keeps there
+VELOCITY = scratch.vector('m/s', 'world axes')
+ANGULAR_VELOCITY = scratch.vector('rad/s', 'world axes')
+COUPLED = scratch.number('-', '1 where its wrench has derivatives')
 
-# bound by `specialise`
-evaluate: Callable[..., Any] = unbound
-linearise: Callable[..., Any] = unbound
-drift_rotation: Callable[..., Any] = unbound
+# bound for each scene
+evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
+linearise = slot(
+    'kernel (place, time, translation, rotation, elements, ranges, table, definite): adds '
+    'derivatives of wrenches'
+)
+# bound for each method
+drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and moves q')
 
 
 @kernel
-def _read_motion(i, n_rigid, b, translation, rotation):
+def _read_motion(i, b, blocks):
     """Keep velocity and angular velocity of a body."""
-    b[MOTION], b[MOTION + 1], b[MOTION + 2] = velocity(translation, i)
-    if i < n_rigid:
-        b[MOTION + 3], b[MOTION + 4], b[MOTION + 5] = angular_velocity(rotation, i)
+    store(b, VELOCITY, velocity(blocks.translation, i))
+    if i < blocks.n_rigid:
+        store(b, ANGULAR_VELOCITY, angular_velocity(blocks.rotation, i))
+
+
+@inline
+def _inertia(rotation, i, v):
+    """R I R^T times a vector."""
+    q = orientation(rotation, i)
+    moments = read_vector(rotation, at(i, ROTATION) + MOMENTS)
+    return rotated(q, multiply(rotated_back(q, v), moments))
 
 
 @kernel
-def _start_equations(
-    i, n_rigid, h, first, band, bodies, translation, rotation, table, matrix, rhs
-):
+def _start_equations(i, h, plan, blocks, system):
     """Write the rows of one body."""
-    b = bodies[BODY * i : BODY * (i + 1)]
-    row = int(b[UNKNOWN]) - first
-    size = 6 if i < n_rigid else 3
-    k = at(i, TRANSLATION)
+    translation, band, matrix = blocks.translation, system.band, system.matrix
+    table, b = plan.table, plan.bodies[BODY * i : BODY * (i + 1)]
+    row = int(b[UNKNOWN]) - system.first
+    place = at(i, TRANSLATION)
     for axis in range(3):
-        matrix[entry(band, row + axis, row + axis)] += 1.0 / translation[k + IM]
-        rhs[row + axis] = h * translation[k + FX + 64 * axis]
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
+        mass = 1.0 / translation[place + INVERSE_MASS]
+        matrix[entry(band, row + axis, row + axis)] += mass
+        system.rhs[row + axis] = h * translation[place + LANES * axis + FORCE]
+    if i < blocks.n_rigid:
+        turning = row + POINT
         for axis in range(3):
-            e1, e2, e3 = (
-                1.0 if axis == 0 else 0.0,
-                1.0 if axis == 1 else 0.0,
-                1.0 if axis == 2 else 0.0,
-            )
-            e1, e2, e3 = _inertia(rotation, k, x, y, z, w, e1, e2, e3)
-            matrix[entry(band, row + 3, row + 3 + axis)] += e1
-            matrix[entry(band, row + 4, row + 3 + axis)] += e2
-            matrix[entry(band, row + 5, row + 3 + axis)] += e3
-            rhs[row + 3 + axis] = h * rotation[k + TX + 64 * axis]
+            column = _inertia(blocks.rotation, i, along(axis, 1.0))
+            add_to_column(band, matrix, turning, turning + axis, column)
+        torque = read_vector(blocks.rotation, at(i, ROTATION) + TORQUE)
+        store(system.rhs, turning, scale(h, torque))
     total = 0.0
-    for number in range(first_block(table, i), first_block(table, i + 1)):
-        j = partner(table, number)
-        m = block_place(table, number)
-        column = int(bodies[BODY * j + UNKNOWN]) - first
-        for p in range(size):
-            for q in range(6 if j < n_rigid else 3):
-                stiffness, damping = table[m + 6 * p + q], table[m + 6 * p + q + 36]
+    for pair in range(first_block(table, i), first_block(table, i + 1)):
+        j = partner(table, pair)
+        other = plan.bodies[BODY * j : BODY * (j + 1)]
+        column = int(other[UNKNOWN]) - system.first
+        for p in range(RIGID if i < blocks.n_rigid else POINT):
+            place = block_place(table, pair) + ROW * p
+            for q in range(RIGID if j < blocks.n_rigid else POINT):
+                stiffness, damping = table[place + q], table[place + q + DAMPING_MATRIX]
                 total += abs(stiffness) + abs(damping)
                 matrix[entry(band, row + p, column + q)] -= h * damping + h * h * stiffness
-                rhs[row + p] += h * h * stiffness * bodies[BODY * j + MOTION + q]
+                system.rhs[row + p] += h * h * stiffness * other[VELOCITY + q]
     b[COUPLED] = 1.0 if total > 0.0 else 0.0
 
 
 @kernel
-def _inertia(rotation, k, x, y, z, w, a, b, c):
-    """R I R^T times a vector."""
-    a, b, c = rotate(-x, -y, -z, w, a, b, c)
-    return rotate(x, y, z, w, a * rotation[k + I1], b * rotation[k + I2], c * rotation[k + I3])
+def _kick(i, h, b, blocks, system):
+    """Change momentum and angular momentum of one body."""
+    translation, place = blocks.translation, at(i, TRANSLATION)
+    unknown = int(b[UNKNOWN]) - system.first
+    alone = b[COUPLED] == 0.0
+    if alone:
+        kick = scale(h, read_vector(translation, place + FORCE))
+    else:
+        kick = scale(1.0 / translation[place + INVERSE_MASS], load(system.rhs, unknown))
+    momentum = read_vector(translation, place + MOMENTUM)
+    add_to_vector(translation, place + MOMENTUM, place + MOMENTUM_RESIDUAL, momentum, kick)
+    if i < blocks.n_rigid:
+        rotation, place = blocks.rotation, at(i, ROTATION)
+        if alone:
+            kick = scale(h, read_vector(rotation, place + TORQUE))
+        else:
+            kick = _inertia(rotation, i, load(system.rhs, unknown + POINT))
+        momentum = read_vector(rotation, place + ANGULAR_MOMENTUM)
+        write_vector(rotation, place + ANGULAR_MOMENTUM, add(momentum, kick))
 
 
 @kernel
-def _push(i, n_rigid, h, first, b, translation, rotation, rhs):
-    """Change momentum and angular momentum of one body."""
-    u = int(b[UNKNOWN]) - first
-    k = at(i, TRANSLATION)
-    mass = 1.0 / translation[k + IM]
-    free = b[COUPLED] == 0.0
-    for axis in range(3):
-        push = h * translation[k + FX + 64 * axis] if free else mass * rhs[u + axis]
-        place = k + 64 * axis
-        translation[place + PX], translation[place + GX] = add_compensated(
-            translation[place + PX], translation[place + GX], push
-        )
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-        p, q, r = _inertia(rotation, k, x, y, z, w, rhs[u + 3], rhs[u + 4], rhs[u + 5])
-        rotation[k + LX] += h * rotation[k + TX] if free else p
-        rotation[k + LY] += h * rotation[k + TX + 64] if free else q
-        rotation[k + LZ] += h * rotation[k + TX + 128] if free else r
+def _solve_group(row, h, plan, blocks):
+    """Solve for the velocities of a group and kick its bodies; return 0 for a singular matrix."""
+    system = system_of(plan, row)
+    banded.clear(system.size, system.band, system.matrix)
+    for place in members_of(row):
+        _start_equations(int(plan.members[place]), h, plan, blocks, system)
+    if banded.solve(system.size, system.band, system.matrix, system.rhs) == 0:
+        return 0
+    for place in members_of(row):
+        i = int(plan.members[place])
+        _kick(i, h, plan.bodies[BODY * i : BODY * (i + 1)], blocks, system)
+    return 1
 
 
 def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges
 ):
     """
-    Advance a scene. Return 0, NaN if a number left the finite ones, or DID_NOT_CONVERGE for a
+    Advance a scene. Return DONE, NaN if a number left the finite ones, or DID_NOT_CONVERGE for a
     singular matrix.
     """
-    n_groups = int(workspace[GROUPS])
-    groups = workspace[HEADER : int(workspace[MEMBERS_AT])]
-    members = workspace[int(workspace[MEMBERS_AT]) : int(workspace[BODIES_AT])]
-    bodies = workspace[int(workspace[BODIES_AT]) : int(workspace[TABLE_AT])]
-    table = workspace[int(workspace[TABLE_AT]) : int(workspace[MATRIX_AT])]
-    matrices = workspace[int(workspace[MATRIX_AT]) : int(workspace[VECTOR_AT])]
-    vector = workspace[int(workspace[VECTOR_AT]) : len(workspace)]
+    plan, blocks = opened(workspace), Blocks(n_bodies, n_rigid, translation, rotation)
     for passed in range(ticks):
         time = (tick + passed) * h
         start_evaluation(n_bodies, n_rigid, translation, rotation)
         evaluate(0, time, translation, rotation, elements, ranges)
-        clear(table)
-        linearise(0, time, translation, rotation, elements, ranges, table, 1)
+        derivative_table.clear(plan.table)
+        linearise(0, time, translation, rotation, elements, ranges, plan.table, 1)
         for i in range(n_bodies):
-            _read_motion(i, n_rigid, bodies[BODY * i : BODY * (i + 1)], translation, rotation)
-        for g in range(n_groups):
-            row = groups[GROUP * g : GROUP * (g + 1)]
-            n, band, first = int(row[UNKNOWNS]), int(row[BAND]), int(row[FIRST])
-            matrix = matrices[int(row[MATRIX]) :]
-            rhs = vector[first : first + n]
-            for place in range(n * (3 * band + 1)):
-                matrix[place] = 0.0
-            start = int(row[FIRST_MEMBER])
-            end = start + int(row[MEMBERS])
-            for place in range(start, end):
-                _start_equations(
-                    int(members[place]), n_rigid, h, first, band, bodies,
-                    translation, rotation, table, matrix, rhs,
-                )  # fmt: skip
-            if solve(n, band, matrix, rhs) == 0:
-                translation[at(int(members[start]), TRANSLATION) + RX] = math.nan
+            _read_motion(i, plan.bodies[BODY * i : BODY * (i + 1)], blocks)
+        for number in range(plan.n_groups):
+            row = plan.groups[GROUP * number : GROUP * (number + 1)]
+            if _solve_group(row, h, plan, blocks) == 0:
+                culprit = int(plan.members[members_of(row)[0]])
+                translation[at(culprit, TRANSLATION) + POSITION] = math.nan
                 return DID_NOT_CONVERGE
-            for place in range(start, end):
-                i = int(members[place])
-                b = bodies[BODY * i : BODY * (i + 1)]
-                _push(i, n_rigid, h, first, b, translation, rotation, rhs)
-        for block in range((n_bodies + 63) // 64):
-            kick_and_drift(block, min(64, n_bodies - 64 * block), 0.0, h, translation)
-        for block in range((n_rigid + 63) // 64):
-            drift_rotation(block, min(64, n_rigid - 64 * block), 0.0, h, rotation, method)
+        for block in range(block_count(n_bodies)):
+            kick_and_drift(block, lanes_in(block, n_bodies), 0.0, h, translation)
+        for block in range(block_count(n_rigid)):
+            drift_rotation(block, lanes_in(block, n_rigid), 0.0, h, rotation, method)
     return finite(n_bodies, n_rigid, translation, rotation)
 
 
@@ -247,7 +248,7 @@ class LinearlyImplicit:
     """
     The scheme of the linearly implicit velocity solve.
 
-    drift_rotation : kernel of `physics.drifts`
+    drift_rotation : kernel of a free-rotation propagator, see `free_rotation`
     """
 
     drift_rotation: Callable[..., Any]

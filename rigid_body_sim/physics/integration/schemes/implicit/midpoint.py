@@ -7,7 +7,8 @@ two give the same motion.
     r1 = r0 + h v,  p1 = p0 + h F,  L1 = L0 + h T      F, T, v of the state half-way
     I w + (h/2) w x I w = R0^T (L0 + (h/2) T),  q1 = q0 (h w / 2, 1) / |(h w / 2, 1)|
 
-With a held torque that is half a kick, the drift of `drifts.implicit_midpoint`, and half a kick.
+With a held torque that is half a kick, the propagator of `free_rotation.implicit_midpoint`, and
+half a kick.
 """
 
 from __future__ import annotations

@@ -12,7 +12,8 @@ forces connect. Its Jacobian is analytic for the inertia and for the force eleme
 kernel `linearise`; for the others it is found by differences, bodies of one colour at a time.
 
 Where Newton does not converge, the group goes back to the start of the tick and takes it in 2, 4,
-… 64 parts; other groups do not notice. Where that does not help either, the run stops and says so.
+… 64 substeps; other groups do not notice. Where that does not help either, the run stops and says
+so.
 """
 
 from __future__ import annotations
@@ -22,314 +23,285 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from rigid_body_sim.physics.compile.kernels import kernel, specialise, unbound
-from rigid_body_sim.physics.forces.derivatives import clear, first_block, partner
+from rigid_body_sim.physics.compile.kernels import kernel, slot, specialise
+from rigid_body_sim.physics.forces import derivatives as derivative_table
+from rigid_body_sim.physics.forces.derivatives import first_block, partner
 from rigid_body_sim.physics.forces.evaluator import NO_DERIVATIVES, Derivatives, evaluator
-from rigid_body_sim.physics.integration.schemes.implicit.banded import solve
+from rigid_body_sim.physics.integration.schemes.implicit import banded
 from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
-    BAND,
-    BODIES_AT,
     BODY,
     CHANGE,
     COLOUR,
-    COLOURS,
-    END,
-    FIRST,
-    FIRST_MEMBER,
-    FORCES_AT,
     GROUP,
-    GROUPS,
-    HEADER,
-    LENGTH,
-    MATRIX,
-    MATRIX_AT,
-    MEMBERS,
-    MEMBERS_AT,
     OF_GROUP,
+    POINT,
+    RIGID,
     STATUS,
-    TABLE_AT,
     UNKNOWN,
-    UNKNOWNS,
-    VECTOR_AT,
+    members_of,
+    opened,
+    status_of,
+    system_of,
 )
 from rigid_body_sim.physics.integration.schemes.implicit.stage import (
-    BASE_P,
-    BASE_R,
-    D,
-    W,
+    BASE_MOMENTUM,
+    BASE_POSITION,
+    DELTA,
+    RATE,
+    VELOCITY_CHANGE,
+    Blocks,
     set_stage,
     start_equations,
     subtract_blocks,
-    subtract_column,
+    subtract_wrench,
 )
 from rigid_body_sim.physics.integration.schemes.implicit.step import (
-    DELTA,
-    begin_part,
-    correct_torque,
+    begin_substep,
+    correct_impulse,
     end_of_midpoint,
     end_stage,
     keep,
     restore,
     save_wrench,
     shift,
-    unshift,
     wrench_change,
 )
 from rigid_body_sim.physics.integration.schemes.steps import finite, start_evaluation
 from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
-from rigid_body_sim.physics.state.blocks import IM, RX, TRANSLATION, at
+from rigid_body_sim.physics.state.blocks import INVERSE_MASS, POSITION, TRANSLATION, at
+from rigid_body_sim.physics.vectors import load, scale
 
 ITERATIONS = 25  # of Newton; it takes 3 to 6 where it converges
 CONVERGED = 1e-15  # [-] estimated error of the unknowns, relative; round-off
 ROUNDING = 1e-8  # [-] a change that no longer shrinks is round-off when it is below this
+NO_LONGER_SHRINKS = 0.3  # [-] of a change relative to the one before: from here on
 # [-] share of length / a and 1 / a below which velocities count as zero when errors are judged
 FLOOR = 1e-6
-DIFFERENCE = (
-    1e-8  # [-] relative step of the differences: the square root of the rounding of doubles
-)
-MOST_PARTS = 64  # of a tick; more means that the equations have no solution nearby
+LEAST_CHANGE = 1e-300  # [-] a smaller one counts as this where it is the one before
+DIVERGED = 1e100  # [-] relative change from which on the iteration has diverged
+MOST_SUBSTEPS = 64  # of a tick; more means that the equations have no solution nearby
 
 IDLE, SOLVING, SOLVED, FAILED = 0.0, 1.0, 2.0, 3.0  # status of a group
 
-# bound by `specialise`
-STAGES = 1
-GAMMA = 1.0
-midpoint = False
-HAS_REST = False
-evaluate: Callable[..., Any] = unbound
-linearise: Callable[..., Any] = unbound
-evaluate_rest: Callable[..., Any] = unbound
-solve_stage: Callable[..., Any] = unbound
-attempt: Callable[..., Any] = unbound
-add_differences: Callable[..., Any] = unbound
+# bound for each method
+STAGES = slot('[-] stages of a step')
+GAMMA = slot('[tick] diagonal entry of the tableau')
+MIDPOINT = slot('[-] whether L in world axes is integrated, and the stage lies half-way')
+# bound for each scene
+HAS_REST = slot('[-] whether there are forces without derivatives of their own')
+evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
+linearise = slot(
+    'kernel (place, time, translation, rotation, elements, ranges, table, definite): adds '
+    'derivatives of wrenches'
+)
+evaluate_rest = slot('kernel as `evaluate`: adds wrenches of forces without derivatives')
+add_differences = slot('kernel (a, time, plan, blocks, elements, ranges): completes the Jacobian')
+assemble = slot('kernel (a, plan, blocks): writes the equations of all groups')
+solve_stage = slot('kernel (a, time, plan, blocks, elements, ranges): solves a stage')
+attempt = slot('kernel (h, time, substeps, plan, blocks, elements, ranges): takes a tick')
 
 
 @kernel
-def _set_status(old, new, groups, count):
+def _set_status(old, new, plan):
+    """Set the status of all groups that have the old one; return how many."""
     changed = 0
-    for g in range(count):
-        if groups[GROUP * g + STATUS] == old:
-            groups[GROUP * g + STATUS] = new
+    for number in range(plan.n_groups):
+        place = GROUP * number + STATUS
+        if plan.groups[place] == old:
+            plan.groups[place] = new
             changed += 1
     return changed
 
 
 @kernel
-def _update(n_rigid, a, length, row, members, bodies, rhs, translation, rotation):
+def _update(a, row, plan, blocks, rhs, first):
     """
     Take a Newton step in one group; return the relative size of the change, NaN where it is not
     finite.
     """
     change_v = change_w = size_v = size_w = total = 0.0
-    reach = length
-    start = int(row[FIRST_MEMBER])
-    for place in range(start, start + int(row[MEMBERS])):
-        i = int(members[place])
-        b = bodies[BODY * i : BODY * (i + 1)]
-        im = translation[at(i, TRANSLATION) + IM]
-        u = int(b[UNKNOWN]) - int(row[FIRST])
+    reach = plan.length
+    for place in members_of(row):
+        i = int(plan.members[place])
+        b = plan.bodies[BODY * i : BODY * (i + 1)]
+        over_mass = blocks.translation[at(i, TRANSLATION) + INVERSE_MASS]
+        unknown = int(b[UNKNOWN]) - first
         for axis in range(3):
-            b[D + axis] -= rhs[u + axis]
-            total += rhs[u + axis]
-            change_v = max(change_v, abs(rhs[u + axis]))
-            size_v = max(size_v, abs(b[D + axis] + im * b[BASE_P + axis]))
-            reach = max(reach, abs(b[BASE_R + axis]))
-        if i < n_rigid:
-            correct_torque(i, a, b, rotation, rhs[u + 3], rhs[u + 4], rhs[u + 5])
+            error = rhs[unknown + axis]
+            b[VELOCITY_CHANGE + axis] -= error
+            total += error
+            change_v = max(change_v, abs(error))
+            velocity = b[VELOCITY_CHANGE + axis] + over_mass * b[BASE_MOMENTUM + axis]
+            size_v = max(size_v, abs(velocity))
+            reach = max(reach, abs(b[BASE_POSITION + axis]))
+        if i < blocks.n_rigid:
+            correct_impulse(i, a, b, blocks.rotation, load(rhs, unknown + POINT))
             for axis in range(3):
-                b[W + axis] -= rhs[u + 3 + axis]
-                total += rhs[u + 3 + axis]
-                change_w = max(change_w, abs(rhs[u + 3 + axis]))
-                size_w = max(size_w, abs(b[W + axis]))
-    error = 0.0 * total
+                error = rhs[unknown + POINT + axis]
+                b[RATE + axis] -= error
+                total += error
+                change_w = max(change_w, abs(error))
+                size_w = max(size_w, abs(b[RATE + axis]))
+    relative = 0.0 * total
     if change_v > 0.0:
-        error += change_v / (size_v + FLOOR * reach / a)
+        relative += change_v / (size_v + FLOOR * reach / a)
     if change_w > 0.0:
-        error += change_w / (size_w + FLOOR / a)
-    return error
+        relative += change_w / (size_w + FLOOR / a)
+    return relative
 
 
-def _add_differences(
-    n_bodies, n_rigid, a, time, length, colours, translation, rotation, groups, bodies, table,
-    matrix, saved,
-    elements, ranges,
-):  # fmt: skip
+def _add_differences(a, time, plan, blocks, elements, ranges):
     """
     Subtract the derivatives of the remaining forces from the Jacobian: one evaluation for each
     colour and component.
     """
+    n_bodies, n_rigid, translation, rotation = blocks
     start_evaluation(n_bodies, n_rigid, translation, rotation)
     evaluate_rest(0, time, translation, rotation, elements, ranges)
     for i in range(n_bodies):
-        save_wrench(i, n_rigid, translation, rotation, saved)
-    for colour in range(colours):
-        for component in range(6):
+        save_wrench(i, blocks, plan.wrenches)
+    for colour in range(plan.n_colours):
+        for component in range(RIGID):
             for i in range(n_bodies):
-                b = bodies[BODY * i : BODY * (i + 1)]
-                if b[COLOUR] == colour and groups[GROUP * int(b[OF_GROUP]) + STATUS] == SOLVING:
-                    shift(midpoint, component, i, n_rigid, a, length, b, translation, rotation)
+                b = plan.bodies[BODY * i : BODY * (i + 1)]
+                if b[COLOUR] == colour and status_of(plan, b) == SOLVING:
+                    shift(MIDPOINT, component, i, a, plan.length, b, blocks)
             start_evaluation(n_bodies, n_rigid, translation, rotation)
             evaluate_rest(0, time, translation, rotation, elements, ranges)
             for j in range(n_bodies):
-                other = bodies[BODY * j : BODY * (j + 1)]
-                row = groups[GROUP * int(other[OF_GROUP]) : GROUP * (int(other[OF_GROUP]) + 1)]
-                if other[COLOUR] != colour or row[STATUS] != SOLVING or other[DELTA] == 0.0:
+                other = plan.bodies[BODY * j : BODY * (j + 1)]
+                solving = status_of(plan, other) == SOLVING
+                if other[COLOUR] != colour or not solving or other[DELTA] == 0.0:
                     continue
-                unshift(midpoint, component, j, n_rigid, a, other, translation, rotation)
-                column = int(other[UNKNOWN] - row[FIRST]) + component
-                for number in range(first_block(table, j), first_block(table, j + 1)):
-                    i = partner(table, number)
-                    b = bodies[BODY * i : BODY * (i + 1)]
-                    f1, f2, f3, t1, t2, t3 = wrench_change(
-                        i, n_rigid, translation, rotation, saved
-                    )
-                    over = 1.0 / other[DELTA]
-                    subtract_column(
-                        midpoint, i, n_rigid, a, int(b[UNKNOWN] - row[FIRST]), column,
-                        int(row[BAND]), b,
-                        rotation, matrix[int(row[MATRIX]) :], f1 * over, f2 * over, f3 * over,
-                        t1 * over, t2 * over, t3 * over,
-                    )  # fmt: skip
+                set_stage(MIDPOINT, j, a, other, blocks)
+                number = int(other[OF_GROUP])
+                system = system_of(plan, plan.groups[GROUP * number : GROUP * (number + 1)])
+                column = int(other[UNKNOWN]) - system.first + component
+                over = 1.0 / other[DELTA]
+                for pair in range(first_block(plan.table, j), first_block(plan.table, j + 1)):
+                    i = partner(plan.table, pair)
+                    force, torque = wrench_change(i, blocks, plan.wrenches)
+                    b = plan.bodies[BODY * i : BODY * (i + 1)]
+                    force, torque = scale(over, force), scale(over, torque)
+                    subtract_wrench(MIDPOINT, i, a, column, b, blocks, system, force, torque)
 
 
-def _solve_stage(
-    n_bodies, n_rigid, a, time, length, colours, translation, rotation, groups, n_groups, members,
-    bodies, table,
-    matrices, vector, saved, elements, ranges,
-):  # fmt: skip
+def _assemble(a, plan, blocks):
+    """Write the equations of all groups that are SOLVING, and what is known of their Jacobian."""
+    for number in range(plan.n_groups):
+        row = plan.groups[GROUP * number : GROUP * (number + 1)]
+        if row[STATUS] == SOLVING:
+            system = system_of(plan, row)
+            banded.clear(system.size, system.band, system.matrix)
+            for place in members_of(row):
+                i = int(plan.members[place])
+                start_equations(
+                    MIDPOINT, i, a, plan.bodies[BODY * i : BODY * (i + 1)], blocks, system
+                )
+                subtract_blocks(MIDPOINT, i, a, plan, blocks, system)
+
+
+@kernel
+def _step_of_newton(iteration, a, plan, blocks):
+    """
+    Take a Newton step in all groups that are SOLVING: some become SOLVED or FAILED. Return how
+    many do not.
+    """
+    still_open = 0
+    for number in range(plan.n_groups):
+        row = plan.groups[GROUP * number : GROUP * (number + 1)]
+        if row[STATUS] != SOLVING:
+            continue
+        system = system_of(plan, row)
+        if banded.solve(system.size, system.band, system.matrix, system.rhs) == 0:
+            row[STATUS] = FAILED
+            continue
+        change = _update(a, row, plan, blocks, system.rhs, system.first)
+        shrunk = 1.0
+        if iteration > 0:
+            shrunk = min(1.0, change / row[CHANGE])
+        row[CHANGE] = max(change, LEAST_CHANGE)
+        if not change < DIVERGED:
+            row[STATUS] = FAILED
+        elif change * shrunk <= CONVERGED or (
+            change <= ROUNDING and shrunk > NO_LONGER_SHRINKS and iteration > 0
+        ):
+            row[STATUS] = SOLVED
+        else:
+            still_open += 1
+    return still_open
+
+
+def _solve_stage(a, time, plan, blocks, elements, ranges):
     """Solve the stage of all groups that are SOLVING: they become SOLVED or FAILED."""
+    n_bodies, n_rigid, translation, rotation = blocks
     for iteration in range(ITERATIONS):
         for i in range(n_bodies):
-            b = bodies[BODY * i : BODY * (i + 1)]
-            if groups[GROUP * int(b[OF_GROUP]) + STATUS] == SOLVING:
-                set_stage(midpoint, i, n_rigid, a, b, translation, rotation)
+            b = plan.bodies[BODY * i : BODY * (i + 1)]
+            if status_of(plan, b) == SOLVING:
+                set_stage(MIDPOINT, i, a, b, blocks)
         start_evaluation(n_bodies, n_rigid, translation, rotation)
         evaluate(0, time, translation, rotation, elements, ranges)
-        clear(table)
-        linearise(0, time, translation, rotation, elements, ranges, table, 0)
-        for g in range(n_groups):
-            row = groups[GROUP * g : GROUP * (g + 1)]
-            if row[STATUS] == SOLVING:
-                n, band, first = int(row[UNKNOWNS]), int(row[BAND]), int(row[FIRST])
-                matrix = matrices[int(row[MATRIX]) :]
-                rhs = vector[first : first + n]
-                for place in range(n * (3 * band + 1)):
-                    matrix[place] = 0.0
-                start = int(row[FIRST_MEMBER])
-                for place in range(start, start + int(row[MEMBERS])):
-                    i = int(members[place])
-                    b = bodies[BODY * i : BODY * (i + 1)]
-                    start_equations(
-                        midpoint, i, n_rigid, a, first, band, b, translation, rotation, matrix, rhs
-                    )
-                    subtract_blocks(
-                        midpoint, i, n_rigid, a, first, band, bodies, rotation, table, matrix
-                    )
+        derivative_table.clear(plan.table)
+        linearise(0, time, translation, rotation, elements, ranges, plan.table, 0)
+        assemble(a, plan, blocks)
         if HAS_REST:
-            add_differences(
-                n_bodies, n_rigid, a, time, length, colours, translation, rotation, groups, bodies,
-                table,
-                matrices, saved, elements, ranges,
-            )  # fmt: skip
-        open_groups = 0
-        for g in range(n_groups):
-            row = groups[GROUP * g : GROUP * (g + 1)]
-            if row[STATUS] != SOLVING:
-                continue
-            n, band, first = int(row[UNKNOWNS]), int(row[BAND]), int(row[FIRST])
-            rhs = vector[first : first + n]
-            if solve(n, band, matrices[int(row[MATRIX]) :], rhs) == 0:
-                row[STATUS] = FAILED
-                continue
-            change = _update(n_rigid, a, length, row, members, bodies, rhs, translation, rotation)
-            shrunk = 1.0
-            if iteration > 0:
-                shrunk = min(1.0, change / row[CHANGE])
-            row[CHANGE] = max(change, 1e-300)
-            if not change < 1e100:
-                row[STATUS] = FAILED
-            elif change * shrunk <= CONVERGED or (
-                change <= ROUNDING and shrunk > 0.3 and iteration > 0
-            ):
-                row[STATUS] = SOLVED
-            else:
-                open_groups += 1
-        if open_groups == 0:
+            add_differences(a, time, plan, blocks, elements, ranges)
+        if _step_of_newton(iteration, a, plan, blocks) == 0:
             return
-    _set_status(SOLVING, FAILED, groups, n_groups)
+    _set_status(SOLVING, FAILED, plan)
 
 
-def _attempt(
-    n_bodies, n_rigid, h, time, parts, length, colours, translation, rotation, groups, n_groups,
-    members, bodies,
-    table, matrices, vector, saved, elements, ranges,
-):  # fmt: skip
-    """Take a tick in equal parts, all groups that are SOLVED; those that fail become FAILED."""
-    k = h / parts
-    for part in range(parts):
-        for i in range(n_bodies):
-            b = bodies[BODY * i : BODY * (i + 1)]
-            if groups[GROUP * int(b[OF_GROUP]) + STATUS] == SOLVED:
-                begin_part(i, n_rigid, b, translation, rotation)
+def _attempt(h, time, substeps, plan, blocks, elements, ranges):
+    """Take a tick in equal substeps, all groups that are SOLVED; those that fail become FAILED."""
+    step = h / substeps
+    for substep in range(substeps):
+        for i in range(blocks.n_bodies):
+            b = plan.bodies[BODY * i : BODY * (i + 1)]
+            if status_of(plan, b) == SOLVED:
+                begin_substep(i, b, blocks)
         elapsed = 0.0
         for stage in range(STAGES):
             elapsed += GAMMA if stage == 0 else 1.0 - GAMMA
-            _set_status(SOLVED, SOLVING, groups, n_groups)
-            solve_stage(
-                n_bodies, n_rigid, GAMMA * k, time + (part + elapsed) * k, length, colours,
-                translation, rotation,
-                groups, n_groups, members, bodies, table, matrices, vector, saved, elements,
-                ranges,
-            )  # fmt: skip
-            for i in range(n_bodies):
-                b = bodies[BODY * i : BODY * (i + 1)]
-                if groups[GROUP * int(b[OF_GROUP]) + STATUS] == SOLVED:
-                    if midpoint:
-                        end_of_midpoint(i, n_rigid, k, b, translation, rotation)
+            _set_status(SOLVED, SOLVING, plan)
+            now = time + (substep + elapsed) * step
+            solve_stage(GAMMA * step, now, plan, blocks, elements, ranges)
+            for i in range(blocks.n_bodies):
+                b = plan.bodies[BODY * i : BODY * (i + 1)]
+                if status_of(plan, b) == SOLVED:
+                    if MIDPOINT:
+                        end_of_midpoint(i, step, b, blocks)
                     else:
-                        end_stage(
-                            i, n_rigid, k, GAMMA, stage + 1 == STAGES, b, translation, rotation
-                        )
+                        end_stage(i, step, GAMMA, stage + 1 == STAGES, b, blocks)
 
 
 def _advance(
     ticks, tick, h, n_bodies, n_rigid, translation, rotation, method, workspace, elements, ranges
 ):
-    """Advance a scene. Return 0, NaN if a number left the finite ones, or DID_NOT_CONVERGE."""
-    n_groups, colours = int(workspace[GROUPS]), int(workspace[COLOURS])
-    length = workspace[LENGTH]
-    groups = workspace[HEADER : int(workspace[MEMBERS_AT])]
-    members = workspace[int(workspace[MEMBERS_AT]) : int(workspace[BODIES_AT])]
-    bodies = workspace[int(workspace[BODIES_AT]) : int(workspace[TABLE_AT])]
-    table = workspace[int(workspace[TABLE_AT]) : int(workspace[MATRIX_AT])]
-    matrices = workspace[int(workspace[MATRIX_AT]) : int(workspace[VECTOR_AT])]
-    vector = workspace[int(workspace[VECTOR_AT]) : int(workspace[FORCES_AT])]
-    saved = workspace[int(workspace[FORCES_AT]) : int(workspace[END])]
+    """
+    Advance a scene. Return DONE, NaN if a number left the finite ones, or DID_NOT_CONVERGE.
+    """
+    plan, blocks = opened(workspace), Blocks(n_bodies, n_rigid, translation, rotation)
     for passed in range(ticks):
         for i in range(n_bodies):
-            keep(i, n_rigid, bodies[BODY * i : BODY * (i + 1)], translation, rotation)
-        for g in range(n_groups):
-            groups[GROUP * g + STATUS] = SOLVED
-        parts = 1
+            keep(i, plan.bodies[BODY * i : BODY * (i + 1)], blocks)
+        for number in range(plan.n_groups):
+            plan.groups[GROUP * number + STATUS] = SOLVED
+        substeps = 1
         while True:
-            attempt(
-                n_bodies, n_rigid, h, (tick + passed) * h, parts, length, colours, translation,
-                rotation, groups,
-                n_groups, members, bodies, table, matrices, vector, saved, elements, ranges,
-            )  # fmt: skip
-            _set_status(SOLVED, IDLE, groups, n_groups)
-            failed = _set_status(FAILED, SOLVED, groups, n_groups)
-            if failed == 0:
+            attempt(h, (tick + passed) * h, substeps, plan, blocks, elements, ranges)
+            _set_status(SOLVED, IDLE, plan)
+            if _set_status(FAILED, SOLVED, plan) == 0:
                 break
             for i in range(n_bodies):
-                b = bodies[BODY * i : BODY * (i + 1)]
-                if groups[GROUP * int(b[OF_GROUP]) + STATUS] == SOLVED:
-                    restore(i, n_rigid, b, translation, rotation)
-                    if parts == MOST_PARTS:
-                        translation[at(i, TRANSLATION) + RX] = math.nan
-            if parts == MOST_PARTS:
+                b = plan.bodies[BODY * i : BODY * (i + 1)]
+                if status_of(plan, b) == SOLVED:
+                    restore(i, b, blocks)
+                    if substeps == MOST_SUBSTEPS:
+                        translation[at(i, TRANSLATION) + POSITION] = math.nan
+            if substeps == MOST_SUBSTEPS:
                 return DID_NOT_CONVERGE
-            parts *= 2
+            substeps *= 2
     return finite(n_bodies, n_rigid, translation, rotation)
 
 
@@ -368,26 +340,23 @@ class Implicit:
     def _kernel(
         self, name: str, evaluate: Callable[..., Any], derivatives: Derivatives
     ) -> Callable[..., Any]:
-        def bind(function: Any, **more: Any) -> Callable[..., Any]:
-            return specialise(
-                function,
-                name=name,
-                STAGES=self.stages,
-                GAMMA=self.gamma,
-                midpoint=self.midpoint,
-                HAS_REST=derivatives.rest is not None,
-                **more,
-            )
-
-        rest = derivatives.rest or evaluator([])
-        differences = bind(_add_differences, evaluate_rest=rest)
-        stage = bind(
-            _solve_stage,
-            evaluate=evaluate,
-            linearise=derivatives.linearise,
-            add_differences=differences,
-        )
-        return bind(_advance, attempt=bind(_attempt, solve_stage=stage))
+        offered = {
+            'STAGES': self.stages,
+            'GAMMA': self.gamma,
+            'MIDPOINT': self.midpoint,
+            'HAS_REST': derivatives.rest is not None,
+            'evaluate': evaluate,
+            'linearise': derivatives.linearise,
+            'evaluate_rest': derivatives.rest or evaluator([]),
+        }
+        for slot_name, function in (
+            ('add_differences', _add_differences),
+            ('assemble', _assemble),
+            ('solve_stage', _solve_stage),
+            ('attempt', _attempt),
+        ):
+            offered[slot_name] = specialise(function, name=name, offered=offered)
+        return specialise(_advance, name=name, offered=offered)
 
     def workspace(self, blocks: int) -> int:
         """Count no numbers: the plan of the scene has room for all."""

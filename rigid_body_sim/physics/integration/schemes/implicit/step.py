@@ -8,257 +8,254 @@ differences.
 from __future__ import annotations
 
 from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.integration.schemes.implicit.coupling import POINT, WRENCH
 from rigid_body_sim.physics.integration.schemes.implicit.stage import (
-    BASE_M,
-    BASE_P,
-    BASE_Q,
-    BASE_R,
-    HELD,
-    HELD_TORQUE,
-    KEPT,
+    BASE_MOMENTUM,
+    BASE_ORIENTATION,
+    BASE_POSITION,
+    BASE_SPIN,
+    DELTA,
+    HELD_THROUGH,
+    IMPULSE,
+    KEPT_ROTATION,
+    KEPT_TRANSLATION,
+    KICKED,
     MOVED,
-    PUSHED,
-    ROTATION_KEPT,
-    START_L,
-    START_P,
-    START_R,
-    TORQUE,
-    D,
-    W,
+    ONLY_HELD_FORCE,
+    ONLY_HELD_TORQUE,
+    RATE,
+    ROTATION_NUMBERS,
+    START_ANGULAR_MOMENTUM,
+    START_MOMENTUM,
+    START_POSITION,
+    TRANSLATION_NUMBERS,
+    VELOCITY_CHANGE,
+    load_quaternion,
     set_stage,
+    store_quaternion,
     turned,
 )
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
+    add_to_vector,
+    multiply,
+    read_quaternion,
+    read_vector,
+    write_quaternion,
+    write_vector,
+)
 from rigid_body_sim.physics.state.blocks import (
-    EX,
-    FX,
-    GX,
-    HX,
-    I1,
-    I2,
-    I3,
-    IM,
-    J1,
-    J2,
-    J3,
-    KX,
-    LX,
-    LY,
-    LZ,
-    PX,
-    QW,
-    QX,
-    QY,
-    QZ,
+    ANGULAR_MOMENTUM,
+    FORCE,
+    HELD_FORCE,
+    HELD_TORQUE,
+    INVERSE_MASS,
+    INVERSE_MOMENTS,
+    LANES,
+    MOMENTS,
+    MOMENTUM,
+    MOMENTUM_RESIDUAL,
+    ORIENTATION,
+    POSITION,
+    POSITION_RESIDUAL,
     ROTATION,
-    RX,
+    TORQUE,
     TRANSLATION,
-    TX,
-    add_compensated,
     at,
-    rotate,
+    rotated,
+    rotated_back,
 )
+from rigid_body_sim.physics.vectors import add, load, scale, store, subtract
 
-DELTA = 64  # step of a difference
-HELD_THROUGH = 65  # 1 where only held forces acted in every stage
-DIFFERENCE = (
-    1e-8  # [-] relative step of the differences: the square root of the rounding of doubles
-)
+# [-] relative step of the differences: the square root of the rounding of doubles
+DIFFERENCE = 1e-8
+SAVED_TORQUE = 3  # where the torque of a saved wrench begins
+NONE = (0.0, 0.0, 0.0)
 
 
 @kernel
-def keep(i, n_rigid, b, translation, rotation):
+def keep(i, b, blocks):
     """Keep the state of a body at the start of a tick."""
-    k = at(i, TRANSLATION)
-    for quantity in range(12):  # r, p and their residuals
-        b[KEPT + quantity] = translation[k + RX + 64 * quantity]
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        for quantity in range(7):
-            b[ROTATION_KEPT + quantity] = rotation[k + QX + 64 * quantity]
+    place = at(i, TRANSLATION)
+    for number in range(TRANSLATION_NUMBERS):  # r, p and their residuals
+        b[KEPT_TRANSLATION + number] = blocks.translation[place + LANES * number]
+    if i < blocks.n_rigid:
+        place = at(i, ROTATION)
+        for number in range(ROTATION_NUMBERS):
+            b[KEPT_ROTATION + number] = blocks.rotation[place + LANES * number]
 
 
 @kernel
-def restore(i, n_rigid, b, translation, rotation):
+def restore(i, b, blocks):
     """Go back to the state at the start of the tick."""
-    k = at(i, TRANSLATION)
-    for quantity in range(12):
-        translation[k + RX + 64 * quantity] = b[KEPT + quantity]
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        for quantity in range(7):
-            rotation[k + QX + 64 * quantity] = b[ROTATION_KEPT + quantity]
+    place = at(i, TRANSLATION)
+    for number in range(TRANSLATION_NUMBERS):
+        blocks.translation[place + LANES * number] = b[KEPT_TRANSLATION + number]
+    if i < blocks.n_rigid:
+        place = at(i, ROTATION)
+        for number in range(ROTATION_NUMBERS):
+            blocks.rotation[place + LANES * number] = b[KEPT_ROTATION + number]
 
 
 @kernel
-def begin_part(i, n_rigid, b, translation, rotation):
+def begin_substep(i, b, blocks):
     """Take the state of a body as base of the first stage, and as first guess."""
-    k = at(i, TRANSLATION)
-    for axis in range(3):
-        r, p = translation[k + RX + 64 * axis], translation[k + PX + 64 * axis]
-        b[BASE_R + axis] = r
-        b[START_R + axis] = r
-        b[BASE_P + axis] = p
-        b[START_P + axis] = p
-        b[MOVED + axis] = 0.0
-        b[PUSHED + axis] = 0.0
-        b[D + axis] = 0.0
+    place = at(i, TRANSLATION)
+    position = read_vector(blocks.translation, place + POSITION)
+    momentum = read_vector(blocks.translation, place + MOMENTUM)
+    store(b, BASE_POSITION, position)
+    store(b, START_POSITION, position)
+    store(b, BASE_MOMENTUM, momentum)
+    store(b, START_MOMENTUM, momentum)
+    store(b, MOVED, NONE)
+    store(b, KICKED, NONE)
+    store(b, VELOCITY_CHANGE, NONE)
     b[HELD_THROUGH] = 1.0
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        x, y, z, w = rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW]
-        l1, l2, l3 = rotation[k + LX], rotation[k + LY], rotation[k + LZ]
-        m1, m2, m3 = rotate(-x, -y, -z, w, l1, l2, l3)
-        b[BASE_Q], b[BASE_Q + 1], b[BASE_Q + 2], b[BASE_Q + 3] = x, y, z, w
-        b[START_L], b[START_L + 1], b[START_L + 2] = l1, l2, l3
-        b[BASE_M], b[BASE_M + 1], b[BASE_M + 2] = m1, m2, m3
-        b[W], b[W + 1], b[W + 2] = (
-            m1 * rotation[k + J1],
-            m2 * rotation[k + J2],
-            m3 * rotation[k + J3],
-        )
+    if i < blocks.n_rigid:
+        place = at(i, ROTATION)
+        attitude = read_quaternion(blocks.rotation, place + ORIENTATION)
+        momentum = read_vector(blocks.rotation, place + ANGULAR_MOMENTUM)
+        spin = rotated_back(attitude, momentum)
+        store_quaternion(b, BASE_ORIENTATION, attitude)
+        store(b, START_ANGULAR_MOMENTUM, momentum)
+        store(b, BASE_SPIN, spin)
+        store(b, RATE, multiply(spin, read_vector(blocks.rotation, place + INVERSE_MOMENTS)))
 
 
 @kernel
-def _end_translation(k, h, b, translation):
+def _end_translation(place, h, b, translation):
     """Add the sums of the stages to the state at the start."""
-    b[HELD_THROUGH] *= b[HELD]
-    held = b[HELD_THROUGH] != 0.0
-    for axis in range(3):
-        place = k + 64 * axis
-        pushed = h * translation[place + HX] if held else b[PUSHED + axis]
-        translation[place + RX], translation[place + EX] = add_compensated(
-            b[START_R + axis], translation[place + EX], b[MOVED + axis]
-        )
-        translation[place + PX], translation[place + GX] = add_compensated(
-            b[START_P + axis], translation[place + GX], pushed
-        )
+    b[HELD_THROUGH] *= b[ONLY_HELD_FORCE]
+    kicked = load(b, KICKED)
+    if b[HELD_THROUGH] != 0.0:
+        kicked = scale(h, read_vector(translation, place + HELD_FORCE))
+    position, momentum = load(b, START_POSITION), load(b, START_MOMENTUM)
+    add_to_vector(
+        translation, place + POSITION, place + POSITION_RESIDUAL, position, load(b, MOVED)
+    )
+    add_to_vector(translation, place + MOMENTUM, place + MOMENTUM_RESIDUAL, momentum, kicked)
 
 
 @kernel
-def end_stage(i, n_rigid, h, gamma, last, b, translation, rotation):
+def _add(b, place, v):
+    """Add a vector to one of the row."""
+    store(b, place, add(load(b, place), v))
+
+
+@kernel
+def end_stage(i, h, gamma, last, b, blocks):
     """
     Make the base of the next stage of a Runge–Kutta method, or the new state.
 
         y0 + (1 - gamma) h K,   K = (Y - base) / (gamma h)
     """
-    k = at(i, TRANSLATION)
-    im = translation[k + IM]
-    mass = 1.0 / im
+    place = at(i, TRANSLATION)
+    over_mass = blocks.translation[place + INVERSE_MASS]
     share = gamma if last else 1.0 - gamma
-    for axis in range(3):
-        moved = share * h * (b[BASE_P + axis] * im + b[D + axis])
-        pushed = share / gamma * mass * b[D + axis]
-        b[MOVED + axis] += moved
-        b[PUSHED + axis] += pushed
-        b[BASE_R + axis] += moved
-        b[BASE_P + axis] += pushed
-        b[D + axis] = 0.0
+    change = load(b, VELOCITY_CHANGE)
+    velocity = add(scale(over_mass, load(b, BASE_MOMENTUM)), change)
+    moved = scale(share * h, velocity)
+    kicked = scale(share / gamma * (1.0 / over_mass), change)
+    _add(b, MOVED, moved)
+    _add(b, KICKED, kicked)
+    _add(b, BASE_POSITION, moved)
+    _add(b, BASE_MOMENTUM, kicked)
+    store(b, VELOCITY_CHANGE, NONE)
     if last:
-        _end_translation(k, h, b, translation)
+        _end_translation(place, h, b, blocks.translation)
     else:
-        b[HELD_THROUGH] *= b[HELD]
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        i1, i2, i3 = rotation[k + I1], rotation[k + I2], rotation[k + I3]
-        w1, w2, w3 = b[W], b[W + 1], b[W + 2]
-        f = 0.5 * share * h
-        x, y, z, w = turned(
-            b[BASE_Q], b[BASE_Q + 1], b[BASE_Q + 2], b[BASE_Q + 3], f * w1, f * w2, f * w3
-        )
+        b[HELD_THROUGH] *= b[ONLY_HELD_FORCE]
+    if i < blocks.n_rigid:
+        place = at(i, ROTATION)
+        rate = load(b, RATE)
+        spin = multiply(read_vector(blocks.rotation, place + MOMENTS), rate)
+        attitude = turned(load_quaternion(b, BASE_ORIENTATION), scale(0.5 * share * h, rate))
         if last:
-            rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW] = x, y, z, w
-            rotation[k + LX], rotation[k + LY], rotation[k + LZ] = rotate(
-                x, y, z, w, i1 * w1, i2 * w2, i3 * w3
-            )
+            write_quaternion(blocks.rotation, place + ORIENTATION, attitude)
+            write_vector(blocks.rotation, place + ANGULAR_MOMENTUM, rotated(attitude, spin))
         else:
-            b[BASE_Q], b[BASE_Q + 1], b[BASE_Q + 2], b[BASE_Q + 3] = x, y, z, w
-            f = share / gamma
-            b[BASE_M] += f * (i1 * w1 - b[BASE_M])
-            b[BASE_M + 1] += f * (i2 * w2 - b[BASE_M + 1])
-            b[BASE_M + 2] += f * (i3 * w3 - b[BASE_M + 2])
+            store_quaternion(b, BASE_ORIENTATION, attitude)
+            _add(b, BASE_SPIN, scale(share / gamma, subtract(spin, load(b, BASE_SPIN))))
 
 
 @kernel
-def end_of_midpoint(i, n_rigid, h, b, translation, rotation):
+def end_of_midpoint(i, h, b, blocks):
     """
     Make the new state from the one half-way.
 
-        r1 = r0 + h v,   p1 = p0 + 2 m d,   q1 = q0 (a w, 1) / |(a w, 1)|,   L1 = L0 + 2 R0 (a
-        T_B),   a = h/2
+        r1 = r0 + h v,   p1 = p0 + 2 m d,   q1 = q0 (a w, 1) / |(a w, 1)|
+        L1 = L0 + 2 R0 (a T_B),   a = h/2
     """
-    k = at(i, TRANSLATION)
-    im = translation[k + IM]
-    mass = 1.0 / im
-    for axis in range(3):
-        b[MOVED + axis] = h * (b[BASE_P + axis] * im + b[D + axis])
-        b[PUSHED + axis] = 2.0 * mass * b[D + axis]
-    _end_translation(k, h, b, translation)
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        x, y, z, w = b[BASE_Q], b[BASE_Q + 1], b[BASE_Q + 2], b[BASE_Q + 3]
-        p, q, r = rotate(x, y, z, w, b[TORQUE], b[TORQUE + 1], b[TORQUE + 2])
-        held = b[HELD_TORQUE] != 0.0
-        rotation[k + LX] = b[START_L] + (h * rotation[k + KX] if held else 2.0 * p)
-        rotation[k + LY] = b[START_L + 1] + (h * rotation[k + KX + 64] if held else 2.0 * q)
-        rotation[k + LZ] = b[START_L + 2] + (h * rotation[k + KX + 128] if held else 2.0 * r)
-        a = 0.5 * h
-        x, y, z, w = turned(x, y, z, w, a * b[W], a * b[W + 1], a * b[W + 2])
-        rotation[k + QX], rotation[k + QY], rotation[k + QZ], rotation[k + QW] = x, y, z, w
+    place = at(i, TRANSLATION)
+    over_mass = blocks.translation[place + INVERSE_MASS]
+    change = load(b, VELOCITY_CHANGE)
+    store(b, MOVED, scale(h, add(scale(over_mass, load(b, BASE_MOMENTUM)), change)))
+    store(b, KICKED, scale(2.0 * (1.0 / over_mass), change))
+    _end_translation(place, h, b, blocks.translation)
+    if i < blocks.n_rigid:
+        place = at(i, ROTATION)
+        base = load_quaternion(b, BASE_ORIENTATION)
+        if b[ONLY_HELD_TORQUE] != 0.0:
+            kicked = scale(h, read_vector(blocks.rotation, place + HELD_TORQUE))
+        else:
+            kicked = scale(2.0, rotated(base, load(b, IMPULSE)))
+        momentum = add(load(b, START_ANGULAR_MOMENTUM), kicked)
+        write_vector(blocks.rotation, place + ANGULAR_MOMENTUM, momentum)
+        attitude = turned(base, scale(0.5 * h, load(b, RATE)))
+        write_quaternion(blocks.rotation, place + ORIENTATION, attitude)
 
 
 @kernel
-def correct_torque(i, a, b, rotation, e1, e2, e3):
+def correct_impulse(i, a, b, rotation, error):
     """
     Add to the torque what the Newton step w <- w - e changes in the inertial part of the
     equations.
     """
-    k = at(i, ROTATION)
-    w1, w2, w3 = b[W], b[W + 1], b[W + 2]
-    i1, i2, i3 = rotation[k + I1], rotation[k + I2], rotation[k + I3]
-    b[TORQUE] -= i1 * e1 + a * (i3 - i2) * (w3 * e2 + w2 * e3)
-    b[TORQUE + 1] -= i2 * e2 + a * (i1 - i3) * (w1 * e3 + w3 * e1)
-    b[TORQUE + 2] -= i3 * e3 + a * (i2 - i1) * (w2 * e1 + w1 * e2)
+    e1, e2, e3 = error
+    w1, w2, w3 = load(b, RATE)
+    i1, i2, i3 = read_vector(rotation, at(i, ROTATION) + MOMENTS)
+    change = (
+        i1 * e1 + a * (i3 - i2) * (w3 * e2 + w2 * e3),
+        i2 * e2 + a * (i1 - i3) * (w1 * e3 + w3 * e1),
+        i3 * e3 + a * (i2 - i1) * (w2 * e1 + w1 * e2),
+    )
+    store(b, IMPULSE, subtract(load(b, IMPULSE), change))
 
 
 @kernel
-def save_wrench(i, n_rigid, translation, rotation, saved):
+def save_wrench(i, blocks, wrenches):
     """Save force and torque on a body, to subtract them from shifted ones."""
-    k = at(i, TRANSLATION)
-    for axis in range(3):
-        saved[12 * i + axis] = translation[k + FX + 64 * axis]
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        for axis in range(3):
-            saved[12 * i + 3 + axis] = rotation[k + TX + 64 * axis]
+    saved = WRENCH * i
+    store(wrenches, saved, read_vector(blocks.translation, at(i, TRANSLATION) + FORCE))
+    if i < blocks.n_rigid:
+        torque = read_vector(blocks.rotation, at(i, ROTATION) + TORQUE)
+        store(wrenches, saved + SAVED_TORQUE, torque)
 
 
 @kernel
-def wrench_change(i, n_rigid, translation, rotation, saved):
-    """Difference from the saved wrench."""
-    k = at(i, TRANSLATION)
-    f1 = translation[k + FX] - saved[12 * i]
-    f2 = translation[k + FX + 64] - saved[12 * i + 1]
-    f3 = translation[k + FX + 128] - saved[12 * i + 2]
-    t1 = t2 = t3 = 0.0
-    if i < n_rigid:
-        k = at(i, ROTATION)
-        t1 = rotation[k + TX] - saved[12 * i + 3]
-        t2 = rotation[k + TX + 64] - saved[12 * i + 4]
-        t3 = rotation[k + TX + 128] - saved[12 * i + 5]
-    return f1, f2, f3, t1, t2, t3
+def wrench_change(i, blocks, wrenches):
+    """Difference of force and torque from the saved wrench."""
+    saved = WRENCH * i
+    force = read_vector(blocks.translation, at(i, TRANSLATION) + FORCE)
+    change = NONE
+    if i < blocks.n_rigid:
+        torque = read_vector(blocks.rotation, at(i, ROTATION) + TORQUE)
+        change = subtract(torque, load(wrenches, saved + SAVED_TORQUE))
+    return subtract(force, load(wrenches, saved)), change
 
 
 @kernel
-def shift(midpoint, component, i, n_rigid, a, length, b, translation, rotation):
+def shift(midpoint, component, i, a, length, b, blocks):
     """Change one unknown of a body a little; DELTA = 0 where it has no such unknown."""
-    if component < 3:
-        v = b[BASE_P + component] * translation[at(i, TRANSLATION) + IM] + b[D + component]
-        reach = max(length, abs(b[BASE_R + component]))
-        size = abs(v) + abs(b[D + component]) + reach / a
-        place = D + component
-    elif i < n_rigid:
-        size = abs(b[W]) + abs(b[W + 1]) + abs(b[W + 2]) + 1.0 / a
-        place = W + component - 3
+    if component < POINT:
+        over_mass = blocks.translation[at(i, TRANSLATION) + INVERSE_MASS]
+        change = b[VELOCITY_CHANGE + component]
+        velocity = b[BASE_MOMENTUM + component] * over_mass + change
+        reach = max(length, abs(b[BASE_POSITION + component]))
+        size = abs(velocity) + abs(change) + reach / a
+        place = VELOCITY_CHANGE + component
+    elif i < blocks.n_rigid:
+        size = abs(b[RATE]) + abs(b[RATE + 1]) + abs(b[RATE + 2]) + 1.0 / a
+        place = RATE + component - POINT
     else:
         b[DELTA] = 0.0
         return
@@ -266,11 +263,5 @@ def shift(midpoint, component, i, n_rigid, a, length, b, translation, rotation):
     delta = (before + DIFFERENCE * size) - before
     b[DELTA] = delta
     b[place] = before + delta
-    set_stage(midpoint, i, n_rigid, a, b, translation, rotation)
+    set_stage(midpoint, i, a, b, blocks)
     b[place] = before
-
-
-@kernel
-def unshift(midpoint, component, i, n_rigid, a, b, translation, rotation):
-    """Return to the state of the stage."""
-    set_stage(midpoint, i, n_rigid, a, b, translation, rotation)

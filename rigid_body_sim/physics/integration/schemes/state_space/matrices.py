@@ -1,8 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The stages of a Runge–Kutta step for rotations in the state of the lecture: a matrix R and the
-angular momentum L.
+The state space of rotations in the lecture: a matrix R and the angular momentum L.
 
     R' = [omega] R,   L' = torque,   omega = R I^-1 R^T L            world axes
         [omega] : the matrix of the cross product, [omega] v = omega x v
@@ -12,85 +11,140 @@ No explicit Runge–Kutta method keeps R^T R = 1: on a fixed axis explicit Euler
 module is there to show; a quaternion is scaled to unit length and does not suffer from it.
 Source: Baraff, Rigid Body Simulation (SIGGRAPH course notes, Physically Based Modeling).
 
-R is kept from tick to tick, nine rows of `memory`; forces and reports see the quaternion of the
-nearest rotation. With REORTHONORMALISE that rotation takes the place of R after each step. The
-workspace of a block holds y = (R, L), then R of the stage, then the slopes K of each stage, twelve
-rows each; R row by row. Compiled but not vectorised.
+R is kept from tick to tick, nine rows of `memory`, row by row; forces and reports see the
+quaternion of the nearest rotation. With REORTHONORMALISE that rotation takes the place of R after
+each step. Compiled but not vectorised.
 """
 
 from __future__ import annotations
 
 import math
 
-from rigid_body_sim.physics.compile.kernels import inline
-from rigid_body_sim.physics.state.blocks import J1, J2, J3, LX, LY, LZ, QW, QX, QY, QZ, TX, TY, TZ
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline, slot
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
+    VECTOR,
+    copy_rows,
+    multiply,
+    normalised,
+    read_quaternion,
+    read_vector,
+    write_quaternion,
+    write_vector,
+)
+from rigid_body_sim.physics.integration.schemes.state_space.protocol import (
+    ErrorControl,
+    StateSpace,
+)
+from rigid_body_sim.physics.integration.schemes.state_space.relative_error import larger
+from rigid_body_sim.physics.state.blocks import (
+    ANGULAR_MOMENTUM,
+    INVERSE_MOMENTS,
+    LANES,
+    ORIENTATION,
+    ROTATION,
+    TORQUE,
+)
+from rigid_body_sim.physics.vectors import add, cross, dot, scale, subtract
 
-MATRIX = 576  # numbers of R in a block
-TURN = 768  # numbers of y, and of a slope, in a block
-TURN_START = 1344  # where the slopes begin
+work_rows = Record(stride=LANES)
+Y_MATRIX = work_rows.matrix('-', 'R at the start of the step')
+MATRIX_SIZE = work_rows.size  # numbers of R in a block
+Y_MOMENTUM = work_rows.vector('kg m^2/s', 'L at the start of the step, world axes')
+SLOPE_SIZE = work_rows.size  # numbers of y, and of a slope, in a block
+STAGE_MATRIX = work_rows.matrix('-', 'R of the stage')
+SLOPES_AT = work_rows.size
+
 ITERATIONS = 40  # [-] of the polar decomposition; five are normal, more only far from a rotation
+LENGTH = 1.7320508075688772  # [-] of a rotation matrix: the root of the sum of its squares
 
-# bound for each tableau by `specialise`
-STAGES = 1
-A: tuple[float, ...] = (0.0,)  # the tableau, row by row
-B: tuple[float, ...] = (1.0,)
-REORTHONORMALISE = True
+# bound for each tableau
+STAGES = slot('[-] stages of a step')
+A = slot('[-] the tableau, row by row, with its zeros')
+B = slot('[-] weights of the stages')
+ERROR = slot('[-] weights of the slopes in the error of a pair')
+REORTHONORMALISE = slot('[-] whether the nearest rotation takes the place of R after a step')
 
 
 @inline
-def _nearest_rotation(a, b, c, d, e, f, g, h, i):
+def _read_matrix(block, place):
+    """Read a matrix: its three rows."""
+    return (
+        read_vector(block, place),
+        read_vector(block, place + VECTOR),
+        read_vector(block, place + 2 * VECTOR),
+    )
+
+
+@inline
+def _write_matrix(block, place, first, second, third):
+    """Write a matrix by its rows."""
+    write_vector(block, place, first)
+    write_vector(block, place + VECTOR, second)
+    write_vector(block, place + 2 * VECTOR, third)
+
+
+@inline
+def _mean(row, over, cofactors):
+    """Mean of a row of X and of X^-T."""
+    return scale(0.5, add(row, scale(over, cofactors)))
+
+
+@inline
+def _nearest_rotation(first, second, third):
     """
-    Polar factor of a matrix given row by row: X <- (X + X^-T) / 2 (Higham, SIAM J. Sci. Stat.
+    Polar factor of a matrix given by its rows: X <- (X + X^-T) / 2 (Higham, SIAM J. Sci. Stat.
     Comput. 7, 1986).
     """
     for _iteration in range(ITERATIONS):
-        ca, cb, cc = e * i - f * h, f * g - d * i, d * h - e * g
-        over = 1.0 / (a * ca + b * cb + c * cc)
-        cd, ce, cf = c * h - b * i, a * i - c * g, b * g - a * h
-        cg, ch, ci = b * f - c * e, c * d - a * f, a * e - b * d
-        na, nb, nc = 0.5 * (a + ca * over), 0.5 * (b + cb * over), 0.5 * (c + cc * over)
-        nd, ne, nf = 0.5 * (d + cd * over), 0.5 * (e + ce * over), 0.5 * (f + cf * over)
-        ng, nh, ni = 0.5 * (g + cg * over), 0.5 * (h + ch * over), 0.5 * (i + ci * over)
-        change = abs(na - a) + abs(nb - b) + abs(nc - c) + abs(nd - d) + abs(ne - e)
-        change += abs(nf - f) + abs(ng - g) + abs(nh - h) + abs(ni - i)
-        a, b, c, d, e, f, g, h, i = na, nb, nc, nd, ne, nf, ng, nh, ni
+        cofactors = cross(second, third)
+        over = 1.0 / dot(first, cofactors)
+        new_first = _mean(first, over, cofactors)
+        new_second = _mean(second, over, cross(third, first))
+        new_third = _mean(third, over, cross(first, second))
+        a, b, c = subtract(new_first, first)
+        d, e, f = subtract(new_second, second)
+        g, h, i = subtract(new_third, third)
+        change = abs(a) + abs(b) + abs(c) + abs(d) + abs(e)
+        change += abs(f) + abs(g) + abs(h) + abs(i)
+        first, second, third = new_first, new_second, new_third
         if not change > 1e-9:  # the next change would be its square
             break
-    return a, b, c, d, e, f, g, h, i
+    return first, second, third
 
 
 @inline
-def _quaternion(a, b, c, d, e, f, g, h, i):
+def _quaternion(first, second, third):
     """
-    Quaternion of a rotation matrix given row by row (Shepperd, J. Guidance and Control 1, 1978).
+    Quaternion of a rotation matrix given by its rows (Shepperd, J. Guidance and Control 1, 1978).
     """
+    a, b, c = first
+    d, e, f = second
+    g, h, i = third
     trace = a + e + i
     if trace >= a and trace >= e and trace >= i:
-        x, y, z, w = h - f, c - g, d - b, 1.0 + trace
+        found = h - f, c - g, d - b, 1.0 + trace
     elif a >= e and a >= i:
-        x, y, z, w = 1.0 + a - e - i, b + d, c + g, h - f
+        found = 1.0 + a - e - i, b + d, c + g, h - f
     elif e >= i:
-        x, y, z, w = b + d, 1.0 + e - i - a, f + h, c - g
+        found = b + d, 1.0 + e - i - a, f + h, c - g
     else:
-        x, y, z, w = c + g, f + h, 1.0 + i - a - e, d - b
-    over = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
-    return x * over, y * over, z * over, w * over
+        found = c + g, f + h, 1.0 + i - a - e, d - b
+    return normalised(found)
 
 
 @inline
-def write_quaternion(k, s, y, place):
+def _write_orientation(lane, state, work, place):
     """
-    Write the quaternion nearest to the matrix at a place of y, on the side of the one before.
+    Write the quaternion nearest to the matrix at a place of `work`, on the side of the one before.
     """
-    m = place + k
-    a, b, c, d, e, f, g, h, i = _nearest_rotation(
-        y[m], y[m + 64], y[m + 128], y[m + 192], y[m + 256], y[m + 320], y[m + 384], y[m + 448],
-        y[m + 512],
-    )  # fmt: skip
-    x, u, v, w = _quaternion(a, b, c, d, e, f, g, h, i)
-    if x * s[k + QX] + u * s[k + QY] + v * s[k + QZ] + w * s[k + QW] < 0.0:
-        x, u, v, w = -x, -u, -v, -w
-    s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, u, v, w
+    first, second, third = _read_matrix(work, place + lane)
+    first, second, third = _nearest_rotation(first, second, third)
+    x, y, z, w = _quaternion(first, second, third)
+    qx, qy, qz, qw = read_quaternion(state, lane + ORIENTATION)
+    if x * qx + y * qy + z * qz + w * qw < 0.0:
+        x, y, z, w = -x, -y, -z, -w
+    write_quaternion(state, lane + ORIENTATION, (x, y, z, w))
 
 
 @inline
@@ -110,71 +164,135 @@ def matrix(x, y, z, w):
 
 
 @inline
-def begin(lanes, s, y, memory):
+def begin(lanes, state, work, memory):
     """Start a step: y = (R, L)."""
-    for k in range(lanes):
-        for row in range(9):
-            y[k + 64 * row] = y[k + 64 * row + TURN] = memory[k + 64 * row]
-        y[k + 576], y[k + 640], y[k + 704] = s[k + LX], s[k + LY], s[k + LZ]
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, memory, work)
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, memory, work[STAGE_MATRIX:])
+    for lane in range(lanes):
+        write_vector(work, lane + Y_MOMENTUM, read_vector(state, lane + ANGULAR_MOMENTUM))
 
 
-def move(stage, lanes, h, s, y):
+def move(stage, lanes, h, state, work):
     """
     Make the state of a stage from the slopes of those before it, and the quaternion for the forces
     to read.
     """
-    for k in range(lanes):
-        for row in range(12):
-            total = y[k + 64 * row]
-            for j in range(stage):
-                total += h * A[stage * STAGES + j] * y[TURN_START + TURN * j + k + 64 * row]
-            if row < 9:
-                y[k + 64 * row + TURN] = total
+    for lane in range(lanes):
+        for place in range(lane, lane + SLOPE_SIZE, LANES):
+            total = work[place]
+            for before in range(stage):
+                slope = SLOPES_AT + SLOPE_SIZE * before
+                total += h * A[stage * STAGES + before] * work[slope + place]
+            if place < Y_MOMENTUM:
+                work[STAGE_MATRIX + place] = total
             else:
-                s[k + LX + 64 * (row - 9)] = total
-        write_quaternion(k, s, y, TURN)
+                state[ANGULAR_MOMENTUM + place - Y_MOMENTUM] = total
+        _write_orientation(lane, state, work, STAGE_MATRIX)
 
 
 @inline
-def slope_of(lanes, s, y, slope):
+def _combined(a, v, b, w):
+    """Return a v - b w."""
+    return subtract(scale(a, v), scale(b, w))
+
+
+@inline
+def slope_of(lanes, state, work, slope):
     """Slope of a stage."""
-    for k in range(lanes):
-        m = k + TURN
-        a, b, c = y[m], y[m + 64], y[m + 128]
-        d, e, f = y[m + 192], y[m + 256], y[m + 320]
-        g, h, i = y[m + 384], y[m + 448], y[m + 512]
-        lx, ly, lz = s[k + LX], s[k + LY], s[k + LZ]
-        u = s[k + J1] * (a * lx + d * ly + g * lz)
-        v = s[k + J2] * (b * lx + e * ly + h * lz)
-        w = s[k + J3] * (c * lx + f * ly + i * lz)
-        u, v, w = a * u + b * v + c * w, d * u + e * v + f * w, g * u + h * v + i * w
-        slope[k], slope[k + 64], slope[k + 128] = v * g - w * d, v * h - w * e, v * i - w * f
-        slope[k + 192], slope[k + 256], slope[k + 320] = (
-            w * a - u * g,
-            w * b - u * h,
-            w * c - u * i,
+    for lane in range(lanes):
+        first, second, third = _read_matrix(work, lane + STAGE_MATRIX)
+        momentum = read_vector(state, lane + ANGULAR_MOMENTUM)
+        rate = multiply(  # body axes
+            read_vector(state, lane + INVERSE_MOMENTS),
+            (
+                first[0] * momentum[0] + second[0] * momentum[1] + third[0] * momentum[2],
+                first[1] * momentum[0] + second[1] * momentum[1] + third[1] * momentum[2],
+                first[2] * momentum[0] + second[2] * momentum[1] + third[2] * momentum[2],
+            ),
         )
-        slope[k + 384], slope[k + 448], slope[k + 512] = (
-            u * d - v * a,
-            u * e - v * b,
-            u * f - v * c,
-        )
-        slope[k + 576], slope[k + 640], slope[k + 704] = s[k + TX], s[k + TY], s[k + TZ]
+        wx, wy, wz = dot(first, rate), dot(second, rate), dot(third, rate)
+        _write_matrix(
+            slope, lane + Y_MATRIX,
+            _combined(wy, third, wz, second), _combined(wz, first, wx, third),
+            _combined(wx, second, wy, first),
+        )  # fmt: skip
+        write_vector(slope, lane + Y_MOMENTUM, read_vector(state, lane + TORQUE))
 
 
-def end(lanes, h, s, y, memory):
+def end(lanes, h, state, work, memory):
     """y + h sum b K, and the quaternion nearest to it."""
-    for k in range(lanes):
-        for row in range(12):
+    for lane in range(lanes):
+        for place in range(lane, lane + SLOPE_SIZE, LANES):
             total = 0.0
-            for j in range(STAGES):
-                total += B[j] * y[TURN_START + TURN * j + k + 64 * row]
-            y[k + 64 * row] += h * total
-        write_quaternion(k, s, y, 0)
-        s[k + LX], s[k + LY], s[k + LZ] = y[k + 576], y[k + 640], y[k + 704]
+            for stage in range(STAGES):
+                total += B[stage] * work[SLOPES_AT + SLOPE_SIZE * stage + place]
+            work[place] += h * total
+        _write_orientation(lane, state, work, Y_MATRIX)
+        write_vector(state, lane + ANGULAR_MOMENTUM, read_vector(work, lane + Y_MOMENTUM))
         if REORTHONORMALISE:
-            a, b, c, d, e, f, g, u, v = matrix(s[k + QX], s[k + QY], s[k + QZ], s[k + QW])
-            y[k], y[k + 64], y[k + 128], y[k + 192], y[k + 256] = a, b, c, d, e
-            y[k + 320], y[k + 384], y[k + 448], y[k + 512] = f, g, u, v
-        for row in range(9):
-            memory[k + 64 * row] = y[k + 64 * row]
+            x, y, z, w = read_quaternion(state, lane + ORIENTATION)
+            xx, xy, xz, yx, yy, yz, zx, zy, zz = matrix(x, y, z, w)
+            _write_matrix(work, lane + Y_MATRIX, (xx, xy, xz), (yx, yy, yz), (zx, zy, zz))
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, work, memory)
+
+
+@inline
+def renew(lanes, state, work):
+    """Make the new matrix that of the next stage."""
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, work, work[STAGE_MATRIX:])
+
+
+@inline
+def keep(lanes, state, memory, kept):
+    """Keep R and L."""
+    copy_rows(lanes, Y_MATRIX, MATRIX_SIZE, memory, kept)
+    for lane in range(lanes):
+        write_vector(kept, lane + Y_MOMENTUM, read_vector(state, lane + ANGULAR_MOMENTUM))
+
+
+@inline
+def restore(lanes, kept, state, work):
+    """Return to the start of the substep."""
+    copy_rows(lanes, Y_MATRIX, SLOPE_SIZE, kept, work)
+    for lane in range(lanes):
+        write_vector(state, lane + ANGULAR_MOMENTUM, read_vector(kept, lane + Y_MOMENTUM))
+        _write_orientation(lane, state, work, Y_MATRIX)
+
+
+def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
+    """
+    Largest error of R and of L of the bodies of a block relative to the tolerances, and whose; y
+    is the new state.
+    """
+    rtol, atol = tolerances
+    for lane in range(lanes):
+        of_matrix = of_momentum = size = 0.0  # sums of squares
+        for place in range(lane, lane + SLOPE_SIZE, LANES):
+            total = 0.0
+            for stage in range(STAGES + 1):
+                total += ERROR[stage] * work[SLOPES_AT + SLOPE_SIZE * stage + place]
+            if place < Y_MOMENTUM:
+                of_matrix += total * total
+            else:
+                of_momentum += total * total
+                size += work[place] * work[place]
+        error = larger(
+            h * math.sqrt(of_matrix) / (atol + rtol * LENGTH),
+            h * math.sqrt(of_momentum) / (atol + rtol * math.sqrt(size)),
+        )
+        if error > worst or error != error:
+            worst, culprit = error, first + lane
+    return worst, culprit
+
+
+MATRICES = StateSpace(
+    state_size=ROTATION,
+    memory_size=MATRIX_SIZE,
+    slopes_at=SLOPES_AT,
+    slope_size=SLOPE_SIZE,
+    begin=begin,
+    move=move,
+    slope_of=slope_of,
+    end=end,
+    control=ErrorControl(renew=renew, keep=keep, restore=restore, error_of=error_of),
+)

@@ -12,6 +12,11 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.integration.schemes.state_space.protocol import (
+    ErrorControl,
+    StateSpace,
+)
+from rigid_body_sim.physics.state.blocks import ROTATION
 
 T = TypeVar('T')
 
@@ -24,7 +29,7 @@ def for_points(scheme: T) -> T:
 
 @inline
 def drift(block, lanes, kick, h, rotation, method):
-    """Turn nothing."""
+    """Move nothing freely."""
 
 
 @inline
@@ -33,46 +38,59 @@ def kick(block, lanes, time, rotation):
 
 
 @inline
-def step(lanes, h, s, y):
+def step(lanes, h, state, work):
     """Step nothing."""
 
 
 @inline
-def begin(lanes, s, y, memory):
+def begin(lanes, state, work, memory):
     """Begin nothing."""
 
 
 @inline
-def move(stage, lanes, h, s, y):
+def move(stage, lanes, h, state, work):
     """Move nothing."""
 
 
 @inline
-def slope_of(lanes, s, y, slope):
+def slope_of(lanes, state, work, slope):
     """Find no slope."""
 
 
 @inline
-def end(lanes, h, s, y, memory):
+def end(lanes, h, state, work, memory):
     """End nothing."""
 
 
 @inline
-def set_rate(lanes, s, y):
+def renew(lanes, state, work):
     """Write nothing."""
 
 
 @inline
-def save_turns(lanes, s, memory, saved):
+def keep(lanes, state, memory, kept):
     """Keep nothing."""
 
 
 @inline
-def restore_turns(lanes, saved, y, s):
+def restore(lanes, kept, state, work):
     """Return to nothing."""
 
 
 @inline
-def error_of_turns(lanes, h, y, rtol, atol, first, worst, culprit):
+def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
     """Err by nothing."""
     return worst, culprit
+
+
+NO_ROTATION = StateSpace(
+    state_size=ROTATION,
+    memory_size=0,
+    slopes_at=0,
+    slope_size=0,
+    begin=begin,
+    move=move,
+    slope_of=slope_of,
+    end=end,
+    control=ErrorControl(renew=renew, keep=keep, restore=restore, error_of=error_of),
+)

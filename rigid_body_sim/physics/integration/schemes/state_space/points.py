@@ -1,198 +1,226 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The stages of a Runge–Kutta step for points: r' = p / m, p' = F.
+The state space of points: r' = p / m, p' = F.
 
-The workspace of a block holds y = (r, p), then the slopes K of each stage, six rows each.
+y and each slope hold r and p in the rows where the state has them, POSITION to PZ.
 """
 
 from __future__ import annotations
 
-from rigid_body_sim.physics.compile.kernels import inline
-from rigid_body_sim.physics.state.blocks import (
-    EX,
-    EY,
-    EZ,
-    FX,
-    FY,
-    FZ,
-    GX,
-    GY,
-    GZ,
-    IM,
-    PX,
-    PY,
-    PZ,
-    RX,
-    RY,
-    RZ,
-    add_compensated,
+from rigid_body_sim.physics.compile.kernels import inline, slot
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
+    add_rows,
+    add_to_vector,
+    copy_rows,
+    read_vector,
+    scale_rows,
+    write_vector,
 )
+from rigid_body_sim.physics.integration.schemes.state_space.protocol import (
+    ErrorControl,
+    StateSpace,
+)
+from rigid_body_sim.physics.integration.schemes.state_space.relative_error import (
+    larger,
+    relative_error,
+)
+from rigid_body_sim.physics.state.blocks import (
+    FORCE,
+    INVERSE_MASS,
+    MOMENTUM,
+    MOMENTUM_RESIDUAL,
+    POSITION,
+    POSITION_RESIDUAL,
+    TRANSLATION,
+)
+from rigid_body_sim.physics.vectors import add_scaled, scale
 
-# numbers of y, and of a slope, in a block: 384, and eight more so that the rows of one lane do not
-# all fall into the same few sets of the cache, which costs a single body a third of its time
-POINT = 392
+ROWS_END = POSITION_RESIDUAL  # where the rows of r and p end
+# numbers of y, and of a slope, in a block: eight more than r and p so that the rows of one lane do
+# not all fall into the same few sets of the cache, which costs a single body a third of its time
+SLOPE_SIZE = ROWS_END + 8
+SLOPES_AT = SLOPE_SIZE
 FEW = 8  # [body] so few of a block are taken one by one: their sums fit the registers
+NONE = (0.0, 0.0, 0.0)
 
-# bound for each tableau by `specialise`
-STAGES = 1
-A: tuple[float, ...] = (0.0,)  # the tableau, row by row
-B: tuple[float, ...] = (1.0,)
-TOTAL = 0  # slope that `end` may overwrite
-BC = 0.0  # sum b c
-
-
-@inline
-def begin(lanes, s, y):
-    for k in range(lanes):
-        y[k], y[k + 64], y[k + 128] = s[k + RX], s[k + RY], s[k + RZ]
-        y[k + 192], y[k + 256], y[k + 320] = s[k + PX], s[k + PY], s[k + PZ]
+# bound for each tableau
+STAGES = slot('[-] stages of a step')
+A = slot('[-] the tableau, row by row, with its zeros')
+B = slot('[-] weights of the stages')
+TOTAL = slot('[-] slope that `end` may overwrite')
+BC = slot('[-] sum of b c')
+ERROR = slot('[-] weights of the slopes in the error of a pair')
 
 
 @inline
-def _move_by(lanes, factor, y, start, slope, s):
-    """Position and momentum of a stage: y + factor K, or its previous value + factor K."""
-    if start:
-        for k in range(lanes):
-            s[k + RX] = y[k] + factor * slope[k]
-            s[k + RY] = y[k + 64] + factor * slope[k + 64]
-            s[k + RZ] = y[k + 128] + factor * slope[k + 128]
-            s[k + PX] = y[k + 192] + factor * slope[k + 192]
-            s[k + PY] = y[k + 256] + factor * slope[k + 256]
-            s[k + PZ] = y[k + 320] + factor * slope[k + 320]
-    else:
-        for k in range(lanes):
-            s[k + RX] += factor * slope[k]
-            s[k + RY] += factor * slope[k + 64]
-            s[k + RZ] += factor * slope[k + 128]
-            s[k + PX] += factor * slope[k + 192]
-            s[k + PY] += factor * slope[k + 256]
-            s[k + PZ] += factor * slope[k + 320]
+def begin(lanes, state, work, memory):
+    """Start a step: y = (r, p)."""
+    for lane in range(lanes):
+        write_vector(work, lane + POSITION, read_vector(state, lane + POSITION))
+        write_vector(work, lane + MOMENTUM, read_vector(state, lane + MOMENTUM))
 
 
-@inline
-def slope_of(lanes, s, slope):
-    for k in range(lanes):
-        im = s[k + IM]
-        slope[k], slope[k + 64], slope[k + 128] = s[k + PX] * im, s[k + PY] * im, s[k + PZ] * im
-        slope[k + 192], slope[k + 256], slope[k + 320] = s[k + FX], s[k + FY], s[k + FZ]
-
-
-def move(stage, lanes, h, s, y):
+def move(stage, lanes, h, state, work):
     """Make the state of a stage from the slopes of those before it."""
     if lanes < FEW:
-        for k in range(lanes):
-            rx, ry, rz, px, py, pz = (
-                y[k],
-                y[k + 64],
-                y[k + 128],
-                y[k + 192],
-                y[k + 256],
-                y[k + 320],
+        for lane in range(lanes):
+            position, momentum = (
+                read_vector(work, lane + POSITION),
+                read_vector(work, lane + MOMENTUM),
             )
-            for j in range(stage):
-                g = h * A[stage * STAGES + j]
-                if g != 0.0:
-                    m = POINT * (j + 1) + k
-                    rx += g * y[m]
-                    ry += g * y[m + 64]
-                    rz += g * y[m + 128]
-                    px += g * y[m + 192]
-                    py += g * y[m + 256]
-                    pz += g * y[m + 320]
-            s[k + RX], s[k + RY], s[k + RZ] = rx, ry, rz
-            s[k + PX], s[k + PY], s[k + PZ] = px, py, pz
+            for before in range(stage):
+                factor = h * A[stage * STAGES + before]
+                if factor != 0.0:
+                    place = SLOPES_AT + SLOPE_SIZE * before + lane
+                    position = add_scaled(position, factor, read_vector(work, place + POSITION))
+                    momentum = add_scaled(momentum, factor, read_vector(work, place + MOMENTUM))
+            write_vector(state, lane + POSITION, position)
+            write_vector(state, lane + MOMENTUM, momentum)
     else:
         start = True
-        for j in range(stage):
-            g = h * A[stage * STAGES + j]
-            if g != 0.0:
-                _move_by(lanes, g, y, start, y[POINT * (j + 1) : POINT * (j + 2)], s)
+        for before in range(stage):
+            factor = h * A[stage * STAGES + before]
+            if factor != 0.0:
+                slope = work[SLOPES_AT + SLOPE_SIZE * before :]
+                if start:
+                    add_rows(lanes, POSITION, ROWS_END, work, factor, slope, state)
+                else:
+                    add_rows(lanes, POSITION, ROWS_END, state, factor, slope, state)
                 start = False
 
 
 @inline
-def finish(k, h, s, y, rx, ry, rz, px, py, pz):
+def slope_of(lanes, state, work, slope):
+    """Slope of a stage."""
+    for lane in range(lanes):
+        write_vector(
+            slope,
+            lane + POSITION,
+            scale(state[lane + INVERSE_MASS], read_vector(state, lane + MOMENTUM)),
+        )
+        write_vector(slope, lane + MOMENTUM, read_vector(state, lane + FORCE))
+
+
+@inline
+def _finish(lane, h, state, work, velocity, force):
     """y + h K of one body."""
-    s[k + RX], s[k + EX] = add_compensated(y[k], s[k + EX], h * rx)
-    s[k + RY], s[k + EY] = add_compensated(y[k + 64], s[k + EY], h * ry)
-    s[k + RZ], s[k + EZ] = add_compensated(y[k + 128], s[k + EZ], h * rz)
-    s[k + PX], s[k + GX] = add_compensated(y[k + 192], s[k + GX], h * px)
-    s[k + PY], s[k + GY] = add_compensated(y[k + 256], s[k + GY], h * py)
-    s[k + PZ], s[k + GZ] = add_compensated(y[k + 320], s[k + GZ], h * pz)
+    add_to_vector(
+        state,
+        lane + POSITION,
+        lane + POSITION_RESIDUAL,
+        read_vector(work, lane + POSITION),
+        scale(h, velocity),
+    )
+    add_to_vector(
+        state,
+        lane + MOMENTUM,
+        lane + MOMENTUM_RESIDUAL,
+        read_vector(work, lane + MOMENTUM),
+        scale(h, force),
+    )
 
 
-@inline
-def _scale(lanes, factor, slope, total):
-    for k in range(lanes):
-        total[k] = factor * slope[k]
-        total[k + 64] = factor * slope[k + 64]
-        total[k + 128] = factor * slope[k + 128]
-        total[k + 192] = factor * slope[k + 192]
-        total[k + 256] = factor * slope[k + 256]
-        total[k + 320] = factor * slope[k + 320]
-
-
-@inline
-def _add(lanes, factor, slope, total):
-    for k in range(lanes):
-        total[k] += factor * slope[k]
-        total[k + 64] += factor * slope[k + 64]
-        total[k + 128] += factor * slope[k + 128]
-        total[k + 192] += factor * slope[k + 192]
-        total[k + 256] += factor * slope[k + 256]
-        total[k + 320] += factor * slope[k + 320]
-
-
-@inline
-def _finish_all(lanes, h, s, y, z):
-    for k in range(lanes):
-        finish(k, h, s, y, z[k], z[k + 64], z[k + 128], z[k + 192], z[k + 256], z[k + 320])
-
-
-def end(lanes, h, s, y):
-    """y + h sum b K. May overwrite the slope TOTAL."""
+def end(lanes, h, state, work, memory):
+    """y + h sum b K."""
     if lanes < FEW:
-        for k in range(lanes):
-            rx = ry = rz = px = py = pz = 0.0
-            for j in range(STAGES):
-                g = B[j]
-                if g != 0.0:
-                    m = POINT * (j + 1) + k
-                    rx += g * y[m]
-                    ry += g * y[m + 64]
-                    rz += g * y[m + 128]
-                    px += g * y[m + 192]
-                    py += g * y[m + 256]
-                    pz += g * y[m + 320]
-            finish(k, h, s, y, rx, ry, rz, px, py, pz)
+        for lane in range(lanes):
+            velocity = force = NONE
+            for stage in range(STAGES):
+                weight = B[stage]
+                if weight != 0.0:
+                    place = SLOPES_AT + SLOPE_SIZE * stage + lane
+                    velocity = add_scaled(velocity, weight, read_vector(work, place + POSITION))
+                    force = add_scaled(force, weight, read_vector(work, place + MOMENTUM))
+            _finish(lane, h, state, work, velocity, force)
     else:
-        z = y[POINT * (TOTAL + 1) : POINT * (TOTAL + 2)]
-        _scale(lanes, B[0], y[POINT : 2 * POINT], z)
-        for j in range(1, STAGES):
-            if B[j] != 0.0:
-                _add(lanes, B[j], y[POINT * (j + 1) : POINT * (j + 2)], z)
-        _finish_all(lanes, h, s, y, z)
+        total = work[SLOPES_AT + SLOPE_SIZE * TOTAL :]
+        scale_rows(lanes, POSITION, ROWS_END, B[0], work[SLOPES_AT:], total)
+        for stage in range(1, STAGES):
+            if B[stage] != 0.0:
+                slope = work[SLOPES_AT + SLOPE_SIZE * stage :]
+                add_rows(lanes, POSITION, ROWS_END, total, B[stage], slope, total)
+        for lane in range(lanes):
+            velocity, force = (
+                read_vector(total, lane + POSITION),
+                read_vector(total, lane + MOMENTUM),
+            )
+            _finish(lane, h, state, work, velocity, force)
 
 
-def step_under_held_force(lanes, h, s):
+def step_under_held_force(lanes, h, state, work):
     """
     Step points under a constant force: the tableau summed by hand.
 
     r <- r + h p/m + h^2 (sum b_i c_i) F/m,   p <- p + h F
     """
-    for k in range(lanes):
-        g = h * s[k + IM]
-        d = h * BC
-        s[k + RX], s[k + EX] = add_compensated(
-            s[k + RX], s[k + EX], g * (s[k + PX] + d * s[k + FX])
+    for lane in range(lanes):
+        over_mass = h * state[lane + INVERSE_MASS]
+        position, momentum = (
+            read_vector(state, lane + POSITION),
+            read_vector(state, lane + MOMENTUM),
         )
-        s[k + RY], s[k + EY] = add_compensated(
-            s[k + RY], s[k + EY], g * (s[k + PY] + d * s[k + FY])
+        force = read_vector(state, lane + FORCE)
+        moved = scale(over_mass, add_scaled(momentum, h * BC, force))
+        add_to_vector(state, lane + POSITION, lane + POSITION_RESIDUAL, position, moved)
+        add_to_vector(state, lane + MOMENTUM, lane + MOMENTUM_RESIDUAL, momentum, scale(h, force))
+
+
+@inline
+def renew(lanes, state, work):
+    """Leave all as it is: a slope needs the state alone."""
+
+
+@inline
+def keep(lanes, state, memory, kept):
+    """Keep what rounding lost; r and p are in y."""
+    copy_rows(lanes, POSITION, ROWS_END, state[POSITION_RESIDUAL:], kept)
+
+
+@inline
+def restore(lanes, kept, state, work):
+    """Return to the start of the substep."""
+    copy_rows(lanes, POSITION, ROWS_END, work, state)
+    copy_rows(lanes, POSITION, ROWS_END, kept, state[POSITION_RESIDUAL:])
+
+
+def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
+    """Largest error of r and p of the bodies of a block relative to the tolerances, and whose."""
+    for lane in range(lanes):
+        velocity = force = NONE
+        for stage in range(STAGES + 1):
+            place = SLOPES_AT + SLOPE_SIZE * stage + lane
+            velocity = add_scaled(velocity, ERROR[stage], read_vector(work, place + POSITION))
+            force = add_scaled(force, ERROR[stage], read_vector(work, place + MOMENTUM))
+        error = larger(
+            relative_error(
+                h,
+                velocity,
+                read_vector(work, lane + POSITION),
+                read_vector(state, lane + POSITION),
+                tolerances,
+            ),
+            relative_error(
+                h,
+                force,
+                read_vector(work, lane + MOMENTUM),
+                read_vector(state, lane + MOMENTUM),
+                tolerances,
+            ),
         )
-        s[k + RZ], s[k + EZ] = add_compensated(
-            s[k + RZ], s[k + EZ], g * (s[k + PZ] + d * s[k + FZ])
-        )
-        s[k + PX], s[k + GX] = add_compensated(s[k + PX], s[k + GX], h * s[k + FX])
-        s[k + PY], s[k + GY] = add_compensated(s[k + PY], s[k + GY], h * s[k + FY])
-        s[k + PZ], s[k + GZ] = add_compensated(s[k + PZ], s[k + GZ], h * s[k + FZ])
+        if error > worst or error != error:
+            worst, culprit = error, first + lane
+    return worst, culprit
+
+
+POINTS = StateSpace(
+    state_size=TRANSLATION,
+    memory_size=0,
+    slopes_at=SLOPES_AT,
+    slope_size=SLOPE_SIZE,
+    begin=begin,
+    move=move,
+    slope_of=slope_of,
+    end=end,
+    control=ErrorControl(renew=renew, keep=keep, restore=restore, error_of=error_of),
+)

@@ -1,355 +1,370 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The stages of a Runge–Kutta step for rotations: q' = q (omega, 0) / 2, omega' = I^-1 (R^T torque -
-omega x I omega).
+The state space of rotations as unit quaternions and angular velocity:
+
+    q' = q (omega, 0) / 2,   omega' = I^-1 (R^T torque - omega x I omega)        body axes
 
 q is scaled by 1.5 - |q|^2 / 2 in every stage and normalised after the step: a smooth map that is
-one on the unit sphere, so the order stays. The workspace of a block holds y = (q, omega), the rate
-omega of the stage, then the slopes K of each stage, seven rows each.
+one on the unit sphere, so the order stays. L of the state is rebuilt from omega where forces are
+to read it, and after the step.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
-from rigid_body_sim.physics.compile.kernels import inline, unbound
-from rigid_body_sim.physics.state.blocks import (
-    I1,
-    I2,
-    I3,
-    J1,
-    J2,
-    J3,
-    LX,
-    LY,
-    LZ,
-    QW,
-    QX,
-    QY,
-    QZ,
-    TX,
-    TY,
-    TZ,
-    rotate,
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline, slot
+from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
+    add_rows,
+    copy_rows,
+    multiply,
+    nearly_normalised,
+    normalised,
+    read_quaternion,
+    read_vector,
+    scale_rows,
+    write_quaternion,
+    write_vector,
 )
+from rigid_body_sim.physics.integration.schemes.state_space.protocol import (
+    ErrorControl,
+    StateSpace,
+)
+from rigid_body_sim.physics.integration.schemes.state_space.relative_error import (
+    larger,
+    relative_error,
+)
+from rigid_body_sim.physics.state.blocks import (
+    ANGULAR_MOMENTUM,
+    INVERSE_MOMENTS,
+    LANES,
+    MOMENTS,
+    ORIENTATION,
+    ROTATION,
+    TORQUE,
+    rotated,
+    rotated_back,
+)
+from rigid_body_sim.physics.vectors import add, add_scaled, cross, dot, scale, subtract
 
-# numbers of y, and of a slope, in a block: 448, and eight more so that the rows of one lane do not
-# all fall into the same few sets of the cache, which costs a single body a third of its time
-TURN = 456
-TURN_START = 640  # where the slopes begin
+work_rows = Record(stride=LANES)
+Y_ORIENTATION = work_rows.quaternion('-', 'q at the start of the step')
+Y_RATE = work_rows.vector('rad/s', 'omega at the start of the step, body axes')
+ROWS_END = work_rows.size  # where y, and a slope, end
+STAGE_RATE = work_rows.vector('rad/s', 'omega of the stage, body axes')
+SLOPES_AT = work_rows.size
+# numbers of a slope in a block: eight more than its rows so that those of one lane do not all fall
+# into the same few sets of the cache, which costs a single body a third of its time
+SLOPE_SIZE = ROWS_END + 8
 FEW = 8  # [body] so few of a block are taken one by one: their sums fit the registers
+FOURTH = 3  # number of the last stage of `step_on_a_ladder`
+LADDER_STAGES = FOURTH + 1
 
-# bound for each tableau by `specialise`
-STAGES = 1
-A: tuple[float, ...] = (0.0,)  # the tableau, row by row
-B: tuple[float, ...] = (1.0,)
-FOR_FORCES = True  # whether forces will read the state of a stage
-TOTAL = 0  # slope that `end` may overwrite
-B1 = B2 = B3 = 0.0
-LADDER: tuple[float, ...] = (0.0, 0.0, 0.0)  # the entries beside the diagonal
-move_: Callable[..., Any] = unbound
-end_: Callable[..., Any] = unbound
-
-
-@inline
-def begin(lanes, s, y, memory):
-    """Start a step: y = (q, omega); no memory is needed."""
-    for k in range(lanes):
-        x, u, v, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
-        a, b, c = rotate(-x, -u, -v, w, s[k + LX], s[k + LY], s[k + LZ])
-        a *= s[k + J1]
-        b *= s[k + J2]
-        c *= s[k + J3]
-        y[k], y[k + 64], y[k + 128], y[k + 192] = x, u, v, w
-        y[k + 256], y[k + 320], y[k + 384] = a, b, c
-        y[k + 448], y[k + 512], y[k + 576] = a, b, c
+# bound for each tableau
+STAGES = slot('[-] stages of a step')
+A = slot('[-] the tableau, row by row, with its zeros')
+B = slot('[-] weights of the stages')
+FOR_FORCES = slot('[-] whether forces will read the state of a stage')
+TOTAL = slot('[-] slope that `end` may overwrite')
+LADDER = slot('[-] the entries beside the diagonal, before each of LADDER_STAGES stages')
+WEIGHTS = slot('[-] weights of LADDER_STAGES stages')
+ERROR = slot('[-] weights of the slopes in the error of a pair')
+move_stage = slot('kernel (stage, lanes, h, state, work): makes the state of a stage')
+end_step = slot('kernel (lanes, h, state, work, memory): makes the state after the step')
 
 
 @inline
-def set_rate(lanes, s, y):
-    """
-    Write the rate omega of the state, for the slope there: the same bits that `begin` would write.
-    """
-    for k in range(lanes):
-        a, b, c = rotate(
-            -s[k + QX], -s[k + QY], -s[k + QZ], s[k + QW], s[k + LX], s[k + LY], s[k + LZ]
-        )
-        y[k + 448], y[k + 512], y[k + 576] = a * s[k + J1], b * s[k + J2], c * s[k + J3]
+def _added(q, factor, change):
+    """Return q + factor times its change."""
+    x, y, z, w = q
+    dx, dy, dz, dw = change
+    return x + factor * dx, y + factor * dy, z + factor * dz, w + factor * dw
 
 
 @inline
-def _move_by(lanes, factor, y, start, slope, s):
-    if start:
-        for k in range(lanes):
-            s[k + QX] = y[k] + factor * slope[k]
-            s[k + QY] = y[k + 64] + factor * slope[k + 64]
-            s[k + QZ] = y[k + 128] + factor * slope[k + 128]
-            s[k + QW] = y[k + 192] + factor * slope[k + 192]
-            y[k + 448] = y[k + 256] + factor * slope[k + 256]
-            y[k + 512] = y[k + 320] + factor * slope[k + 320]
-            y[k + 576] = y[k + 384] + factor * slope[k + 384]
-    else:
-        for k in range(lanes):
-            s[k + QX] += factor * slope[k]
-            s[k + QY] += factor * slope[k + 64]
-            s[k + QZ] += factor * slope[k + 128]
-            s[k + QW] += factor * slope[k + 192]
-            y[k + 448] += factor * slope[k + 256]
-            y[k + 512] += factor * slope[k + 320]
-            y[k + 576] += factor * slope[k + 384]
+def _scaled(factor, q):
+    """Return factor q."""
+    x, y, z, w = q
+    return factor * x, factor * y, factor * z, factor * w
 
 
 @inline
-def _move_lane(k, stage, h, s, y, a, stages, for_forces):
-    """The same for one body, the sums in registers."""
-    q, r, t, u = y[k], y[k + 64], y[k + 128], y[k + 192]
-    d, e, f = y[k + 256], y[k + 320], y[k + 384]
-    for j in range(stage):
-        g = h * a[stage * stages + j]
-        if g != 0.0:
-            m = TURN_START + TURN * j + k
-            q += g * y[m]
-            r += g * y[m + 64]
-            t += g * y[m + 128]
-            u += g * y[m + 192]
-            d += g * y[m + 256]
-            e += g * y[m + 320]
-            f += g * y[m + 384]
-    y[k + 448], y[k + 512], y[k + 576] = d, e, f
-    if for_forces:
-        _set_attitude(k, s, q, r, t, u, d, e, f)
-    else:
-        s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = q, r, t, u
+def _rate(lane, state):
+    """Omega of a state, body axes: I^-1 R^T L."""
+    orientation = read_quaternion(state, lane + ORIENTATION)
+    momentum = rotated_back(orientation, read_vector(state, lane + ANGULAR_MOMENTUM))
+    return multiply(momentum, read_vector(state, lane + INVERSE_MOMENTS))
 
 
 @inline
-def _set_attitude(k, s, x, u, v, w, a, b, c):
-    """Scale q of a stage to unit length and rebuild L = R I omega for the forces to read."""
-    f = 1.5 - 0.5 * (x * x + u * u + v * v + w * w)
-    x, u, v, w = x * f, u * f, v * f, w * f
-    s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, u, v, w
-    s[k + LX], s[k + LY], s[k + LZ] = rotate(
-        x, u, v, w, s[k + I1] * a, s[k + I2] * b, s[k + I3] * c
-    )
-
-
-@inline
-def _set_attitudes(lanes, y, s):
-    for k in range(lanes):
-        _set_attitude(
-            k, s, s[k + QX], s[k + QY], s[k + QZ], s[k + QW], y[k + 448], y[k + 512], y[k + 576]
-        )
-
-
-@inline
-def _rates(x, u, v, w, a, b, c, tx, ty, tz, i1, i2, i3, v1, v2, v3):
-    """q' = q (omega, 0) / 2 and omega' = I^-1 (R^T torque - omega x I omega), q of unit length."""
-    d, e, g = rotate(-x, -u, -v, w, tx, ty, tz)
-    return (
-        0.5 * (w * a + (u * c - v * b)),
-        0.5 * (w * b + (v * a - x * c)),
-        0.5 * (w * c + (x * b - u * a)),
-        -0.5 * (x * a + u * b + v * c),
-        (d - (i3 - i2) * b * c) * v1,
-        (e - (i1 - i3) * c * a) * v2,
-        (g - (i2 - i1) * a * b) * v3,
-    )
-
-
-@inline
-def _slope(x, u, v, w, a, b, c, tx, ty, tz, i1, i2, i3, v1, v2, v3):
-    """The same with q scaled to unit length first."""
-    f = 1.5 - 0.5 * (x * x + u * u + v * v + w * w)
-    return _rates(x * f, u * f, v * f, w * f, a, b, c, tx, ty, tz, i1, i2, i3, v1, v2, v3)
-
-
-@inline
-def _unit(x, u, v, w):
+def _unit(q):
     """Normalise to the last bit or two."""
-    f = 1.0 / math.sqrt(x * x + u * u + v * v + w * w)
-    x, u, v, w = x * f, u * f, v * f, w * f
-    f = 1.5 - 0.5 * (x * x + u * u + v * v + w * w)
-    return x * f, u * f, v * f, w * f
+    return nearly_normalised(normalised(q))
 
 
 @inline
-def slope_of(lanes, s, y, slope):
-    """Slope of a stage whose q has unit length."""
-    for k in range(lanes):
-        x, u, v, w, a, b, c = _rates(
-            s[k + QX], s[k + QY], s[k + QZ], s[k + QW], y[k + 448], y[k + 512], y[k + 576],
-            s[k + TX], s[k + TY], s[k + TZ],
-            s[k + I1], s[k + I2], s[k + I3], s[k + J1], s[k + J2], s[k + J3],
-        )  # fmt: skip
-        slope[k], slope[k + 64], slope[k + 128], slope[k + 192] = x, u, v, w
-        slope[k + 256], slope[k + 320], slope[k + 384] = a, b, c
+def _gyroscopic(moments, rate):
+    """Omega x I omega in principal axes."""
+    return (
+        (moments[2] - moments[1]) * rate[1] * rate[2],
+        (moments[0] - moments[2]) * rate[2] * rate[0],
+        (moments[1] - moments[0]) * rate[0] * rate[1],
+    )
 
 
 @inline
-def _slope_of_scaled(lanes, s, y, slope):
-    """Slope of a stage whose q is about of unit length."""
-    for k in range(lanes):
-        x, u, v, w, a, b, c = _slope(
-            s[k + QX], s[k + QY], s[k + QZ], s[k + QW], y[k + 448], y[k + 512], y[k + 576],
-            s[k + TX], s[k + TY], s[k + TZ],
-            s[k + I1], s[k + I2], s[k + I3], s[k + J1], s[k + J2], s[k + J3],
-        )  # fmt: skip
-        slope[k], slope[k + 64], slope[k + 128], slope[k + 192] = x, u, v, w
-        slope[k + 256], slope[k + 320], slope[k + 384] = a, b, c
+def _slope(q, rate, torque, moments, inverses):
+    """q' = q (omega, 0) / 2 and omega' = I^-1 (R^T torque - omega x I omega), q of unit length."""
+    x, y, z, w = q
+    axis = (x, y, z)
+    change = scale(0.5, add(scale(w, rate), cross(axis, rate)))
+    applied, gyroscopic = rotated_back(q, torque), _gyroscopic(moments, rate)
+    return (
+        (change[0], change[1], change[2], -0.5 * dot(axis, rate)),
+        multiply(subtract(applied, gyroscopic), inverses),
+    )
 
 
-def move(stage, lanes, h, s, y):
+@inline
+def begin(lanes, state, work, memory):
+    """Start a step: y = (q, omega)."""
+    for lane in range(lanes):
+        rate = _rate(lane, state)
+        write_quaternion(work, lane + Y_ORIENTATION, read_quaternion(state, lane + ORIENTATION))
+        write_vector(work, lane + Y_RATE, rate)
+        write_vector(work, lane + STAGE_RATE, rate)
+
+
+@inline
+def renew(lanes, state, work):
+    """Write omega of the state, for the slope there: the same bits that `begin` would write."""
+    for lane in range(lanes):
+        write_vector(work, lane + STAGE_RATE, _rate(lane, state))
+
+
+@inline
+def _set_state(lane, state, orientation, rate):
+    """Write q, and L = R I omega for the forces to read."""
+    write_quaternion(state, lane + ORIENTATION, orientation)
+    momentum = multiply(read_vector(state, lane + MOMENTS), rate)
+    write_vector(state, lane + ANGULAR_MOMENTUM, rotated(orientation, momentum))
+
+
+@inline
+def _move_lane(lane, stage, h, state, work, tableau, stages, for_forces):
+    """Make the state of a stage of one body, the sums in registers."""
+    orientation = read_quaternion(work, lane + Y_ORIENTATION)
+    rate = read_vector(work, lane + Y_RATE)
+    for before in range(stage):
+        factor = h * tableau[stage * stages + before]
+        if factor != 0.0:
+            place = SLOPES_AT + SLOPE_SIZE * before + lane
+            orientation = _added(orientation, factor, read_quaternion(work, place + Y_ORIENTATION))
+            rate = add_scaled(rate, factor, read_vector(work, place + Y_RATE))
+    write_vector(work, lane + STAGE_RATE, rate)
+    if for_forces:
+        _set_state(lane, state, nearly_normalised(orientation), rate)
+    else:
+        write_quaternion(state, lane + ORIENTATION, orientation)
+
+
+@inline
+def _move_by(lanes, factor, work, start, slope, state):
+    """Add factor K to y, or to what was made of it before."""
+    stage_rate = work[STAGE_RATE - Y_RATE :]
+    if start:
+        add_rows(lanes, Y_ORIENTATION, Y_RATE, work, factor, slope, state)
+        add_rows(lanes, Y_RATE, ROWS_END, work, factor, slope, stage_rate)
+    else:
+        add_rows(lanes, Y_ORIENTATION, Y_RATE, state, factor, slope, state)
+        add_rows(lanes, Y_RATE, ROWS_END, stage_rate, factor, slope, stage_rate)
+
+
+def move(stage, lanes, h, state, work):
     """Make the state of a stage from the slopes of those before it."""
     if lanes < FEW:
-        for k in range(lanes):
-            _move_lane(k, stage, h, s, y, A, STAGES, FOR_FORCES)
+        for lane in range(lanes):
+            _move_lane(lane, stage, h, state, work, A, STAGES, FOR_FORCES)
     else:
         start = True
-        for j in range(stage):
-            g = h * A[stage * STAGES + j]
-            if g != 0.0:
-                slope = y[TURN_START + TURN * j : TURN_START + TURN * (j + 1)]
-                _move_by(lanes, g, y, start, slope, s)
+        for before in range(stage):
+            factor = h * A[stage * STAGES + before]
+            if factor != 0.0:
+                slope = work[SLOPES_AT + SLOPE_SIZE * before :]
+                _move_by(lanes, factor, work, start, slope, state)
                 start = False
         if FOR_FORCES:
-            _set_attitudes(lanes, y, s)
+            for lane in range(lanes):
+                orientation = nearly_normalised(read_quaternion(state, lane + ORIENTATION))
+                _set_state(lane, state, orientation, read_vector(work, lane + STAGE_RATE))
 
 
 @inline
-def _finish(k, h, s, y, q, r, t, u, d, e, f):
-    """y + h K of one body, q normalised, L rebuilt."""
-    x, u, v, w = _unit(y[k] + h * q, y[k + 64] + h * r, y[k + 128] + h * t, y[k + 192] + h * u)
-    s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, u, v, w
-    s[k + LX], s[k + LY], s[k + LZ] = rotate(
-        x,
-        u,
-        v,
-        w,
-        s[k + I1] * (y[k + 256] + h * d),
-        s[k + I2] * (y[k + 320] + h * e),
-        s[k + I3] * (y[k + 384] + h * f),
+def _write_slope(lane, orientation, state, work, slope):
+    """Write the slope of the state of a stage of one body."""
+    change, acceleration = _slope(
+        orientation,
+        read_vector(work, lane + STAGE_RATE),
+        read_vector(state, lane + TORQUE),
+        read_vector(state, lane + MOMENTS),
+        read_vector(state, lane + INVERSE_MOMENTS),
     )
+    write_quaternion(slope, lane + Y_ORIENTATION, change)
+    write_vector(slope, lane + Y_RATE, acceleration)
 
 
 @inline
-def _scale(lanes, factor, slope, total):
-    for k in range(lanes):
-        total[k] = factor * slope[k]
-        total[k + 64] = factor * slope[k + 64]
-        total[k + 128] = factor * slope[k + 128]
-        total[k + 192] = factor * slope[k + 192]
-        total[k + 256] = factor * slope[k + 256]
-        total[k + 320] = factor * slope[k + 320]
-        total[k + 384] = factor * slope[k + 384]
+def slope_of(lanes, state, work, slope):
+    """Slope of a stage whose q has unit length."""
+    for lane in range(lanes):
+        _write_slope(lane, read_quaternion(state, lane + ORIENTATION), state, work, slope)
 
 
 @inline
-def _add(lanes, factor, slope, total):
-    for k in range(lanes):
-        total[k] += factor * slope[k]
-        total[k + 64] += factor * slope[k + 64]
-        total[k + 128] += factor * slope[k + 128]
-        total[k + 192] += factor * slope[k + 192]
-        total[k + 256] += factor * slope[k + 256]
-        total[k + 320] += factor * slope[k + 320]
-        total[k + 384] += factor * slope[k + 384]
+def _slope_of_scaled(lanes, state, work, slope):
+    """Slope of a stage whose q is about of unit length."""
+    for lane in range(lanes):
+        orientation = nearly_normalised(read_quaternion(state, lane + ORIENTATION))
+        _write_slope(lane, orientation, state, work, slope)
 
 
 @inline
-def _finish_all(lanes, h, s, y, z):
-    for k in range(lanes):
-        _finish(
-            k, h, s, y, z[k], z[k + 64], z[k + 128], z[k + 192], z[k + 256], z[k + 320], z[k + 384]
-        )
+def _finish(lane, h, state, work, change, acceleration):
+    """y + h K of one body, q normalised, L rebuilt."""
+    orientation = _added(read_quaternion(work, lane + Y_ORIENTATION), h, change)
+    rate = add_scaled(read_vector(work, lane + Y_RATE), h, acceleration)
+    _set_state(lane, state, _unit(orientation), rate)
 
 
-def end(lanes, h, s, y, memory):
-    """y + h sum b K, q normalised, L rebuilt. May overwrite the slope TOTAL."""
+def end(lanes, h, state, work, memory):
+    """y + h sum b K, q normalised, L rebuilt."""
     if lanes < FEW:
-        for k in range(lanes):
-            q = r = t = u = d = e = f = 0.0
-            for j in range(STAGES):
-                g = B[j]
-                if g != 0.0:
-                    m = TURN_START + TURN * j + k
-                    q += g * y[m]
-                    r += g * y[m + 64]
-                    t += g * y[m + 128]
-                    u += g * y[m + 192]
-                    d += g * y[m + 256]
-                    e += g * y[m + 320]
-                    f += g * y[m + 384]
-            _finish(k, h, s, y, q, r, t, u, d, e, f)
+        for lane in range(lanes):
+            change, acceleration = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+            for stage in range(STAGES):
+                weight = B[stage]
+                if weight != 0.0:
+                    place = SLOPES_AT + SLOPE_SIZE * stage + lane
+                    change = _added(change, weight, read_quaternion(work, place + Y_ORIENTATION))
+                    acceleration = add_scaled(
+                        acceleration, weight, read_vector(work, place + Y_RATE)
+                    )
+            _finish(lane, h, state, work, change, acceleration)
     else:
-        z = y[TURN_START + TURN * TOTAL : TURN_START + TURN * (TOTAL + 1)]
-        _scale(lanes, B[0], y[TURN_START : TURN_START + TURN], z)
-        for j in range(1, STAGES):
-            if B[j] != 0.0:
-                _add(lanes, B[j], y[TURN_START + TURN * j : TURN_START + TURN * (j + 1)], z)
-        _finish_all(lanes, h, s, y, z)
+        total = work[SLOPES_AT + SLOPE_SIZE * TOTAL :]
+        scale_rows(lanes, Y_ORIENTATION, ROWS_END, B[0], work[SLOPES_AT:], total)
+        for stage in range(1, STAGES):
+            if B[stage] != 0.0:
+                slope = work[SLOPES_AT + SLOPE_SIZE * stage :]
+                add_rows(lanes, Y_ORIENTATION, ROWS_END, total, B[stage], slope, total)
+        for lane in range(lanes):
+            change = read_quaternion(total, lane + Y_ORIENTATION)
+            _finish(lane, h, state, work, change, read_vector(total, lane + Y_RATE))
 
 
-def step_on_a_ladder(lanes, h, s, y):
+@inline
+def _slope_on(start, rate, factor, change, acceleration, torque, moments, inverses):
+    """Slope at the start of the step + factor times a slope."""
+    orientation = nearly_normalised(_added(start, factor, change))
+    rate = add_scaled(rate, factor, acceleration)
+    return _slope(orientation, rate, torque, moments, inverses)
+
+
+def step_on_a_ladder(lanes, h, state, work):
     """
     Step free or steadily torqued rotations by a tableau in which each stage builds on the one
     before it alone.
 
     Up to four stages (Euler, midpoint, the classical method) in registers: three times as fast as
-    through `y`.
+    through `work`.
     """
-    for k in range(lanes):
-        x, u, v, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
-        i1, i2, i3 = s[k + I1], s[k + I2], s[k + I3]
-        v1, v2, v3 = s[k + J1], s[k + J2], s[k + J3]
-        tx, ty, tz = s[k + TX], s[k + TY], s[k + TZ]
-        a, b, c = rotate(-x, -u, -v, w, s[k + LX], s[k + LY], s[k + LZ])
-        a, b, c = a * v1, b * v2, c * v3
-        d1, d2, d3, d4, d5, d6, d7 = _slope(
-            x, u, v, w, a, b, c, tx, ty, tz, i1, i2, i3, v1, v2, v3
-        )
-        z1, z2, z3, z4 = B[0] * d1, B[0] * d2, B[0] * d3, B[0] * d4
-        z5, z6, z7 = B[0] * d5, B[0] * d6, B[0] * d7
+    for lane in range(lanes):
+        torque, moments = read_vector(state, lane + TORQUE), read_vector(state, lane + MOMENTS)
+        inverses = read_vector(state, lane + INVERSE_MOMENTS)
+        start, rate = read_quaternion(state, lane + ORIENTATION), _rate(lane, state)
+        change, acceleration = _slope(nearly_normalised(start), rate, torque, moments, inverses)
+        changes, accelerations = _scaled(B[0], change), scale(B[0], acceleration)
         if STAGES > 1:
-            g = h * LADDER[0]
-            d1, d2, d3, d4, d5, d6, d7 = _slope(
-                x + g * d1, u + g * d2, v + g * d3, w + g * d4, a + g * d5, b + g * d6, c + g * d7,
-                tx, ty, tz, i1, i2, i3, v1, v2, v3,
-            )  # fmt: skip
-            z1, z2, z3, z4 = z1 + B1 * d1, z2 + B1 * d2, z3 + B1 * d3, z4 + B1 * d4
-            z5, z6, z7 = z5 + B1 * d5, z6 + B1 * d6, z7 + B1 * d7
+            change, acceleration = _slope_on(
+                start, rate, h * LADDER[1], change, acceleration, torque, moments, inverses
+            )
+            changes = _added(changes, WEIGHTS[1], change)
+            accelerations = add_scaled(accelerations, WEIGHTS[1], acceleration)
         if STAGES > 2:
-            g = h * LADDER[1]
-            d1, d2, d3, d4, d5, d6, d7 = _slope(
-                x + g * d1, u + g * d2, v + g * d3, w + g * d4, a + g * d5, b + g * d6, c + g * d7,
-                tx, ty, tz, i1, i2, i3, v1, v2, v3,
-            )  # fmt: skip
-            z1, z2, z3, z4 = z1 + B2 * d1, z2 + B2 * d2, z3 + B2 * d3, z4 + B2 * d4
-            z5, z6, z7 = z5 + B2 * d5, z6 + B2 * d6, z7 + B2 * d7
-        if STAGES > 3:
-            g = h * LADDER[2]
-            d1, d2, d3, d4, d5, d6, d7 = _slope(
-                x + g * d1, u + g * d2, v + g * d3, w + g * d4, a + g * d5, b + g * d6, c + g * d7,
-                tx, ty, tz, i1, i2, i3, v1, v2, v3,
-            )  # fmt: skip
-            z1, z2, z3, z4 = z1 + B3 * d1, z2 + B3 * d2, z3 + B3 * d3, z4 + B3 * d4
-            z5, z6, z7 = z5 + B3 * d5, z6 + B3 * d6, z7 + B3 * d7
-        x, u, v, w = _unit(x + h * z1, u + h * z2, v + h * z3, w + h * z4)
-        s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = x, u, v, w
-        s[k + LX], s[k + LY], s[k + LZ] = rotate(
-            x, u, v, w, i1 * (a + h * z5), i2 * (b + h * z6), i3 * (c + h * z7)
-        )
+            change, acceleration = _slope_on(
+                start, rate, h * LADDER[2], change, acceleration, torque, moments, inverses
+            )
+            changes = _added(changes, WEIGHTS[2], change)
+            accelerations = add_scaled(accelerations, WEIGHTS[2], acceleration)
+        if STAGES > FOURTH:
+            change, acceleration = _slope_on(
+                start, rate, h * LADDER[FOURTH], change, acceleration, torque, moments, inverses
+            )
+            changes = _added(changes, WEIGHTS[FOURTH], change)
+            accelerations = add_scaled(accelerations, WEIGHTS[FOURTH], acceleration)
+        rate = add_scaled(rate, h, accelerations)
+        _set_state(lane, state, _unit(_added(start, h, changes)), rate)
 
 
-def step(lanes, h, s, y):
+def step(lanes, h, state, work):
     """Step free or steadily torqued rotations by any tableau."""
-    begin(lanes, s, y, y[:0])
+    begin(lanes, state, work, work[:0])
     for stage in range(STAGES):
         if stage > 0:
-            move_(stage, lanes, h, s, y)
-        _slope_of_scaled(
-            lanes, s, y, y[TURN_START + TURN * stage : TURN_START + TURN * (stage + 1)]
-        )
-    end_(lanes, h, s, y, y[:0])
+            move_stage(stage, lanes, h, state, work)
+        _slope_of_scaled(lanes, state, work, work[SLOPES_AT + SLOPE_SIZE * stage :])
+    end_step(lanes, h, state, work, work[:0])
+
+
+@inline
+def keep(lanes, state, memory, kept):
+    """Keep q and L."""
+    copy_rows(lanes, ORIENTATION, TORQUE, state, kept)
+
+
+@inline
+def restore(lanes, kept, state, work):
+    """Return to the start of the substep."""
+    copy_rows(lanes, ORIENTATION, TORQUE, kept, state)
+
+
+def error_of(lanes, h, state, work, tolerances, first, worst, culprit):
+    """
+    Largest error of q, whose length is one, and of omega in body axes of the bodies of a block
+    relative to the tolerances, and whose.
+    """
+    rtol, atol = tolerances
+    for lane in range(lanes):
+        change, acceleration = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        for stage in range(STAGES + 1):
+            place = SLOPES_AT + SLOPE_SIZE * stage + lane
+            change = _added(change, ERROR[stage], read_quaternion(work, place + Y_ORIENTATION))
+            acceleration = add_scaled(
+                acceleration, ERROR[stage], read_vector(work, place + Y_RATE)
+            )
+        x, y, z, w = change
+        error = larger(
+            h * math.sqrt(x * x + y * y + z * z + w * w) / (atol + rtol),
+            relative_error(
+                h, acceleration, read_vector(work, lane + Y_RATE),
+                read_vector(work, lane + STAGE_RATE), tolerances,
+            ),
+        )  # fmt: skip
+        if error > worst or error != error:
+            worst, culprit = error, first + lane
+    return worst, culprit
+
+
+QUATERNIONS = StateSpace(
+    state_size=ROTATION,
+    memory_size=0,
+    slopes_at=SLOPES_AT,
+    slope_size=SLOPE_SIZE,
+    begin=begin,
+    move=move,
+    slope_of=slope_of,
+    end=end,
+    control=ErrorControl(renew=renew, keep=keep, restore=restore, error_of=error_of),
+)

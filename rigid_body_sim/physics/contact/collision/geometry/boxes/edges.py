@@ -72,12 +72,12 @@ def _axis_b(found: Array, j: int) -> Any:
 def _report(
     poses: Array, pose_a: int, found: Array, on_a: Any, on_b: Any, normal: Any, feature: float
 ) -> Any:
-    """Write normal and point from axes of A into the world; return the gap, measured along n."""
-    gap = dot(normal, subtract(on_b, on_a))
+    """Write normal and point from axes of A into the world; return the separation along n."""
+    separation = dot(normal, subtract(on_b, on_a))
     write_normal(found, pose.to_world(poses, pose_a, normal))
     middle = pose.to_world(poses, pose_a, add(on_a, on_b))
-    write_point(found, 0, add_scaled(load(poses, pose_a), 0.5, middle), gap, feature)
-    return gap
+    write_point(found, 0, add_scaled(load(poses, pose_a), 0.5, middle), separation, feature)
+    return separation
 
 
 @kernel
@@ -142,8 +142,8 @@ def edge_contact(
     if across and not crossing:
         return 0
     on_a, on_b, normal = load(found, ON_A), load(found, ON_B), load(found, NORMAL)
-    gap = _report(poses, pose_a, found, on_a, on_b, normal, EDGES + number)
-    return 1 if gap <= margin else 0
+    separation = _report(poses, pose_a, found, on_a, on_b, normal, EDGES + number)
+    return 1 if separation <= margin else 0
 
 
 @inline
@@ -214,5 +214,5 @@ def nearest_points(poses: Array, pose_a: int, margin: float, found: Array) -> in
     distance = math.sqrt(squared)
     if squared < TINY or not distance <= margin:
         return 0
-    gap = _report(poses, pose_a, found, on_a, on_b, divide(way, distance), feature)
-    return 1 if gap <= margin else 0
+    separation = _report(poses, pose_a, found, on_a, on_b, divide(way, distance), feature)
+    return 1 if separation <= margin else 0

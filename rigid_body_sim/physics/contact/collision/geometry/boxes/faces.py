@@ -147,9 +147,9 @@ def _patch(
             alpha = arm_u * edge_q[1] - arm_v * edge_q[0]
             beta = arm_v * edge_p[0] - arm_u * edge_p[1]
             if abs(alpha) < abs(det) and abs(beta) < abs(det):
-                gap = center[2] + (alpha / det * edge_p[2] + beta / det * edge_q[2])
-                if gap <= margin:
-                    corner = (corner_u, corner_v, gap)
+                separation = center[2] + (alpha / det * edge_p[2] + beta / det * edge_q[2])
+                if separation <= margin:
+                    corner = (corner_u, corner_v, separation)
                     _write(found, PATCH + count * FLAT_POINT, corner, UNDER + k)
                     count += 1
     if count > 4:
@@ -204,10 +204,10 @@ def face_contact(
     origin = load(poses, pose_r)
     for k in range(count):
         at = first + k * FLAT_POINT
-        gap = found[at + HEIGHT]
+        separation = found[at + HEIGHT]
         in_face = add_scaled(scale(found[at + U], axis_u), found[at + V], axis_v)
-        arm = add_scaled(in_face, half + 0.5 * gap, normal)
-        write_point(found, k, add(origin, arm), gap, number * NAMES + found[at + NAME])
+        arm = add_scaled(in_face, half + 0.5 * separation, normal)
+        write_point(found, k, add(origin, arm), separation, number * NAMES + found[at + NAME])
     write_normal(found, negate(normal) if of_b else normal)
     return count
 
@@ -220,7 +220,7 @@ def deepest_corner(
     """
     Report the corner of the incident box that lies deepest behind a face of the reference box.
 
-        separation : [m]  along the axis of that face; the gap of the point
+        separation : [m]  along the axis of that face; that of the point, too
     """
     normal = pose.axis(poses, pose_r, axis)
     if dot(normal, between(poses, pose_r, pose_i)) < 0.0:

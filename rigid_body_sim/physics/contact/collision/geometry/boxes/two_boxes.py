@@ -81,9 +81,3 @@ def crossed(found: Array, i: int, j: int) -> Any:
 def between(poses: Array, start: int, end: int) -> Any:
     """From the origin of one pose to that of another, world axes."""
     return subtract(load(poses, end), load(poses, start))
-
-
-@inline
-def component(poses: Array, p: int, x: float, y: float, z: float) -> Any:
-    """Component of a vector along the axis whose column of R begins at p."""
-    return poses[p] * x + poses[p + 3] * y + poses[p + 6] * z

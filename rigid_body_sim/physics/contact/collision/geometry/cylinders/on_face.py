@@ -47,6 +47,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import
     V,
     keep_four,
 )
+from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
 from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, store, subtract
 
 Array = NDArray[np.float64]
@@ -100,7 +101,7 @@ def on_face(
 ) -> int:  # fmt: skip
     """Find the manifold of a box and a cylinder, or return UNDECIDED; else see `manifold`."""
     _relate(poses, pose_a, pose_b, found)
-    radius, half = parameters[cylinder], parameters[cylinder + 1]
+    radius, half = parameters[cylinder + RADIUS], parameters[cylinder + HALF_LENGTH]
     best, face = -math.inf, 0
     smallest = min(radius, half)
     along, spread = 0.0, half
@@ -160,7 +161,7 @@ def _least_gap(found: Array, count: int) -> Any:
 @kernel
 def _mantle(
     parameters: Array, box: int, cylinder: int, poses: Array, pose_a: int, found: Array,
-    edge: int, gap: float,
+    edge: int, separation: float,
 ) -> int:  # fmt: skip
     """Find the point between an edge of the box and the mantle; UNDECIDED beyond their ends."""
     i, j = (edge + 1) % 3, (edge + 2) % 3
@@ -177,15 +178,16 @@ def _mantle(
     # along the edge the axis is as near to it as it looks: nearest point of the axis
     on_axis = (rise_i * (edge_i - offset_i) + rise_j * (edge_j - offset_j)) / squared
     on_edge = found[OFFSET + edge] + on_axis * _along_axis(found, edge)
-    if not (abs(on_axis) <= parameters[cylinder + 1] and abs(on_edge) <= parameters[box + edge]):
+    half = parameters[cylinder + HALF_LENGTH]
+    if not (abs(on_axis) <= half and abs(on_edge) <= parameters[box + edge]):
         return UNDECIDED
     axis_i, axis_j = pose.axis(poses, pose_a, i), pose.axis(poses, pose_a, j)
     write_normal(found, add_scaled(scale(normal_i, axis_i), normal_j, axis_j))
-    edge_i, edge_j = edge_i + 0.5 * gap * normal_i, edge_j + 0.5 * gap * normal_j
+    edge_i, edge_j = edge_i + 0.5 * separation * normal_i, edge_j + 0.5 * separation * normal_j
     across = add_scaled(scale(edge_i, axis_i), edge_j, axis_j)
     arm = add_scaled(across, on_edge, pose.axis(poses, pose_a, edge))
     feature = EDGES + 4.0 * edge + 2.0 * (normal_i > 0.0) + (normal_j > 0.0)
-    write_point(found, 0, add(load(poses, pose_a), arm), gap, feature)
+    write_point(found, 0, add(load(poses, pose_a), arm), separation, feature)
     return 1
 
 
@@ -203,11 +205,11 @@ def _to_world(
     origin = load(poses, pose_a)
     for k in range(count):
         at = OVER_FACE + k * FLAT_POINT
-        gap = found[at + HEIGHT]
-        height = level + (0.5 * gap if level > 0.0 else -0.5 * gap)
+        separation = found[at + HEIGHT]
+        height = level + (0.5 * separation if level > 0.0 else -0.5 * separation)
         in_face = add_scaled(scale(found[at + U], axis_u), found[at + V], axis_v)
         position = add(origin, add_scaled(in_face, height, axis_w))
-        write_point_at(found, CANDIDATES + k * POINT, position, gap, found[at + NAME])
+        write_point_at(found, CANDIDATES + k * POINT, position, separation, found[at + NAME])
 
 
 @inline
@@ -232,7 +234,7 @@ def _over_face(
     parameters: Array, box: int, cylinder: int, margin: float, found: Array, face: int
 ) -> int:
     """Collect the points over a face of the box; return their number."""
-    radius, half = parameters[cylinder], parameters[cylinder + 1]
+    radius, half = parameters[cylinder + RADIUS], parameters[cylinder + HALF_LENGTH]
     along_u, along_v = (face + 1) % 3, (face + 2) % 3
     half_u, half_v = parameters[box + along_u], parameters[box + along_v]
     limit_u, limit_v = half_u * (1.0 + ROUNDING), half_v * (1.0 + ROUNDING)
@@ -318,8 +320,10 @@ def _corners(
         x = (arm_u * end_y[1] - arm_v * end_y[0]) / det
         y = (arm_v * end_x[0] - arm_u * end_x[1]) / det
         if x * x + y * y <= radius * radius:
-            gap = center[2] + x * end_x[2] + y * end_y[2]
-            count = _append(found, count, (corner_u, corner_v, gap), margin, CORNERS + corner)
+            separation = center[2] + x * end_x[2] + y * end_y[2]
+            count = _append(
+                found, count, (corner_u, corner_v, separation), margin, CORNERS + corner
+            )
     return count
 
 

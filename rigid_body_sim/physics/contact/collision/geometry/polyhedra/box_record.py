@@ -8,36 +8,47 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     HALF,
+    PLANE,
+    PLANE_OFFSET,
     PLANES,
     RADIUS,
+    VERTEX,
     VERTICES,
     packed,
 )
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.relative_pose import SHAPE
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.scratch import BOX
+from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES
+from rigid_body_sim.physics.vectors import dot, load
+
+Array = NDArray[np.float64]
 
 UNIT = packed(hulls.box((1.0, 1.0, 1.0)))
 LENGTH = len(UNIT)
-CORNERS = 8
-PLANE_LIST = int(UNIT[PLANES])
+CORNERS, FACES = 8, 6
+FIRST_OFFSET = int(UNIT[PLANES]) + PLANE_OFFSET
 
 
 @kernel
-def write_box(numbers, a: int, work) -> int:
-    """Write the record of the box of half edges numbers[a : a + 3]; return where it begins."""
-    x, y, z = numbers[a], numbers[a + 1], numbers[a + 2]
-    for i in range(LENGTH):
-        work[SHAPE + i] = UNIT[i]
-    for i in range(CORNERS):
-        k = SHAPE + VERTICES + 3 * i
-        work[k] *= x
-        work[k + 1] *= y
-        work[k + 2] *= z
-    for i in range(6):
-        work[SHAPE + PLANE_LIST + 4 * i + 3] = x if i < 2 else y if i < 4 else z
-    work[SHAPE + RADIUS] = math.sqrt(x * x + y * y + z * z)
-    work[SHAPE + HALF] = min(x, y, z)
-    return SHAPE + 0 * a  # a number known when compiling would make numba compile its users again
+def write_box(parameters: Array, box: int, work: Array) -> int:
+    """Write the record of a box whose parameters begin at `box`; return where it begins."""
+    half = load(parameters, box + HALF_EDGES)
+    for number in range(LENGTH):
+        work[BOX + number] = UNIT[number]
+    for corner in range(CORNERS):
+        place = BOX + VERTICES + VERTEX * corner
+        work[place] *= half[0]
+        work[place + 1] *= half[1]
+        work[place + 2] *= half[2]
+    for face in range(FACES):
+        distance = half[0] if face < 2 else half[1] if face < 4 else half[2]
+        work[BOX + FIRST_OFFSET + PLANE * face] = distance
+    work[BOX + RADIUS] = math.sqrt(dot(half, half))
+    work[BOX + HALF] = min(half[0], half[1], half[2])
+    return BOX

@@ -7,8 +7,8 @@ gap = distance of the core from the polyhedron - radius
 
 Where the core itself overlaps the polyhedron, the axis of least overlap takes the place of the
 nearest points: a face normal of the polyhedron or the cross product of core and edge (`EDGE_GAIN`,
-`EDGE_SHARE` of `polyhedra`). A capsule that lies on a face touches at both ends of the part of its
-core that is over the face.
+`EDGE_SHARE` of `two_polyhedra`). A capsule that lies on a face touches at both ends of the part of
+its core that is over the face.
 
 The polyhedron is A of `relative_pose`, the core B: the manifold's own normal is the opposite one.
 """
@@ -16,9 +16,18 @@ The polyhedron is A of `relative_pose`, the core B: the manifold's own normal is
 from __future__ import annotations
 
 import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.collision.geometry.manifold import POINT, TINY
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    POINT,
+    TINY,
+    write_normal,
+    write_point_at,
+)
 from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import keep_four
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import (
     STEEP,
@@ -28,26 +37,43 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping i
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.gjk import FAR, GAP, closest
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CENTER,
-    COUNT,
-    EDGE_LIST,
+    EDGE,
     EDGES,
+    END,
     FACES,
     HALF,
-    LOOP,
-    LOOPS,
-    PLANES,
+    LEFT,
+    PLANE,
+    PLANE_OFFSET,
     RADIUS,
-    VERTICES,
+    RIGHT,
+    START,
+    VERTEX,
+    Hull,
+    edges_of,
+    loop_of,
+    planes_of,
+    vertex,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.relative_pose import (
+    axis_of_b,
+    relate,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.scratch import (
     AXIS,
-    FRAME,
-    POINTS,
-    farthest,
-    near_of,
-    place,
+    AXIS_B,
+    CANDIDATES,
+    CORE_END,
+    CORE_IN_B,
+    CORE_START,
+    OFFSET,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.separating_axes import PARALLEL
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.support_points import (
+    Vertices,
+    support,
+    vertices_of,
+)
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra import (
     EDGE_GAIN,
     EDGE_SHARE,
@@ -56,196 +82,184 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra i
     nearest_to_axis,
     to_world,
 )
+from rigid_body_sim.physics.vectors import (
+    add_scaled,
+    divide,
+    dot,
+    load,
+    negate,
+    scale,
+    store,
+    subtract,
+)
 
-CORE = POINTS + 64  # where the ends of the core are kept, axes of B, then of A
+Array = NDArray[np.float64]
+
+CENTER_OF_CORE = (0.0, 0.0, 0.0)  # [m] its own axes
+NEAREST_POINT = -1.0  # feature of the point that is nearest to the polyhedron
+AT_START, AT_END = 1.0, 0.0  # features, on a face, of the ends of the core; its sides follow
+SIDES_FROM = 2.0  # features of the sides of a face begin here
+FACE_NAMES = 64.0  # [-] most sides of a face that have names of their own
 
 
 @kernel
 def collide_core(
-    radius: float,
-    half_length: float,
-    numbers,
-    h: int,
-    poses,
-    pc: int,
-    ph: int,
-    margin: float,
-    found,
-) -> int:
+    radius: float, half_length: float, numbers: Array, begin: int, poses: Array, pose_core: int,
+    pose_hull: int, margin: float, found: Array,
+) -> int:  # fmt: skip
     """
     Find the manifold of a core and a record of `hull_records`.
 
-    radius, half_length : [m]  of the core along its z axis; half_length 0: a ball
-    h                   : where the record begins in `numbers`
-    pc, ph              : where the poses of core and polyhedron begin
+    radius, half_length  : [m]  of the core along its z axis; half_length 0: a ball
+    begin                : where the record begins in `numbers`
+    pose_core, pose_hull : where the poses of core and polyhedron begin
     Normal from the core to the polyhedron; else see `manifold`.
     """
-    k = h + CENTER
-    cx, cy, cz = numbers[k], numbers[k + 1], numbers[k + 2]
-    place(cx, cy, cz, 0.0, 0.0, 0.0, poses, ph, pc, found)
-    x, y, z = found[FRAME], found[FRAME + 1], found[FRAME + 2]
-    size = numbers[h + RADIUS] + half_length + radius
+    hull = Hull(numbers, begin)
+    center = load(numbers, begin + CENTER)
+    relate(center, CENTER_OF_CORE, poses, pose_hull, pose_core, found)
+    offset = load(found, OFFSET)
+    size = numbers[begin + RADIUS] + half_length + radius
     reach = size + margin
-    if not (x * x + y * y + z * z <= reach * reach and size < LARGEST):
+    if not (dot(offset, offset) <= reach * reach and size < LARGEST):
         return 0
-    for i in range(2):
-        sign = 1.0 - 2.0 * i
-        found[CORE + 3 * i], found[CORE + 3 * i + 1] = 0.0, 0.0
-        found[CORE + 3 * i + 2] = sign * half_length
-        for c in range(3):
-            found[CORE + 6 + 3 * i + c] = (
-                found[FRAME + c] + sign * half_length * found[FRAME + 5 + 3 * c]
-            )
-    state, _ = closest(
-        numbers,
-        h + VERTICES,
-        int(numbers[h + COUNT]),
-        near_of(numbers, h),
-        found,
-        CORE + 0 * h,  # a number known when compiling would make numba compile `closest` again
-        2 if half_length > 0.0 else 1,
-        0 * h,
-        margin + radius,
-        size,
-        found,
-    )
+    is_segment = half_length > 0.0
+    axis = axis_of_b(found, 2)
+    store(found, CORE_IN_B, (0.0, 0.0, half_length))
+    store(found, CORE_IN_B + VERTEX, (0.0, 0.0, -half_length))
+    store(found, CORE_START, add_scaled(offset, half_length, axis))
+    store(found, CORE_END, add_scaled(offset, -half_length, axis))
+    core = Vertices(found, CORE_IN_B, 2 if is_segment else 1, 0)
+    state, _ = closest(vertices_of(hull), core, margin + radius, size, found)
     if state == FAR:
         return 0
-    s = nearest_to_axis(found) if state == GAP else _overlap(numbers, h, half_length > 0.0, found)
-    gap = s - radius
+    along = nearest_to_axis(found) if state == GAP else _overlap(hull, is_segment, found)
+    gap = along - radius
     if not gap <= margin:
         return 0
-    x, y, z = found[AXIS], found[AXIS + 1], found[AXIS + 2]
+    normal = load(found, AXIS)
     count, least = 0, math.inf
-    if half_length > 0.0:
-        count, least = _part_over_face(numbers, h, radius, s, margin, found)
+    if is_segment:
+        count, least = _part_over_face(hull, radius, along, margin, found)
     if not least <= gap + EXACT * size:
-        to = POINTS + POINT * count
-        out = radius + 0.5 * gap
-        found[to] = found[AXIS + 6] - out * x
-        found[to + 1] = found[AXIS + 7] - out * y
-        found[to + 2] = found[AXIS + 8] - out * z
-        found[to + 3], found[to + 4] = gap, -1.0
+        position = add_scaled(load(found, AXIS_B), -(radius + 0.5 * gap), normal)
+        write_point_at(found, CANDIDATES + POINT * count, position, gap, NEAREST_POINT)
         count += 1
-    found[0], found[1], found[2] = -x, -y, -z
-    count = keep_four(found, POINTS + 0 * h, count)
-    to_world(cx, cy, cz, poses, ph, found, count)
+    write_normal(found, negate(normal))
+    count = keep_four(found, CANDIDATES, count)
+    to_world(center, poses, pose_hull, found, count)
     return count
 
 
 @kernel
-def _overlap(numbers, h: int, is_segment: bool, work) -> float:
+def _overlap(hull: Hull, is_segment: bool, work: Array) -> float:
     """Write to AXIS the normal of least overlap and, behind, the core's point; return s."""
-    px, py, pz = work[CORE + 6], work[CORE + 7], work[CORE + 8]
-    qx, qy, qz = work[CORE + 9], work[CORE + 10], work[CORE + 11]
+    start, stop = load(work, CORE_START), load(work, CORE_END)
+    numbers, planes = hull.numbers, planes_of(hull)
     most, end = -math.inf, 0.0
-    x = y = z = 0.0
-    planes = h + int(numbers[h + PLANES])
-    for f in range(int(numbers[h + FACES])):
-        k = planes + 4 * f
-        mx, my, mz, c = numbers[k], numbers[k + 1], numbers[k + 2], numbers[k + 3]
-        p, q = mx * px + my * py + mz * pz - c, mx * qx + my * qy + mz * qz - c
-        if min(p, q) > most:
-            most, end = min(p, q), (0.5 if p == q else 0.0 if p < q else 1.0)
-            x, y, z = mx, my, mz
+    normal = (0.0, 0.0, 0.0)
+    for face in range(int(numbers[hull.begin + FACES])):
+        plane = planes + PLANE * face
+        face_normal, offset = load(numbers, plane), numbers[plane + PLANE_OFFSET]
+        at_start, at_stop = dot(face_normal, start) - offset, dot(face_normal, stop) - offset
+        if min(at_start, at_stop) > most:
+            most = min(at_start, at_stop)
+            end = 0.5 if at_start == at_stop else 0.0 if at_start < at_stop else 1.0
+            normal = face_normal
     if is_segment:
-        floor = most + EDGE_GAIN * numbers[h + HALF] + EDGE_SHARE * abs(most)
-        ux, uy, uz = qx - px, qy - py, qz - pz
-        uu = ux * ux + uy * uy + uz * uz
-        edges = h + int(numbers[h + EDGE_LIST])
-        for e in range(edges, edges + 4 * int(numbers[h + EDGES]), 4):
-            k, m = planes + 4 * int(numbers[e + 2]), planes + 4 * int(numbers[e + 3])
-            left = ux * numbers[k] + uy * numbers[k + 1] + uz * numbers[k + 2]
-            right = ux * numbers[m] + uy * numbers[m + 1] + uz * numbers[m + 2]
-            if not left * right < 0.0:  # no normal between the two faces is across the core
-                continue
-            # The normal between them that is: the combination without a part along the core.
-            mx = numbers[k] * abs(right) + numbers[m] * abs(left)
-            my = numbers[k + 1] * abs(right) + numbers[m + 1] * abs(left)
-            mz = numbers[k + 2] * abs(right) + numbers[m + 2] * abs(left)
-            size = math.sqrt(mx * mx + my * my + mz * mz)
-            if not size * size > max(PARALLEL * uu, TINY):
-                continue
-            mx, my, mz = mx / size, my / size, mz / size
-            s = min(px * mx + py * my + pz * mz, qx * mx + qy * my + qz * mz)
-            a, b = h + VERTICES + 3 * int(numbers[e]), h + VERTICES + 3 * int(numbers[e + 1])
-            dx, dy, dz = numbers[a] - px, numbers[a + 1] - py, numbers[a + 2] - pz
-            if not s - (numbers[a] * mx + numbers[a + 1] * my + numbers[a + 2] * mz) > floor:
-                continue
-            highest = int(numbers[e])
-            highest = farthest(
-                numbers,
-                h + VERTICES,
-                int(numbers[h + COUNT]),
-                near_of(numbers, h),
-                mx,
-                my,
-                mz,
-                highest,
-            )
-            highest = h + VERTICES + 3 * highest
-            s -= numbers[highest] * mx + numbers[highest + 1] * my + numbers[highest + 2] * mz
-            if s > floor:
-                most = floor = s
-                x, y, z = mx, my, mz
-                vx, vy = numbers[b] - numbers[a], numbers[b + 1] - numbers[a + 1]
-                vz = numbers[b + 2] - numbers[a + 2]
-                vv, uv = vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
-                det = uu * vv - uv * uv
-                end = 0.5
-                if det > PARALLEL * uu * vv:
-                    ud, vd = ux * dx + uy * dy + uz * dz, vx * dx + vy * dy + vz * dz
-                    end = min(max((ud * vv - vd * uv) / det, 0.0), 1.0)
-    work[AXIS], work[AXIS + 1], work[AXIS + 2] = x, y, z
-    work[AXIS + 6] = px + end * (qx - px)
-    work[AXIS + 7] = py + end * (qy - py)
-    work[AXIS + 8] = pz + end * (qz - pz)
+        most, end, normal = _overlap_of_edges(hull, start, stop, most, end, normal)
+    store(work, AXIS, normal)
+    store(work, AXIS_B, add_scaled(start, end, subtract(stop, start)))
     return most
 
 
 @kernel
+def _overlap_of_edges(
+    hull: Hull, start: Any, stop: Any, most: float, end: float, normal: Any
+) -> Any:
+    """
+    Find whether a cross product of core and edge separates better than a face.
+
+    start, stop : ends of the core
+    end         : share of the core at which its nearest point lies
+    Returns s, that share and the normal; those of the face are given.
+    """
+    numbers, planes, edges = hull.numbers, planes_of(hull), edges_of(hull)
+    vertices = vertices_of(hull)
+    floor = most + EDGE_GAIN * numbers[hull.begin + HALF] + EDGE_SHARE * abs(most)
+    core = subtract(stop, start)
+    squared_core = dot(core, core)
+    for edge in range(edges, edges + EDGE * int(numbers[hull.begin + EDGES]), EDGE):
+        left_normal = load(numbers, planes + PLANE * int(numbers[edge + LEFT]))
+        right_normal = load(numbers, planes + PLANE * int(numbers[edge + RIGHT]))
+        left, right = dot(core, left_normal), dot(core, right_normal)
+        if not left * right < 0.0:  # no normal between the two faces is across the core
+            continue
+        # The normal between them that is: the combination without a part along the core.
+        across = add_scaled(scale(abs(right), left_normal), abs(left), right_normal)
+        size = math.sqrt(dot(across, across))
+        if not size * size > max(PARALLEL * squared_core, TINY):
+            continue
+        across = divide(across, size)
+        along = min(dot(start, across), dot(stop, across))
+        first = int(numbers[edge + START])
+        begin = vertex(hull, first)
+        if not along - dot(begin, across) > floor:
+            continue
+        along -= dot(vertex(hull, support(vertices, across, first)), across)
+        if along > floor:
+            most = floor = along
+            normal = across
+            run = subtract(vertex(hull, int(numbers[edge + END])), begin)
+            way = subtract(begin, start)
+            squared, both = dot(run, run), dot(core, run)
+            det = squared_core * squared - both * both
+            end = 0.5
+            if det > PARALLEL * squared_core * squared:
+                end = (dot(core, way) * squared - dot(run, way) * both) / det
+                end = min(max(end, 0.0), 1.0)
+    return most, end, normal
+
+
+@kernel
 def _part_over_face(
-    numbers, h: int, radius: float, s: float, margin: float, work
+    hull: Hull, radius: float, along: float, margin: float, work: Array
 ) -> tuple[int, float]:
     """Write the ends of the part of the core over the face that looks along AXIS."""
-    x, y, z = work[AXIS], work[AXIS + 1], work[AXIS + 2]
-    px, py, pz = work[CORE + 6], work[CORE + 7], work[CORE + 8]
-    ux, uy, uz = work[CORE + 9] - px, work[CORE + 10] - py, work[CORE + 11] - pz
-    face = facing(numbers, h, x, y, z)
-    k = h + int(numbers[h + PLANES]) + 4 * face
-    mx, my, mz, c = numbers[k], numbers[k + 1], numbers[k + 2], numbers[k + 3]
-    steep = mx * x + my * y + mz * z
+    normal, start = load(work, AXIS), load(work, CORE_START)
+    core = subtract(load(work, CORE_END), start)
+    face = facing(hull, normal)
+    plane = planes_of(hull) + PLANE * face
+    face_normal, offset = load(hull.numbers, plane), hull.numbers[plane + PLANE_OFFSET]
+    steep = dot(face_normal, normal)
     if not steep > STEEP:
         return 0, math.inf
     begin, end = 0.0, 1.0
-    begin_name, end_name = -1, -2
-    loop = h + int(numbers[h + LOOPS]) + int(numbers[h + LOOP]) * face
-    sides = int(numbers[loop])
-    for side in range(sides):
-        sx, sy, sz, out = side_of(numbers, h, loop, sides, side, False, x, y, z, work)
-        room = out - (sx * px + sy * py + sz * pz)
-        rate = sx * ux + sy * uy + sz * uz
+    begin_name, end_name = AT_START, AT_END
+    loop = loop_of(hull, face)
+    sides = int(hull.numbers[loop])
+    for index in range(sides):
+        side, limit = side_of(hull, loop, sides, index, False, normal, work)
+        room = limit - dot(side, start)
+        rate = dot(side, core)
         if rate > 0.0:
             if room < end * rate:
-                end, end_name = room / rate, side
+                end, end_name = room / rate, SIDES_FROM + index
         elif rate < 0.0:
             if room < begin * rate:
-                begin, begin_name = room / rate, side
+                begin, begin_name = room / rate, SIDES_FROM + index
         elif room < 0.0:
             return 0, math.inf
     if not begin <= end:
         return 0, math.inf
     kept, least = 0, math.inf
-    for i in range(2):
-        t = begin if i == 0 else end
-        tx, ty, tz = px + t * ux, py + t * uy, pz + t * uz
-        gap = max((mx * tx + my * ty + mz * tz - c) / steep, s) - radius
+    for share, name in ((begin, begin_name), (end, end_name)):
+        point = add_scaled(start, share, core)
+        gap = max((dot(face_normal, point) - offset) / steep, along) - radius
         if gap <= margin:
-            to = POINTS + POINT * kept
-            out = radius + 0.5 * gap
-            work[to], work[to + 1], work[to + 2] = tx - out * x, ty - out * y, tz - out * z
-            work[to + 3] = gap
-            work[to + 4] = float(face) * 64.0 + float((begin_name if i == 0 else end_name) + 2)
+            position = add_scaled(point, -(radius + 0.5 * gap), normal)
+            feature = float(face) * FACE_NAMES + name
+            write_point_at(work, CANDIDATES + POINT * kept, position, gap, feature)
             kept += 1
             least = min(least, gap)
     return kept, least

@@ -1,44 +1,109 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A convex polyhedron as a row of numbers, for the kernels.
+A convex polyhedron as a record of numbers, for the kernels.
 
-    0  COUNT       of vertices                  8..10  CENTER   (3,) [m]  shape axes
-    1  FACES       their number                11      RADIUS   [m] of the vertices about the
-    centre
-    2  EDGES       their number                12      HALF     [m] half of the least width
-    3  PLANES      where they begin            13      SIZE     [-] length of the record
-    4  LOOPS       where they begin            14, 15  free
-    5  EDGE_LIST   where they begin            16      VERTICES: x, y, z [m] from the centre, each
-    6  NEAR        where they begin, or 0
-    7  LOOP        [-] numbers of a loop
+Behind the head stand five lists. Where one begins is counted from the start of the record.
 
-Where something begins is counted from the start of the record.
-    planes    : 4 each       unit normal [-], distance from the centre [m]
-    loops     : LOOP each    number of corners, then indices of vertices, counter-clockwise seen
-                from outside; a face of more than CLIP corners keeps CLIP of them, evenly chosen:
-                a patch a little smaller than the face
-    edges     : 4 each       from vertex, to vertex, face on the left, face on the right
-    near      : COUNT + 1 starts (from the start of NEAR), then indices of neighbours; only for
-                more than SCAN vertices, whose farthest one is found by climbing
+    vertices : VERTEX each  x, y, z [m] from the centre
+    planes   : PLANE each   one for each face, see `plane`
+    loops    : LOOP each    one for each face: number of corners, then indices of vertices,
+               counter-clockwise seen from outside; a face of more than CLIP corners keeps CLIP of
+               them, evenly chosen: a patch a little smaller than the face
+    edges    : EDGE each    see `edge`
+    near     : COUNT + 1 starts (from the start of NEAR), then indices of neighbours; only for
+               more than SCAN vertices, whose farthest one is found by climbing
 """
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import Polyhedron
 from rigid_body_sim.physics.model.shapes import Box, ConvexHull, Cylinder, Mesh
+from rigid_body_sim.physics.vectors import load
 
 Array = NDArray[np.float64]
 
-COUNT, FACES, EDGES, PLANES, LOOPS, EDGE_LIST, NEAR, LOOP = range(8)
-CENTER, RADIUS, HALF, SIZE, VERTICES = 8, 11, 12, 13, 16
+hull = Record()
+COUNT = hull.number('-', 'vertices')
+FACES = hull.number('-', 'faces')
+EDGES = hull.number('-', 'edges')
+PLANES = hull.number('-', 'where the planes begin')
+LOOPS = hull.number('-', 'where the loops begin')
+EDGE_LIST = hull.number('-', 'where the edges begin')
+NEAR = hull.number('-', 'where the neighbours begin, or 0')
+LOOP = hull.number('-', 'numbers of a loop')
+CENTER = hull.vector('m', 'centre, shape axes')
+RADIUS = hull.number('m', 'of the vertices about the centre')
+HALF = hull.number('m', 'half of the least width')
+SIZE = hull.number('-', 'numbers of the record')
+VERTICES = hull.padding(16)
+
+plane = Record()
+PLANE_NORMAL = plane.vector('-', 'unit normal out of the solid')
+PLANE_OFFSET = plane.number('m', 'distance from the centre, along the normal')
+PLANE = plane.size
+
+edge = Record()
+START = edge.number('-', 'vertex at which it starts')
+END = edge.number('-', 'vertex at which it ends')
+LEFT = edge.number('-', 'face on the left, seen from outside, going along')
+RIGHT = edge.number('-', 'face on the right')
+EDGE = edge.size
+
+VERTEX = 3  # numbers of a vertex
 PRISM = 2  # where the record of a cylinder begins, behind its radius and half length
 CLIP = 16  # [-] most corners of a face in clipping; more cost time, fewer shrink the patch
 SCAN = 64  # [-] most vertices that are looked at one by one; above, climbing is faster
+
+
+class Hull(NamedTuple):
+    """
+    A record, for kernels.
+
+    numbers : the array in which it lies
+    begin   : where it begins
+    """
+
+    numbers: Array
+    begin: int
+
+
+@inline
+def vertex(hull: Hull, index: int) -> Any:
+    """Return a vertex, from the centre."""
+    return load(hull.numbers, hull.begin + VERTICES + VERTEX * index)
+
+
+@inline
+def planes_of(hull: Hull) -> Any:
+    """Return where the planes begin in the array."""
+    return hull.begin + int(hull.numbers[hull.begin + PLANES])
+
+
+@inline
+def edges_of(hull: Hull) -> Any:
+    """Return where the edges begin in the array."""
+    return hull.begin + int(hull.numbers[hull.begin + EDGE_LIST])
+
+
+@inline
+def loop_of(hull: Hull, face: int) -> Any:
+    """Return where the loop of a face begins in the array."""
+    numbers, begin = hull.numbers, hull.begin
+    return begin + int(numbers[begin + LOOPS]) + int(numbers[begin + LOOP]) * face
+
+
+def size_of(vertices: int, faces: int, corners: int, edges: int) -> int:
+    """Return the numbers of a record of few vertices; corners: of the face that has most."""
+    return VERTICES + VERTEX * vertices + (PLANE + 1 + corners) * faces + EDGE * edges
 
 
 def record(shape: ConvexHull | Mesh | Cylinder | Box) -> Array:
@@ -59,13 +124,14 @@ def packed(solid: Polyhedron) -> Array:
     near = _near(solid) if len(solid.vertices) > SCAN else np.zeros(0)
     loops = _clip_loops(solid)
     parts = [solid.vertices, solid.planes, loops, solid.edges, near]
-    starts = np.cumsum([VERTICES, *(part.size for part in parts)])
+    ends = np.cumsum([VERTICES, *(part.size for part in parts)])
+    _, planes_at, loops_at, edges_at, near_at, size = ends
     head = np.zeros(VERTICES)
     head[[COUNT, FACES, EDGES]] = len(solid.vertices), len(solid.loops), len(solid.edges)
-    head[[PLANES, LOOPS, EDGE_LIST]] = starts[1:4]
-    head[[NEAR, LOOP]] = starts[4] if near.size else 0.0, loops.shape[1]
+    head[[PLANES, LOOPS, EDGE_LIST]] = planes_at, loops_at, edges_at
+    head[[NEAR, LOOP]] = near_at if near.size else 0.0, loops.shape[1]
     head[CENTER : CENTER + 3] = solid.center
-    head[[RADIUS, HALF, SIZE]] = solid.radius, solid.half_width, starts[-1]
+    head[[RADIUS, HALF, SIZE]] = solid.radius, solid.half_width, size
     return np.concatenate((head, *(np.asarray(part, dtype=float).ravel() for part in parts)))
 
 

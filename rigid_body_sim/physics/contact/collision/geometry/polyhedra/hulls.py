@@ -69,8 +69,8 @@ class Polyhedron:
     @property
     def half_width(self) -> float:
         """Half of the least distance between a face and what lies opposite [m]."""
-        least = [np.min(self.vertices @ normal) for normal in self.planes[:, :3]]
-        return 0.5 * float(np.min(self.planes[:, 3] - np.array(least)))
+        least = [np.min(self.vertices @ normal) for normal in self.planes[:, :-1]]
+        return 0.5 * float(np.min(self.planes[:, -1] - np.array(least)))
 
     @property
     def triangles(self) -> Indices:

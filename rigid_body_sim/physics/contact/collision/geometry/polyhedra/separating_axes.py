@@ -1,13 +1,12 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The axis along which two convex polyhedra overlap least.
+The separating axis test (SAT): the axis along which two convex polyhedra overlap least.
 
     s(n) = min_B n . x - max_A n . x        separation along n; negative: overlap
     s    = max over n of s(n)               among the normals of the faces of A and B, and the
-    cross
-                                            products of those edges of A and B whose arcs on the
-                                            Gauss sphere cross
+                                            cross products of those edges of A and B whose arcs
+                                            on the Gauss sphere cross
 
 No search and no limit on the number of faces: what cannot win is dismissed by a few known points w
 of M = B - A: the corners of the last simplex of `gjk`, which enclose the origin, then corners of M
@@ -26,118 +25,149 @@ Source of the arc test: Gregorius, The separating axis test between convex polyh
 from __future__ import annotations
 
 import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision.geometry.manifold import TINY
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
-    COUNT,
-    EDGE_LIST,
+    EDGE,
     EDGES,
+    END,
     FACES,
-    LOOP,
-    LOOPS,
-    PLANES,
-    VERTICES,
+    LEFT,
+    PLANE,
+    RIGHT,
+    START,
+    Hull,
+    edges_of,
+    loop_of,
+    planes_of,
+    vertex,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.relative_pose import (
-    AXIS,
-    KNOWN,
-    POINTS,
-    ROW,
-    SIMPLEX,
-    TURNED,
-    farthest,
     from_b,
-    near_of,
     point_of_b,
     to_b,
 )
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.scratch import (
+    AXIS,
+    AXIS_A,
+    AXIS_B,
+    CHUNK,
+    DIFFERENCE,
+    EDGES_LEFT,
+    KNOWN,
+    KNOWN_IN_B,
+    SIMPLEX,
+    SIMPLEX_CORNER,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.support_points import (
+    support,
+    vertices_of,
+)
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    cross,
+    divide,
+    dot,
+    load,
+    negate,
+    scale,
+    store,
+    subtract,
+)
 
-NONE, OF_A, OF_B = 0, 1, 2
-CHUNK = 256  # [-] edges of B that are tried together
+Array = NDArray[np.float64]
+
+NONE, OF_A, OF_B = 0, 1, 2  # whose face has the normal
+NO_FACE = NO_EDGE = -1
 PARALLEL = 1e-12  # [-] squared sine between edges below which their cross product is round-off
+VECTOR = 3  # numbers of a known point
+AROUND = 4  # [-] corners around the best face that become known
 
 
 @inline
-def _may_beat(work, at: int, known: int, x: float, y: float, z: float, most: float):
+def _may_beat(work: Array, points: int, known: int, normal: Any, most: float) -> Any:
     """Tell whether n . w > most for all known points w."""
-    for c in range(known):
-        k = at + 3 * c
-        if not x * work[k] + y * work[k + 1] + z * work[k + 2] > most:
+    for place in range(points, points + VECTOR * known, VECTOR):
+        if not dot(normal, load(work, place)) > most:
             return False
     return True
 
 
+@inline
+def _know(work: Array, index: int, point: Any) -> None:
+    """Make a point of M a known one."""
+    store(work, KNOWN + VECTOR * index, point)
+    store(work, KNOWN_IN_B + VECTOR * index, to_b(work, point))
+
+
 @kernel
-def know_simplex(work, corners: int) -> None:
+def know_simplex(work: Array, corners: int) -> None:
     """Make the corners of the simplex the known points."""
-    for c in range(corners):
-        row, to, turned = SIMPLEX + ROW * c, KNOWN + 3 * c, TURNED + 3 * c
-        x, y, z = work[row], work[row + 1], work[row + 2]
-        work[to], work[to + 1], work[to + 2] = x, y, z
-        work[turned], work[turned + 1], work[turned + 2] = to_b(work, x, y, z)
+    for corner in range(corners):
+        _know(work, corner, load(work, SIMPLEX + SIMPLEX_CORNER * corner + DIFFERENCE))
 
 
 @kernel
 def separation(
-    of_a, a: int, of_b, b: int, work, x: float, y: float, z: float, i: int, j: int
+    a: Hull, b: Hull, work: Array, normal: Any, guess_a: int, guess_b: int
 ) -> tuple[float, int, int]:
     """
     Return s(n) and the vertices of A and B that it lies between; axes of A.
 
-    i, j : where to begin to look
+    guess_a, guess_b : vertices where to begin to look
     """
-    i = farthest(of_a, a + VERTICES, int(of_a[a + COUNT]), near_of(of_a, a), x, y, z, i)
-    bx, by, bz = to_b(work, -x, -y, -z)
-    j = farthest(of_b, b + VERTICES, int(of_b[b + COUNT]), near_of(of_b, b), bx, by, bz, j)
-    bx, by, bz = point_of_b(work, of_b, b + VERTICES + 3 * j)
-    k = a + VERTICES + 3 * i
-    return x * (bx - of_a[k]) + y * (by - of_a[k + 1]) + z * (bz - of_a[k + 2]), i, j
+    vertex_a = support(vertices_of(a), normal, guess_a)
+    vertex_b = support(vertices_of(b), to_b(work, negate(normal)), guess_b)
+    way = subtract(point_of_b(work, vertex(b, vertex_b)), vertex(a, vertex_a))
+    return dot(normal, way), vertex_a, vertex_b
 
 
 @kernel
 def best_face_of(
-    side: int, of_a, a: int, of_b, b: int, work, known: int, floor: float
+    side: int, a: Hull, b: Hull, work: Array, known: int, floor: float
 ) -> tuple[int, float, int, int]:
     """
     Find the face of A (or B) along whose normal the bodies are separated most.
 
     floor : [m]  only what is larger counts
-    Returns its number, or -1, and s, and the vertices of A and B along its normal.
+    Returns its number, or NO_FACE, and s, and the vertices of A and B along its normal.
     """
-    best, most, vertex_a, vertex_b = -1, floor, 0, 0
-    of, at = (of_a, a) if side == OF_A else (of_b, b)
-    planes = at + int(of[at + PLANES])
-    faces = int(of[at + FACES])
-    points, sign = (KNOWN, 1.0) if side == OF_A else (TURNED, -1.0)
+    best, most, best_a, best_b = NO_FACE, floor, 0, 0
+    hull = a if side == OF_A else b
+    numbers, planes = hull.numbers, planes_of(hull)
+    faces = int(numbers[hull.begin + FACES])
+    points, sign = (KNOWN, 1.0) if side == OF_A else (KNOWN_IN_B, -1.0)
     first, top = 0, -math.inf
-    for f in range(faces):  # the likeliest first: it dismisses most of the others
-        k = planes + 4 * f
-        x, y, z = sign * of[k], sign * of[k + 1], sign * of[k + 2]
+    for face in range(faces):  # the likeliest first: it dismisses most of the others
+        normal = scale(sign, load(numbers, planes + PLANE * face))
         least = math.inf
-        for c in range(known):
-            m = points + 3 * c
-            least = min(least, x * work[m] + y * work[m + 1] + z * work[m + 2])
+        for place in range(points, points + VECTOR * known, VECTOR):
+            least = min(least, dot(normal, load(work, place)))
         if least > top:
-            first, top = f, least
-    i = j = 0
-    for c in range(faces + 1):
-        f = first if c == 0 else c - 1
-        k = planes + 4 * f
-        x, y, z = sign * of[k], sign * of[k + 1], sign * of[k + 2]
-        if not _may_beat(work, points, known, x, y, z, most):
+            first, top = face, least
+    vertex_a = vertex_b = 0
+    for turn in range(faces + 1):
+        face = first if turn == 0 else turn - 1
+        normal = scale(sign, load(numbers, planes + PLANE * face))
+        if not _may_beat(work, points, known, normal, most):
             continue
         if side == OF_B:
-            x, y, z = from_b(work, x, y, z)
-        s, i, j = separation(of_a, a, of_b, b, work, x, y, z, i, j)
-        if s > most:
-            best, most, vertex_a, vertex_b = f, s, i, j
-    return best, most, vertex_a, vertex_b
+            normal = from_b(work, normal)
+        along, vertex_a, vertex_b = separation(a, b, work, normal, vertex_a, vertex_b)
+        if along > most:
+            best, most, best_a, best_b = face, along, vertex_a, vertex_b
+    return best, most, best_a, best_b
 
 
 @kernel
 def best_face(
-    of_a, a: int, of_b, b: int, work, corners: int, handicap: float
+    a: Hull, b: Hull, work: Array, corners: int, handicap: float
 ) -> tuple[int, int, float, int]:
     """
     Find the face of either body along whose normal they are separated most.
@@ -149,136 +179,129 @@ def best_face(
     """
     know_simplex(work, corners)
     floor = -math.inf
-    winner, face, most = NONE, -1, floor
-    i = j = 0
+    winner, face, most = NONE, NO_FACE, floor
+    best_a = best_b = 0
     for side in range(OF_A, OF_B + 1):
-        other, s, k, m = best_face_of(side, of_a, a, of_b, b, work, corners, floor)
-        if other >= 0:
-            winner, face, most = side, other, s
-            floor = s + handicap
-            i, j = k, m
+        found, along, vertex_a, vertex_b = best_face_of(side, a, b, work, corners, floor)
+        if found != NO_FACE:
+            winner, face, most = side, found, along
+            floor = along + handicap
+            best_a, best_b = vertex_a, vertex_b
     if winner == NONE:
         return winner, face, most, corners
-    of, at = (of_a, a) if winner == OF_A else (of_b, b)
-    loop = at + int(of[at + LOOPS]) + int(of[at + LOOP]) * face
-    for c in range(4):
-        k = int(of[loop + 1 + c * int(of[loop]) // 4])
+    hull = a if winner == OF_A else b
+    loop = loop_of(hull, face)
+    for turn in range(AROUND):
+        corner = int(hull.numbers[loop + 1 + turn * int(hull.numbers[loop]) // AROUND])
         if winner == OF_A:
-            i = k
+            best_a = corner
         else:
-            j = k
-        x, y, z = point_of_b(work, of_b, b + VERTICES + 3 * j)
-        m = a + VERTICES + 3 * i
-        x, y, z = x - of_a[m], y - of_a[m + 1], z - of_a[m + 2]
-        to, turned = KNOWN + 3 * (corners + c), TURNED + 3 * (corners + c)
-        work[to], work[to + 1], work[to + 2] = x, y, z
-        work[turned], work[turned + 1], work[turned + 2] = to_b(work, x, y, z)
-    return winner, face, most, corners + 4
+            best_b = corner
+        point = subtract(point_of_b(work, vertex(b, best_b)), vertex(a, best_a))
+        _know(work, corners + turn, point)
+    return winner, face, most, corners + AROUND
 
 
 @inline
-def _out(work, at: int, known: int, k: int, m: int, of, sign: float, floor: float):
+def _dismissed(
+    work: Array, points: int, known: int, left: Any, right: Any, sign: float, floor: float
+) -> Any:
     """Tell whether no normal on the arc between two faces can be better than the floor."""
-    for c in range(known - 1, -1, -1):  # the corners around the best face dismiss most
-        p = at + 3 * c
-        x, y, z = work[p], work[p + 1], work[p + 2]
-        if (
-            sign * (x * of[k] + y * of[k + 1] + z * of[k + 2]) <= floor
-            and sign * (x * of[m] + y * of[m + 1] + z * of[m + 2]) <= floor
-        ):
+    for index in range(known - 1, -1, -1):  # the corners around the best face dismiss most
+        point = load(work, points + VECTOR * index)
+        if sign * dot(point, left) <= floor and sign * dot(point, right) <= floor:
             return True
     return False
 
 
 @kernel
-def best_edges(
-    of_a, a: int, of_b, b: int, work, known: int, floor: float
-) -> tuple[int, int, float]:
+def _edges_left(b: Hull, work: Array, known: int, floor: float, first: int) -> tuple[int, int]:
+    """List up to CHUNK edges of B that may win; return their number and where the list ends."""
+    numbers, planes, edges = b.numbers, planes_of(b), edges_of(b)
+    listed, done = 0, first
+    while done < int(numbers[b.begin + EDGES]) and listed < CHUNK:
+        edge = edges + EDGE * done
+        left = load(numbers, planes + PLANE * int(numbers[edge + LEFT]))
+        right = load(numbers, planes + PLANE * int(numbers[edge + RIGHT]))
+        if not _dismissed(work, KNOWN_IN_B, known, left, right, -1.0, floor):
+            work[EDGES_LEFT + listed] = done
+            listed += 1
+        done += 1
+    return listed, done
+
+
+@kernel
+def best_edges(a: Hull, b: Hull, work: Array, known: int, floor: float) -> tuple[int, int, float]:
     """
     Find the edges of A and B along whose cross product the bodies are separated most.
 
     floor : [m]  only what is larger counts
-    Returns their numbers, or -1, and s; AXIS holds the normal, axes of A. After `best_face`.
+    Returns their numbers, or NO_EDGE, and s; AXIS holds the normal, axes of A. After `best_face`.
     """
-    edge_a, edge_b, most = -1, -1, floor
-    planes_a, planes_b = a + int(of_a[a + PLANES]), b + int(of_b[b + PLANES])
-    list_a, list_b = a + int(of_a[a + EDGE_LIST]), b + int(of_b[b + EDGE_LIST])
-    count_a, count_b = int(of_a[a + EDGES]), int(of_b[b + EDGES])
+    edge_a, edge_b, most = NO_EDGE, NO_EDGE, floor
+    numbers_a, numbers_b = a.numbers, b.numbers
+    planes_a, planes_b, edges_a, edges_b = planes_of(a), planes_of(b), edges_of(a), edges_of(b)
     done = 0
-    i = j = 0
-    while done < count_b:
-        listed = 0
-        low = min(most, 0.0)
-        while done < count_b and listed < CHUNK:
-            e = list_b + 4 * done
-            k, m = planes_b + 4 * int(of_b[e + 2]), planes_b + 4 * int(of_b[e + 3])
-            if not _out(work, TURNED, known, k, m, of_b, -1.0, low):
-                work[POINTS + listed] = done
-                listed += 1
-            done += 1
-        for f in range(count_a if listed > 0 else 0):
-            e = list_a + 4 * f
-            k, m = planes_a + 4 * int(of_a[e + 2]), planes_a + 4 * int(of_a[e + 3])
-            if _out(work, KNOWN, known, k, m, of_a, 1.0, min(most, 0.0)):
+    vertex_a = vertex_b = 0
+    while done < int(numbers_b[b.begin + EDGES]):
+        listed, done = _edges_left(b, work, known, min(most, 0.0), done)
+        for of_a in range(int(numbers_a[a.begin + EDGES]) if listed > 0 else 0):
+            edge = edges_a + EDGE * of_a
+            left_a = load(numbers_a, planes_a + PLANE * int(numbers_a[edge + LEFT]))
+            right_a = load(numbers_a, planes_a + PLANE * int(numbers_a[edge + RIGHT]))
+            if _dismissed(work, KNOWN, known, left_a, right_a, 1.0, min(most, 0.0)):
                 continue
-            p, q = a + VERTICES + 3 * int(of_a[e]), a + VERTICES + 3 * int(of_a[e + 1])
-            ux, uy, uz = to_b(
-                work, of_a[q] - of_a[p], of_a[q + 1] - of_a[p + 1], of_a[q + 2] - of_a[p + 2]
-            )
-            lx, ly, lz = to_b(work, of_a[k], of_a[k + 1], of_a[k + 2])
-            rx, ry, rz = to_b(work, of_a[m], of_a[m + 1], of_a[m + 2])
-            cx, cy, cz = of_a[p], of_a[p + 1], of_a[p + 2]
-            for h in range(listed):
-                g = int(work[POINTS + h])
-                e = list_b + 4 * g
-                k, m = planes_b + 4 * int(of_b[e + 2]), planes_b + 4 * int(of_b[e + 3])
-                left = ux * of_b[k] + uy * of_b[k + 1] + uz * of_b[k + 2]
-                right = ux * of_b[m] + uy * of_b[m + 1] + uz * of_b[m + 2]
+            start_a = vertex(a, int(numbers_a[edge + START]))
+            along_a = to_b(work, subtract(vertex(a, int(numbers_a[edge + END])), start_a))
+            left_a, right_a = to_b(work, left_a), to_b(work, right_a)
+            for entry in range(listed):
+                of_b = int(work[EDGES_LEFT + entry])
+                edge = edges_b + EDGE * of_b
+                left_b = load(numbers_b, planes_b + PLANE * int(numbers_b[edge + LEFT]))
+                right_b = load(numbers_b, planes_b + PLANE * int(numbers_b[edge + RIGHT]))
+                left, right = dot(along_a, left_b), dot(along_a, right_b)
                 if not left * right < 0.0:
                     continue
-                p, q = b + VERTICES + 3 * int(of_b[e]), b + VERTICES + 3 * int(of_b[e + 1])
-                vx, vy = of_b[q] - of_b[p], of_b[q + 1] - of_b[p + 1]
-                vz = of_b[q + 2] - of_b[p + 2]
-                over = rx * vx + ry * vy + rz * vz
-                if not ((lx * vx + ly * vy + lz * vz) * over < 0.0 and left * over < 0.0):
+                start_b = vertex(b, int(numbers_b[edge + START]))
+                along_b = subtract(vertex(b, int(numbers_b[edge + END])), start_b)
+                over = dot(right_a, along_b)
+                if not (dot(left_a, along_b) * over < 0.0 and left * over < 0.0):
                     continue
-                x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-                xx = x * x + y * y + z * z
-                uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
-                if not xx > max(PARALLEL * uu * vv, TINY):
+                normal = cross(along_a, along_b)
+                squared = dot(normal, normal)
+                lengths = PARALLEL * dot(along_a, along_a) * dot(along_b, along_b)
+                if not squared > max(lengths, TINY):
                     continue
-                size = math.sqrt(xx)
-                if x * (lx + rx) + y * (ly + ry) + z * (lz + rz) < 0.0:
-                    size = -size
-                x, y, z = from_b(work, x / size, y / size, z / size)
-                bx, by, bz = point_of_b(work, of_b, p)
-                if not x * (bx - cx) + y * (by - cy) + z * (bz - cz) > most:
+                length = math.sqrt(squared)
+                if dot(normal, add(left_a, right_a)) < 0.0:
+                    length = -length
+                normal = from_b(work, divide(normal, length))
+                if not dot(normal, subtract(point_of_b(work, start_b), start_a)) > most:
                     continue
-                s, i, j = separation(of_a, a, of_b, b, work, x, y, z, i, j)
-                if s > most:
-                    edge_a, edge_b, most = f, g, s
-                    work[AXIS], work[AXIS + 1], work[AXIS + 2] = x, y, z
+                along, vertex_a, vertex_b = separation(a, b, work, normal, vertex_a, vertex_b)
+                if along > most:
+                    edge_a, edge_b, most = of_a, of_b, along
+                    store(work, AXIS, normal)
     return edge_a, edge_b, most
 
 
 @kernel
-def nearest_on_edges(of_a, a: int, of_b, b: int, work, edge_a: int, edge_b: int) -> None:
+def nearest_on_edges(a: Hull, b: Hull, work: Array, edge_a: int, edge_b: int) -> None:
     """Write behind AXIS the points of two crossing edges that lie nearest to each other's line."""
-    e, g = a + int(of_a[a + EDGE_LIST]) + 4 * edge_a, b + int(of_b[b + EDGE_LIST]) + 4 * edge_b
-    p, q = a + VERTICES + 3 * int(of_a[e]), a + VERTICES + 3 * int(of_a[e + 1])
-    px, py, pz = of_a[p], of_a[p + 1], of_a[p + 2]
-    ux, uy, uz = of_a[q] - px, of_a[q + 1] - py, of_a[q + 2] - pz
-    rx, ry, rz = point_of_b(work, of_b, b + VERTICES + 3 * int(of_b[g]))
-    vx, vy, vz = point_of_b(work, of_b, b + VERTICES + 3 * int(of_b[g + 1]))
-    vx, vy, vz = vx - rx, vy - ry, vz - rz
-    dx, dy, dz = rx - px, ry - py, rz - pz
-    uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
-    uv = ux * vx + uy * vy + uz * vz
-    ud, vd = ux * dx + uy * dy + uz * dz, vx * dx + vy * dy + vz * dz
-    det = uu * vv - uv * uv
-    s = t = 0.5
-    if det > PARALLEL * uu * vv:
-        s = min(max((ud * vv - vd * uv) / det, 0.0), 1.0)
-        t = min(max((ud * uv - vd * uu) / det, 0.0), 1.0)
-    work[AXIS + 3], work[AXIS + 4], work[AXIS + 5] = px + s * ux, py + s * uy, pz + s * uz
-    work[AXIS + 6], work[AXIS + 7], work[AXIS + 8] = rx + t * vx, ry + t * vy, rz + t * vz
+    edge = edges_of(a) + EDGE * edge_a
+    start_a = vertex(a, int(a.numbers[edge + START]))
+    along_a = subtract(vertex(a, int(a.numbers[edge + END])), start_a)
+    edge = edges_of(b) + EDGE * edge_b
+    start_b = point_of_b(work, vertex(b, int(b.numbers[edge + START])))
+    along_b = subtract(point_of_b(work, vertex(b, int(b.numbers[edge + END]))), start_b)
+    way = subtract(start_b, start_a)
+    squared_a, squared_b = dot(along_a, along_a), dot(along_b, along_b)
+    both = dot(along_a, along_b)
+    way_a, way_b = dot(along_a, way), dot(along_b, way)
+    det = squared_a * squared_b - both * both
+    share_a = share_b = 0.5
+    if det > PARALLEL * squared_a * squared_b:
+        share_a = min(max((way_a * squared_b - way_b * both) / det, 0.0), 1.0)
+        share_b = min(max((way_a * both - way_b * squared_a) / det, 0.0), 1.0)
+    store(work, AXIS_A, add_scaled(start_a, share_a, along_a))
+    store(work, AXIS_B, add_scaled(start_b, share_b, along_b))
