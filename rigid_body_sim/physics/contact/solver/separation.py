@@ -16,9 +16,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.geometry import manifold
@@ -30,8 +28,6 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, subtract
-
-Array = NDArray[np.float64]
 
 LAYERED = slot('[-] whether anything is a ball or a capsule')
 
