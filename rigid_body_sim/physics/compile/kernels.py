@@ -224,10 +224,6 @@ def _listed(slots: Mapping[str, KernelSlot]) -> str:
 def _checked(function: FunctionType, offered: Any, bindings: Any) -> dict[str, Any]:
     """Give what is bound to the slots of a function: to all of them, and to nothing else."""
     slots = slots_of(function)
-    if not slots and not any(
-        isinstance(value, KernelSlot) for value in function.__globals__.values()
-    ):
-        return {**offered, **bindings}  # of a module that declares none yet
     where = f'specialise({function.__module__}.{function.__qualname__})'
     unknown = sorted(bindings.keys() - slots.keys())
     if unknown:
@@ -298,13 +294,6 @@ def _identity(value: Any) -> Any:
     """Name a kernel with its module: drifts of several methods are called `drift`."""
     name = getattr(value, '__name__', None)
     return value if name is None else f'{value.__module__}.{name}'
-
-
-def unbound(*_arguments: Any) -> Any:
-    """Stand for a kernel that `specialise` binds."""
-    raise NotImplementedError(
-        'this name is bound by rigid_body_sim.physics.compile.kernels.specialise'
-    )
 
 
 def plain(function: Callable[..., Any]) -> FunctionType:

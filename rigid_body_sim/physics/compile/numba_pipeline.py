@@ -40,10 +40,10 @@ What each part earns: processor time of the cold compile of `stack`, of its tick
 
 numba alone, measured once: 36.8 s and 14.3 us. Free bodies (`ten_bodies` under dmv6) compile in
 0.8 s and tick in 0.36 us, whatever is left out. The passes earn less than the rest; to leave them
-out takes one line, in numba's own way. Measured since fields have names of their own and vectors
-are tuples: with literals typed each by itself 18.9 s (297 functions in place of 266), with the
-garbage collector running on 15.8 s, with both parts 13.2 s, where 13.6 s were needed before. That
-pause is the one thing here that all threads of the process share: their garbage waits some seconds.
+out takes one line, in numba's own way. Measured since vectors are tuples, of 13.2 s
+with all parts: with literals typed each by itself and garbage looked for 18.9 s (297 functions in
+place of 266), with garbage looked for alone 15.8 s. That pause is the one thing here that all
+threads of the process share: their garbage waits some seconds.
 
 Nothing inside numba is replaced, and no setting of numba is changed, so that
 functions of the program that compile beside, or are called by a kernel, stay what numba makes of
