@@ -3,8 +3,8 @@
 ROOT := $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))
 PYTHON := $(ROOT)/.venv/bin/python
 PYTEST_ARGS ?=
-# Two workers; what compiles the same kernels goes to one of them, what takes longest begins (test/conftest.py).
-WORKERS := -p hypothesispytest -p xdist -n 2 --dist loadgroup --no-loadscope-reorder
+# Two workers: which tests each of them gets says test/conftest.py.
+WORKERS := -p hypothesispytest -p xdist -n 2
 REPORT_ARGS ?=
 
 # The package is run from this tree. A foreign PYTHONPATH counts only where a ROS 2 is sourced.

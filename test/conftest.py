@@ -24,17 +24,29 @@ TOGETHER = {
 APART = {'stability'}  # folders whose tests compile little and may take long
 
 
-@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """
-    Group the tests for workers by file, some by folder; what takes longest begins.
+    Begin with what takes longest.
     """
-    for item in items:
-        file = item.path.relative_to(HERE)
-        group = file.parts[0] if file.parts[0] in TOGETHER else str(file)
-        if file.parts[0] not in APART:
-            item.add_marker(pytest.mark.xdist_group(group))
     items.sort(key=lambda item: item.path != HERE / FIRST)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """
+    Give each worker whole files, in their order; some folders as one.
+    """
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            _, folder, *_ = path = nodeid.partition('::')[0].split('/')
+            if folder in APART:
+                return nodeid
+            return folder if folder in TOGETHER else '/'.join(path)
+
+    config.option.loadscopereorder = False
+    return ByFile(config, log)
 
 
 @pytest.fixture(scope='module')
