@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Records: tables of numbers whose fields count themselves.
+Arrays and records: tables of numbers whose fields count themselves.
 
 A kernel sees one-dimensional arrays. What stands where in them is declared once, field by field,
 as module-level integers, which numba takes for constants:
@@ -22,6 +22,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]  # in a kernel: one-dimensional
+Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -12,17 +12,15 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision import bounds_record, collider_record
+from rigid_body_sim.physics.contact.collision import pose as pose_record
 from rigid_body_sim.physics.contact.collision.collider import (
-    BOUNDS,
     BOX,
     CAPSULE,
     CYLINDER,
     HULL,
     PLANE,
-    POSE,
-    SIZES,
     SPHERE,
-    TABLE,
     Colliders,
     world_aabb,
 )
@@ -94,7 +92,9 @@ def test_each_solid_is_one_collider_in_scene_order_and_the_rest_is_none():
         body('wall', Box((1.0, 1.0, 1.0)), fixed=True),
     )
     assert found.types.tolist() == [*SOLIDS, HULL, SPHERE, BOX]
-    assert found.table.reshape(-1, TABLE)[:, 3].tolist() == [0, 1, 2, 3, 4, 5, 8, 9, 10]
+    assert found.table.reshape(-1, collider_record.SIZE)[
+        :, collider_record.SCENE_INDEX
+    ].tolist() == [0, 1, 2, 3, 4, 5, 8, 9, 10]
     # moving bodies in core order: rigid ones first (the dust is one, the ghost is a point mass)
     assert found.bodies.tolist() == [0, 1, 2, 3, 4, -1, 6, 8, -1]
 
@@ -103,7 +103,7 @@ def test_equal_hulls_share_one_record():
     one = colliders(body('a', ConvexHull(CORNERS)))
     four = colliders(*(body(f'b{i}', Mesh(CORNERS, FACES)) for i in range(4)))
     assert np.array_equal(one.shape_parameters, four.shape_parameters)
-    assert set(four.table[SIZES::TABLE].tolist()) == {0}
+    assert set(four.table[collider_record.PARAMETERS :: collider_record.SIZE].tolist()) == {0}
 
 
 def test_the_hull_of_a_shape_is_found_once_for_all_bodies_that_share_it(monkeypatch):
@@ -212,8 +212,10 @@ def test_bounding_box_and_ball_hold_the_solid_and_are_not_much_larger(kind):
 
 
 def test_plane_has_no_bounds():
-    assert np.isinf(colliders(body('g', SOLIDS[PLANE], fixed=True)).local_bounds[BOUNDS - 1])
-    assert POSE == len(colliders(body('g', SOLIDS[PLANE], fixed=True)).poses)
+    assert np.isinf(
+        colliders(body('g', SOLIDS[PLANE], fixed=True)).local_bounds[bounds_record.RADIUS]
+    )
+    assert pose_record.SIZE == len(colliders(body('g', SOLIDS[PLANE], fixed=True)).poses)
 
 
 @pytest.mark.parametrize('pair', [(BOX, SPHERE), (PLANE, PLANE), (-1, 0), (SPHERE, 6)])

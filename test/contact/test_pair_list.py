@@ -14,13 +14,10 @@ import pytest
 
 from rigid_body_sim.physics.compile.kernels import argument
 from rigid_body_sim.physics.contact import tick_counts
+from rigid_body_sim.physics.contact.collision import bounds_record, collider_record
 from rigid_body_sim.physics.contact.collision.collider import (
-    BOUNDS,
-    CORE,
     PLANE,
-    SIZES,
     SPHERE,
-    TABLE,
     BroadPhase,
     ColliderArrays,
 )
@@ -59,12 +56,16 @@ def all_pairs(n, planes, h, colliders):
     keys = []
     table, reaches = colliders.table, colliders.swept_aabbs
     for j in range(planes, n):
-        moves = table[j * TABLE + CORE] >= 0
+        moves = table[j * collider_record.SIZE + collider_record.BODY] >= 0
         for i in range(j):
-            if not moves and (i < planes or table[i * TABLE + CORE] < 0):
+            if not moves and (
+                i < planes or table[i * collider_record.SIZE + collider_record.BODY] < 0
+            ):
                 continue
             if i < planes:
-                meets = may_meet_plane(table[i * TABLE + SIZES], j, h, colliders)
+                meets = may_meet_plane(
+                    table[i * collider_record.SIZE + collider_record.PARAMETERS], j, h, colliders
+                )
             else:
                 meets = may_meet(reaches, i * ROW, j * ROW, h)
             if meets:
@@ -91,13 +92,13 @@ class Crowd:
         normals = rng.normal(size=(planes, 3))
         normals /= np.linalg.norm(normals, axis=1)[:, None]
         self.numbers = np.column_stack((normals, rng.uniform(-3.0, -1.0, planes))).ravel()
-        table = np.zeros((n, TABLE), dtype=np.int64)
+        table = np.zeros((n, collider_record.SIZE), dtype=np.int64)
         table[:, 0] = [PLANE] * planes + [SPHERE] * balls
-        table[:planes, SIZES] = 4 * np.arange(planes)
-        table[:, CORE] = -1
-        table[planes + self.statics :, CORE] = np.arange(balls - self.statics)
-        bounds = np.zeros((n, BOUNDS))
-        bounds[:, 7] = [math.inf] * planes + list(self.radii)
+        table[:planes, collider_record.PARAMETERS] = 4 * np.arange(planes)
+        table[:, collider_record.BODY] = -1
+        table[planes + self.statics :, collider_record.BODY] = np.arange(balls - self.statics)
+        bounds = np.zeros((n, bounds_record.SIZE))
+        bounds[:, bounds_record.RADIUS] = [math.inf] * planes + list(self.radii)
         self.table, self.bounds = table.ravel(), bounds.ravel()
         self.position = rng.uniform(-2.0, 2.0, (n, 3))
         self.velocity = rng.normal(size=(n, 3))
@@ -121,7 +122,9 @@ class Crowd:
         rows[:, :3] = self.position
         rows[:, HALF : HALF + 3] = radius[:, None]
         rows[:, VELOCITY : VELOCITY + 3] = self.velocity
-        rows[:, TURNING] = 9.81 * h * h * (self.table[CORE::TABLE] >= 0)
+        rows[:, TURNING] = (
+            9.81 * h * h * (self.table[collider_record.BODY :: collider_record.SIZE] >= 0)
+        )
         rows[:, MARGIN] = np.where(radius > 0.0, np.minimum(0.02, 0.1 * radius), 0.02)
         speed = np.linalg.norm(self.velocity, axis=1) * h
         rows[:, EXPANSION] = 0.5 * rows[:, MARGIN] + speed + rows[:, TURNING]
@@ -166,7 +169,7 @@ def test_a_list_that_is_kept_gives_the_pairs_of_all_with_all(kind, speed):
         found += crowd.compare()
         made += crowd.kept[AGE] == 1
         crowd.fly()
-        moving = crowd.table[CORE::TABLE] >= 0
+        moving = crowd.table[collider_record.BODY :: collider_record.SIZE] >= 0
         crowd.velocity[moving] += 0.1 * speed * rng.normal(size=(moving.sum(), 3))
         if turn % 20 == 10:  # a jump of one
             crowd.position[-1] = rng.uniform(-1.0, 1.0, 3)

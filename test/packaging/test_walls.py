@@ -56,10 +56,6 @@ NUMBERS = 'vectors and matrices are handed on number by number'
 CASES = 'more than one thing is done in it'
 RECIPE = 'the recipe of a tick with contact, not yet told in stages'
 TOO_LARGE = {  # module.function in physics -> why it still is; an entry not needed fails
-    'scheme._add_differences': ARRAYS,
-    'scheme._attempt': ARRAYS,
-    'scheme._solve_stage': ARRAYS,
-    'stage.subtract_column': ARRAYS,
     'step._advance': RECIPE,
 }
 

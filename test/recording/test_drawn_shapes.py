@@ -17,15 +17,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from rigid_body_sim import load_scene
+from rigid_body_sim.physics.contact.collision import collider_record
+from rigid_body_sim.physics.contact.collision import pose as pose_record
 from rigid_body_sim.physics.contact.collision.collider import (
     BOX,
     CAPSULE,
     CYLINDER,
     HULL,
-    POSE,
-    SIZES,
     SPHERE,
-    TABLE,
     Colliders,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
@@ -149,8 +148,10 @@ def test_each_part_is_drawn_with_the_geometry_and_the_pose_that_contact_has(
         found = [part for part in found if drawn.forms[part['form']] != points]
     assert len(found) == len(colliders)
     axes = Rotation.from_quat(stands[1])
-    table = colliders.table.reshape(-1, TABLE)
-    for part, pose, row in zip(found, colliders.poses.reshape(-1, POSE), table, strict=True):
+    table = colliders.table.reshape(-1, collider_record.SIZE)
+    for part, pose, row in zip(
+        found, colliders.poses.reshape(-1, pose_record.SIZE), table, strict=True
+    ):
         origin = np.array(stands[0]) + axes.apply(part['at'])
         turn = (axes * Rotation.from_quat(part['turn'])).as_matrix()
         # round-off of products of three rotations and of lengths below 20 m
@@ -160,7 +161,9 @@ def test_each_part_is_drawn_with_the_geometry_and_the_pose_that_contact_has(
         if form == points:
             assert isinstance(shape, Particle)
             continue
-        assert same_geometry(form, row[0], colliders.shape_parameters[row[SIZES] :])
+        assert same_geometry(
+            form, row[0], colliders.shape_parameters[row[collider_record.PARAMETERS] :]
+        )
         if form['type'] == 'surface':
             corners = pose[:3] + surface(form)[0] @ turn.T
             farthest = np.linalg.norm(corners - stands[0], axis=1).max()
@@ -377,7 +380,7 @@ def test_a_browser_puts_each_part_where_contact_would_find_it(tab, page, instant
     )
     scene = replace(scene, bodies=bodies)
     colliders = Colliders.of(scene, Layout(scene))
-    wanted = colliders.poses.reshape(-1, POSE)[1:]  # the ground has no parts
+    wanted = colliders.poses.reshape(-1, pose_record.SIZE)[1:]  # the ground has no parts
     found = np.array([each for group in matrices for each in group]).reshape(-1, 4, 4)
     assert len(found) == len(wanted) == 5
     # columns of the library are rows here; single precision, below 1 m

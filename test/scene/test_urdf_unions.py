@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.contact.collision.collider import POSE, Colliders
+from rigid_body_sim.physics.contact.collision import pose as pose_record
+from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import hull
@@ -91,7 +92,7 @@ def surroundings(*bodies: dict[str, Any]) -> dict[str, Any]:
 
 def poses(scene: Scene) -> NDArray[np.float64]:
     """Return origin (3) and axes (9, row by row) of each shape in the world at the start."""
-    return Colliders.of(scene, Layout(scene)).poses.reshape(-1, POSE)
+    return Colliders.of(scene, Layout(scene)).poses.reshape(-1, pose_record.SIZE)
 
 
 def test_a_link_of_boxes_rests_bit_for_bit_as_the_union_written_in_a_scene() -> None:
@@ -155,7 +156,7 @@ def test_each_collision_lies_in_the_link_whatever_the_inertial_frame(
     assert len(colliders) == len(collisions)
     # the same from the state of the core, as every tick does it: R(q) M and r - R c
     core = axes.as_matrix() @ rotation.matrix_from_quaternion(Layout(scene).principal[0])
-    mounts = colliders.local_poses.reshape(-1, POSE)
+    mounts = colliders.local_poses.reshape(-1, pose_record.SIZE)
     for (_, place, angles), found, mount in zip(collisions, poses(scene), mounts, strict=True):
         turned = (axes * Rotation.from_euler('xyz', angles)).as_matrix()
         origin = np.array(r) + axes.apply(np.subtract(place, center))

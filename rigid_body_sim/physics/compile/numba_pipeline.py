@@ -19,30 +19,33 @@ and of the work in Python before that,
                 allocated would now be refused
     indices     are taken as they are: no kernel counts from the end of an array, and to look for
                 that at each of thousands of accesses is most of what fetching a body costs
-    types       of an operator with its operands are resolved once, not at every occurrence
+    types       of an operator with its operands are resolved once, not at every occurrence; a
+                literal argument is typed like any other number, so that no function is compiled
+                once for a 0 and once for a 3
+    garbage     is not looked for meanwhile: nearly all that is made is kept to the end
     passes      for closures and array expressions, which kernels do not have, are left out
 
 What each part earns: processor time of the cold compile of `stack`, of its tick, and of a tick of
-`pile_of_1000`, medians of two to five runs on two busy cores (x86-64, Python 3.12, numba 0.68; a
-run differs from the next by up to a tenth), with that part alone left out, beside all parts:
+`pile_of_1000`, with that part alone left out. Medians of two or three runs on two busy cores
+(x86-64, Python 3.12, numba 0.68), of which one differs from the next by up to a tenth:
 
-                          cold compile       tick of stack     tick of the pile
-    all                   14.1 s             11.0 us           1060 us
-    without twins         21.9 s   + 55 %    11.4 us    + 3 %  1030 us    - 3 %
-    twins with machine code
-                          18.7 s   + 33 %    11.2 us    + 2 %  1090 us    + 3 %
-    references counted    15.2 s   +  8 %    13.9 us   + 26 %  1140 us    + 7 %
-    indices wrapped       19.6 s   + 39 %    13.4 us   + 22 %  1240 us   + 17 %
-    types every time      18.1 s   + 28 %    11.2 us    + 2 %  1080 us    + 2 %
-    all passes            15.0 s   +  6 %    11.4 us    + 3 %  1060 us      0 %
-    numba alone           36.8 s   +160 %    14.3 us   + 30 %
+                            cold compile        tick of stack     tick of the pile
+    all parts               14.1 s              10.8 us           1060 us
+    no twins                21.5 s   + 53 %     11.2 us   +  4 %  1040 us    - 2 %
+    their machine code too  17.2 s   + 22 %     11.3 us   +  4 %  1040 us    - 2 %
+    references counted      14.2 s   +  1 %     14.1 us   + 31 %  1100 us    + 4 %
+    indices wrapped         17.3 s   + 23 %     13.6 us   + 26 %  1100 us    + 4 %
+    types every time        18.1 s   + 28 %     11.2 us   +  4 %  1060 us      0 %
+    all passes              14.8 s   +  5 %     11.3 us   +  5 %  1070 us    + 1 %
 
-Contact-free `ten_bodies` under dmv6 compiles in 0.8 s and ticks in 0.36 us, either way within 8 %.
-The two passes earn less than the others, and are left out all the same, for it takes a line and
-pays for the garbage collector: to stop it meanwhile would save 15 % of a cold compile, but it is
-the whole process's. Numbers typed as such where they are literals earned nothing.
+numba alone, measured once: 36.8 s and 14.3 us. Free bodies (`ten_bodies` under dmv6) compile in
+0.8 s and tick in 0.36 us, whatever is left out. The passes earn less than the rest; to leave them
+out takes one line, in numba's own way. Measured since fields have names of their own and vectors
+are tuples: with literals typed each by itself 18.9 s (297 functions in place of 266), with the
+garbage collector running on 15.8 s, with both parts 13.2 s, where 13.6 s were needed before. That
+pause is the one thing here that all threads of the process share: their garbage waits some seconds.
 
-Nothing inside numba is replaced, and no setting of numba or of the process is changed, so that
+Nothing inside numba is replaced, and no setting of numba is changed, so that
 functions of the program that compile beside, or are called by a kernel, stay what numba makes of
 them: a dispatcher, a pipeline, a lowering, a typing context and a cache of kernels' own extend
 numba's classes. They lean on its inside still, and `kernels` asks another release than those it
@@ -53,6 +56,7 @@ names there for an ordinary function: that costs time, not the run.
 
 from __future__ import annotations
 
+import gc
 import operator
 from collections.abc import Callable
 from functools import cache
@@ -136,6 +140,9 @@ class _Called(CPUDispatcher):
         super().__init__(function, targetoptions=options, pipeline_class=_CompilerOfCalled)
         if folder is not None:
             self._cache = _cache_in(folder)(function)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        return super().get_call_template(tuple(types.unliteral(a) for a in args), kws)
 
 
 class _Typing(Context):
@@ -251,6 +258,15 @@ _typing = cache(_Typing)  # one context for all kernels
 class _Compiler(CompilerBase):
     def __init__(self, typingctx: Any, *arguments: Any) -> None:
         super().__init__(_typing(typingctx), *arguments)
+
+    def compile_extra(self, func: Any) -> Any:
+        if not gc.isenabled():  # also while an outer kernel compiles: under numba's lock
+            return super().compile_extra(func)
+        gc.disable()
+        try:
+            return super().compile_extra(func)
+        finally:
+            gc.enable()
 
     def define_pipelines(self) -> list[PassManager]:
         short = PassManager('kernel')

@@ -24,10 +24,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.arrays import Array, Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.state.blocks import LANES, add_compensated, at, rotate
@@ -46,8 +43,6 @@ from rigid_body_sim.physics.vectors import (
     store_strided,
     subtract,
 )
-
-Array = NDArray[np.float64]
 
 TINY = 1e-30  # [-] cosine squared of half a turn: below, it is half a turn all the same
 

@@ -80,23 +80,36 @@ solve_normals = slot('kernel (lanes, batches, 1/h, slop, cap, rows, ...): solves
 update_separation = slot('kernel (lanes, batches, rows, ...): lets points follow the bodies')
 relax = slot('kernel (lanes, batches, 1/h, first, last, rows, ...): relaxes normals, and friction')
 apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what bounces')
-# the stages of this module
-evaluate_forces = slot('kernel (time, world): evaluates the force elements')
-gather_bodies = slot('kernel (world)')
-detect_contacts = slot('kernel (h, world): tells whether the manifolds of the tick are there')
-colour_constraints = slot('kernel (world): tells whether there was room')
-prepare_constraints = slot('kernel (tick, world): tells whether the constraints are there')
-begin_energy_balance = slot('kernel (h, touching, world)')
-solve_contacts = slot('kernel (tick, touching, world): warm start and soft normals')
-integrate_motion = slot('kernel (tick, touching, world): moves all bodies over a substep')
-correct_forces = slot('kernel (time, tick, touching, world): forces of after the motion')
-gather_moved_bodies = slot('kernel (tick, touching, world)')
-follow_and_relax = slot('kernel (last, tick, touching, world): separations, then relaxation')
-bound_bounces = slot('kernel (touching, world): restitution')
-take_energy_back = slot('kernel (substep, touching, world): projection of the energy')
-store_impulses = slot('kernel (substep, world)')
-put_to_sleep = slot('kernel (h, end, touching, world): tells whether some body fell asleep')
+# the stages, of this module
+evaluate_forces = slot('kernel (time, motion, forces)')
+gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
+detect_contacts = slot('kernel (h, ...): tells whether the manifolds of the tick are there')
+colour_constraints = slot('kernel (body_count, ...): tells whether there was room')
+prepare_constraints = slot('kernel (now, ...): tells whether the constraints are there')
+begin_energy_balance = slot('kernel (h, touching, motion, bodies)')
+solve_contacts = slot('kernel (now, touching, ...): warm start and soft normals')
+integrate_motion = slot('kernel (now, touching, ...): moves all bodies over a substep')
+correct_forces = slot('kernel (time, now, touching, ...): forces of after the motion')
+gather_moved_bodies = slot('kernel (now, touching, motion, bodies)')
+follow_and_relax = slot('kernel (last, now, touching, ...): separations, then relaxation')
+bound_bounces = slot('kernel (touching, ...): restitution')
+take_energy_back = slot('kernel (substep, touching, ...): projection of the energy')
+store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
+put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
 advance_ticks = slot('kernel (ticks, tick, h, world): the recipe')
+
+
+class Detection(NamedTuple):
+    """
+    What the detection of contacts needs beside the colliders.
+
+    local_poses : of the shapes in the axes of their bodies: see `collision.pose`
+    found       : what a pair kernel writes, and its scratch: see `geometry.manifold`
+    """
+
+    local_poses: Array
+    broad_phase: BroadPhase
+    found: Array
 
 
 class World(NamedTuple):
@@ -104,9 +117,7 @@ class World(NamedTuple):
     All arrays of a scene with contact.
 
     settings, counts : see `tick_settings`, `tick_counts`
-    local_poses      : of the shapes in the axes of their bodies: see `collision.pose`
     materials        : see `collision.material_record`
-    found            : what a pair kernel writes, and its scratch: see `geometry.manifold`
     bodies           : see `solver_bodies`
     touching, marks  : see `touching`
     flows            : bodies whose mass changes: see `solver.variable_mass`
@@ -117,10 +128,8 @@ class World(NamedTuple):
     settings: Array
     counts: Indices
     colliders: ColliderArrays
-    local_poses: Array
     materials: Array
-    broad_phase: BroadPhase
-    found: Array
+    detection: Detection
     bodies: Array
     constraints: Constraints
     touching: Indices
@@ -160,8 +169,9 @@ def _advance(
 
         ticks, tick, h : how many; number of the first; length [s]
 
-    The arrays stand in a row, because groups of them cost more at the boundary than in here; the
-    names in this row from `settings` on are those by which `world` hands them over (`ARRAYS`).
+    The arrays stand in a row and are grouped in here: as groups they cost a call from Python 27 us
+    in place of 7 us, and a tick of ten boxes is 12 us. The names in the row from `settings` on are
+    those by which `world_arrays` hands them over (`ARRAYS`).
     """
     world = World(
         Motion(body_count, rigid_count, translation, rotation, method),
@@ -169,10 +179,10 @@ def _advance(
         settings,
         counts,
         ColliderArrays(shape_parameters, table, local_bounds, poses, swept),
-        local_poses,
         materials,
-        BroadPhase(fat_aabbs, grid, hash_heads, neighbours, pair_ids),
-        found,
+        Detection(
+            local_poses, BroadPhase(fat_aabbs, grid, hash_heads, neighbours, pair_ids), found
+        ),
         bodies,
         Constraints(manifolds, rows, batches, colours, open_batches, cache),
         touching,
@@ -198,25 +208,26 @@ ARRAYS = _names_of_arrays()
 
 def _advance_ticks(ticks, tick, h, world):
     """Let ticks pass, one after the other: the recipe."""
-    motion, counts = world.motion, world.counts
-    substeps = int(world.settings[tick_settings.SUBSTEPS])
+    motion, forces, settings, counts = world.motion, world.forces, world.settings, world.counts
+    colliders, constraints, bodies = world.colliders, world.constraints, world.bodies
+    energy, state, flows = world.energy, world.sleep, world.flows
+    substeps = int(settings[tick_settings.SUBSTEPS])
     substep = h / substeps
     counts[tick_counts.DONE] = 0
     counts[tick_counts.STATUS] = tick_counts.COMPLETE
     status = finite(motion)
     evaluated = False
     if SLEEPING and counts[tick_counts.SLEEP_CHANGED] == 1:
-        counts[tick_counts.SLEEP_CHANGED] = 0
-        place_sleepers(world)
+        place_sleepers(motion, colliders, world.detection, bodies, state, counts)
     for passed in range(ticks):
         if not status == 0.0:
             return status
         now = Tick((tick + passed) * h, h, substep, substeps)
         if COUPLED and not evaluated:
-            evaluate_forces(now.start, world)
+            evaluate_forces(now.start, motion, forces)
             evaluated = not VELOCITY_DEPENDENT
         if SLEEPING:
-            awake = sleep.count_awake(motion, world.sleep)
+            awake = sleep.count_awake(motion, state)
             if awake == sleep.SOME_WAKES:
                 counts[tick_counts.STATUS] = tick_counts.WOKEN
                 return 0.0
@@ -224,26 +235,39 @@ def _advance_ticks(ticks, tick, h, world):
                 counts[tick_counts.MANIFOLDS] = 0
                 counts[tick_counts.DONE] = passed + 1
                 continue
-        if not detect_contacts(h, world) or not prepare_constraints(now, world):
+        if not detect_contacts(
+            h, motion, colliders, world.detection, constraints.manifolds, bodies, state, settings,
+            counts,
+        ) or not prepare_constraints(
+            now, motion, colliders, world.materials, constraints, bodies, flows, settings, counts
+        ):  # fmt: skip
             return 0.0
-        touching = world.touching[0 : count_touching(world)]
-        begin_energy_balance(h, touching, world)
+        count = count_touching(motion, constraints, world.marks, world.touching, counts)
+        touching = world.touching[0:count]
+        begin_energy_balance(h, touching, motion, bodies)
         for index in range(substeps):
             if COUPLED and not evaluated:
-                evaluate_forces(now.start + index * substep, world)
-            solve_contacts(now, touching, world)
-            integrate_motion(now, touching, world)
+                evaluate_forces(now.start + index * substep, motion, forces)
+            solve_contacts(now, touching, motion, constraints, bodies, flows, settings, counts)
+            integrate_motion(now, touching, motion, bodies, state)
             if COUPLED:
-                correct_forces(now.start + (index + 1) * substep, now, touching, world)
+                time = now.start + (index + 1) * substep
+                correct_forces(time, now, touching, motion, forces, bodies)
                 evaluated = not VELOCITY_DEPENDENT
-            follow_and_relax(index + 1 == substeps, now, touching, world)
+            last = index + 1 == substeps
+            follow_and_relax(
+                last, now, touching, motion, constraints, bodies, flows, settings, counts
+            )
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
-            bound_bounces(touching, world)
-        take_energy_back(substep, touching, world)
-        store_impulses(substep, world)
+            bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
+        take_energy_back(substep, touching, motion, constraints, energy, bodies, counts)
+        store_impulses(substep, colliders.poses, constraints, counts)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
-        if SLEEPING and put_to_sleep(h, (tick + passed + 1) * h, touching, world):
+        if SLEEPING and put_to_sleep(
+            h, (tick + passed + 1) * h, touching, motion, forces, colliders, constraints, bodies,
+            state, settings, counts,
+        ):  # fmt: skip
             counts[tick_counts.STATUS] = tick_counts.FELL_ASLEEP
             return status
     return status
@@ -256,28 +280,30 @@ def finite(motion: Motion) -> Any:
 
 
 @inline
-def place_sleepers(world: World) -> None:
+def place_sleepers(
+    motion: Motion, colliders: ColliderArrays, detection: Detection, bodies: Array,
+    state: SleepState, counts: Indices,
+) -> None:  # fmt: skip
     """Let the colliders say who sleeps, and forget the neighbour list."""
-    world.broad_phase.neighbours[neighbour_list.AGE] = 0
+    counts[tick_counts.SLEEP_CHANGED] = 0
+    detection.broad_phase.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
     sleep.place_sleepers(
-        world.counts[tick_counts.COLLIDERS], world.motion, world.colliders, world.local_poses,
-        world.bodies, world.sleep.sleep_states,
+        counts[tick_counts.COLLIDERS], motion, colliders, detection.local_poses, bodies,
+        state.sleep_states,
     )  # fmt: skip
 
 
-def _evaluate_forces(time, world):
+def _evaluate_forces(time, motion, forces):
     """Evaluate all force elements at a time [s]."""
-    motion, forces = world.motion, world.forces
     translation, rotation = motion.translation, motion.rotation
     steps.start_evaluation(motion.body_count, motion.rigid_count, translation, rotation)
     evaluate(0, time, translation, rotation, forces.elements, forces.ranges)
 
 
-def _gather_bodies(world):
+def _gather_bodies(motion, bodies, state):
     """Give the solver the bodies as they are at the start of the tick."""
-    motion, bodies = world.motion, world.bodies
     for body in range(motion.body_count):
-        if SLEEPING and sleep.asleep(body, world.sleep.sleep_states):
+        if SLEEPING and sleep.asleep(body, state.sleep_states):
             continue
         solver_bodies.begin_tick(
             body, motion.rigid_count, motion.translation, motion.rotation, bodies
@@ -288,39 +314,39 @@ def _gather_bodies(world):
         bodies[motion.body_count * solver_bodies.SIZE + entry] = 0.0
 
 
-def _detect_contacts(h, world):
+def _detect_contacts(
+    h, motion, colliders, detection, manifolds, bodies, state, settings, counts
+):  # fmt: skip
     """
     Find poses, swept AABBs, pairs and manifolds of a tick [s]. Tell whether the tick can go on;
     else counts[STATUS] tells why.
     """
-    motion, settings, counts = world.motion, world.settings, world.counts
-    colliders, bodies = world.colliders, world.bodies
     count = counts[tick_counts.COLLIDERS]
-    gather_bodies(world)
+    gather_bodies(motion, bodies, state)
     narrow_phase.find_poses(
         count, motion.rigid_count, motion.translation, motion.rotation, colliders.table,
-        world.local_poses, colliders.poses,
+        detection.local_poses, colliders.poses,
     )  # fmt: skip
     swept_aabbs.find_swept_aabbs(count, h, settings[tick_settings.MARGIN], colliders, bodies)
     pairs = neighbour_list.find_pairs(
         count, counts[tick_counts.PLANES], h, settings[tick_settings.USUAL_RADIUS],
-        counts[tick_counts.PAIR_ROOM], colliders, world.broad_phase,
+        counts[tick_counts.PAIR_ROOM], colliders, detection.broad_phase,
     )  # fmt: skip
     counts[tick_counts.PAIRS] = pairs
     if pairs > counts[tick_counts.PAIR_ROOM]:
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_PAIRS
         return False
-    manifolds = find_manifolds(
+    manifold_count = find_manifolds(
         pairs, count, h, counts[tick_counts.MANIFOLD_ROOM], colliders,
-        world.broad_phase.pair_ids, world.found, world.constraints.manifolds, bodies,
+        detection.broad_phase.pair_ids, detection.found, manifolds, bodies,
         counts[tick_counts.PIECES : tick_counts.PIECES + 1],
     )  # fmt: skip
-    counts[tick_counts.MANIFOLDS] = manifolds
-    if manifolds > counts[tick_counts.MANIFOLD_ROOM]:
+    counts[tick_counts.MANIFOLDS] = manifold_count
+    if manifold_count > counts[tick_counts.MANIFOLD_ROOM]:
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_MANIFOLDS
         return False
     if SLEEPING and sleep.wake_touched(
-        manifolds, h, colliders, world.constraints.manifolds, world.sleep.sleep_states
+        manifold_count, h, colliders, manifolds, state.sleep_states
     ):
         counts[tick_counts.STATUS] = tick_counts.WOKEN
         return False
@@ -330,31 +356,29 @@ def _detect_contacts(h, world):
     return True
 
 
-def _colour_constraints(world):
+def _colour_constraints(body_count, table, constraints, bodies, counts):
     """Colour the constraints into batches; tell whether there was room."""
-    counts, constraints = world.counts, world.constraints
     count = counts[tick_counts.MANIFOLDS]
     if counts[tick_counts.ASSEMBLED] == 1 and impulse_cache.holds_same_manifolds(
         count, constraints.manifolds, constraints.impulse_cache
     ):
         return True
     counts[tick_counts.BATCHES] = colouring.colour_constraints(
-        count, world.motion.body_count, WIDTH, counts[tick_counts.ROW_ROOM],
-        counts[tick_counts.BATCH_ROOM], world.colliders.table, constraints.manifolds,
-        world.bodies, constraints.colours, constraints.open_batches, constraints.rows,
-        constraints.batches,
+        count, body_count, WIDTH, counts[tick_counts.ROW_ROOM], counts[tick_counts.BATCH_ROOM],
+        table, constraints.manifolds, bodies, constraints.colours, constraints.open_batches,
+        constraints.rows, constraints.batches,
     )  # fmt: skip
     counts[tick_counts.ASSEMBLED] = 0
     return counts[tick_counts.BATCHES] != colouring.NO_ROOM
 
 
-def _prepare_constraints(now, world):
+def _prepare_constraints(
+    now, motion, colliders, materials, constraints, bodies, flows, settings, counts
+):  # fmt: skip
     """
     Make the constraints of a tick, with the impulses of the last one. Tell whether there was
     room; else counts[STATUS] tells for what not.
     """
-    settings, counts, constraints = world.settings, world.counts, world.constraints
-    colliders, bodies = world.colliders, world.bodies
     manifolds, rows, cache = constraints.manifolds, constraints.rows, constraints.impulse_cache
     count = counts[tick_counts.MANIFOLDS]
     if (
@@ -364,81 +388,81 @@ def _prepare_constraints(now, world):
     ):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_CACHE
         return False
-    if not colour_constraints(world):
+    if not colour_constraints(motion.body_count, colliders.table, constraints, bodies, counts):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_ROWS
         return False
     if counts[tick_counts.ASSEMBLED] == 0 or cache[cache_record.SUBSTEP] != now.substep:
         manifold_constraints.prepare_materials(
             count, now.substep, max(1, counts[tick_counts.PIECE]),
             settings[tick_settings.DAMPING_RATIO], colliders.table, colliders.local_bounds,
-            world.materials, manifolds, rows, bodies,
+            materials, manifolds, rows, bodies,
         )  # fmt: skip
         counts[tick_counts.ASSEMBLED] = 1
     manifold_constraints.prepare_points(
-        count, WIDTH, world.motion.translation, colliders.table, colliders.poses, manifolds, rows
+        count, WIDTH, motion.translation, colliders.table, colliders.poses, manifolds, rows
     )
     impulse_cache.recall(
         count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, manifolds,
         cache, rows,
     )  # fmt: skip
     if FLOWS:
-        variable_mass.find_mass_scale(now.start + 0.5 * now.h, world.flows)
-        variable_mass.scale_to_present_mass(world.flows, bodies)
+        variable_mass.find_mass_scale(now.start + 0.5 * now.h, flows)
+        variable_mass.scale_to_present_mass(flows, bodies)
     prepare(
         counts[tick_counts.LANES], counts[tick_counts.BATCHES],
         settings[tick_settings.RESTITUTION_THRESHOLD], rows, constraints.batches, bodies,
     )  # fmt: skip
     if FLOWS:
-        variable_mass.scale_to_start_mass(world.flows, bodies)
-        variable_mass.scale_warm_start(world.flows, bodies)
+        variable_mass.scale_to_start_mass(flows, bodies)
+        variable_mass.scale_warm_start(flows, bodies)
     return True
 
 
 @inline
-def count_touching(world: World) -> int:
+def count_touching(
+    motion: Motion, constraints: Constraints, marks: Indices, touching: Indices, counts: Indices
+) -> int:
     """List the bodies that some manifold names; return how many."""
     return list_touching(
-        world.counts[tick_counts.MANIFOLDS], world.motion.body_count,
-        world.constraints.manifolds, world.constraints.rows, world.marks, world.touching,
+        counts[tick_counts.MANIFOLDS], motion.body_count, constraints.manifolds, constraints.rows,
+        marks, touching,
     )  # fmt: skip
 
 
-def _begin_energy_balance(h, touching, world):
+def _begin_energy_balance(h, touching, motion, bodies):
     """Start the energy balance of the bodies that touch."""
     for index in range(len(touching)):
-        account.begin(touching[index], world.bodies)
+        account.begin(touching[index], bodies)
         if not COUPLED:
             account.add_half_the_torque(
-                touching[index], world.motion.rigid_count, h, world.motion.rotation, world.bodies
+                touching[index], motion.rigid_count, h, motion.rotation, bodies
             )
 
 
-def _solve_contacts(now, touching, world):
+def _solve_contacts(now, touching, motion, constraints, bodies, flows, settings, counts):
     """Let half of forces and warm start act, then solve the soft normals."""
-    motion, settings, constraints = world.motion, world.settings, world.constraints
     for index in range(len(touching)):
         solver_bodies.kick_and_warm_start(
             touching[index], motion.rigid_count, now.substep, motion.translation, motion.rotation,
-            world.bodies,
+            bodies,
         )  # fmt: skip
     if FLOWS:
-        variable_mass.scale_to_present_mass(world.flows, world.bodies)
+        variable_mass.scale_to_present_mass(flows, bodies)
     solve_normals(
-        world.counts[tick_counts.LANES], world.counts[tick_counts.BATCHES], 1.0 / now.substep,
+        counts[tick_counts.LANES], counts[tick_counts.BATCHES], 1.0 / now.substep,
         settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], constraints.rows,
-        constraints.batches, world.bodies,
+        constraints.batches, bodies,
     )  # fmt: skip
     if FLOWS:
-        variable_mass.scale_to_start_mass(world.flows, world.bodies)
+        variable_mass.scale_to_start_mass(flows, bodies)
 
 
-def _integrate_motion(now, touching, world):
+def _integrate_motion(now, touching, motion, bodies, state):
     """Move all bodies over a substep, and let the other half of the forces act."""
-    motion, bodies = world.motion, world.bodies
     translation, rotation = motion.translation, motion.rotation
     half = 0.5 * now.substep
     for block in range((motion.body_count + blocks.LANES - 1) // blocks.LANES):
-        if SLEEPING and not sleep.stirs(block, world.sleep):
+        if SLEEPING and not sleep.stirs(block, state):
             continue
         lanes = min(blocks.LANES, motion.body_count - blocks.LANES * block)
         steps.kick_and_drift(block, lanes, half, now.substep, translation)
@@ -448,7 +472,7 @@ def _integrate_motion(now, touching, world):
             touching[index], motion.rigid_count, half, rotation, bodies
         )
     for block in range((motion.rigid_count + blocks.LANES - 1) // blocks.LANES):
-        if SLEEPING and not sleep.stirs(block, world.sleep):
+        if SLEEPING and not sleep.stirs(block, state):
             continue
         lanes = min(blocks.LANES, motion.rigid_count - blocks.LANES * block)
         drift_rotation(block, lanes, half, now.substep, rotation, motion.method)
@@ -463,16 +487,15 @@ def _integrate_motion(now, touching, world):
                 body, motion.rigid_count, now.substep, translation, rotation, bodies
             )
     if SLEEPING:
-        sleep.keep_still(motion, world.sleep, bodies)
+        sleep.keep_still(motion, state, bodies)
 
 
-def _correct_forces(time, now, touching, world):
+def _correct_forces(time, now, touching, motion, forces, bodies):
     """
     Evaluate the forces of after the motion, at a time [s], and let them act in place of those of
     before it for its second half. Those that depend on velocity see the second half of the warm
     start too.
     """
-    motion, saved, bodies = world.motion, world.forces.saved, world.bodies
     translation, rotation = motion.translation, motion.rotation
     if VELOCITY_DEPENDENT:
         for index in range(len(touching)):
@@ -480,11 +503,16 @@ def _correct_forces(time, now, touching, world):
                 touching[index], motion.rigid_count, 1.0, translation, rotation, bodies
             )
     forces_of_state.save_wrenches(
-        motion.body_count, motion.rigid_count, translation, rotation, saved
+        motion.body_count, motion.rigid_count, translation, rotation, forces.saved
     )
-    evaluate_forces(time, world)
+    evaluate_forces(time, motion, forces)
     forces_of_state.correct_momenta(
-        motion.body_count, motion.rigid_count, 0.5 * now.substep, translation, rotation, saved
+        motion.body_count,
+        motion.rigid_count,
+        0.5 * now.substep,
+        translation,
+        rotation,
+        forces.saved,
     )
     if VELOCITY_DEPENDENT:
         for index in range(len(touching)):
@@ -493,9 +521,8 @@ def _correct_forces(time, now, touching, world):
             )
 
 
-def _gather_moved_bodies(now, touching, world):
+def _gather_moved_bodies(now, touching, motion, bodies):
     """Give the solver the bodies as they are after the motion."""
-    motion, bodies = world.motion, world.bodies
     for index in range(len(touching)):
         body = touching[index]
         if COUPLED:
@@ -509,17 +536,18 @@ def _gather_moved_bodies(now, touching, world):
         solver_bodies.clear_warm_start(touching[index], bodies)
 
 
-def _follow_and_relax(last, now, touching, world):
+def _follow_and_relax(
+    last, now, touching, motion, constraints, bodies, flows, settings, counts
+):  # fmt: skip
     """
     Update separations, with the second half of the warm start; then relax. last: of the tick.
     """
-    motion, counts, bodies = world.motion, world.counts, world.bodies
-    rows, batches = world.constraints.rows, world.constraints.batches
+    rows, batches = constraints.rows, constraints.batches
     lanes, batch_count = counts[tick_counts.LANES], counts[tick_counts.BATCHES]
-    relaxations = int(world.settings[tick_settings.RELAXATIONS])
-    gather_moved_bodies(now, touching, world)
+    relaxations = int(settings[tick_settings.RELAXATIONS])
+    gather_moved_bodies(now, touching, motion, bodies)
     if FLOWS:
-        variable_mass.scale_to_present_mass(world.flows, bodies)
+        variable_mass.scale_to_present_mass(flows, bodies)
     update_separation(lanes, batch_count, rows, batches, bodies)
     for iteration in range(relaxations):
         adds_up = iteration + 1 == relaxations and not last
@@ -527,9 +555,9 @@ def _follow_and_relax(last, now, touching, world):
             lanes, batch_count, 1.0 / now.substep, iteration == 0, adds_up, rows, batches, bodies
         )
     if FLOWS:
-        variable_mass.scale_to_start_mass(world.flows, bodies)
-        variable_mass.scale_warm_start(world.flows, bodies)
-    scatter_momenta(touching, world)
+        variable_mass.scale_to_start_mass(flows, bodies)
+        variable_mass.scale_warm_start(flows, bodies)
+    scatter_momenta(touching, motion, bodies)
     if not COUPLED and last:
         for index in range(len(touching)):
             body = touching[index]
@@ -538,68 +566,65 @@ def _follow_and_relax(last, now, touching, world):
 
 
 @inline
-def scatter_momenta(touching: Indices, world: World) -> None:
+def scatter_momenta(touching: Indices, motion: Motion, bodies: Array) -> None:
     """Give the momenta of the solver back to the bodies."""
-    motion = world.motion
     for index in range(len(touching)):
         solver_bodies.scatter_momenta(
-            touching[index], motion.rigid_count, motion.translation, motion.rotation, world.bodies
+            touching[index], motion.rigid_count, motion.translation, motion.rotation, bodies
         )
 
 
-def _bound_bounces(touching, world):
+def _bound_bounces(touching, motion, constraints, energy, bodies, flows, counts):
     """Apply restitution, and bound what it returns."""
-    counts, constraints, bodies = world.counts, world.constraints, world.bodies
     batch_count = counts[tick_counts.BATCHES]
     restitution_bound.keep_momenta(touching, bodies)
     if FLOWS:
-        variable_mass.scale_to_present_mass(world.flows, bodies)
+        variable_mass.scale_to_present_mass(flows, bodies)
     apply_restitution(
         counts[tick_counts.LANES], batch_count, constraints.rows, constraints.batches, bodies
     )
     if FLOWS:
-        variable_mass.scale_to_start_mass(world.flows, bodies)
+        variable_mass.scale_to_start_mass(flows, bodies)
     restitution_bound.bound_restitution(
-        counts[tick_counts.MANIFOLDS], batch_count, world.motion.body_count, WIDTH, touching,
-        constraints, world.energy, bodies,
+        counts[tick_counts.MANIFOLDS], batch_count, motion.body_count, WIDTH, touching,
+        constraints, energy, bodies,
     )  # fmt: skip
-    scatter_momenta(touching, world)
+    scatter_momenta(touching, motion, bodies)
 
 
-def _take_energy_back(substep, touching, world):
+def _take_energy_back(substep, touching, motion, constraints, energy, bodies, counts):
     """Project onto energy that has not risen."""
-    counts, motion = world.counts, world.motion
     if projection.project_energy(
         counts[tick_counts.MANIFOLDS], counts[tick_counts.BATCHES], motion.body_count, WIDTH,
-        substep, touching, world.constraints, world.energy, motion.translation, world.bodies,
+        substep, touching, constraints, energy, motion.translation, bodies,
     ):  # fmt: skip
-        scatter_momenta(touching, world)
+        scatter_momenta(touching, motion, bodies)
 
 
-def _store_impulses(substep, world):
+def _store_impulses(substep, poses, constraints, counts):
     """Store what the next tick starts from."""
-    constraints = world.constraints
     impulse_cache.store_impulses(
-        world.counts[tick_counts.MANIFOLDS], WIDTH, substep, ANGULAR, world.colliders.poses,
+        counts[tick_counts.MANIFOLDS], WIDTH, substep, ANGULAR, poses,
         constraints.manifolds, constraints.rows, constraints.impulse_cache,
     )  # fmt: skip
 
 
-def _put_to_sleep(h, end, touching, world):
+def _put_to_sleep(
+    h, end, touching, motion, forces, colliders, constraints, bodies, state, settings, counts
+):  # fmt: skip
     """
     Let islands fall asleep that are at rest, at the end of a tick [s]; tell whether some body did.
     """
-    motion, settings, counts = world.motion, world.settings, world.counts
     fell = sleep.update_sleep(
         h, settings[tick_settings.SLEEP_SPEED], settings[tick_settings.SLEEP_TIME],
         counts[tick_counts.PIECE] == 0, counts[tick_counts.MANIFOLDS], touching, motion,
-        world.colliders, world.constraints, world.sleep, world.bodies,
+        colliders, constraints, state, bodies,
     )  # fmt: skip
     if fell == 0:
         return False
     if VELOCITY_DEPENDENT:
-        evaluate_forces(end, world)
-    sleep.note_wrenches(motion, world.sleep.sleep_states)
+        evaluate_forces(end, motion, forces)
+    sleep.note_wrenches(motion, state.sleep_states)
     return True
 
 

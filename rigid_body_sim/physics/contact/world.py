@@ -34,7 +34,6 @@ from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
-from rigid_body_sim.physics.contact.tick_settings import settings_row
 from rigid_body_sim.physics.contact.world_arrays import WorldArrays
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integration.integrator import Integrator
@@ -81,7 +80,7 @@ class ContactWorld:
         flows = variable_mass.flows_of(layout, colliders.bodies.tolist())
         self.arrays = WorldArrays(layout.n_moving, self._width, flows)
         self.arrays.take_colliders(colliders, order(scene, colliders))
-        self.arrays.settings = settings_row(settings, self.arrays.usual_radius())
+        self.arrays.take_settings(settings)
         self._sleepers = self._make_sleepers(scene, settings.sleeping)
         self.arrays.pack()
         self._kernels: dict[str, Callable[..., Any]] = {}

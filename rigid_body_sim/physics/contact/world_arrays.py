@@ -30,6 +30,7 @@ from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
@@ -38,6 +39,7 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.forces_of_state import SAVED
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
+from rigid_body_sim.physics.contact.tick_settings import settings_row
 from rigid_body_sim.physics.state.blocks import blocks
 
 Array = NDArray[np.float64]
@@ -116,11 +118,15 @@ class WorldArrays:
                 kinds, local_poses[places]
             )
 
-    def usual_radius(self) -> float:
+    def _usual_radius(self) -> float:
         """Median of the bounding radii [m] of what has one."""
         radii = self.local_bounds[bounds_record.RADIUS :: bounds_record.SIZE]
         radii = radii[np.isfinite(radii) & (radii > 0.0)]
         return float(np.median(radii)) if radii.size else 1.0
+
+    def take_settings(self, settings: ContactSettings) -> None:
+        """Take over the settings of the scene, after the colliders."""
+        self.settings = settings_row(settings, self._usual_radius())
 
     def take_sleep_state(self, state: SleepState) -> None:
         """Take over what is known of sleep; without it, of no bodies."""

@@ -34,7 +34,6 @@ from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
-    material_record,
     pose,
 )
 from rigid_body_sim.physics.contact.collision.aabb import extent
@@ -60,14 +59,6 @@ Indices = NDArray[np.int64]
 
 SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE = range(6)
 NAMES = ('sphere', 'capsule', 'box', 'cylinder', 'hull', 'plane')
-
-# former names
-TABLE = collider_record.SIZE
-TYPE, SIZES = collider_record.TYPE, collider_record.PARAMETERS
-CORE, SCENE = collider_record.BODY, collider_record.SCENE_INDEX
-POSE, BOUNDS, MATERIAL = pose.SIZE, bounds_record.SIZE, material_record.SIZE
-RESTITUTION, FRICTION = material_record.RESTITUTION, material_record.FRICTION
-ROLLING, TORSIONAL = material_record.ROLLING, material_record.TORSIONAL
 
 NO_COLLIDER = -1  # type of a body that does not collide
 

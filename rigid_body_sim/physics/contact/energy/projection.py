@@ -110,7 +110,7 @@ def _find_gains(
     """Open the rows of the groups, and tell whether any group has gained."""
     for index in range(len(touching)):
         group = touching[index] * pressing_record.SIZE
-        for entry in range(pressing_record.SIZE):
+        for entry in range(pressing_record.HELD):
             groups[group + entry] = 0.0
     for index in range(len(touching)):
         body = touching[index]
@@ -138,6 +138,15 @@ def _find_gains(
         found = found or gains
         groups[group + pressing_record.HELD] = UNHELD if gains else CALM
     return found
+
+
+@inline
+def _clear_motions(touching: Indices, groups: Array) -> None:
+    """Clear what is found of a group once some group has gained."""
+    for index in range(len(touching)):
+        group = touching[index] * pressing_record.SIZE
+        for entry in range(pressing_record.HELD + 1, pressing_record.SIZE):
+            groups[group + entry] = 0.0
 
 
 @inline
@@ -270,25 +279,18 @@ def _pay(
 
 
 @kernel
-def project_energy(
+def _project(
     manifold_count: int, batch_count: int, static: int, width: int, substep: float,
     touching: Indices, constraints: Constraints, scratch: EnergyScratch, translation: Array,
     bodies: Array,
 ) -> bool:  # fmt: skip
-    """
-    Take back what groups have gained over a tick, and attribute it to contacts. Tell whether any
-    group has gained: then momenta in `bodies` have changed.
-
-        static : index of what cannot move
-        width  : numbers of a point
-    """
-    if not _some_body_gains(substep, touching, translation, bodies):
-        return False
+    """Project the energy of the groups that have gained; tell whether any has."""
     batches, rows = constraints.batches, constraints.rows
     roots, groups = scratch.roots, scratch.groups
     unite_pressing(batch_count, static, touching, batches, rows, roots)
     if not _find_gains(substep, touching, roots, translation, bodies, groups):
         return False
+    _clear_motions(touching, groups)
     find_held(batch_count, static, width, batches, rows, roots, groups)
     find_rigid_motions(touching, roots, translation, bodies, groups)
     _find_relative_energies(touching, roots, translation, bodies, groups)
@@ -301,3 +303,22 @@ def project_energy(
         _update_separations(batch_count, static, width, batches, rows, roots, groups)
     attribute_changes(manifold_count, static, width, touching, constraints, scratch)
     return True
+
+
+@inline
+def project_energy(
+    manifold_count: int, batch_count: int, static: int, width: int, substep: float,
+    touching: Indices, constraints: Constraints, scratch: EnergyScratch, translation: Array,
+    bodies: Array,
+) -> bool:  # fmt: skip
+    """
+    Take back what groups have gained over a tick, and attribute it to contacts. Tell whether any
+    group has gained: then momenta in `bodies` have changed.
+
+        static : index of what cannot move
+        width  : numbers of a point
+    """
+    return _some_body_gains(substep, touching, translation, bodies) and _project(
+        manifold_count, batch_count, static, width, substep, touching, constraints, scratch,
+        translation, bodies,
+    )  # fmt: skip

@@ -70,12 +70,17 @@ class Island:
     contacts: Array
 
 
+def _axes(begin: int) -> slice:
+    """Columns of a vector that begins in one."""
+    return slice(begin, begin + 3)
+
+
 def _radii_of(body_count: int, table: Indices, local_bounds: Array, local_poses: Array) -> Array:
     """Radii (n,) of the balls about the centres of mass that hold the shapes of bodies."""
     radii = np.zeros(body_count)
     bounds = local_bounds.reshape(-1, bounds_record.SIZE)
-    centres = bounds[:, bounds_record.CENTER : bounds_record.CENTER + 3]
-    arms = centres - local_poses.reshape(-1, pose.SIZE)[:, pose.POSITION : pose.POSITION + 3]
+    centres = bounds[:, _axes(bounds_record.CENTER)]
+    arms = centres - local_poses.reshape(-1, pose.SIZE)[:, _axes(pose.POSITION)]
     reach = np.sqrt(np.sum(arms * arms, axis=1)) + bounds[:, bounds_record.RADIUS]
     cores = table[collider_record.BODY :: collider_record.SIZE]
     moving = cores >= 0
@@ -174,10 +179,10 @@ class Sleepers:
         rows = np.concatenate([np.zeros((0, KEPT)), *kept])
         return Contacts(
             np.concatenate((awake.bodies, rows[:, BODIES : BODIES + 2].astype(np.int64))),
-            np.concatenate((awake.point, rows[:, POINT : POINT + 3])),
-            np.concatenate((awake.normal, rows[:, NORMAL : NORMAL + 3])),
+            np.concatenate((awake.point, rows[:, _axes(POINT)])),
+            np.concatenate((awake.normal, rows[:, _axes(NORMAL)])),
             np.concatenate((awake.gap, rows[:, SEPARATION])),
-            np.concatenate((awake.impulse, rows[:, FORCE : FORCE + 3] * h)),
+            np.concatenate((awake.impulse, rows[:, _axes(FORCE)] * h)),
         )
 
     def snapshot(self) -> tuple[Array, dict[int, Island]]:
@@ -261,8 +266,8 @@ def _kept(contacts: Contacts, h: float) -> Array:
     """Rows (m, KEPT) of what can be read of contacts over a tick of length h [s]."""
     rows = np.zeros((len(contacts.gap), KEPT))
     rows[:, BODIES : BODIES + 2] = contacts.bodies
-    rows[:, POINT : POINT + 3] = contacts.point
-    rows[:, NORMAL : NORMAL + 3] = contacts.normal
+    rows[:, _axes(POINT)] = contacts.point
+    rows[:, _axes(NORMAL)] = contacts.normal
     rows[:, SEPARATION] = contacts.gap
-    rows[:, FORCE : FORCE + 3] = contacts.impulse / h
+    rows[:, _axes(FORCE)] = contacts.impulse / h
     return rows

@@ -13,9 +13,7 @@ from the order of the pairs alone.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
@@ -27,9 +25,6 @@ from rigid_body_sim.physics.contact.solver import (
     lane_scratch,
 )
 from rigid_body_sim.physics.contact.solver.manifold_constraints import roundness
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 NOWHERE = 1e9  # [m] separation of a point that a manifold does not have: it never presses
 NO_ROOM = -1  # in place of the number of batches: rows or batches are too few

@@ -7,10 +7,7 @@ half of it, those of after it for the other half (velocity Verlet).
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.arrays import Array, Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.state import blocks
@@ -22,8 +19,6 @@ from rigid_body_sim.physics.vectors import (
     store_strided,
     subtract,
 )
-
-Array = NDArray[np.float64]
 
 saved = Record(stride=LANES)  # of a block of bodies
 FORCE = saved.vector('N', 'before the motion')

@@ -14,27 +14,18 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import bounds_record, manifold_record, pose
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.solver import cache_record, constraint, contact_point
-from rigid_body_sim.physics.contact.solver.warm_start import lasting_share
-from rigid_body_sim.physics.vectors import (
-    add,
-    add_scaled,
-    dot,
-    load,
-    load_strided,
-    scale,
-    store,
-    store_strided,
-    subtract,
+from rigid_body_sim.physics.contact.solver import (
+    cache_record,
+    constraint,
+    contact_point,
+    warm_start,
+    wide_lanes,
 )
-
-Array = NDArray[np.float64]
+from rigid_body_sim.physics.vectors import add, dot, load, scale, store, subtract
 
 SAME_PLACE = 0.2  # [-] of the radius: an anchor that moved less is the same point
 NEW = -1  # in place of a point of the cache: there is none for this one
@@ -165,8 +156,8 @@ def _recall_point(
     if place != NEW:
         normal_impulse = factor * cache[place + cache_record.NORMAL_IMPULSE]
         friction = scale(factor, load(cache, place + cache_record.FRICTION_IMPULSE))
-    tangent_1 = load_strided(rows, lane + constraint.TANGENT_1, constraint.LANES)
-    tangent_2 = load_strided(rows, lane + constraint.TANGENT_2, constraint.LANES)
+    tangent_1 = wide_lanes.vector(rows, lane + constraint.TANGENT_1)
+    tangent_2 = wide_lanes.vector(rows, lane + constraint.TANGENT_2)
     rows[row + contact_point.NORMAL_IMPULSE] = normal_impulse
     rows[row + contact_point.TANGENT_IMPULSE_1] = dot(tangent_1, friction)
     rows[row + contact_point.TANGENT_IMPULSE_2] = dot(tangent_2, friction)
@@ -178,7 +169,7 @@ def _recall_angular(row: int, place: int, factor: float, cache: Array, rows: Arr
     impulse = (0.0, 0.0, 0.0)
     if place != NEW:
         impulse = scale(factor, load(cache, place + cache_record.ANGULAR_IMPULSE))
-    store_strided(rows, row + contact_point.RECALLED_ANGULAR_IMPULSE, constraint.LANES, impulse)
+    wide_lanes.put_vector(rows, row + contact_point.RECALLED_ANGULAR_IMPULSE, impulse)
 
 
 @inline
@@ -191,7 +182,7 @@ def _stored_share(lane: int, row: int, rows: Array) -> Any:
         rows[lane + constraint.RESTITUTION] > 0.0
         and rows[row + contact_point.APPROACH_VELOCITY] < 0.0
     )
-    return 0.0 if bounced else lasting_share(rows, row)
+    return 0.0 if bounced else warm_start.lasting_share(rows, row)
 
 
 @kernel
@@ -211,9 +202,7 @@ def store_impulses(
         to += cache_record.MANIFOLD_HEAD
         lane = int(manifolds[record + manifold_record.LANE])
         shape = int(manifolds[record + manifold_record.COLLIDER_A]) * pose.SIZE
-        normal = load_strided(rows, lane + constraint.NORMAL, constraint.LANES)
-        tangent_1 = load_strided(rows, lane + constraint.TANGENT_1, constraint.LANES)
-        tangent_2 = load_strided(rows, lane + constraint.TANGENT_2, constraint.LANES)
+        normal, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
         for point in range(count):
             found = record + manifold_record.POINTS + point * manifold.POINT
             row = lane + constraint.SIZE + point * width
@@ -227,16 +216,16 @@ def store_impulses(
                 scale(share * rows[row + contact_point.TANGENT_IMPULSE_2], tangent_2),
             )
             store(cache, to + cache_record.FRICTION_IMPULSE, friction)
-            torsion = (0.0, 0.0, 0.0)
+            angular_impulse = (0.0, 0.0, 0.0)
             if angular:
-                rolling = add(
-                    scale(rows[row + contact_point.ROLLING_IMPULSE_1], tangent_1),
-                    scale(rows[row + contact_point.ROLLING_IMPULSE_2], tangent_2),
-                )
-                torsion = scale(
-                    share, add_scaled(rolling, rows[row + contact_point.TWIST_IMPULSE], normal)
-                )
-            store(cache, to + cache_record.ANGULAR_IMPULSE, torsion)
+                angular_impulse = wide_lanes.angular_impulse_of(
+                    rows[row + contact_point.ROLLING_IMPULSE_1],
+                    rows[row + contact_point.ROLLING_IMPULSE_2],
+                    rows[row + contact_point.TWIST_IMPULSE],
+                    normal, tangent_1, tangent_2,
+                )  # fmt: skip
+                angular_impulse = scale(share, angular_impulse)
+            store(cache, to + cache_record.ANGULAR_IMPULSE, angular_impulse)
             store(cache, to + cache_record.ANCHOR, _anchor(load(manifolds, found), shape, poses))
             to += cache_record.POINT_SIZE
 

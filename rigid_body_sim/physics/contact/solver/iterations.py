@@ -16,9 +16,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
@@ -34,9 +32,6 @@ from rigid_body_sim.physics.contact.solver import (
     warm_start,
 )
 from rigid_body_sim.physics.state.blocks import wide
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at rest
 

@@ -19,9 +19,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import (
@@ -33,20 +31,10 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
 )
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.solver import constraint, contact_point
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, wide_lanes
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BALL, FIXED
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
-from rigid_body_sim.physics.vectors import (
-    add_scaled,
-    cross,
-    load,
-    load_strided,
-    store_strided,
-    subtract,
-)
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from rigid_body_sim.physics.vectors import add_scaled, cross, load, load_strided, subtract
 
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
 
@@ -187,9 +175,9 @@ def prepare_points(
         lane = int(manifolds[record + manifold_record.LANE])
         normal = load(manifolds, record + manifold_record.NORMAL)
         tangent = _first_tangent(normal)
-        store_strided(rows, lane + constraint.NORMAL, constraint.LANES, normal)
-        store_strided(rows, lane + constraint.TANGENT_1, constraint.LANES, tangent)
-        store_strided(rows, lane + constraint.TANGENT_2, constraint.LANES, cross(normal, tangent))
+        wide_lanes.put_vector(rows, lane + constraint.NORMAL, normal)
+        wide_lanes.put_vector(rows, lane + constraint.TANGENT_1, tangent)
+        wide_lanes.put_vector(rows, lane + constraint.TANGENT_2, cross(normal, tangent))
         rows[lane + constraint.TOUCHED] = 0.0
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
@@ -205,12 +193,8 @@ def prepare_points(
             row = lane + constraint.SIZE + point * width
             separation = manifolds[found + manifold.SEPARATION]
             place = add_scaled(load(manifolds, found), shift * separation, normal)
-            store_strided(
-                rows, row + contact_point.ARM_A, constraint.LANES, subtract(place, center_a)
-            )
-            store_strided(
-                rows, row + contact_point.ARM_B, constraint.LANES, subtract(place, center_b)
-            )
+            wide_lanes.put_vector(rows, row + contact_point.ARM_A, subtract(place, center_a))
+            wide_lanes.put_vector(rows, row + contact_point.ARM_B, subtract(place, center_b))
             rows[row + contact_point.INITIAL_SEPARATION] = separation
             if width > contact_point.SIZE:
                 rows[row + contact_point.RESTITUTION_NORMAL] = 0.0

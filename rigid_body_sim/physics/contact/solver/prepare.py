@@ -22,9 +22,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
@@ -34,14 +32,6 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.vectors import add, apply_symmetric, cross, dot, load, subtract
-
-Array = NDArray[np.float64]
-
-
-@inline
-def _between(matrix: Any, left: Any, right: Any) -> Any:
-    """Return left . M right."""
-    return dot(left, apply_symmetric(matrix, right))
 
 
 @inline
@@ -69,13 +59,14 @@ def effective_masses(lanes: int, constraints: Array, points: Array) -> None:
         k_normal = inverse_mass + (dot(moment_a, turn_a) + dot(moment_b, turn_b))
         first_a, first_b = cross(arm_a, tangent_1), cross(arm_b, tangent_1)
         second_a, second_b = cross(arm_a, tangent_2), cross(arm_b, tangent_2)
+        turn_2_a = apply_symmetric(inverse_a, second_a)
+        turn_2_b = apply_symmetric(inverse_b, second_b)
         k11 = inverse_mass + (
-            _between(inverse_a, first_a, first_a) + _between(inverse_b, first_b, first_b)
+            dot(first_a, apply_symmetric(inverse_a, first_a))
+            + dot(first_b, apply_symmetric(inverse_b, first_b))
         )
-        k22 = inverse_mass + (
-            _between(inverse_a, second_a, second_a) + _between(inverse_b, second_b, second_b)
-        )
-        k12 = _between(inverse_a, first_a, second_a) + _between(inverse_b, first_b, second_b)
+        k22 = inverse_mass + (dot(second_a, turn_2_a) + dot(second_b, turn_2_b))
+        k12 = dot(first_a, turn_2_a) + dot(first_b, turn_2_b)
         largest = _largest_eigenvalue(k11, k12, k22)
         points[lane + contact_point.CROSS_TERM_1] = dot(first_a, turn_a) + dot(first_b, turn_b)
         points[lane + contact_point.CROSS_TERM_2] = dot(second_a, turn_a) + dot(second_b, turn_b)
@@ -95,10 +86,11 @@ def angular_effective_masses(lanes: int, constraints: Array) -> None:
             constraints, lane + constraint.INVERSE_INERTIA_B
         )
         inverse = (a_xx + b_xx, a_xy + b_xy, a_xz + b_xz, a_yy + b_yy, a_yz + b_yz, a_zz + b_zz)
-        k_twist = _between(inverse, normal, normal)
-        k11 = _between(inverse, tangent_1, tangent_1)
-        k22 = _between(inverse, tangent_2, tangent_2)
-        k12 = _between(inverse, tangent_1, tangent_2)
+        second = apply_symmetric(inverse, tangent_2)
+        k_twist = dot(normal, apply_symmetric(inverse, normal))
+        k11 = dot(tangent_1, apply_symmetric(inverse, tangent_1))
+        k22 = dot(tangent_2, second)
+        k12 = dot(tangent_1, second)
         largest = _largest_eigenvalue(k11, k12, k22)
         constraints[lane + constraint.ROLLING_MASS] = 1.0 / largest if largest > 0.0 else 0.0
         constraints[lane + constraint.TWIST_MASS] = 1.0 / k_twist if k_twist > 0.0 else 0.0

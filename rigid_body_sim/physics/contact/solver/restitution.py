@@ -12,9 +12,7 @@ What bounds the energy that comes back is `energy.restitution_bound`.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.solver import (
     constraint,
@@ -23,8 +21,6 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.vectors import dot
-
-Array = NDArray[np.float64]
 
 SETTLED = 1e-12  # [-] of what a point gives in this tick: what changes by less has settled
 

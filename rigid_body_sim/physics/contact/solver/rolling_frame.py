@@ -23,9 +23,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import FLAT
@@ -36,8 +34,6 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.state.blocks import rotate
 from rigid_body_sim.physics.vectors import add, cross, dot, load, scale
-
-Array = NDArray[np.float64]
 
 # [-] what points follow in a substep: cosine of the largest change of the heading, and of half the
 # largest change of the tilt

@@ -3,9 +3,9 @@
 """
 Separation and anchors of contact points after the motion over a substep: both follow the bodies.
 
-And there they get the second half of their warm start. A load J, what the last substep gave, acts
-in two halves, as other forces do (velocity Verlet): J/2 before the motion, at the arms of then,
-and J/2 after it, at those of now. So what is carried, slides or rolls moves with its mean
+And there they get the second half of their warm start. A load J, what lasts of the last substep,
+acts in two halves, as other forces do (velocity Verlet): J/2 before the motion, at the arms of
+then, and J/2 after it, at those of now. So what is carried, slides or rolls moves with its mean
 velocity, to second order in the substep, and the two halves of a point at rest cancel its weight
 exactly. A point that did not press during the motion gets neither half.
 """
@@ -16,9 +16,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.geometry import manifold
@@ -30,8 +28,6 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, subtract
-
-Array = NDArray[np.float64]
 
 LAYERED = slot('[-] whether anything is a ball or a capsule')
 

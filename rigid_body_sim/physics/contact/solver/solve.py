@@ -25,9 +25,7 @@ slide opposite to its velocity.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
@@ -38,8 +36,6 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import dot
-
-Array = NDArray[np.float64]
 
 
 @kernel

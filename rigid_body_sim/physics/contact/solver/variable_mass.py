@@ -18,15 +18,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.arrays import Array, Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.model.variable_mass import end_of_flow, flow_of
 from rigid_body_sim.physics.state.layout import Layout
-
-Array = NDArray[np.float64]
 
 flow = Record()
 BODY = flow.number('-', 'index of the body among those that move')

@@ -16,9 +16,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.solver import (
     constraint,
@@ -28,8 +26,6 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import dot, scale
-
-Array = NDArray[np.float64]
 
 LOAD = 0.02  # [m/s] what gravity gives in two milliseconds
 GROWTH = 16.0  # [-] of half a warm start: a load is at most eight times the last one

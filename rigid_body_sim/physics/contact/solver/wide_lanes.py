@@ -17,9 +17,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint, contact_point, lane_scratch
 from rigid_body_sim.physics.contact.solver.constraint import LANES
@@ -33,8 +31,6 @@ from rigid_body_sim.physics.vectors import (
     store_strided,
     subtract,
 )
-
-Array = NDArray[np.float64]
 
 
 @inline
