@@ -128,10 +128,10 @@ def _inertia(rotation, i, v):
 
 
 @kernel
-def _start_equations(i, h, plan, blocks, system):
+def _start_equations(i, h, bodies, table, blocks, system):
     """Write the rows of one body."""
     translation, band, matrix = blocks.translation, system.band, system.matrix
-    table, b = plan.table, plan.bodies[BODY * i : BODY * (i + 1)]
+    b = bodies[BODY * i : BODY * (i + 1)]
     row = int(b[UNKNOWN]) - system.first
     place = at(i, TRANSLATION)
     for axis in range(3):
@@ -148,7 +148,7 @@ def _start_equations(i, h, plan, blocks, system):
     total = 0.0
     for pair in range(first_block(table, i), first_block(table, i + 1)):
         j = partner(table, pair)
-        other = plan.bodies[BODY * j : BODY * (j + 1)]
+        other = bodies[BODY * j : BODY * (j + 1)]
         column = int(other[UNKNOWN]) - system.first
         for p in range(RIGID if i < blocks.n_rigid else POINT):
             place = block_place(table, pair) + ROW * p
@@ -182,13 +182,13 @@ def _kick(i, h, b, blocks, system):
         write_vector(rotation, place + ANGULAR_MOMENTUM, add(momentum, kick))
 
 
-@kernel
+@inline
 def _solve_group(row, h, plan, blocks):
     """Solve for the velocities of a group and kick its bodies; return 0 for a singular matrix."""
     system = system_of(plan, row)
     banded.clear(system.size, system.band, system.matrix)
     for place in members_of(row):
-        _start_equations(int(plan.members[place]), h, plan, blocks, system)
+        _start_equations(int(plan.members[place]), h, plan.bodies, plan.table, blocks, system)
     if banded.solve(system.size, system.band, system.matrix, system.rhs) == 0:
         return 0
     for place in members_of(row):

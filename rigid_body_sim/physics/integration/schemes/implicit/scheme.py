@@ -102,30 +102,29 @@ attempt = slot('kernel (h, time, substeps, plan, blocks, elements, ranges): take
 
 
 @kernel
-def _set_status(old, new, plan):
+def _set_status(old, new, groups):
     """Set the status of all groups that have the old one; return how many."""
     changed = 0
-    for number in range(plan.n_groups):
-        place = GROUP * number + STATUS
-        if plan.groups[place] == old:
-            plan.groups[place] = new
+    for place in range(STATUS, len(groups), GROUP):
+        if groups[place] == old:
+            groups[place] = new
             changed += 1
     return changed
 
 
 @kernel
-def _update(a, row, plan, blocks, rhs, first):
+def _update(a, row, length, members, bodies, blocks, system):
     """
     Take a Newton step in one group; return the relative size of the change, NaN where it is not
     finite.
     """
     change_v = change_w = size_v = size_w = total = 0.0
-    reach = plan.length
+    reach, rhs = length, system.rhs
     for place in members_of(row):
-        i = int(plan.members[place])
-        b = plan.bodies[BODY * i : BODY * (i + 1)]
+        i = int(members[place])
+        b = bodies[BODY * i : BODY * (i + 1)]
         over_mass = blocks.translation[at(i, TRANSLATION) + INVERSE_MASS]
-        unknown = int(b[UNKNOWN]) - first
+        unknown = int(b[UNKNOWN]) - system.first
         for axis in range(3):
             error = rhs[unknown + axis]
             b[VELOCITY_CHANGE + axis] -= error
@@ -198,7 +197,7 @@ def _assemble(a, plan, blocks):
                 start_equations(
                     MIDPOINT, i, a, plan.bodies[BODY * i : BODY * (i + 1)], blocks, system
                 )
-                subtract_blocks(MIDPOINT, i, a, plan, blocks, system)
+                subtract_blocks(MIDPOINT, i, a, plan.bodies, plan.table, blocks, system)
 
 
 @kernel
@@ -216,7 +215,7 @@ def _step_of_newton(iteration, a, plan, blocks):
         if banded.solve(system.size, system.band, system.matrix, system.rhs) == 0:
             row[STATUS] = FAILED
             continue
-        change = _update(a, row, plan, blocks, system.rhs, system.first)
+        change = _update(a, row, plan.length, plan.members, plan.bodies, blocks, system)
         shrunk = 1.0
         if iteration > 0:
             shrunk = min(1.0, change / row[CHANGE])
@@ -249,7 +248,7 @@ def _solve_stage(a, time, plan, blocks, elements, ranges):
             add_differences(a, time, plan, blocks, elements, ranges)
         if _step_of_newton(iteration, a, plan, blocks) == 0:
             return
-    _set_status(SOLVING, FAILED, plan)
+    _set_status(SOLVING, FAILED, plan.groups)
 
 
 def _attempt(h, time, substeps, plan, blocks, elements, ranges):
@@ -263,7 +262,7 @@ def _attempt(h, time, substeps, plan, blocks, elements, ranges):
         elapsed = 0.0
         for stage in range(STAGES):
             elapsed += GAMMA if stage == 0 else 1.0 - GAMMA
-            _set_status(SOLVED, SOLVING, plan)
+            _set_status(SOLVED, SOLVING, plan.groups)
             now = time + (substep + elapsed) * step
             solve_stage(GAMMA * step, now, plan, blocks, elements, ranges)
             for i in range(blocks.n_bodies):
@@ -290,8 +289,8 @@ def _advance(
         substeps = 1
         while True:
             attempt(h, (tick + passed) * h, substeps, plan, blocks, elements, ranges)
-            _set_status(SOLVED, IDLE, plan)
-            if _set_status(FAILED, SOLVED, plan) == 0:
+            _set_status(SOLVED, IDLE, plan.groups)
+            if _set_status(FAILED, SOLVED, plan.groups) == 0:
                 break
             for i in range(n_bodies):
                 b = plan.bodies[BODY * i : BODY * (i + 1)]

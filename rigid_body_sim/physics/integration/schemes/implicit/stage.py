@@ -295,12 +295,12 @@ def _products(table, place, theta, change):
 
 
 @kernel
-def subtract_blocks(midpoint, i, a, plan, blocks, system):
+def subtract_blocks(midpoint, i, a, bodies, table, blocks, system):
     """Subtract what the elements know of the derivatives of the wrench on body i."""
-    table, b = plan.table, plan.bodies[BODY * i : BODY * (i + 1)]
+    b = bodies[BODY * i : BODY * (i + 1)]
     for pair in range(first_block(table, i), first_block(table, i + 1)):
         j, place = partner(table, pair), block_place(table, pair)
-        other = plan.bodies[BODY * j : BODY * (j + 1)]
+        other = bodies[BODY * j : BODY * (j + 1)]
         column = int(other[UNKNOWN]) - system.first
         for axis in range(3):
             force = _column(table, place + axis, a)
