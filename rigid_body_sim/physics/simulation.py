@@ -109,7 +109,9 @@ class Simulation:
     def _scene_tick(self) -> float:
         """Ticks since the start of the scene, not whole where a recording has another dt."""
         if not (self._start_ns and self._stepper.is_timed):
-            return self.tick  # an integer, also after a reset: a float has its kernel compiled anew
+            return (
+                self.tick
+            )  # an integer, also after a reset: a float has its kernel compiled anew
         return (self.tick * self.dt_ns - self._start_ns) / self.dt_ns
 
     @property

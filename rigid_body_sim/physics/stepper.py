@@ -271,7 +271,7 @@ class Stepper:
             now = float(tick + done)
             whole, cuts = elements.schedule.cuts(now, h)
             if cuts:
-                if not self._cut_tick(kernel, now, cuts, h):
+                if not self._advance_in_pieces(kernel, now, cuts, h):
                     return done
                 done += 1
                 continue
@@ -283,17 +283,17 @@ class Stepper:
                 break
         return done
 
-    def _cut_tick(
+    def _advance_in_pieces(
         self, kernel: Callable[..., Any], tick: float, cuts: list[float], h: float
     ) -> bool:
-        """Advance over one tick in the parts between instants; on failure return to its start."""
+        """Advance over one tick in pieces between instants; on failure return to its start."""
         elements = self._elements
         assert elements.schedule is not None
         before = self._snapshot()
         for begin, end in itertools.pairwise([tick, *cuts, tick + 1.0]):
             elements.schedule.set(elements.numbers, begin, end, h)
-            part = (end - begin) * h
-            if not self._call(kernel, 1, begin * h / part, part):
+            piece = (end - begin) * h
+            if not self._call(kernel, 1, begin * h / piece, piece):
                 self._bad = self._copy_back(before)
                 return False
         return True

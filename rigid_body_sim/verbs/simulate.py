@@ -92,7 +92,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate; exit code 0, or 1 for a run that diverged (its bag is closed and readable)."""
-    scene = _load(find_scene(arguments.scene), quiet=arguments.json)
+    scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
     warn_if_plain(warning_printer('simulate'))
     with _Note('reading the scene', shown=not arguments.json) as note:
         simulation = simulation_of(
@@ -136,7 +136,7 @@ def run(arguments: argparse.Namespace) -> int:
     return code
 
 
-def _load(path: Path, *, quiet: bool) -> Scene:
+def _load_scene(path: Path, *, quiet: bool) -> Scene:
     """Read the scene; around a lone URDF file say what was assumed."""
     scene = load_scene(path)
     if path.suffix.lower() == URDF_SUFFIX and not quiet:

@@ -12,7 +12,7 @@ from rigid_body_sim import Simulation
 from rigid_body_sim.exact import free_asymmetric_top, oscillator
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.elements import FORCES
-from rigid_body_sim.physics.integration.schemes.implicit import stage
+from rigid_body_sim.physics.integration.schemes.implicit import coupling, linearly_implicit, stage
 from rigid_body_sim.physics.model.rotation import angle_between
 
 from . import scenes
@@ -267,6 +267,10 @@ def test_free_top_follows_the_exact_motion():
         2.0, inertia=(1, 2, 3), angular_velocity_body=(0.4, 1.0, 0.3)
     )
     assert angle_between(sim.state.orientation[0], exact.orientation) < 1e-6  # truncation h^2
+
+
+def test_the_scratch_of_a_body_has_room_in_its_row():
+    assert max(stage.scratch.size, linearly_implicit.scratch.size) <= coupling.BODY
 
 
 def test_cayley_half_of_the_midpoint_rule_is_half_of_the_rotation():

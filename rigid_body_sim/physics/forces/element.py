@@ -7,7 +7,8 @@ What a force element is: a record that a scene can write, a table of numbers, a 
 A force element never integrates. Its record is a frozen dataclass; the fields are the scene keys,
 described by `key`.
 Elements of one type are stacked in one table, one row each, so that a kernel serves them all in
-one loop and a scene without that type has neither table nor kernel.
+one loop and a scene without that type has neither table nor kernel. What stands where in a row is
+declared at the head of the file, as a `Record` of named columns.
 
 A wrench that depends on time itself belongs to a `TimedElement`: it says when it acts, and the
 ticks are cut there, so that no integrator ever steps across its beginning or its end

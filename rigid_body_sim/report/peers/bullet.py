@@ -33,12 +33,12 @@ def load() -> tuple[str, tuple[Way, ...]]:
     import pybullet
 
     return version('pybullet'), (
-        Way('reduced coordinates', partial(Run, pybullet, False), evaluations=1),
-        Way('maximal coordinates', partial(Run, pybullet, True), evaluations=1),
+        Way('reduced coordinates', partial(BulletRunner, pybullet, False), evaluations=1),
+        Way('maximal coordinates', partial(BulletRunner, pybullet, True), evaluations=1),
     )
 
 
-class Run:
+class BulletRunner:
     """A run of PyBullet, in a world of its own."""
 
     def __init__(self, bullet: Any, maximal: bool, task: Task, dt: float) -> None:

@@ -31,11 +31,11 @@ def load() -> tuple[str, tuple[Way, ...]]:
     import dartpy
 
     return dartpy.__version__, (
-        Way('semi-implicit Euler', partial(Run, dartpy), evaluations=1, most_bodies=100),
+        Way('semi-implicit Euler', partial(DartRunner, dartpy), evaluations=1, most_bodies=100),
     )
 
 
-class Run:
+class DartRunner:
     """A run of DART."""
 
     def __init__(self, dartpy: Any, task: Task, dt: float) -> None:

@@ -33,20 +33,20 @@ def load() -> tuple[str, tuple[Way, ...]]:
     from pydrake import all as drake
 
     controlled = [
-        Way(name, partial(Run, drake, integrator=name), tolerances=TOLERANCES)
+        Way(name, partial(DrakeRunner, drake, integrator=name), tolerances=TOLERANCES)
         for name in CONTROLLED
     ]
     return getattr(pydrake, '__version__', _version()), (
         *controlled,
         Way(
             f'{FIXED}, fixed step',
-            partial(Run, drake, integrator=FIXED, fixed=True),
+            partial(DrakeRunner, drake, integrator=FIXED, fixed=True),
             evaluations=3,
             most_bodies=100,
         ),
         Way(
             'time stepping',
-            partial(Run, drake),
+            partial(DrakeRunner, drake),
             evaluations=1,
             most_bodies=100,
         ),
@@ -59,7 +59,7 @@ def _version() -> str:
     return version('drake')
 
 
-class Run:
+class DrakeRunner:
     """
     A run of Drake.
 

@@ -50,7 +50,7 @@ def load() -> tuple[str, tuple[Way, ...]]:
     contact = [
         Way(
             f'implicitfast, {cone} cone',
-            partial(Run, mujoco, 'implicitfast', cone=cone),
+            partial(MujocoRunner, mujoco, 'implicitfast', cone=cone),
             evaluations=1,
             contact=True,
         )
@@ -61,7 +61,7 @@ def load() -> tuple[str, tuple[Way, ...]]:
         *(
             Way(
                 method,
-                partial(Run, mujoco, method),
+                partial(MujocoRunner, mujoco, method),
                 evaluations=evaluations,
                 finer=evaluations > 1,
                 most_bodies=100 if method == 'implicit' else 1000,  # grows as their square
@@ -72,7 +72,7 @@ def load() -> tuple[str, tuple[Way, ...]]:
     )
 
 
-class Run:
+class MujocoRunner:
     """A run of MuJoCo."""
 
     def __init__(

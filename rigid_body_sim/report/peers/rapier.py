@@ -31,14 +31,14 @@ def load() -> tuple[str, tuple[Way, ...]]:
     import rapier3d
 
     return rapier3d.__version__, (
-        Way('1 substep', partial(Run, rapier3d, 1), evaluations=1, most_bodies=1000),
-        Way('4 substeps', partial(Run, rapier3d, 4), evaluations=1, most_bodies=1000),
-        Way('4 substeps', partial(Run, rapier3d, 4), contact=True),
-        Way('20 substeps', partial(Run, rapier3d, 20), contact=True),
+        Way('1 substep', partial(RapierRunner, rapier3d, 1), evaluations=1, most_bodies=1000),
+        Way('4 substeps', partial(RapierRunner, rapier3d, 4), evaluations=1, most_bodies=1000),
+        Way('4 substeps', partial(RapierRunner, rapier3d, 4), contact=True),
+        Way('20 substeps', partial(RapierRunner, rapier3d, 20), contact=True),
     )
 
 
-class Run:
+class RapierRunner:
     """A run of Rapier."""
 
     def __init__(self, rapier: Any, substeps: int, task: Task, dt: float) -> None:

@@ -1,3 +1,3 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""From manifolds to impulses: rows of eight lanes, what the last tick left, passes, bounces."""
+"""From manifolds to impulses: wide constraints, warm start, sequential impulses, restitution."""

@@ -1,13 +1,14 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The contact constraint: what the solver knows of one manifold, in wide lanes.
+The contact constraint: what the solver knows of one manifold, in a lane of a wide constraint.
 
-Constraints are kept in batches of eight manifolds that share no moving body. A batch has rows of
-eight numbers, one for each manifold ("lane"): first those of the manifold, here, then those of its
-points, one after the other (`contact_point`). Because the lanes of a batch share no body that can
-move, the solver may treat them at once, which the compiler turns into SIMD: the result is that of
-one after the other. An empty lane names the body that cannot move and has zeros elsewhere.
+Constraints are kept in batches of eight manifolds that share no moving body (`colouring`). A batch
+is one wide constraint: rows of eight numbers, one for each manifold ("lane"), first those of the
+manifold, here, then those of its points, one after the other (`contact_point`). Because the lanes
+of a batch share no body that can move, the solver may treat them at once, which the compiler turns
+into SIMD: the result is that of one after the other. An empty lane names the body that cannot move
+and has zeros elsewhere.
 
 At the head of the array lies one batch of scratch: the bodies of the lanes under way
 (`lane_scratch`).

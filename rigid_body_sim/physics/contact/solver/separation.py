@@ -3,9 +3,9 @@
 """
 Separation and anchors of contact points after the motion over a substep: both follow the bodies.
 
-And there they get the second half of their warm start. A load J, what the last substep gave, acts
-in two halves, as other forces do (velocity Verlet): J/2 before the motion, at the arms of then,
-and J/2 after it, at those of now. So what is carried, slides or rolls moves with its mean
+And there they get the second half of their warm start. A load J, what lasts of the last substep,
+acts in two halves, as other forces do (velocity Verlet): J/2 before the motion, at the arms of
+then, and J/2 after it, at those of now. So what is carried, slides or rolls moves with its mean
 velocity, to second order in the substep, and the two halves of a point at rest cancel its weight
 exactly. A point that did not press during the motion gets neither half.
 """

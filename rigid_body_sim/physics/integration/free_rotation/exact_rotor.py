@@ -41,9 +41,9 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.integration.free_rotation.euler import exponential
 from rigid_body_sim.physics.integration.free_rotation.jacobi_functions import (
     PAIRS,
-    add,
     jacobi,
     means,
+    of_sum,
 )
 from rigid_body_sim.physics.state.blocks import (
     I1,
@@ -60,7 +60,7 @@ from rigid_body_sim.physics.state.blocks import (
     TX,
     TY,
     TZ,
-    rotate,
+    rotated_back,
 )
 
 PANEL = 0.3  # [-] of nu t; twice as long loses the last digits of psi
@@ -100,14 +100,16 @@ def coefficients(moments: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @inline
-def _pick(offset, a, b, c):
+def _pick(offset, v):
     """Give the component along the axis of a row offset."""
-    return a if offset == AXIS_1 else (b if offset == AXIS_2 else c)
+    return v[0] if offset == AXIS_1 else (v[1] if offset == AXIS_2 else v[2])
 
 
 @inline
-def _turned(x, y, z, w, a, b, c, d):
-    """Attitude q (a, b, c, d), normalised."""
+def _turned(q, turn):
+    """Attitude q turn, normalised."""
+    x, y, z, w = q
+    a, b, c, d = turn
     u = x * d + w * a + (y * c - z * b)
     v = y * d + w * b + (z * a - x * c)
     t = z * d + w * c + (x * b - y * a)
@@ -117,18 +119,22 @@ def _turned(x, y, z, w, a, b, c, d):
 
 
 @inline
-def _frame(m1, m2, m3, third):
+def _frame(m, third):
     """Unit part across m of the third axis (or the first), and m x it."""
+    m1, m2, m3 = m
     if third:
         f = 1.0 / math.sqrt(m1 * m1 + m2 * m2)
-        return -m1 * m3 * f, -m2 * m3 * f, (m1 * m1 + m2 * m2) * f, m2 * f, -m1 * f, 0.0
+        return (-m1 * m3 * f, -m2 * m3 * f, (m1 * m1 + m2 * m2) * f), (m2 * f, -m1 * f, 0.0)
     f = 1.0 / math.sqrt(m2 * m2 + m3 * m3)
-    return (m2 * m2 + m3 * m3) * f, -m1 * m2 * f, -m1 * m3 * f, 0.0, m3 * f, -m2 * f
+    return ((m2 * m2 + m3 * m3) * f, -m1 * m2 * f, -m1 * m3 * f), (0.0, m3 * f, -m2 * f)
 
 
 @inline
-def _quaternion(r11, r12, r13, r21, r22, r23, r31, r32, r33):
-    """Quaternion of a rotation matrix, from its largest component."""
+def _quaternion(matrix):
+    """Quaternion of a rotation matrix of three rows, from its largest component."""
+    r11, r12, r13 = matrix[0]
+    r21, r22, r23 = matrix[1]
+    r31, r32, r33 = matrix[2]
     trace = r11 + r22 + r33
     if trace > 0.0:
         d = 0.5 * math.sqrt(1.0 + trace)
@@ -148,31 +154,58 @@ def _quaternion(r11, r12, r13, r21, r22, r23, r31, r32, r33):
 
 
 @inline
-def _steady(h, a, b, c):
-    """Rotation by h (a, b, c)."""
-    a, b, c = 0.5 * h * a, 0.5 * h * b, 0.5 * h * c
+def _steady(h, omega):
+    """Rotation by h omega."""
+    a, b, c = 0.5 * h * omega[0], 0.5 * h * omega[1], 0.5 * h * omega[2]
     angle = math.sqrt(a * a + b * b + c * c)
     f = math.sin(angle) / angle if angle > 1e-150 else 1.0
     return a * f, b * f, c * f, math.cos(angle)
 
 
 @inline
-def _rate(x, y, z, about_c, over_a, over_b, over_c):
+def _precession_rate(xyz, about_c, inverses):
     """psi' / G."""
+    x, y, z = xyz
+    over_a, over_b, over_c = inverses
     if about_c:
         return (x * x * over_a + y * y * over_b) / (x * x + y * y)
     return (y * y * over_b + z * z * over_c) / (y * y + z * z)
 
 
+@inline
+def _combined(p, q, m, f, g, n):
+    """Rows of the matrix p f^T + q g^T + m n^T."""
+    return (
+        (
+            p[0] * f[0] + q[0] * g[0] + m[0] * n[0],
+            p[0] * f[1] + q[0] * g[1] + m[0] * n[1],
+            p[0] * f[2] + q[0] * g[2] + m[0] * n[2],
+        ),
+        (
+            p[1] * f[0] + q[1] * g[0] + m[1] * n[0],
+            p[1] * f[1] + q[1] * g[1] + m[1] * n[1],
+            p[1] * f[2] + q[1] * g[2] + m[1] * n[2],
+        ),
+        (
+            p[2] * f[0] + q[2] * g[0] + m[2] * n[0],
+            p[2] * f[1] + q[2] * g[1] + m[2] * n[1],
+            p[2] * f[2] + q[2] * g[2] + m[2] * n[2],
+        ),
+    )
+
+
 @kernel
-def _free(h, speed, m1, m2, m3, i1, i2, i3, method, k):
+def _free(h, speed, m, moments, method, k):
     """
     Rotation of a body in the time h, in its sorted axes at the start.
 
-        speed      : G [kg m^2/s]
-        m1, m2, m3 : direction of the momentum
-        returns    : quaternion, or NaN where the step is too long
+        speed   : G [kg m^2/s]
+        m       : (3,) direction of the momentum
+        moments : (3,) I1 <= I2 <= I3
+        returns : quaternion, or NaN where the step is too long
     """
+    m1, m2, m3 = m
+    i1, i2, i3 = moments
     a1 = m2 * m2 * ((i2 - i1) / i2) + m3 * m3 * ((i3 - i1) / i3)
     a3 = m1 * m1 * ((i3 - i1) / i1) + m2 * m2 * ((i3 - i2) / i2)
     a2 = m3 * m3 * ((i3 - i2) / i3) - m1 * m1 * ((i2 - i1) / i1)
@@ -184,7 +217,7 @@ def _free(h, speed, m1, m2, m3, i1, i2, i3, method, k):
     wide = abs(c - a)
     near = abs(c - b)
     if near * az == 0.0:
-        return _steady(h, speed * m1 / i1, speed * m2 / i2, speed * m3 / i3)
+        return _steady(h, (speed * m1 / i1, speed * m2 / i2, speed * m3 / i3))
     over_a, over_b, over_c = 1.0 / a, 1.0 / b, 1.0 / c
     sign = 1.0 if z >= 0.0 else -1.0
     u = sign * h * speed * math.sqrt(near * over_c * (az * over_a * over_b))
@@ -199,47 +232,52 @@ def _free(h, speed, m1, m2, m3, i1, i2, i3, method, k):
         s0, c0 = y / yy, x / xx
         f = math.sqrt(s0 * s0 + c0 * c0)
         s0, c0 = (s0 / f, c0 / f) if f > 0.0 else (0.0, 1.0)
+    start = s0, c0, d0
     count, limit = means(math.sqrt(wide * abs(a2) / (near * az)), method, k + MEANS)
     about_c = xx * xx > 0.5
+    inverses = over_a, over_b, over_c
     if k2 == 0.0 and about_c:
-        psi = _rate(x, y, z, about_c, over_a, over_b, over_c)
+        psi = _precession_rate((x, y, z), about_c, inverses)
     else:
         psi = 0.0
         panels = 1 + int(abs(u) / PANEL)
         for panel in range(panels):
             for node in range(6):
                 place = NODES[node >> 1] if node & 1 else -NODES[node >> 1]
-                s, e, d = jacobi(
+                later = jacobi(
                     u * (panel + 0.5 + 0.5 * place) / panels, count, limit, method, k + MEANS
                 )
-                s, e, d = add(s0, c0, d0, s, e, d, k2)
-                psi += (0.5 * WEIGHTS[node >> 1]) * _rate(
-                    xx * e, yy * s, zz * d, about_c, over_a, over_b, over_c
+                s, e, d = of_sum(start, later, k2)
+                psi += (0.5 * WEIGHTS[node >> 1]) * _precession_rate(
+                    (xx * e, yy * s, zz * d), about_c, inverses
                 )
         psi /= panels
     psi *= h * speed
-    s, e, d = jacobi(u, count, limit, method, k + MEANS)
-    s, e, d = add(s0, c0, d0, s, e, d, k2)
+    s, e, d = of_sum(start, jacobi(u, count, limit, method, k + MEANS), k2)
     n1, n2, n3 = (xx * e, yy * s, zz * d) if high else (zz * d, yy * s, xx * e)
     f = 1.0 / math.sqrt(n1 * n1 + n2 * n2 + n3 * n3)
-    n1, n2, n3 = n1 * f, n2 * f, n3 * f
-    third = about_c == high
-    p1, p2, p3, q1, q2, q3 = _frame(m1, m2, m3, third)
+    return _between(m, (n1 * f, n2 * f, n3 * f), psi, about_c == high)
+
+
+@inline
+def _between(m, n, psi, third):
+    """Rotation F(m) Rz(psi) F(n)^T."""
+    p, q = _frame(m, third)
     cosine, sine = math.cos(psi), math.sin(psi)
-    p1, p2, p3, q1, q2, q3 = (
-        cosine * p1 + sine * q1,
-        cosine * p2 + sine * q2,
-        cosine * p3 + sine * q3,
-        cosine * q1 - sine * p1,
-        cosine * q2 - sine * p2,
-        cosine * q3 - sine * p3,
+    p, q = (
+        (
+            cosine * p[0] + sine * q[0],
+            cosine * p[1] + sine * q[1],
+            cosine * p[2] + sine * q[2],
+        ),
+        (
+            cosine * q[0] - sine * p[0],
+            cosine * q[1] - sine * p[1],
+            cosine * q[2] - sine * p[2],
+        ),
     )
-    f1, f2, f3, g1, g2, g3 = _frame(n1, n2, n3, third)
-    return _quaternion(
-        p1 * f1 + q1 * g1 + m1 * n1, p1 * f2 + q1 * g2 + m1 * n2, p1 * f3 + q1 * g3 + m1 * n3,
-        p2 * f1 + q2 * g1 + m2 * n1, p2 * f2 + q2 * g2 + m2 * n2, p2 * f3 + q2 * g3 + m2 * n3,
-        p3 * f1 + q3 * g1 + m3 * n1, p3 * f2 + q3 * g2 + m3 * n2, p3 * f3 + q3 * g3 + m3 * n3,
-    )  # fmt: skip
+    f, g = _frame(n, third)
+    return _quaternion(_combined(p, q, m, f, g, n))
 
 
 @inline
@@ -257,24 +295,24 @@ def _exponential(a, b, c):
 def _symmetric(k, h, axis, s):
     """Turn a body of which two moments are equal: about L, and about its axis of symmetry."""
     x, y, z, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
-    l1, l2, l3 = s[k + LX], s[k + LY], s[k + LZ]
-    m1, m2, m3 = rotate(-x, -y, -z, w, l1, l2, l3)
+    momentum = s[k + LX], s[k + LY], s[k + LZ]
+    m = rotated_back((x, y, z, w), momentum)
     over = s[k + J1 + AXIS_2] if axis == AXIS_1 else s[k + J1]
-    spin = (0.5 * h) * _pick(axis, m1, m2, m3) * (s[k + J1 + axis] - over)
+    spin = (0.5 * h) * _pick(axis, m) * (s[k + J1 + axis] - over)
     f = 0.5 * h * over
-    a, b, c, d = _exponential(f * l1, f * l2, f * l3)
-    x, y, z, w = (
+    a, b, c, d = _exponential(f * momentum[0], f * momentum[1], f * momentum[2])
+    q = (
         a * w + d * x + (b * z - c * y),
         b * w + d * y + (c * x - a * z),
         c * w + d * z + (a * y - b * x),
         d * w - (a * x + b * y + c * z),
     )
-    a, b, c, d = _exponential(
+    about_axis = _exponential(
         spin if axis == AXIS_1 else 0.0,
         spin if axis == AXIS_2 else 0.0,
         spin if axis == AXIS_3 else 0.0,
     )
-    s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = _turned(x, y, z, w, a, b, c, d)
+    s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = _turned(q, about_axis)
 
 
 @kernel
@@ -286,13 +324,13 @@ def drift(block, lanes, kick, h, rotation, method):
         q <- attitude after free rotation over h
     """
     s = rotation[block * ROTATION : block * ROTATION + ROTATION]
-    m = method[block * METHOD : block * METHOD + METHOD]
+    own = method[block * METHOD : block * METHOD + METHOD]
     for k in range(lanes):
         l1 = s[k + LX] + kick * s[k + TX]
         l2 = s[k + LY] + kick * s[k + TY]
         l3 = s[k + LZ] + kick * s[k + TZ]
         s[k + LX], s[k + LY], s[k + LZ] = l1, l2, l3
-        axis = int(m[k + AXIS])
+        axis = int(own[k + AXIS])
         if axis >= 0:
             _symmetric(k, h, axis, s)
             continue
@@ -300,25 +338,19 @@ def drift(block, lanes, kick, h, rotation, method):
         if largest > 1e-300:
             l1, l2, l3 = l1 / largest, l2 / largest, l3 / largest
             size = math.sqrt(l1 * l1 + l2 * l2 + l3 * l3)
-            x, y, z, w = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
-            m1, m2, m3 = rotate(-x, -y, -z, w, l1 / size, l2 / size, l3 / size)
-            low, middle, high = int(m[k + LOW]), int(m[k + MIDDLE]), int(m[k + HIGH])
-            hand = m[k + HAND]
-            a, b, c, d = _free(
-                h,
-                largest * size,
-                _pick(low, m1, m2, m3),
-                _pick(middle, m1, m2, m3),
-                hand * _pick(high, m1, m2, m3),
-                s[k + I1 + low],
-                s[k + I1 + middle],
-                s[k + I1 + high],
-                m,
-                k,
-            )
+            q = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
+            direction = rotated_back(q, (l1 / size, l2 / size, l3 / size))
+            low, middle, high = int(own[k + LOW]), int(own[k + MIDDLE]), int(own[k + HIGH])
+            hand = own[k + HAND]
+            m = _pick(low, direction), _pick(middle, direction), hand * _pick(high, direction)
+            moments = s[k + I1 + low], s[k + I1 + middle], s[k + I1 + high]
+            a, b, c, d = _free(h, largest * size, m, moments, own, k)
             c *= hand
             # back to the order of the body: which of low, middle, high is axis 1, 2, 3
-            e1 = a if low == AXIS_1 else (b if middle == AXIS_1 else c)
-            e2 = a if low == AXIS_2 else (b if middle == AXIS_2 else c)
-            e3 = a if low == AXIS_3 else (b if middle == AXIS_3 else c)
-            s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = _turned(x, y, z, w, e1, e2, e3, d)
+            turn = (
+                a if low == AXIS_1 else (b if middle == AXIS_1 else c),
+                a if low == AXIS_2 else (b if middle == AXIS_2 else c),
+                a if low == AXIS_3 else (b if middle == AXIS_3 else c),
+                d,
+            )
+            s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = _turned(q, turn)

@@ -132,15 +132,15 @@ def _gyroscopic(g, moments):
 
 @kernel
 def _carefully(k, h, s):
-    """Turn one body with as many Newton steps as it takes, and in as many equal parts."""
+    """Turn one body with as many Newton steps as it takes, and in as many equal pieces."""
     momentum = s[k + LX], s[k + LY], s[k + LZ]
     moments = s[k + I1], s[k + I2], s[k + I3]
-    parts = 1
+    pieces = 1
     for _halving in range(HALVINGS + 1):
         q = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
-        g = 0.5 * h / parts
+        g = 0.5 * h / pieces
         done = 0
-        while done < parts:
+        while done < pieces:
             m = rotated_back(q, momentum)
             w = m[0] * s[k + J1], m[1] * s[k + J2], m[2] * s[k + J3]
             converged = False
@@ -156,10 +156,10 @@ def _carefully(k, h, s):
                 break
             q = _turned(q, g, w)
             done += 1
-        if done == parts:
+        if done == pieces:
             s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = q
             return
-        parts *= 2
+        pieces *= 2
     s[k + QW] = math.nan  # the check at the end of the call reports it
 
 

@@ -73,8 +73,10 @@ def jacobi(u, count, limit, pairs, k):
 
 
 @inline
-def add(s0, c0, d0, s, c, d, k2):
+def of_sum(first, second, k2):
     """Give sn, cn, dn of a sum of two arguments from those of each; k2 = k^2."""
+    s0, c0, d0 = first
+    s, c, d = second
     over = 1.0 / (c0 * c0 + s0 * s0 * d * d)  # 1 - k^2 s0^2 s^2, free of cancellation
     return (
         (s0 * c * d + s * c0 * d0) * over,

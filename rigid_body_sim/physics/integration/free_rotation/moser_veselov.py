@@ -210,17 +210,19 @@ def _turned(q, c):
 
 
 def _carefully(k, h, s, method):
-    """Turn one body with as many sweeps as it takes, and in as many equal parts."""
+    """Turn one body with as many sweeps as it takes, and in as many equal pieces."""
     momentum = s[k + LX], s[k + LY], s[k + LZ]
     moments = s[k + I1], s[k + I2], s[k + I3]
     inverses = s[k + J1], s[k + J2], s[k + J3]
-    parts = 1
+    pieces = 1
     for _halving in range(HALVINGS + 1):
         q = s[k + QX], s[k + QY], s[k + QZ], s[k + QW]
         done = 0
-        while done < parts:
+        while done < pieces:
             m = rotated_back(q, momentum)
-            a, b, c, least = _equation(ORDER, SERIES_D, m, h / parts, moments, inverses, method, k)
+            a, b, c, least = _equation(
+                ORDER, SERIES_D, m, h / pieces, moments, inverses, method, k
+            )
             converged = False
             sweeps = 0
             while least > 0.0 and not converged and sweeps < MORE_SWEEPS:
@@ -234,10 +236,10 @@ def _carefully(k, h, s, method):
                 break
             q = _turned(q, c)
             done += 1
-        if done == parts:
+        if done == pieces:
             s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = q
             return
-        parts *= 2
+        pieces *= 2
     s[k + QW] = math.nan  # the check at the end of the call reports it
 
 

@@ -158,9 +158,9 @@ def _drift(block, lanes, kick, h, rotation, method):
         omega = a * s[k + J1], b * s[k + J2], c * s[k + J3]
         span = abs(h) * _scale(omega, rates)
         if span < FARTHEST:
-            parts = max(1, int(math.ceil(span / LONGEST)))
-            for _part in range(parts):
-                q, omega = series(q, omega, h / parts, rates, room)
+            pieces = max(1, int(math.ceil(span / LONGEST)))
+            for _piece in range(pieces):
+                q, omega = series(q, omega, h / pieces, rates, room)
             s[k + QX], s[k + QY], s[k + QZ], s[k + QW] = q
         else:
             s[k + QW] = math.nan  # the check at the end of the call reports it

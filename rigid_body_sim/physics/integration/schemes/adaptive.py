@@ -78,6 +78,8 @@ STAGES = slot('[-] stages of a substep, without the slope at the new state')
 C = slot('[substep] time of each stage, and of the slope at the new state')
 MEMORY_SIZE = slot('[-] numbers of a block of what the rotation does not hold')
 POINTS_WORK = slot('[-] numbers of the workspace of a block of points')
+begin_points = slot('kernel of `stages.Substeps`')
+begin_rotation = slot('kernel of `stages.Substeps`')
 prepare_points = slot('kernel of `stages.Substeps`')
 prepare_rotation = slot('kernel of `stages.Substeps`')
 take_slopes_of_points = slot('kernel of `stages.Substeps`')
@@ -133,7 +135,12 @@ def _advance(
             elif 2.0 * share > rest:
                 share = 0.5 * rest
             step = share * h
-            for stage in range(1 if fresh else 0, STAGES + 1):
+            if not fresh:
+                begin_points(n_bodies, translation, points_work, method)
+                begin_rotation(n_rigid, rotation, rotation_work, method)
+            for stage in range(STAGES + 1):
+                if stage == 0 and fresh:
+                    continue
                 prepare_points(stage, step, n_bodies, translation, points_work, method)
                 prepare_rotation(stage, step, n_rigid, rotation, rotation_work, method)
                 within = 1.0 if last and stage == STAGES else elapsed + C[stage] * share
@@ -262,6 +269,8 @@ class EmbeddedPair:
             offered=tableau,
             POINTS_WORK=POINTS.work_size(len(self.b) + SUBSTEP_SLOPES),
             evaluate=evaluate,
+            begin_points=of_points.begin,
+            begin_rotation=of_rotation.begin,
             prepare_points=of_points.prepare,
             prepare_rotation=of_rotation.prepare,
             take_slopes_of_points=of_points.take_slopes,

@@ -33,6 +33,7 @@ end = slot('kernel (lanes, h, state, work, memory): ends a step')
 renew = slot('kernel (lanes, state, work): makes the new state that of a stage')
 keep = slot('kernel (lanes, state, memory, kept): keeps the start of a substep')
 restore = slot('kernel (lanes, kept, state, work): returns to the start of a substep')
+begin_substep = slot('kernel (bodies, states, workspace, memories): `_begin_substep`')
 error_of = slot('kernel (lanes, h, state, work, tolerances, first, worst, culprit): largest error')
 
 
@@ -66,23 +67,31 @@ def _finish(h, bodies, states, workspace, memories):
         end(lanes_in(block, bodies), h, state, work, memory)
 
 
-def _prepare_substep(stage, h, bodies, states, workspace, memories):
-    """
-    Make the state of a stage of a substep of all bodies; stage STAGES is that after the substep.
-    """
+def _begin_substep(bodies, states, workspace, memories):
+    """Begin a substep of all bodies."""
     for block in range(block_count(bodies)):
         lanes = lanes_in(block, bodies)
         state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
         work = workspace[block * WORK_SIZE : (block + 1) * WORK_SIZE]
         memory = memories[block * MEMORY_SIZE : (block + 1) * MEMORY_SIZE]
-        if stage == 0:
-            begin(lanes, state, work, memory)
-            keep(lanes, state, memory, work[SLOPES_AT + SLOPE_SIZE * (STAGES + 1) :])
-        elif stage < STAGES:
-            move(stage, lanes, h, state, work)
-        else:
-            end(lanes, h, state, work, memory)
+        begin(lanes, state, work, memory)
+        keep(lanes, state, memory, work[SLOPES_AT + SLOPE_SIZE * (STAGES + 1) :])
+
+
+def _prepare_substep(stage, h, bodies, states, workspace, memories):
+    """
+    Make the state of a stage of a substep of all bodies: stage 0 is that which it began with,
+    stage STAGES that after it.
+    """
+    for block in range(block_count(bodies)):
+        lanes = lanes_in(block, bodies)
+        state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
+        work = workspace[block * WORK_SIZE : (block + 1) * WORK_SIZE]
+        if stage == STAGES:
+            end(lanes, h, state, work, memories[block * MEMORY_SIZE : (block + 1) * MEMORY_SIZE])
             renew(lanes, state, work)
+        elif stage > 0:
+            move(stage, lanes, h, state, work)
 
 
 def _largest_error(h, bodies, states, workspace, tolerances, worst, culprit):
@@ -100,19 +109,17 @@ def _end_substep(accepted, bodies, states, workspace, memories):
     Begin the next substep of all bodies with the slope at the new state as its first; or return
     all to the start of a refused one.
     """
+    if accepted:
+        begin_substep(bodies, states, workspace, memories)
     for block in range(block_count(bodies)):
         lanes = lanes_in(block, bodies)
-        state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
         work = workspace[block * WORK_SIZE : (block + 1) * WORK_SIZE]
-        memory = memories[block * MEMORY_SIZE : (block + 1) * MEMORY_SIZE]
-        kept = work[SLOPES_AT + SLOPE_SIZE * (STAGES + 1) :]
         if accepted:
-            begin(lanes, state, work, memory)
-            keep(lanes, state, memory, kept)
-            rows_end = SLOPE_SIZE // LANES * LANES
             new = work[SLOPES_AT + SLOPE_SIZE * STAGES :]
-            copy_rows(lanes, 0, rows_end, new, work[SLOPES_AT:])
+            copy_rows(lanes, 0, SLOPE_SIZE // LANES * LANES, new, work[SLOPES_AT:])
         else:
+            state = states[block * STATE_SIZE : (block + 1) * STATE_SIZE]
+            kept = work[SLOPES_AT + SLOPE_SIZE * (STAGES + 1) :]
             restore(lanes, kept, state, work)
 
 
@@ -134,12 +141,14 @@ class Substeps(NamedTuple):
     """
     Kernels of a substep of an embedded pair of all bodies of a state space.
 
+    begin       : (bodies, states, workspace, memories)
     prepare     : (stage, h, bodies, states, workspace, memories)
     take_slopes : (stage, bodies, states, workspace)
     error       : (h, bodies, states, workspace, tolerances, worst, culprit) -> (worst, culprit)
     end         : (accepted, bodies, states, workspace, memories)
     """
 
+    begin: Callable[..., Any]
     prepare: Callable[..., Any]
     take_slopes: Callable[..., Any]
     error: Callable[..., Any]
@@ -196,9 +205,16 @@ def substeps_of(space: StateSpace, *, name: str, tableau: Mapping[str, Any]) -> 
     """Make the kernels of a substep of an embedded pair; as `stages_of`."""
     offered = _offered(space, tableau['STAGES'] + SUBSTEP_SLOPES, name, tableau)
 
-    def made(function: Any) -> Callable[..., Any]:
-        return specialise(function, name=name, inlined=True, offered=offered)
+    begin = specialise(_begin_substep, name=name, inlined=True, offered=offered)
+    offered['begin_substep'] = begin
+
+    def made(function: Any, *, inlined: bool) -> Callable[..., Any]:
+        return specialise(function, name=name, inlined=inlined, offered=offered)
 
     return Substeps(
-        made(_prepare_substep), made(_take_slopes), made(_largest_error), made(_end_substep)
+        begin,
+        made(_prepare_substep, inlined=True),  # a call for each stage costs a lone body half again
+        made(_take_slopes, inlined=True),
+        made(_largest_error, inlined=True),
+        made(_end_substep, inlined=True),
     )

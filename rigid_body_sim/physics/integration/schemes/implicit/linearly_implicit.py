@@ -47,6 +47,7 @@ from rigid_body_sim.physics.integration.schemes.implicit import banded
 from rigid_body_sim.physics.integration.schemes.implicit.banded import add_to_column, entry
 from rigid_body_sim.physics.integration.schemes.implicit.coupling import (
     BODY,
+    FIRST_MEMBER,
     GROUP,
     POINT,
     RIGID,
@@ -215,7 +216,7 @@ def _advance(
         for number in range(plan.n_groups):
             row = plan.groups[GROUP * number : GROUP * (number + 1)]
             if _solve_group(row, h, plan, blocks) == 0:
-                culprit = int(plan.members[members_of(row)[0]])
+                culprit = int(plan.members[int(row[FIRST_MEMBER])])
                 translation[at(culprit, TRANSLATION) + POSITION] = math.nan
                 return DID_NOT_CONVERGE
         for block in range(block_count(n_bodies)):

@@ -86,7 +86,9 @@ from rigid_body_sim.physics.vectors import (
 TRANSLATION_NUMBERS = TRANSLATION_STATE // LANES  # of a body
 ROTATION_NUMBERS = ROTATION_STATE // LANES
 
-scratch = Record(begin=SCRATCH)  # of a body, beyond what `coupling` keeps there
+scratch = Record(
+    begin=SCRATCH
+)  # up to `coupling.BODY`: of a body, beyond what `coupling` keeps there
 BASE_POSITION = scratch.vector('m', 'r0, base of the stage')
 BASE_MOMENTUM = scratch.vector('kg m/s', 'p0')
 BASE_ORIENTATION = scratch.quaternion('-', 'q0')
@@ -106,7 +108,6 @@ ONLY_HELD_FORCE = scratch.number('-', '1 where only held forces act')
 ONLY_HELD_TORQUE = scratch.number('-', '1 where only held torques act')
 DELTA = scratch.number('SI', 'step of a difference; 0 for none')
 HELD_THROUGH = scratch.number('-', '1 where only held forces acted in every stage')
-ROW_SIZE = scratch.size  # at most `coupling.BODY`
 
 SCALAR = 3  # where the scalar part of a quaternion stands
 

@@ -82,7 +82,7 @@ def add_to_vector(block, place, lost, start, increment):
     )
 
 
-@kernel
+@inline
 def copy_rows(lanes, first, end, source, target):
     """Copy the rows from `first` up to `end`."""
     for row in range(first, end, LANES):

@@ -28,11 +28,13 @@ from rigid_body_sim.physics.integration.schemes.state_space.relative_error impor
 from rigid_body_sim.physics.state.blocks import (
     FORCE,
     INVERSE_MASS,
+    LANES,
     MOMENTUM,
     MOMENTUM_RESIDUAL,
     POSITION,
     POSITION_RESIDUAL,
     TRANSLATION,
+    add_compensated,
 )
 from rigid_body_sim.physics.vectors import add_scaled, scale
 
@@ -65,10 +67,8 @@ def move(stage, lanes, h, state, work):
     """Make the state of a stage from the slopes of those before it."""
     if lanes < FEW:
         for lane in range(lanes):
-            position, momentum = (
-                read_vector(work, lane + POSITION),
-                read_vector(work, lane + MOMENTUM),
-            )
+            position = read_vector(work, lane + POSITION)
+            momentum = read_vector(work, lane + MOMENTUM)
             for before in range(stage):
                 factor = h * A[stage * STAGES + before]
                 if factor != 0.0:
@@ -148,22 +148,32 @@ def end(lanes, h, state, work, memory):
             _finish(lane, h, state, work, velocity, force)
 
 
+@inline
+def _step_component(place, h, time_per_mass, delay, state):
+    """Step one component of a body under a constant force."""
+    momentum, force = state[place + MOMENTUM], state[place + FORCE]
+    state[place + POSITION], state[place + POSITION_RESIDUAL] = add_compensated(
+        state[place + POSITION],
+        state[place + POSITION_RESIDUAL],
+        time_per_mass * (momentum + delay * force),
+    )
+    state[place + MOMENTUM], state[place + MOMENTUM_RESIDUAL] = add_compensated(
+        momentum, state[place + MOMENTUM_RESIDUAL], h * force
+    )
+
+
 def step_under_held_force(lanes, h, state, work):
     """
     Step points under a constant force: the tableau summed by hand.
 
     r <- r + h p/m + h^2 (sum b_i c_i) F/m,   p <- p + h F
     """
+    delay = h * BC
     for lane in range(lanes):
-        over_mass = h * state[lane + INVERSE_MASS]
-        position, momentum = (
-            read_vector(state, lane + POSITION),
-            read_vector(state, lane + MOMENTUM),
-        )
-        force = read_vector(state, lane + FORCE)
-        moved = scale(over_mass, add_scaled(momentum, h * BC, force))
-        add_to_vector(state, lane + POSITION, lane + POSITION_RESIDUAL, position, moved)
-        add_to_vector(state, lane + MOMENTUM, lane + MOMENTUM_RESIDUAL, momentum, scale(h, force))
+        time_per_mass = h * state[lane + INVERSE_MASS]
+        _step_component(lane, h, time_per_mass, delay, state)
+        _step_component(lane + LANES, h, time_per_mass, delay, state)
+        _step_component(lane + 2 * LANES, h, time_per_mass, delay, state)
 
 
 @inline

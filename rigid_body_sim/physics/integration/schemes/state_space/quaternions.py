@@ -18,7 +18,6 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, slot
 from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     add_rows,
-    copy_rows,
     multiply,
     nearly_normalised,
     normalised,
@@ -321,13 +320,19 @@ def step(lanes, h, state, work):
 @inline
 def keep(lanes, state, memory, kept):
     """Keep q and L."""
-    copy_rows(lanes, ORIENTATION, TORQUE, state, kept)
+    for lane in range(lanes):
+        write_quaternion(kept, lane + ORIENTATION, read_quaternion(state, lane + ORIENTATION))
+        momentum = read_vector(state, lane + ANGULAR_MOMENTUM)
+        write_vector(kept, lane + ANGULAR_MOMENTUM, momentum)
 
 
 @inline
 def restore(lanes, kept, state, work):
     """Return to the start of the substep."""
-    copy_rows(lanes, ORIENTATION, TORQUE, kept, state)
+    for lane in range(lanes):
+        write_quaternion(state, lane + ORIENTATION, read_quaternion(kept, lane + ORIENTATION))
+        momentum = read_vector(kept, lane + ANGULAR_MOMENTUM)
+        write_vector(state, lane + ANGULAR_MOMENTUM, momentum)
 
 
 def error_of(lanes, h, state, work, tolerances, first, worst, culprit):

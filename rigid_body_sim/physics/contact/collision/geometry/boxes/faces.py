@@ -25,6 +25,7 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import between
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    MOST,
     SCRATCH,
     write_normal,
     write_point,
@@ -53,8 +54,9 @@ Array = NDArray[np.float64]
 MOST_OF_PATCH = 12  # [-] corners of the patch, some of them twice
 
 faces = Record(begin=SCRATCH)
-INCIDENT = faces.numbers(4 * FLAT_POINT, 'm', 'corners of the incident face; then those chosen')
+INCIDENT = faces.numbers(4 * FLAT_POINT, 'm', 'corners of the incident face')
 PATCH = faces.numbers(MOST_OF_PATCH * FLAT_POINT, 'm', 'corners of the patch')
+CHOSEN = faces.numbers(MOST * FLAT_POINT, 'm', 'those that are kept')
 
 CUTS, UNDER, NAMES = 4.0, 20.0, 24.0  # features: edge 0 … 3 cut by side 0 … 3, corners under it
 DEEPEST = 40000.0  # features of corners that lie deepest
@@ -152,8 +154,8 @@ def _patch(
                     corner = (corner_u, corner_v, separation)
                     _write(found, PATCH + count * FLAT_POINT, corner, UNDER + k)
                     count += 1
-    if count > 4:
-        return keep_four_flat(found, PATCH, count, INCIDENT), INCIDENT
+    if count > MOST:
+        return keep_four_flat(found, PATCH, count, CHOSEN), CHOSEN
     return count, PATCH
 
 
