@@ -51,12 +51,9 @@ FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go 
 }  # fmt: skip
 MOST_LINES = 80  # of a function in physics, its docstring counted
 MOST_PARAMETERS = 12
-ARRAYS = 'its arrays are handed on one by one, not yet in groups'
-NUMBERS = 'vectors and matrices are handed on number by number'
-CASES = 'more than one thing is done in it'
-RECIPE = 'the recipe of a tick with contact, not yet told in stages'
+BOUNDARY = 'groups of arrays cost more where Python calls: figures in its docstring'
 TOO_LARGE = {  # module.function in physics -> why it still is; an entry not needed fails
-    'step._advance': RECIPE,
+    'step._advance': BOUNDARY,
 }
 
 

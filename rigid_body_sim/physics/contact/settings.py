@@ -3,9 +3,9 @@
 """
 What a scene may set of contact by time stepping.
 
-The contact frequency is no setting: f = 0.25 / h with the substep h, twice that against what
-cannot move. A lower one lets a stack sink by a length that no smaller step mends; a higher one
-never comes to rest.
+The contact frequency of the soft constraint is no setting: f = 0.25 / h with the substep h, twice
+that against what cannot move. A lower one lets a stack sink by a length that no smaller step
+mends; a higher one never comes to rest.
 """
 
 from __future__ import annotations
@@ -38,15 +38,16 @@ class ContactSettings:
     substeps       : solver steps in a tick; the sink of a stack falls as their square, and heavy
                      bodies on light ones need more of them
     damping_ratio  : [-] of the soft contact, zeta
-    relaxations    : passes that take the push-out velocity back and apply friction; 1 is a tenth
-                     quicker, and what friction only just holds creeps, 0.1 mm in 5 s
+    relaxations    : iterations that relax: they take the push-out velocity back and apply
+                     friction; 1 is a tenth quicker, and what friction only just holds creeps,
+                     0.1 mm in 5 s
     restitution_threshold : [m/s] slower impacts do not bounce; larger ones cut visible bounces
     slop           : [m] overlap that is left alone: a constant error of height
     push_out_speed : [m/s] the fastest that overlap is undone
-    margin         : [m] gap within which a contact is foreseen, at most a tenth of the radius of
-                     the smaller body; motion over a tick is added
+    margin         : [m] separation within which a contact is foreseen (speculative contact), at
+                     most a tenth of the radius of the smaller body; motion over a tick is added
     sleeping       : true: islands at rest are left out until something reaches them, see
-                     `sleeping`; false: every body is solved in every tick
+                     `islands.sleep`; false: every body is solved in every tick
     sleep_speed    : [m/s] slower bodies may fall asleep, with what is left of their momentum; a
                      larger one stops what creeps, a smaller one than the jitter of a heap lets
                      nothing sleep

@@ -8,13 +8,17 @@ substeps in 1/240 s a kinetic energy of 1e-4 falls is 0.1 mm/s, one of 10 falls 
 """
 
 # A body alone between these kinetic energies pays with its place, else with its motion.
-STILL = 1e-4  # [fall] a larger one lets what rests tremble; a smaller one lifts what rests
-SLOW = 10.0  # [fall] a smaller one holds back what hardly moves; a larger one lets down what flies
+STILL = 1e-4  # [fall] a larger one holds back what hardly moves; a smaller one moves what rests
+SLOW = 10.0  # [fall] a smaller one holds back what hardly moves; a larger one moves what is fast
 
-# Gains that are left: below them a group is calm.
-SMALL = 1e-6  # [fall] of a body alone, or of what is fast; a larger one adds up over ticks
-START = 2e-3  # [fall] of several bodies that are slow; a smaller one stops piles that settle
+# Gains that are left.
+SMALL = 1e-6  # [fall] of a body alone, or of what is fast; a larger one lets vibration grow
+START = (
+    2e-3  # [fall] of several bodies that are slow; a smaller one holds back what starts to move
+)
 ROUND_OFF = 1e-13  # [-] of the kinetic energy; a smaller one takes rounding for a gain
 
-LIFT = 0.2  # [-] of h^2 |F| / m: twice what the ground gives way under a body; beyond, no let down
-PARALLEL = 1e-12  # [-] 1 - cosine of normals of one plane; a smaller one sees two planes in one
+# How far a body is let down at most: twice what the ground gives way under it.
+LIFT = 0.2  # [-] of h^2 |F| / m; a smaller one leaves what an impact has pushed in with its gain
+
+PARALLEL = 1e-12  # [-] 1 - cosine of normals of one plane, at most; a smaller one parts one plane
