@@ -23,7 +23,7 @@ export ROS_DOMAIN_ID := $(shell echo $$((1 + $$$$ % 100)))
 # Plugins of a sourced ROS belong to another pytest.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
 
-.PHONY: help venv demo test test-stability test-bounds lint bench bench-accept bench-all report report-peers document clean
+.PHONY: help venv demo test test-stability test-bounds coverage lint bench bench-accept bench-all report report-peers document clean
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(ROOT)/Makefile
 
@@ -38,6 +38,10 @@ test: venv  ## the whole test suite; PYTEST_ARGS='-k name' for a part
 
 test-stability: venv  ## the hard cases in full: 1e7 ticks, 1e4 s, every method; some minutes
 	@cd $(ROOT) && $(PYTHON) -m pytest -q $(WORKERS) -m 'long or not long' $(PYTEST_ARGS) test/stability
+
+# Lines and branches of Python; kernels are left out, see pyproject.toml.
+coverage: venv  ## the whole test suite, and which lines it runs; fails below the floor
+	@cd $(ROOT) && $(PYTHON) -m pytest -q $(WORKERS) -p pytest_cov --cov --cov-report=term:skip-covered $(PYTEST_ARGS)
 
 # Compiled anew into a folder of its own, with every index checked against its array.
 test-bounds: venv  ## the tests of what is compiled, each index of each array checked; half an hour
