@@ -299,12 +299,12 @@ class _Bitcode(JITCodeLibrary):
             for variable in self._final_module.global_variables
             if variable.name.startswith('_ZN08NumbaEnv')
         ]
+        for function in self._final_module.functions:  # its own: what it calls is so already
+            if not function.is_declaration and function.linkage == ll.Linkage.external:
+                function.linkage = 'linkonce_odr'  # as many callers may bring it along
         for library in dict.fromkeys(self._linking_libraries):
             self._reload_init.update(library._reload_init)
             self._final_module.link_in(library._get_module_for_linking(), preserve=True)
-        for function in self._final_module.functions:
-            if not function.is_declaration and function.linkage == ll.Linkage.external:
-                function.linkage = 'linkonce_odr'  # as many callers may bring it along
         self._shared_module = self._final_module
         empty = str(self._codegen._create_empty_module(self.name))
         empty += ''.join(f'@"{name}" = common global i8* null\n' for name in environment)
