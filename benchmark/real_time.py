@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import psutil
@@ -134,7 +135,7 @@ def report(watcher: Watcher, bag: Bag, arguments: argparse.Namespace) -> None:
     due = round(arguments.seconds / DT)
     period = round(1e9 / arguments.publish_rate)
     published = round(arguments.seconds * arguments.publish_rate)
-    gaps = sum((after - before) // period - 1 for before, after in zip(stamps, stamps[1:]))
+    gaps = sum((after - before) // period - 1 for before, after in pairwise(stamps))
     states = sum(
         n for name, n in bag.counts.items() if name.endswith(('/pose', '/twist', '/clock'))
     )

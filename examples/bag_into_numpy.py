@@ -20,8 +20,10 @@ from rigid_body_sim.recording.bag_reader import Bag
 
 folder = Path(tempfile.mkdtemp())
 subprocess.run(
-    [sys.executable, '-m', 'rigid_body_sim', 'simulate', 'two_bodies', '-o', 'run']
-    + ['--duration', '2', '--json'],
+    [
+        *(sys.executable, '-m', 'rigid_body_sim', 'simulate', 'two_bodies'),
+        *('-o', 'run', '--duration', '2', '--json'),
+    ],
     cwd=folder,
     stdout=subprocess.DEVNULL,
     check=True,

@@ -6,6 +6,11 @@ Rigid body simulation for ROS 2: scenes, integrators, recordings that can be pro
     from rigid_body_sim import Simulation, load_scene
 """
 
+TYPE_CHECKING = False  # to those who run it: importing `typing` for the name takes its time
+if TYPE_CHECKING:
+    from rigid_body_sim.physics.simulation import Simulation
+    from rigid_body_sim.scene import load_scene
+
 __version__ = '0.1.0'
 __all__ = ['Simulation', '__version__', 'load_scene']
 

@@ -72,7 +72,7 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
     except InvalidModel as error:
         return _fail(verb, str(error), 2)
     except BrokenPipeError:  # whoever read our output has seen enough
-        sys.stdout = open(os.devnull, 'w')
+        sys.stdout = open(os.devnull, 'w')  # noqa: PTH123, SIM115  (until the process ends)
         return 0
     except (SimulationDiverged, OSError) as error:
         return _fail(verb, str(error), 1)

@@ -68,7 +68,7 @@ def call(*words: object) -> None:
     """Call a verb and show what it says."""
     command = [*VERB, *map(str, words)]
     print(f'    $ {shown(command)}', flush=True)
-    result = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    result = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
     for line in (result.stdout + result.stderr).splitlines():
         print(f'      {line}')
     if result.returncode:

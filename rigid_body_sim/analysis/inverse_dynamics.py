@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,7 +101,7 @@ def derive(
     quaternions = continuous(so3.normalise(orientation))
     edges = _edges(time, breaks)
     pieces, distances = [], []
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in pairwise(edges):
         last = end == len(time)
         own = slice(
             begin, end if last else end + 1

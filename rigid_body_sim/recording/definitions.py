@@ -74,10 +74,11 @@ def definition(type_name: str) -> str:
     Depth first, the dependencies of one type in sorted order, each once; the headline of a
     dependency is `MSG: std_msgs/Header`, without `/msg/`.
     """
-    sections = [_text(type_name)]
-    for name in _dependencies(type_name, set()):
-        sections.append(f'MSG: {name.replace("/msg/", "/")}\n{_text(name)}')
-    return _SEPARATOR.join(sections)
+    dependencies = (
+        f'MSG: {name.replace("/msg/", "/")}\n{_text(name)}'
+        for name in _dependencies(type_name, set())
+    )
+    return _SEPARATOR.join([_text(type_name), *dependencies])
 
 
 def _text(type_name: str) -> str:

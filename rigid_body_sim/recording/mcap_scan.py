@@ -10,11 +10,11 @@ believed.
 
 from __future__ import annotations
 
+import struct
 import zlib
 from collections.abc import Iterator
 from io import BytesIO
 from struct import Struct, unpack_from
-from struct import error as StructError
 from typing import BinaryIO, NamedTuple, TypeVar
 
 from mcap.data_stream import ReadDataStream
@@ -53,7 +53,7 @@ class Record(NamedTuple):
             _check_crc(content[:-4], unpack_from('<I', content, len(content) - 4)[0], self)
         try:
             return kind.read(ReadDataStream(BytesIO(content)))  # type: ignore[attr-defined]
-        except (McapError, StructError, ValueError) as error:
+        except (McapError, struct.error, ValueError) as error:
             raise Torn(self.position, f'unreadable {kind.__name__}: {error}') from error
 
 
@@ -112,7 +112,7 @@ def inner_records(record: Record) -> Iterator[Record]:
     while position < size:
         try:
             opcode, length = _FRAME.unpack_from(body, position)
-        except StructError as error:
+        except struct.error as error:
             raise Torn(record.position, 'chunk ends within a record') from error
         start, stop = position + _FRAME.size, position + _FRAME.size + length
         if stop > size:
@@ -136,7 +136,7 @@ def chunk_messages(record: Record) -> Iterator[Message]:
                 channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(body, start)
                 data = body[start + _MESSAGE.size : position]
                 yield Message(channel, sequence, log_time, publish_time, data)
-    except StructError as error:
+    except struct.error as error:
         raise Torn(record.position, 'chunk ends within a record') from error
 
 
@@ -144,7 +144,7 @@ def message(record: Record) -> Message:
     """Read a message record."""
     try:
         channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(record.content)
-    except StructError as error:
+    except struct.error as error:
         raise Torn(record.position, 'message record is too short') from error
     data = record.content[_MESSAGE.size :]
     return Message(channel, sequence, log_time, publish_time, data)

@@ -15,9 +15,9 @@ Records of the published tick k, in file order (dt_ns: tick length [ns]):
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from struct import Struct
-from struct import error as StructError
 
 import numpy as np
 from numpy.typing import NDArray
@@ -266,7 +266,7 @@ class _StampCell:
             _STAMP.pack_into(
                 self._bytes, 0, sequence, time_ns, time_ns, cdr.ENCAPSULATION, sec, nanosec
             )
-        except StructError as error:
+        except struct.error as error:
             raise RunError(
                 f'recording: tick {sequence} at {sec} s does not fit in a message; '
                 'allowed: ticks below 2^32 and times below 2^31 s; choose a shorter run'

@@ -10,7 +10,7 @@ the clock, then `final`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -82,7 +82,7 @@ class Peer(Protocol):
     def engine(self) -> str: ...
     @property
     def version(self) -> str: ...
-    def entries(self, problem: Problem) -> Sequence[Entry]: ...
+    def entries(self, problem: Problem) -> Iterable[Entry]: ...
 
 
 class OurRunner:

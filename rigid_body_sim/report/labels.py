@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +71,7 @@ def place(
 def _along(curve: Array) -> Array:
     """Points every few pixels along a curve."""
     pieces = []
-    for start, end in zip(curve, curve[1:], strict=False):
+    for start, end in pairwise(curve):
         count = max(2, int(np.hypot(*(end - start)) / 6.0))
         pieces.append(start + np.linspace(0.0, 1.0, count)[:, None] * (end - start))
     return np.concatenate([np.zeros((0, 2)), *pieces])

@@ -63,7 +63,7 @@ def page(report: Row) -> str:
 
 
 def _asset(name: str) -> str:
-    return resources.files('rigid_body_sim.report').joinpath('assets', name).read_text('utf-8')
+    return (resources.files('rigid_body_sim.report') / 'assets' / name).read_text('utf-8')
 
 
 def _escaped(text: Any) -> str:

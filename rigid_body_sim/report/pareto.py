@@ -88,7 +88,7 @@ def cost_at(points: Iterable[Point], error: float) -> float | None:
     found = []
     for sweep in sweeps.values():
         sweep.sort(key=lambda point: point.cost or 0.0)
-        for coarse, fine in zip(sweep, sweep[1:], strict=False):
+        for coarse, fine in itertools.pairwise(sweep):
             at = [math.log(max(point.error or 0.0, SMALLEST)) for point in (coarse, fine)]
             if at[1] <= wanted <= at[0] and at[1] < at[0]:
                 share = (at[0] - wanted) / (at[0] - at[1])

@@ -170,4 +170,5 @@ def _name(figure: Figure, plot: Plot, curves: Sequence[Series]) -> None:
     )
     back = plot.transData.inverted()
     for text, place in zip(texts, places, strict=True):
-        text.set_position(back.transform((place.x, place.y)))
+        x, y = back.transform((place.x, place.y))
+        text.set_position((x, y))

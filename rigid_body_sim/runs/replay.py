@@ -257,7 +257,7 @@ def _recorded_states(
     half: dict[str, cdr.PoseStamped] = {}
     states: dict[str, tuple[cdr.PoseStamped, cdr.TwistStamped]] = {}
     for message in recorded.bag.messages(wanted):
-        body, leaf = names[message.topic]
+        body, _ = names[message.topic]
         decoded = cdr.decode(recorded.bag.topics[message.topic].type, message.data)
         if isinstance(decoded, cdr.PoseStamped):
             half[body] = decoded

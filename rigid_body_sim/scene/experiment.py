@@ -69,7 +69,8 @@ def _scene_of_urdf(path: Path, given: Mapping[str, bytes] | None) -> Scene:
     try:
         link = read_link(files, path.name)
     except InvalidModel as error:
-        raise UserError(os.path.join(path.parent, str(error))) from error
+        told = os.path.join(path.parent, str(error))  # noqa: PTH118  (a message, no path)
+        raise UserError(told) from error
     if not NAME.fullmatch(link.name):
         raise UserError(
             f'{path}: <link name={shown(link.name)}> is no name for topics; name the body in a '

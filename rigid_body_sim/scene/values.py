@@ -16,7 +16,7 @@ import reprlib
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
@@ -70,7 +70,7 @@ class Value:
             )
             if not is_there:
                 break
-            place = Value(place.content[key], place.document, (*place.path, key))
+            place = Value(cast(Any, place.content)[key], place.document, (*place.path, key))
         return place
 
     def number(

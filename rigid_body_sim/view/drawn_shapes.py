@@ -28,6 +28,7 @@ from rigid_body_sim.physics.model.placed_parts import placed_parts
 from rigid_body_sim.physics.model.scene import Body, Scene
 
 Array = NDArray[np.float64]
+Forms = list[tuple[Mapping[str, Any], Mapping[str, Any]]]  # forms, and how each is drawn
 
 
 class DrawnShapes:
@@ -84,7 +85,7 @@ class DrawnShapes:
             ]
         return self._forms_of[id(shape)]
 
-    def _forms(self, shape: shapes.Shape) -> list[tuple[Mapping[str, Any], Mapping[str, Any]]]:
+    def _forms(self, shape: shapes.Shape) -> Forms:
         match shape:
             case shapes.Sphere(radius):
                 return [({'type': 'sphere', 'radius': radius}, {})]
@@ -95,7 +96,7 @@ class DrawnShapes:
             case shapes.Capsule(radius, length):
                 return [({'type': 'capsule', 'radius': radius, 'length': length}, {})]
             case shapes.Mesh(vertices, faces):
-                whole = [(_surface(vertices, faces), {})]
+                whole: Forms = [(_surface(vertices, faces), {})]
                 if self._meshes_collide and _leaves_empty(shape):
                     whole.append((_hull(vertices), {'translucent': True}))
                 return whole

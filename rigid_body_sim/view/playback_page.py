@@ -83,7 +83,9 @@ def playback_page(
         'contacts': None if touching is None else touching.drawn(usual),
         'close_up': CLOSE_UP * largest if size > FAR * largest > 0.0 else None,
     }
-    return Template(files(__package__).joinpath('playback.html').read_text('utf-8')).substitute(
+    return Template(
+        (files('rigid_body_sim.view') / 'playback.html').read_text('utf-8')
+    ).substitute(
         title=escape(title),
         picture=base64.b64encode(picture).decode(),
         three=_drawing_library(),
@@ -93,7 +95,7 @@ def playback_page(
 
 def _drawing_library() -> str:
     """Take three.js with its mouse controls out of the viewer that trimesh ships."""
-    archive = files('trimesh').joinpath('resources', 'templates', 'viewer.zip').read_bytes()
+    archive = (files('trimesh') / 'resources' / 'templates' / 'viewer.zip').read_bytes()
     with zipfile.ZipFile(io.BytesIO(archive)) as bundle:
         viewer = bundle.read('viewer.html.template').decode('utf-8')
     script = viewer.partition('<script>')[2]

@@ -10,6 +10,7 @@ those of the stamps.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,17 +171,16 @@ def _columns(kind: type[cdr.Message], payloads: list[bytes]) -> tuple[Array, Arr
         stamps = np.array([10**9 * message.sec + message.nanosec for message in messages])
         rows = [[x for part, _ in kind.PARTS for x in getattr(m, part)] for m in messages]
         return 1e-9 * stamps, np.array(rows, dtype=np.float64)
-    layout = np.dtype(
-        {
-            'names': ['sec', 'nanosec', 'numbers'],
-            'formats': ['<i4', '<u4', ('<f8', width)],
-            'offsets': [4, 8, size - 8 * width],
-            'itemsize': size,
-        }
-    )
+    fields: Any = {
+        'names': ['sec', 'nanosec', 'numbers'],
+        'formats': ['<i4', '<u4', ('<f8', width)],
+        'offsets': [4, 8, size - 8 * width],
+        'itemsize': size,
+    }
+    layout = np.dtype(fields)
     table = np.frombuffer(b''.join(payloads), dtype=layout)
     stamps = 10**9 * table['sec'].astype(np.int64) + table['nanosec']
-    return 1e-9 * stamps, table['numbers'].astype(np.float64)
+    return np.multiply(1e-9, stamps), table['numbers'].astype(np.float64)
 
 
 def _from_zero(tracks: list[Track], bag: Bag) -> tuple[Track, ...]:

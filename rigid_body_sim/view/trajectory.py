@@ -10,6 +10,7 @@ each body the axis that sweeps farthest.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -84,7 +85,8 @@ def _draw(
     directions = [0, 1, 2] if plane is None else list(plane)
     for index, path in reversed(list(enumerate(paths))):
         columns = path.points[:, directions].T
-        axes.plot(*columns, **(style(index) | {'linewidth': 0.8} if sphere else style(index)))
+        line: dict[str, Any] = style(index) | ({'linewidth': 0.8} if sphere else {})
+        axes.plot(*columns, **line)
         if index < NAMED_BODIES:
             _mark_ends(axes, columns, style(index)['color'])
     for name, direction in zip('xyz', directions, strict=False):
@@ -135,7 +137,7 @@ def _scale_plane(axes: Axes, extent: Array) -> bool:
     return bool(alike)
 
 
-def _scale_space(axes: Axes, extent: Array) -> bool:
+def _scale_space(axes: Any, extent: Array) -> bool:  # matplotlib gives such axes no types
     """Scale all directions alike unless one would be squeezed; tell whether they are."""
     spans, middle = np.ptp(extent, axis=0), extent.mean(axis=0)
     alike = spans.min() > SQUEEZED * spans.max()

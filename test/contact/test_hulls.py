@@ -101,7 +101,7 @@ def test_a_thin_solid_keeps_its_thickness(thin, thickness):
     ),
 )
 def test_points_without_a_solid_are_refused_with_what_is_missing(points):
-    with pytest.raises(InvalidModel, match='no solid|beyond 1e308|thicker') as refusal:
+    with pytest.raises(InvalidModel, match=r'no solid|beyond 1e308|thicker') as refusal:
         hulls.hull(points, name="mesh 'plate'")
     assert str(refusal.value).startswith("mesh 'plate': ") and '\n' not in str(refusal.value)
 

@@ -9,6 +9,7 @@ by some g/omega^2, which moves a threshold by that over the width of a support: 
 most tests makes this less than their bracket.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -154,8 +155,7 @@ def arch(voussoirs, thickness, *, radius=1.0):
     angles = np.linspace(math.pi, 0.0, voussoirs + 1)
     rays = np.stack((np.cos(angles), np.sin(angles)), axis=1)
     return [
-        np.array([inner * a, inner * b, outer * b, outer * a])
-        for a, b in zip(rays, rays[1:], strict=False)
+        np.array([inner * a, inner * b, outer * b, outer * a]) for a, b in itertools.pairwise(rays)
     ]
 
 

@@ -95,6 +95,7 @@ def strictly(*scenes):
         capture_output=True,
         text=True,
         timeout=HANGING,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.split()

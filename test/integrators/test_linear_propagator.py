@@ -158,5 +158,5 @@ def test_what_is_not_linear_is_refused_with_the_reason_and_another_method(force,
 
 
 def test_a_body_that_turns_is_refused():
-    with pytest.raises(InvalidModel, match="'top' can turn.*dmv6"):
+    with pytest.raises(InvalidModel, match=r"'top' can turn.*dmv6"):
         Simulation(scenes.top(), integrator=NAME)

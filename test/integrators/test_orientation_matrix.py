@@ -190,5 +190,5 @@ def test_the_scene_chooses_the_representation(keys, reorthonormalise):
 
 
 def test_an_integrator_that_offers_no_choice_refuses_one():
-    with pytest.raises(UserError, match='dmv6.*explicit_euler, midpoint, rk4, rk45, rk8'):
+    with pytest.raises(UserError, match=r'dmv6.*explicit_euler, midpoint, rk4, rk45, rk8'):
         written(integrator='dmv6', orientation='matrix')

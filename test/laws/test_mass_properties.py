@@ -180,7 +180,7 @@ def test_a_cavity_is_subtracted() -> None:
 
 
 def test_an_open_mesh_is_refused() -> None:
-    with pytest.raises(InvalidModel, match='open: 3 edges.*close the holes'):
+    with pytest.raises(InvalidModel, match=r'open: 3 edges.*close the holes'):
         of_shape(Mesh(CORNERS, BOX_FACES[1:], 'bowl'), mass=1.0)
 
 
@@ -217,7 +217,7 @@ def test_dumbbell_has_the_reduced_mass_times_the_square_of_its_length() -> None:
 def test_a_line_of_particles_is_refused_with_the_cure() -> None:
     along = rotation.rotate(TILT, (1.0, 0.0, 0.0))
     line = of_shape(Particles(np.outer((0.0, 1.0, 3.0), along), np.ones(3)))
-    with pytest.raises(InvalidModel, match='line of particles.*give it a thickness, or state'):
+    with pytest.raises(InvalidModel, match=r'line of particles.*give it a thickness, or state'):
         check_inertia(line.inertia)
 
 

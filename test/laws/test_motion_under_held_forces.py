@@ -140,10 +140,10 @@ def test_held_command_ends_on_the_tick_it_was_given():
 @pytest.mark.parametrize(
     ('command', 'message'),
     [
-        (dict(body='ball'), "no body is named 'ball'"),
-        (dict(body='box', force=(float('nan'), 0, 0)), 'three finite numbers'),
-        (dict(body='box', force=(1, 2)), 'three finite numbers'),
-        (dict(body='box', frame='map'), "frame 'map'"),
+        ({'body': 'ball'}, "no body is named 'ball'"),
+        ({'body': 'box', 'force': (float('nan'), 0, 0)}, 'three finite numbers'),
+        ({'body': 'box', 'force': (1, 2)}, 'three finite numbers'),
+        ({'body': 'box', 'frame': 'map'}, "frame 'map'"),
     ],
 )
 def test_command_that_no_body_can_follow_is_refused(command, message):

@@ -236,7 +236,7 @@ def jointed(dt, *, damped=True):
                 (0.2, 0.3, 0.25, 0.02, 0.0, -0.01),
                 strict=True,
             )
-        ),  # fmt: skip
+        ),
         'pivot': {'point': POINT.tolist(), 'at': AT.tolist()},
         'initial': {'angular_velocity': OMEGA.tolist()},
     }

@@ -272,7 +272,8 @@ def test_a_reset_fills_the_tank():
 def test_a_run_stops_before_the_last_of_the_mass_is_gone():
     sim = Simulation(scene(), integrator='rk4')
     with pytest.raises(
-        SimulationDiverged, match="'rocket' diverged in tick 666: its mass is used up at 6.66667 s"
+        SimulationDiverged,
+        match=r"'rocket' diverged in tick 666: its mass is used up at 6.66667 s",
     ):
         sim.step(1000)
     assert sim.tick == 666

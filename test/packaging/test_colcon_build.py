@@ -40,6 +40,7 @@ def run(
         capture_output=True,
         text=True,
         timeout=HANGING,
+        check=False,
     )
 
 

@@ -65,6 +65,7 @@ def find(*path: Path, **environment: Path) -> subprocess.CompletedProcess:
         capture_output=True,
         text=True,
         timeout=HANGING,
+        check=False,
     )
 
 

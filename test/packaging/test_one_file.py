@@ -140,6 +140,7 @@ def called(folder, *words):
         capture_output=True,
         text=True,
         timeout=HANGING,
+        check=False,
     )
 
 

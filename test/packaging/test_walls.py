@@ -234,14 +234,16 @@ def test_arrows_inside_a_room_point_downwards():
     for whole in FLOORS:
         inside = {room for room in arrows() if within(room, {whole})} - {whole}
         for room in inside:
-            for other in arrows()[room] & inside:
-                if floor_of(other, whole) > floor_of(room, whole):
-                    upwards.append(f'{room} -> {other}')
+            upwards += [
+                f'{room} -> {other}'
+                for other in arrows()[room] & inside
+                if floor_of(other, whole) > floor_of(room, whole)
+            ]
     assert not sorted(upwards)
 
 
 def test_every_python_file_carries_the_licence():
-    kept = ['setup.py', NAME, 'test', 'tools', 'benchmark']
+    kept = ['setup.py', NAME, 'test', 'tools', 'benchmark', 'examples']
     files = [
         path
         for top in kept

@@ -35,6 +35,7 @@ def test_the_records_of_the_page_are_those_of_the_code():
         cwd=ROOT,
         env=os.environ | {'RIGID_BODY_SIM_COMPILE': '0'},
         timeout=300,
+        check=False,
     )
     assert result.returncode == 0, 'run `python tools/glossary.py`'
 

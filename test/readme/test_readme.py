@@ -36,6 +36,7 @@ def run(command, *, folder, **environment):
         capture_output=True,
         text=True,
         timeout=HANGING,
+        check=False,
     )
     assert result.returncode == 0, result.stdout + result.stderr
     return result.stdout

@@ -104,11 +104,11 @@ def test_unusable_paths_are_refused_with_a_cure(tmp_path, record, mcap_of):
         with pytest.raises(UserError, match='not the metadata of a bag'):
             Bag(directory)
     metadata.write_text(text.replace('storage_identifier: mcap', 'storage_identifier: sqlite3'))
-    with pytest.raises(UserError, match="'sqlite3'.*ros2 bag convert"):
+    with pytest.raises(UserError, match=r"'sqlite3'.*ros2 bag convert"):
         Bag(directory)
     metadata.write_text(text)
     mcap_of(directory).rename(tmp_path / 'gone')
-    with pytest.raises(UserError, match='missing, but metadata.yaml names it'):
+    with pytest.raises(UserError, match=r'missing, but metadata.yaml names it'):
         Bag(directory)
 
 
@@ -121,7 +121,7 @@ def test_a_torn_recording_names_its_cure(tmp_path, record, mcap_of):
         with pytest.raises(DamagedBag, match='bag recover'):
             Bag(torn)
     (directory / 'metadata.yaml').unlink()
-    with pytest.raises(DamagedBag, match='unfinished.*bag recover'):
+    with pytest.raises(DamagedBag, match=r'unfinished.*bag recover'):
         Bag(directory)
 
 
@@ -141,7 +141,7 @@ def test_a_file_without_summary_is_sent_to_recovery(tmp_path):
     writer.start(profile='ros2')
     writer.finish()
     (tmp_path / 'bare.mcap').write_bytes(stream.getvalue())
-    with pytest.raises(DamagedBag, match='no summary.*bag recover'):
+    with pytest.raises(DamagedBag, match=r'no summary.*bag recover'):
         Bag(tmp_path / 'bare.mcap')
 
 

@@ -5,6 +5,7 @@ CDR bytes: what is written can be read, by us and by others, and what is no mess
 """
 
 import importlib
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -176,10 +177,8 @@ def test_truncated_and_overlong_payloads_are_refused(message, data):
 @given(st.sampled_from(sorted(cdr.TYPES)), st.binary(max_size=120))
 def test_noise_is_decoded_or_refused_but_never_crashes(type_name, noise):
     for payload in (noise, b'\0\1\0\0' + noise, b'\0\0\0\0' + noise):
-        try:
+        with suppress(cdr.CdrError):
             cdr.decode(type_name, payload)
-        except cdr.CdrError:
-            pass
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ def decoded(batch, packer):
     """
     Topic -> message.
     """
-    topics = {number: topic for number, topic in enumerate(packer.topics, start=1)}
+    topics = dict(enumerate(packer.topics, start=1))
     return {
         topics[channel].name: cdr.decode(topics[channel].type, payload)
         for channel, payload in batch.payloads()

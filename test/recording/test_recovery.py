@@ -226,7 +226,7 @@ def test_paths_that_cannot_be_used_are_refused(record, tmp_path):
     (tmp_path / 'two').mkdir()
     for name in ('a.mcap', 'b.mcap'):
         shutil.copy(directory / 'run_0.mcap', tmp_path / 'two' / name)
-    with pytest.raises(UserError, match='holds 2 .mcap files'):
+    with pytest.raises(UserError, match=r'holds 2 .mcap files'):
         recover(tmp_path / 'two', tmp_path / 'saved')
     assert not (tmp_path / 'saved').exists()
 

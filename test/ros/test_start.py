@@ -4,7 +4,6 @@
 What cannot be used ends the node with exit code 2 and one line; nothing is left behind.
 """
 
-import os
 from pathlib import Path
 
 import pytest
@@ -48,7 +47,7 @@ def test_a_bad_parameter_exits_2_with_one_line(monkeypatch, tmp_path, capfd, giv
     assert line.startswith('rigid_body_sim sim_node: error:')
     assert all(word in line for word in expected), line
     assert 'Traceback' not in said
-    assert os.listdir(tmp_path) == ['taken']
+    assert [path.name for path in tmp_path.iterdir()] == ['taken']
 
 
 @pytest.mark.parametrize('words', [['-q'], ['--params-file', 'none.yaml'], ['-r', '__ns:=//3']])

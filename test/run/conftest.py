@@ -58,6 +58,7 @@ def process():
             capture_output=True,
             text=True,
             timeout=HANGING,
+            check=False,
         )
 
     return call

@@ -109,7 +109,7 @@ def test_action_and_reaction_are_equal_to_the_bit(tower):
 
 def test_a_box_that_flies_off_says_so_once(tower):
     counts = {tick: len(points) for tick, points in clouds(tower)['box_3']}
-    flying = [tick for tick in range(SETTLED + 25, SETTLED + 50, 5)]
+    flying = list(range(SETTLED + 25, SETTLED + 50, 5))
     assert counts[SETTLED] == 4
     assert [counts.get(tick) for tick in flying[:3]] in ([4, 0, None], [0, None, None])
     assert counts[SETTLED + 200] == 4  # it has fallen back

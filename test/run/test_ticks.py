@@ -28,7 +28,7 @@ def make_run(**settings):
 def messages(run, commands, last_tick):
     """Topic, sequence is implied by the stamp; return (topic, stamp in ticks, message)."""
     found = []
-    topics = {i: topic for i, topic in enumerate(run.packer.topics, start=1)}
+    topics = dict(enumerate(run.packer.topics, start=1))
     for _, output in run.follow(commands, last_tick):
         for channel, payload in (each for batch in output.batches for each in batch.payloads()):
             message = cdr.decode(topics[channel].type, payload)

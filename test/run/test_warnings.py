@@ -7,6 +7,7 @@ exit code 1 and a readable bag, whatever the verb.
 """
 
 import json
+from itertools import pairwise
 
 import pytest
 
@@ -246,9 +247,7 @@ def test_frequency_of_a_chain_is_bounded_closely():
     n = 10
     bodies = [BALL | {'name': f'b{i}'} for i in range(n)]
     ends = ['world', *(f'b{i}' for i in range(n)), 'world']
-    links = [
-        {'type': 'spring', 'a': a, 'b': b, 'stiffness': 100.0} for a, b in zip(ends[:-1], ends[1:])
-    ]
+    links = [{'type': 'spring', 'a': a, 'b': b, 'stiffness': 100.0} for a, b in pairwise(ends)]
     assert max(rates(scene(bodies, links))['oscillation']) == pytest.approx(20.0, rel=1e-12)
 
 

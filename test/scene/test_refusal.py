@@ -90,7 +90,7 @@ def test_what_the_caller_chose_is_no_fault_of_the_file(tmp_path: Path) -> None:
     for name, reason in (('rk4', 'refuses the scene'), ('rk5', 'is unknown')):
         with pytest.raises(InvalidModel, match=f'^integrator {name!r} {reason}'):
             simulation_of(scene, integrator=name)
-    with pytest.raises(InvalidModel, match='^-1.0 s'):
+    with pytest.raises(InvalidModel, match=r'^-1.0 s'):
         simulation_of(scene, dt=-1.0)
 
 
@@ -107,7 +107,7 @@ def test_a_scene_that_nobody_wrote_is_refused_by_physics_alone() -> None:
     with pytest.raises(InvalidModel) as caught:
         Simulation(scene)
     assert caught.value.at == ('integrator',)
-    with pytest.raises(UserError, match="^scene: integrator: integrator 'rk4' refuses") as told:
+    with pytest.raises(UserError, match=r"^scene: integrator: integrator 'rk4' refuses") as told:
         simulation_of(scene)
     assert 'line' not in str(told.value)
 

@@ -45,11 +45,11 @@ OURS = {
     'rk8' + MATRIX: (1.25, 0.5, 1.25, 1.25),
     'rk45' + MATRIX: (4.0, 4.0, 4.0, 4.0),
     'sdirk2': (0.2, 0.125, 0.2, 0.32),
-    **{
-        name: (4.0, 4.0, 4.0, 4.0)
-        for name in ('blanes_moan4', 'linearly_implicit', 'rk45', 'taylor16', *PUBLISHED_UNDIVIDED)
-    },
-    **{name: (4.0, 4.0, 4.0, 4.0) for name in ('dmv6', 'dmv8')},
+    **dict.fromkeys(
+        ('blanes_moan4', 'linearly_implicit', 'rk45', 'taylor16', *PUBLISHED_UNDIVIDED),
+        (4.0, 4.0, 4.0, 4.0),
+    ),
+    **dict.fromkeys(('dmv6', 'dmv8'), (4.0, 4.0, 4.0, 4.0)),
 }
 TABLE = PUBLISHED | OURS
 CELLS = [

@@ -171,10 +171,13 @@ class StabilityWatch:
             cures.append(f'substeps: {substeps}')
         for name in INSTEAD:
             other = INTEGRATORS[name]
-            if name != self._integrator.name and getattr(other.limits, kind) >= product:
-                if other.refuses(self._scene) is None:
-                    cures.append(f'the integrator {name}')
-                    break
+            if (
+                name != self._integrator.name
+                and getattr(other.limits, kind) >= product
+                and other.refuses(self._scene) is None
+            ):
+                cures.append(f'the integrator {name}')
+                break
         return f'take {", or ".join(cures)}' if cures else 'no step or integrator resolves it'
 
 

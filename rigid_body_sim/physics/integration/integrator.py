@@ -124,7 +124,7 @@ class Integrator:
     constants: tuple[float, ...] = ()
     remembers: Callable[[Array], Array] | None = None
     is_reference: bool = False
-    limits: Limits = Limits()
+    limits: Limits = field(default_factory=Limits)
 
     @property
     def controls_its_error(self) -> bool:

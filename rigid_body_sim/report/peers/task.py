@@ -202,6 +202,7 @@ def _on_pivot(force: Any, scene: Scene) -> dict[str, Any]:
         I : inertia of the scene   I_c : about the centre of mass of the body on the pivot
     """
     body = scene.bodies[0]
+    assert body.inertia is not None  # of what is no point
     arm = np.subtract(force.point, body.center_of_mass)
     inertia = body.inertia - body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     moments = np.linalg.eigvalsh(inertia)

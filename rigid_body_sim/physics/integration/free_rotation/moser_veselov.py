@@ -140,10 +140,10 @@ def _sweep(c, a, b):
 @inline
 def _five_sweeps(c, a, b):
     """Renew c five times; give the last change too."""
-    c, change = _sweep(c, a, b)
-    c, change = _sweep(c, a, b)
-    c, change = _sweep(c, a, b)
-    c, change = _sweep(c, a, b)
+    c, _ = _sweep(c, a, b)
+    c, _ = _sweep(c, a, b)
+    c, _ = _sweep(c, a, b)
+    c, _ = _sweep(c, a, b)
     return _sweep(c, a, b)
 
 

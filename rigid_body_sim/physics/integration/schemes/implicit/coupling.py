@@ -201,9 +201,12 @@ def length(scene: Scene) -> float:
     """
     vectors = [body.initial.position for body in scene.bodies]
     for force in scene.forces:
-        for field in fields(force):  # pyright: ignore[reportArgumentType]
-            if field.metadata.get('kind') == 'point' and getattr(force, field.name) is not None:
-                vectors.append(getattr(force, field.name))
+        points = [
+            getattr(force, field.name)
+            for field in fields(force)  # pyright: ignore[reportArgumentType]
+            if field.metadata.get('kind') == 'point'
+        ]
+        vectors += [point for point in points if point is not None]
     return max((float(np.max(np.abs(vector))) for vector in vectors), default=0.0)
 
 

@@ -1,0 +1,5 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+from typing import Any
+
+def __getattr__(name: str) -> Any: ...
