@@ -4,8 +4,8 @@
 Energy through a recorded run, and the drift of energy, momentum and angular momentum.
 
 Computed from the recorded poses and twists with the masses and inertias of the scene that the bag
-carries; the laws are those of `physics.invariants`. An instant at which the bag lacks one of the
-bodies is left out.
+carries; the laws are those of `physics.diagnostics.invariants`. An instant at which the bag lacks
+one of the bodies is left out.
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ def imports(path: Path) -> set[str]:
 
 def room_of(path: Path) -> str:
     """
-    Dotted name of a module below the package: `physics.model`, `scene`, `verbs.view`.
+    Dotted name of a module below the package: `physics.model.scene`, `scene`, `verbs.view`.
     """
     return '.'.join(path.relative_to(ROOT / NAME).with_suffix('').parts).removesuffix('.__init__')
 

@@ -16,7 +16,7 @@ scene lacks is neither compiled nor called. A module declares its slots at its h
     evaluate = slot('kernel (place, time, …): adds the wrenches of all force elements')
 
 and a function that names one is no kernel before `specialise` has bound it. How numba is spared
-work is in `compiler`.
+work is in `numba_pipeline`.
 
 The compiled code is cached under a folder whose name is a digest of every kernel source, because
 numba itself does not see a change in a function that a cached kernel calls. The folder is, in this
@@ -110,7 +110,7 @@ def _choose_cache() -> Path | None:
 CACHE = _choose_cache()
 
 
-# releases whose inside is what `compiler` expects; another one compiles the same, more slowly
+# releases whose inside is what `numba_pipeline` expects; another one compiles the same, slowly
 _KNOWN_INSIDE = ('0.68.',)
 
 

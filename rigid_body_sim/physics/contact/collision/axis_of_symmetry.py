@@ -74,7 +74,7 @@ def symmetry_of(kinds: list[int], local_poses: Array) -> tuple[float, Array]:
 
 def symmetry_features(kinds: Collection[tuple[int, int]]) -> dict[str, bool]:
     """
-    Tell what of roundness the solver of a scene needs, as arguments of `solver`.
+    Tell what of roundness the solver of a scene needs, as arguments of `solver.iterations.solver`.
 
         kinds : pairs of types that may meet
     """
