@@ -1,8 +1,9 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What holds for the whole suite: no property fails because the machine is slow, and what compiles
-the same kernels runs in one worker; and a browser for the tests of pages.
+What holds for the whole suite: no property fails because the machine is slow, what compiles the
+same kernels runs in one worker, and no worker keeps what compiling takes; and a browser for the
+tests of pages.
 """
 
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from . import chromium
+from . import chromium, inside
 
 # a first example imports or compiles what it needs, beside whatever else the machine does
 settings.register_profile('suite', deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -47,6 +48,16 @@ def pytest_xdist_make_scheduler(config, log):
 
     config.option.loadscopereorder = False
     return ByFile(config, log)
+
+
+@pytest.fixture(scope='session', autouse=True)
+def compile_apart():
+    """
+    Compile in children.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        inside.compile_apart(patch)
+        yield
 
 
 @pytest.fixture(scope='module')
