@@ -22,7 +22,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.replay import Comparison, Errors, Progress, compare, measure
-from rigid_body_sim.verbs.warning_lines import warning_printer
+from rigid_body_sim.runs.warning_lines import warning_printer
 
 SUMMARY = 're-run a bag from its own scene and commands and compare bit by bit'
 DIFFERS = 3

@@ -34,9 +34,9 @@ from rigid_body_sim.report.problem import SEED, Problem
 from rigid_body_sim.report.problems import PROBLEMS
 from rigid_body_sim.report.publish import publish
 from rigid_body_sim.report.warm_up import warm_up
+from rigid_body_sim.runs.warning_lines import warning_printer
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
-from rigid_body_sim.verbs.warning_lines import warning_printer
 
 SUMMARY = 'speed against error: tables, plots, one HTML page'
 ALL = 'all'

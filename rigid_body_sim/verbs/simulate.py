@@ -24,10 +24,10 @@ from rigid_body_sim.runs.commands import Command, read_csv
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, RunSettings, publish_every
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
+from rigid_body_sim.runs.warning_lines import warning_printer
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.experiment import URDF_SUFFIX
 from rigid_body_sim.scene.shipped_scenes import find_scene
-from rigid_body_sim.verbs.warning_lines import warning_printer
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
 DRIFT_SAMPLES = (
