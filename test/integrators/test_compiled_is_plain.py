@@ -87,7 +87,7 @@ if sys.argv[2] == 'unknown':
 from rigid_body_sim import Simulation
 from rigid_body_sim.physics.state.blocks import rotate
 import scenes
-sim = Simulation(getattr(scenes, sys.argv[3])(), integrator='midpoint')
+sim = Simulation(getattr(scenes, sys.argv[3])(), integrator='explicit_euler')
 sim.step(50)
 print(type(rotate).__name__, sim.state_bytes().hex())
 """
