@@ -124,7 +124,7 @@ class RunRecorder:
         gap = self._run.deepest_gap()
         self._writer.close(
             {
-                **({'error_estimate': json.dumps(asdict(estimate))} if estimate else {}),
+                **({'error_estimate': json.dumps(estimate.figures())} if estimate else {}),
                 **{
                     f'{law}_drift' if law != 'energy_rise' else law: repr(value)
                     for law, value in drift.items()

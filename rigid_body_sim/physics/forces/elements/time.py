@@ -13,8 +13,8 @@ cubic  : the twice continuously differentiable spline through the rows (not-a-kn
 Time counts from the start of the scene. Before the first and after the last row the wrench is
 zero, or with `outside: hold` that of the nearest row. At a row the wrench has a kink, or its third
 derivative jumps: a tick is cut at the rows inside it (`forces.schedule`), so that a method keeps
-its order. Rows much denser than ticks cost as many steps. It takes and gives energy from outside: none
-is conserved.
+its order. Rows much denser than ticks cost as many steps. It takes and gives energy from outside:
+none is conserved.
 """
 
 from __future__ import annotations
