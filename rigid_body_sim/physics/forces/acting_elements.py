@@ -98,8 +98,7 @@ class ActingElements:
     @property
     def kernel_name(self) -> str:
         """Tell the kernels for these elements from those for others."""
-        types = [name for name, _ in self.chain() if name != held_body_wrench.NAME]
-        return '_'.join(types) + ('_velocity' if self.depends_on_velocity else '')
+        return '_'.join(name for name, _ in self.chain() if name != held_body_wrench.NAME)
 
     def evaluate(self) -> Callable[..., Any]:
         """Make the kernel that adds up all forces and torques."""
