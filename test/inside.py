@@ -192,7 +192,7 @@ def compile_apart(patch):
 
     def apart(self, signature):
         key = self._cache._index_key(signature, self.targetctx.codegen())
-        if key not in self._cache._cache_file._load_index():
+        if not self._cache._cache_file.holds(key):
             child = os.fork()
             if child == 0:
                 gc.freeze()
