@@ -21,6 +21,7 @@ into it (`is_ours`).
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import pickle
@@ -41,6 +42,16 @@ def is_ours(found: os.stat_result) -> bool:
     if not hasattr(os, 'geteuid'):
         return True
     return found.st_uid == os.geteuid() and not found.st_mode & _OTHERS_WRITE
+
+
+def _opened(path: str, flags: int) -> int:
+    """Open a regular file of ours alone; OSError for anything else."""
+    handle = os.open(path, flags | getattr(os, 'O_NONBLOCK', 0) | getattr(os, 'O_NOFOLLOW', 0))
+    found = os.fstat(handle)
+    if stat.S_ISREG(found.st_mode) and is_ours(found):
+        return handle
+    os.close(handle)
+    raise OSError(errno.EPERM, 'not a file of this user alone', path)
 
 
 def names_of(cache: Any) -> tuple[str, str, str]:
@@ -70,10 +81,8 @@ class KernelFiles:
     def _payload(self, key: Any) -> bytes | None:
         text, path = self._place(key)
         try:
-            with path.open('rb') as file:
-                if not is_ours(os.fstat(file.fileno())):
-                    return None
-                content = file.read()
+            with open(path, 'rb', opener=_opened) as file:
+                content = file.read(os.fstat(file.fileno()).st_size)
         except OSError:
             return None
         begin = len(MAGIC) + DIGEST_SIZE
