@@ -17,6 +17,7 @@ from typing import Any
 
 from mcap.records import Channel, Schema
 
+from rigid_body_sim.errors import RunError
 from rigid_body_sim.recording import bag_metadata, mcap_scan
 from rigid_body_sim.recording.bag_reader import SUSPECT, Bag, DamagedBag
 from rigid_body_sim.recording.definitions import HASHES, definition
@@ -37,7 +38,7 @@ def check(path: str | os.PathLike[str]) -> list[str]:
             findings += [f'{file.name}: {finding}' for finding in check_file(contents, summary)]
             if bag.manifest:
                 findings += _check_ours(bag, contents)
-    except (DamagedBag, mcap_scan.Torn) as error:
+    except (DamagedBag, RunError, mcap_scan.Torn) as error:
         return [*findings, str(error)]
     findings += _check_channels(bag)
     findings += _check_manifest(bag)

@@ -91,7 +91,7 @@ class BagCopy:
         bag_directory.finish(directory, self._file, self._output, topics=topics, custom=note)
 
     def _take_metadata(self, record: Metadata) -> None:
-        """Copy a map of strings; the ending gets the checksum of the messages as they stand now."""
+        """Copy a map of strings; an ending gets the checksum of the messages as they stand now."""
         self._end_chunk()
         content = record.metadata
         if record.name == ENDING:

@@ -13,11 +13,11 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple
 
 from mcap.records import Channel, Statistics
 
-from rigid_body_sim.errors import UserError
+from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording import bag_files, bag_metadata, mcap_file, mcap_scan, mcap_summary
 from rigid_body_sim.recording.bag_files import DamagedBag, damaged
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, ENDING, MANIFEST
@@ -25,7 +25,7 @@ from rigid_body_sim.recording.mcap_summary import Summary
 from rigid_body_sim.recording.seal import (
     ATTACHMENTS,
     MESSAGES_CRC,
-    holds_files,
+    altered_files,
     is_broken,
     without_checks,
 )
@@ -92,8 +92,11 @@ class Bag:
         times: list[int] = []
         for file in self.files:
             times += self._open(file)
-        if not holds_files(self._attachments_stated, self.attachments):
-            raise damaged(self.path, 'the attachments are not those that were recorded')
+        if altered := altered_files(self._attachments_stated, self.attachments):
+            raise RunError(
+                f'{self.path}: the attachment {altered[0]} is not the one that was recorded (its '
+                'sha256 differs, or it is missing)'
+            )
         self.first_time, self.last_time = min(times, default=0), max(times, default=0)
 
     @property

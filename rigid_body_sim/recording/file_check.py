@@ -8,7 +8,7 @@ say of them.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import BinaryIO
 
 from mcap.records import Attachment, Channel, Chunk, MessageIndex, Metadata, Schema
@@ -136,17 +136,19 @@ def check_file(contents: Contents, summary: Summary) -> Iterator[str]:
 def _check_declared(contents: Contents, summary: Summary) -> Iterator[str]:
     for number in contents.counts.keys() - contents.channels.keys():
         yield f'{contents.counts[number]} messages of channel {number}, which is not declared'
-    if contents.channels != summary.channels:
-        yield f'channels differ from those of the summary: {_unlike(contents.channels, summary.channels)}'
-    if contents.schemas != summary.schemas:
-        yield f'schemas differ from those of the summary: {_unlike(contents.schemas, summary.schemas)}'
+    for what, declared, stated in (
+        ('channels', contents.channels, summary.channels),
+        ('schemas', contents.schemas, summary.schemas),
+    ):
+        if declared != stated:
+            yield f'{what} differ from those of the summary: {_unlike(declared, stated)}'
     for channel in summary.channels.values():
         schema = summary.schemas.get(channel.schema_id)
         if schema is None or not schema.data:
             yield f'{channel.topic}: no message definition; rosbags cannot read the topic'
 
 
-def _unlike(a: dict[int, object], b: dict[int, object]) -> str:
+def _unlike(a: Mapping[int, object], b: Mapping[int, object]) -> str:
     numbers = sorted(n for n in a.keys() | b.keys() if a.get(n) != b.get(n))
     return f'number {", ".join(map(str, numbers[:5]))}{" and others" if len(numbers) > 5 else ""}'
 

@@ -46,7 +46,7 @@ class Torn(Exception):
 
 
 class WrongSum(Torn):
-    """Every record before `position` can be read, but some byte of them is not what was written."""
+    """All records before `position` can be read, but some byte of them is not what was written."""
 
 
 class _WholeReads(ReadDataStream):

@@ -32,12 +32,12 @@ from rigid_body_sim.recording.bag_writer import ENDING, MANIFEST
 from rigid_body_sim.recording.seal import (
     ATTACHMENTS,
     MESSAGES_CRC,
+    altered_files,
     crc_text,
-    holds_files,
     is_broken,
 )
 
-_STATE_TYPES = {cdr.Clock.TYPE, cdr.PoseStamped.TYPE, cdr.TwistStamped.TYPE}
+STATE_TYPES = {cdr.Clock.TYPE, cdr.PoseStamped.TYPE, cdr.TwistStamped.TYPE}
 _KINDS: dict[int, type[McapRecord]] = {
     mcap_file.HEADER: Header,
     mcap_file.SCHEMA: Schema,
@@ -128,9 +128,8 @@ class _Survey:
     @property
     def copies_run(self) -> bool:
         """Whether manifest and attachments are those that were recorded, as far as they tell."""
-        return not is_broken(self.manifest) and holds_files(
-            self.manifest.get(ATTACHMENTS), self.attachments
-        )
+        altered = altered_files(self.manifest.get(ATTACHMENTS), self.attachments)
+        return not is_broken(self.manifest) and not altered
 
     @property
     def suspicion(self) -> str:
@@ -179,7 +178,7 @@ class _Declared:
         if len(self.channels) == _MOST_IDS:
             return False
         self.channels[record.id] = record
-        if kind in _STATE_TYPES:
+        if kind in STATE_TYPES:
             self.states.add(record.id)
         return True
 

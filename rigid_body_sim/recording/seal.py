@@ -48,9 +48,17 @@ def sha256_of(files: Mapping[str, bytes]) -> str:
     return json.dumps({name: hashlib.sha256(files[name]).hexdigest() for name in sorted(files)})
 
 
-def holds_files(text: str | None, files: Mapping[str, bytes]) -> bool:
-    """Whether files are those of which `sha256_of` wrote the text; None: nobody knows."""
-    return text is None or text == sha256_of(files)
+def altered_files(text: str | None, files: Mapping[str, bytes]) -> list[str]:
+    """Name the files that are not those of which `sha256_of` wrote the text (None: unknown)."""
+    if text is None:
+        return []
+    try:
+        stated = json.loads(text)
+        actual = json.loads(sha256_of(files))
+        names = stated.keys() | actual.keys()
+    except (ValueError, RecursionError, AttributeError):
+        return sorted(files) or ['(none)']
+    return sorted(name for name in names if stated.get(name) != actual.get(name))
 
 
 def _digest(pairs: Mapping[str, str]) -> str:
