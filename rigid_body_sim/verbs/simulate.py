@@ -116,7 +116,8 @@ def run(arguments: argparse.Namespace) -> int:
         simulation.prepare(commands_in_body_axes=turning, progress=note.compiling)
     compiled = time.monotonic() - compiled
     whole = Run(simulation, settings, warn=warning_printer('simulate'))
-    recorder = RunRecorder(whole, arguments.output)
+    look_every = settings.publish_every * max(1, ticks // settings.publish_every // DRIFT_SAMPLES)
+    recorder = RunRecorder(whole, arguments.output, look_every=look_every)
     started = time.monotonic()
     reason, code = 'duration', 0
     try:
@@ -156,8 +157,6 @@ def _advance(
         tick: [command for _, command in group]
         for tick, group in groupby(timed, lambda item: item[0])
     }
-    every = whole.settings.publish_every
-    sample_every = every * max(1, ticks // every // DRIFT_SAMPLES)
     due = 0.0
     with tqdm(
         total=ticks,
@@ -168,8 +167,6 @@ def _advance(
     ) as bar:
         for tick, output in whole.follow(commands, ticks):
             recorder.record(output, tick=tick)
-            if simulation.tick % sample_every == 0:
-                whole.sample_drift()
             if not bar.disable and time.monotonic() > due:
                 bar.update(simulation.tick - bar.n)
                 due = time.monotonic() + PROGRESS_EVERY
