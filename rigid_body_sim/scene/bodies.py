@@ -227,7 +227,7 @@ def _properties(
         raise value.error('mass is missing; mass [kg] or density [kg/m^3] is needed')
     if mass is None and density is None and isinstance(shape, Particle):
         raise value.error('mass is missing; mass [kg] is needed')
-    if whole and density is None and not isinstance(shape, SUMS):
+    if whole and density is None and not mass_properties.states_its_mass(shape):
         shape = Particle()
     with value.blamed():
         return mass_properties.of_shape(shape, mass=mass, density=density)
