@@ -7,10 +7,10 @@ Read one body: name, shape, mass properties, initial motion, contact material.
 tensor, so ixy is minus the integral of x y dm. `inertia` and `center_of_mass` replace what the
 shape gives, each on its own: a `center_of_mass` alone moves the centre and keeps the tensor of the
 uniform shape; where `mass` is given beside both, nothing is asked of the shape, and a mesh may be
-open. `density` is a number, or {at_origin: …, gradient: [x, y, z]} for one that varies along the
-axes of the shape. `mass_rate` (negative: loses) with `exhaust_velocity` and `final_mass`
-make a rocket: `exhaust_velocity` is that of the leaving mass relative to the body, three numbers
-in body axes (world axes for a particle), or its speed alone when it leaves along -z.
+open. `density` is a number, or a law over space (`scene/densities.py`). `mass_rate` (negative:
+loses) with `exhaust_velocity` and `final_mass` make a rocket: `exhaust_velocity` is that of the
+leaving mass relative to the body, three numbers in body axes (world axes for a particle), or its
+speed alone when it leaves along -z.
 
 `urdf` names a file that says shape and mass properties in their place (`scene/urdf.py`).
 Contact material: `restitution` and `friction` are numbers, `rolling_friction` and
@@ -31,6 +31,7 @@ from rigid_body_sim.physics.model.mass_properties import MassProperties
 from rigid_body_sim.physics.model.scene import Body, MassFlow, Material, Motion, Quaternion, Vector
 from rigid_body_sim.physics.model.shapes import Particle, Particles, Plane, Shape, Union
 from rigid_body_sim.physics.model.variable_mass import check_flow
+from rigid_body_sim.scene.densities import read_density
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.pivots import with_pivot
 from rigid_body_sim.scene.repeat import repeated
@@ -236,15 +237,13 @@ def _properties(
 def _of_varying_density(
     shape: Shape | None, value: Value, *, mass: float | None
 ) -> MassProperties:
-    """Return the mass properties for a density at_origin + gradient . x in shape coordinates."""
-    value.need_known(('at_origin', 'gradient'))
-    at_origin = value.at('at_origin', what='a density [kg/m^3]').number(unit='kg/m^3')
-    gradient = value.at('gradient', what='a list of three numbers [kg/m^4]').vector(unit='kg/m^4')
+    """Return the mass properties for a density that varies over the shape."""
+    law = read_density(value)
     if shape is None or mass is not None:
         raise value.error(
             'a density that varies needs a shape and gives its mass; remove mass, or give a shape'
         )
-    return mass_properties.of_linear_density(shape, at_origin=at_origin, gradient=gradient)
+    return law.of(shape)
 
 
 def _center_of_fixed(shape: Shape | None, value: Value) -> Vector:

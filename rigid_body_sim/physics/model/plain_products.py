@@ -12,10 +12,13 @@ with an exponent other than 2, sine, cosine and their like are not.
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Number = TypeVar('Number', float, Array)
 
 
 def dot(a: ArrayLike, b: ArrayLike) -> Array:
@@ -50,7 +53,7 @@ def length(vector: ArrayLike) -> Array:
     return np.sqrt(dot(vector, vector))
 
 
-def power(x: Array, exponent: int) -> Array:
+def power(x: Number, exponent: int) -> Number:
     """Return x^exponent by exponent - 1 products; exponent : at least 1."""
     result = x
     for _ in range(exponent - 1):
