@@ -32,6 +32,7 @@ from rigid_body_sim.physics.diagnostics.step_limits import KINDS, StabilityWatch
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.model.body_axis import moment_of_body
+from rigid_body_sim.physics.model.inertia_over_time import changing
 from rigid_body_sim.physics.model.principal_axes import principal_axes
 from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.physics.model.shapes import ConvexHull, Mesh, Particles, Shape
@@ -41,6 +42,7 @@ from rigid_body_sim.physics.state.snapshot import State, StateReader
 
 Rows = list[list[float]]
 
+TAKE_MOST = ('dmv6', 'lie_rk4')  # integrators; the first refuses what changes its inertia alone
 GOOD_ORDER = 4  # [-] of the global error: from here on a method is recommended
 OF_A_RIGID_BODY, OF_A_PIVOT, OF_A_POINT = 6, 3, 3  # degrees of freedom
 
@@ -197,6 +199,7 @@ def needs_of(scene: Scene) -> dict[str, Any]:
     on_velocity   : those of them that depend on velocities too
     timed         : instants [s] at which something begins or ends; None: nothing depends on time
     is_free       : whether nothing acts but uniform gravity and commands
+    inertia_over_time : bodies whose inertia changes
     pivots        : bodies that turn about a fixed point
     degrees_of_freedom : of all bodies; `coordinates` three for each point mass, and the twelve of
         r and R for each rigid body
@@ -205,7 +208,11 @@ def needs_of(scene: Scene) -> dict[str, Any]:
     rigid = [body for body in moving if not body.is_point]
     timed = [force for force in scene.forces if hasattr(force, 'acts')]
     flowing = [body for body in scene.bodies if flow_of(body) is not None]
+    turning = changing(scene)
     instants = {t for force in timed for t in force.acts()} | {end_of_flow(b) for b in flowing}
+    for body in turning:
+        assert body.inertia_over_time is not None
+        instants |= {row[0] for row in body.inertia_over_time.table}
     return {
         'moving': len(moving),
         'fixed': len(scene.bodies) - len(moving),
@@ -214,7 +221,10 @@ def needs_of(scene: Scene) -> dict[str, Any]:
         'gravity': list(scene.gravity),
         'coupled': sorted({force.TYPE for force in scene.forces}),
         'on_velocity': sorted({f.TYPE for f in scene.forces if f.depends_on_velocity()}),
-        'timed': sorted(t for t in instants if math.isfinite(t)) if timed or flowing else None,
+        'timed': sorted(t for t in instants if math.isfinite(t))
+        if timed or flowing or turning
+        else None,
+        'inertia_over_time': [body.name for body in turning],
         'is_free': is_free(scene),
         'pivots': [body.name for body in scene.bodies if body.pivot is not None],
         'degrees_of_freedom': sum(
@@ -245,6 +255,16 @@ def integrators_of(
     able = [facts for facts in found if not (facts.refused or facts.beyond or facts.is_reference)]
     good = [facts for facts in able if facts.order is None or facts.order >= GOOD_ORDER] or able
     return [replace(facts, recommended=facts in good) for facts in found]
+
+
+def able_integrator(scene: Scene) -> str:
+    """Name an integrator that takes a scene: its own, or else one that takes most."""
+    for name in (scene.integrator, *TAKE_MOST):
+        if name in INTEGRATORS:
+            given = scene.integrator_options if name == scene.integrator else {}
+            if _refusal(scene, INTEGRATORS[name].configured(given)) is None:
+                return name
+    return TAKE_MOST[0]
 
 
 def _of_integrator(
@@ -280,7 +300,9 @@ def _finite(number: float) -> float | None:
 def is_free(scene: Scene) -> bool:
     """Tell whether nothing but uniform gravity and commands acts on the bodies of a scene."""
     held = any(body.pivot is not None or flow_of(body) is not None for body in scene.bodies)
-    return not (scene.forces or held or scene.contact.get('mode', 'none') != 'none')
+    return not (
+        scene.forces or held or changing(scene) or scene.contact.get('mode', 'none') != 'none'
+    )
 
 
 def _refusal(scene: Scene, integrator: Integrator) -> str | None:

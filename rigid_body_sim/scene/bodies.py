@@ -27,12 +27,14 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import mass_properties, rotation
+from rigid_body_sim.physics.model.inertia_over_time import inertia_at_start
 from rigid_body_sim.physics.model.mass_properties import MassProperties
 from rigid_body_sim.physics.model.scene import Body, MassFlow, Material, Motion, Quaternion, Vector
 from rigid_body_sim.physics.model.shapes import Particle, Particles, Plane, Shape, Union
 from rigid_body_sim.physics.model.variable_mass import check_flow
 from rigid_body_sim.scene.densities import read_density
 from rigid_body_sim.scene.files import Files
+from rigid_body_sim.scene.inertia_over_time import read_inertia_over_time
 from rigid_body_sim.scene.pivots import with_pivot
 from rigid_body_sim.scene.repeat import repeated
 from rigid_body_sim.scene.shapes import read_shape
@@ -55,6 +57,7 @@ KEYS = (
     'shape',
     *MASS,
     *FLOW,
+    'inertia_over_time',
     'fixed',
     'pivot',
     'initial',
@@ -62,7 +65,7 @@ KEYS = (
     'urdf',
     'repeat',
 )
-SAID_BY_URDF = ('shape', *MASS, *FLOW)
+SAID_BY_URDF = ('shape', *MASS, *FLOW, 'inertia_over_time')
 SPINS = ('angular_velocity', 'angular_velocity_body')
 MOMENTS = ('ixx', 'iyy', 'izz')
 PRODUCTS = ('ixy', 'ixz', 'iyz')
@@ -167,6 +170,14 @@ def _with_mass(body: Body, value: Value) -> Body:
                     'a particle is a point mass and does not rotate; remove this key, or the shape'
                 )
     inertia = None if inertia_value is None else _inertia(inertia_value)
+    over_time = value.find('inertia_over_time')
+    if over_time is not None:
+        if inertia_value is not None or isinstance(body.shape, Particle):
+            raise over_time.error(
+                'it says the inertia of a body that turns; remove inertia, or it'
+            )
+        body = replace(body, inertia_over_time=read_inertia_over_time(over_time))
+        inertia_value, inertia = over_time, inertia_at_start(body)
     center = None if center_value is None else center_value.vector(unit='m')
     if body.fixed and mass is None and density_value is None:
         return replace(

@@ -19,6 +19,7 @@ from typing import Any
 from rigid_body_sim.analysis.scene_facts import (
     BodyFacts,
     IntegratorFacts,
+    able_integrator,
     bodies_of,
     integrators_of,
     moment_of,
@@ -32,7 +33,6 @@ from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 
 SUMMARY = 'mass, inertia and axes of every body; what each integrator may do at this dt'
-WITHOUT_REFUSALS = 'dmv6'  # the integrator that takes every scene
 STEPS = {'rotation': 'h|w|', 'oscillation': 'h w', 'relaxation': 'h k'}
 
 
@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Print what is known; exit code 0."""
     scene = load_scene(find_scene(arguments.scene))
     # what cannot run is refused here as it is by `simulate`, but for its integrator
-    warnings = simulation_of(scene, integrator=WITHOUT_REFUSALS).scene_warnings
+    warnings = simulation_of(scene, integrator=able_integrator(scene)).scene_warnings
     dt_ns = scene.dt_ns if arguments.dt is None else tick_nanoseconds(arguments.dt)
     facts = {
         'scene': scene.name,
@@ -174,7 +174,10 @@ def _of_needs(needs: dict[str, Any]) -> Iterator[str]:
         yield '  nothing acts but gravity and commands: centres of mass move on parabolas'
     if needs['timed'] is not None:
         instants = ', '.join(f'{t:g}' for t in needs['timed'][:8]) or 'none'
-        yield f'  forces or masses over time; they begin or end at [s]: {instants}'
+        yield f'  something depends on time; it begins, ends or bends at [s]: {instants}'
+    if needs['inertia_over_time']:
+        names = ', '.join(needs['inertia_over_time'][:8])
+        yield f'  the inertia changes over time of: {names}'
     if needs['pivots']:
         yield f'  turn about a fixed point: {", ".join(needs["pivots"][:8])}'
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.pivot import arm_of, check_pivot, inertia_of
 from rigid_body_sim.physics.model.place import WORLD, Place
 from rigid_body_sim.physics.model.plain_products import product, times
@@ -69,6 +70,9 @@ class Layout:
             if body.mass_flow is not None:
                 with blaming('bodies', i):
                     check_flow(body)
+            if body.inertia_over_time is not None:
+                with blaming('bodies', i, 'inertia_over_time'):
+                    check_inertia_over_time(body)
             if body.pivot is not None:
                 with blaming('bodies', i, 'pivot'):
                     check_pivot(body, scene.contact)
