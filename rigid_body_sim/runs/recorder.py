@@ -142,7 +142,7 @@ class RunRecorder:
         self._run.sample_drift()
         estimate = self._run.error_estimate()
         drift = asdict(self._run.sample_drift())
-        gap = self._run.deepest_gap()
+        gap, turned = self._run.deepest_gap(), self._run.orientation_drift()
         return {
             **({'error_estimate': json.dumps(asdict(estimate))} if estimate else {}),
             **{
@@ -151,6 +151,7 @@ class RunRecorder:
                 if value is not None
             },
             **({'deepest_gap': repr(gap)} if gap is not None else {}),
+            **({'orientation_drift': repr(turned)} if turned is not None else {}),
             'last_tick': str(simulation.tick),
             'ticks': str(simulation.tick - self.first_tick),
             'last_time_ns': str(simulation.tick * simulation.dt_ns),

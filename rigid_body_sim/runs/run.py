@@ -128,6 +128,7 @@ class Run:
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
         self._commanded = bool(simulation.held_slots)
         self._deepest_gap = math.inf
+        self._orientation_drift = simulation.orientation_drift()
         if settings.estimate_error and self.has_contact:
             raise UserError(
                 f'error estimate of the scene {simulation.scene.name!r}: a reference run in half '
@@ -362,6 +363,13 @@ class Run:
         """
         return self._deepest_gap if self._deepest_gap < math.inf else None
 
+    def orientation_drift(self) -> float | None:
+        """
+        How far the matrices of `orientation: matrix` were from rotations at any look so far, see
+        `physics.diagnostics.orthogonality`; None where the integrator keeps no matrices.
+        """
+        return self._orientation_drift
+
     def _note_depth(self, contacts: Contacts) -> None:
         self._deepest_gap = min(self._deepest_gap, float(np.min(contacts.gap, initial=math.inf)))
 
@@ -369,6 +377,10 @@ class Run:
         simulation = self.simulation
         if self.has_contact:
             self._note_depth(simulation.contacts())
+        if self._orientation_drift is not None:
+            self._orientation_drift = max(
+                self._orientation_drift, simulation.orientation_drift() or 0.0
+            )
         self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
 
     def reset(self) -> None:
@@ -379,6 +391,7 @@ class Run:
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
         self._deepest_gap = math.inf
+        self._orientation_drift = self.simulation.orientation_drift()
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time
         )

@@ -242,6 +242,7 @@ def _report(
         'angular_momentum_drift': _finite(drift.angular_momentum),
         'energy_rise': _finite(drift.energy_rise),
         'deepest_gap': whole.deepest_gap(),
+        'orientation_drift': _finite(whole.orientation_drift()),
         'end_reason': reason,
         'warnings': whole.warnings,
     }
@@ -262,6 +263,8 @@ def _report(
         print(f'  auto: {simulation.choice.reason}')
     for name in ('energy', 'momentum', 'angular_momentum'):
         print(f'  {name.replace("_", " ")} drift: {drift_text(getattr(drift, name))}')
+    if result['orientation_drift'] is not None:
+        print(f'  drift of the matrices: |R^T R - 1| up to {result["orientation_drift"]:.1e}')
     if whole.has_contact:
         _print_contact(result['energy_rise'], result['deepest_gap'])
     if estimate is not None:

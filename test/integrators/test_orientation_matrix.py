@@ -49,6 +49,7 @@ def test_the_matrix_drifts_from_a_rotation_as_the_method_says(name):
         sim = spun(name, DRIFTING, h=0.5, ticks=ticks)
         expected = abs(GROWTH[name](0.5) ** ticks - 1.0)
         assert stretch(sim) == pytest.approx(expected, rel=1e-11)  # round-off of a product
+        assert sim.orientation_drift() == pytest.approx(expected, rel=1e-11)
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -58,7 +59,9 @@ def test_a_reorthonormalised_matrix_stays_a_rotation(name):
 
 def test_the_quaternion_stays_a_rotation_where_the_matrix_does_not():
     omega = (0.4, 1.0, 0.3)
-    assert stretch(spun('rk4', {}, omega=omega)) < 2e-15  # round-off
+    kept = spun('rk4', {}, omega=omega)
+    assert stretch(kept) < 2e-15  # round-off
+    assert kept.orientation_drift() is None
     assert stretch(spun('rk4', DRIFTING, omega=omega)) > 1e-8
 
 

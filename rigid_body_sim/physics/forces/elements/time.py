@@ -30,6 +30,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces import body_point
 from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
+from rigid_body_sim.physics.model.plain_products import product
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
 from rigid_body_sim.physics.vectors import add, cross, load
@@ -175,9 +176,7 @@ class TimeTable:
             )
         if self.frame == 'body':
             axes = np.array([places.principal_axes(self.body, _unit(i)) for i in range(3)])
-            turned = [
-                np.einsum('ji,kjl->kil', axes, part) for part in np.split(coefficients, 2, axis=1)
-            ]
+            turned = [product(axes.T, part) for part in np.split(coefficients, 2, axis=1)]
             coefficients = np.concatenate(turned, axis=1)
         intervals = np.concatenate((t[:-1, None], coefficients.reshape(-1, SIZE - 1)), axis=1)
         in_body = 1.0 if self.frame == 'body' else 0.0
