@@ -144,7 +144,7 @@ class RunRecorder:
         drift = asdict(self._run.sample_drift())
         gap, turned = self._run.deepest_gap(), self._run.orientation_drift()
         return {
-            **({'error_estimate': json.dumps(asdict(estimate))} if estimate else {}),
+            **({'error_estimate': json.dumps(estimate.figures())} if estimate else {}),
             **{
                 f'{law}_drift' if law != 'energy_rise' else law: repr(value)
                 for law, value in drift.items()

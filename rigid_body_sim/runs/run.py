@@ -55,8 +55,8 @@ class RunSettings:
     world_frame        : name of the world axes
     command_timeout_ns : how long a held command lasts [ns]; 0: until changed
     publish_every      : ticks between publish ticks
-    estimate_error     : whether a reference run in half steps runs along to tell how wrong the
-                         run is; it changes no message
+    estimate_error     : whether finer runs go along to tell how wrong the run is; they change no
+                         message
     publish_contacts   : whether contacts are packed too
     """
 
@@ -182,7 +182,7 @@ class Run:
         self.simulation.step(ticks)
         if self._reference is not None:
             try:
-                self._reference.simulation.step(ticks)
+                self._reference.step(ticks)
             except SimulationDiverged:  # the run itself is well: only the estimate is lost
                 self._reference = None
 
@@ -208,7 +208,8 @@ class Run:
             self._mean_force[:, self._index[command.body]] += mean_force
             self._any_impulse = True
         if self._reference is not None:
-            self._issue(command, self._reference.simulation)
+            for simulation in self._reference.simulations:
+                self._issue(command, simulation)
 
     def _issue(self, command: Command, simulation: Simulation) -> tuple[Vector, Vector] | None:
         """

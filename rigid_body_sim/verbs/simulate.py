@@ -9,7 +9,6 @@ import json
 import math
 import sys
 import time
-from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 
@@ -250,7 +249,7 @@ def _report(
         result['integrator_choice'] = simulation.choice.reason
     estimate = whole.error_estimate()
     if estimate is not None:
-        result['error_estimate'] = asdict(estimate)
+        result['error_estimate'] = estimate.figures()
     if arguments.json:
         print(json.dumps(result))
         return
@@ -273,7 +272,10 @@ def _report(
             'rad, '
             f'velocity {estimate.velocity:.1e} m/s, angular velocity '
             f'{estimate.angular_velocity:.1e} rad/s'
+            + (f'; not reliable: {estimate.doubt}' if estimate.doubt else '')
         )
+    elif arguments.estimate_error:
+        print('  estimated error: none, a finer run beside this one left the finite numbers')
     print(f'  bag: {arguments.output}')
 
 
