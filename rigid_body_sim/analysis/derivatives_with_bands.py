@@ -36,8 +36,10 @@ from rigid_body_sim.analysis.piecewise_spline import (
 Array = NDArray[np.float64]
 
 RUNG = 2.0**-0.5  # [-] from one bandwidth of the ladder to the next
-ROUNDING = 100 * np.finfo(float).eps  # [-] of the largest sample: such noise is rounding, not white
+EPSILON = float(np.finfo(float).eps)
+ROUNDING = 100 * EPSILON  # [-] of the largest sample: such noise is rounding, not white
 HOPELESS = 30.0  # [-] mean square of what is lost, in that of the best: further down is no better
+TRIES = 3  # hopeless rungs in a row before the ladder is left
 DRAWS = 24  # of noise, for each sample
 MOST_DRAWN = 400_000  # numbers drawn in all
 SEED = 20_260_101  # of the noise that is drawn: the same samples give the same bands
@@ -98,10 +100,15 @@ def fractions(layout: Layout) -> Iterator[float]:
 
 
 def noise_of(layout: Layout, samples: Array) -> Array:
-    """Noise (d,) of samples, and nothing where it is no more than rounding."""
+    """Noise (d,) of samples: at least the rounding of what they change by."""
     edges = [piece.first for piece in layout.pieces] + [len(samples)]
     level = noise_level(layout.time, samples, edges)
-    return np.where(level > ROUNDING * np.max(np.abs(samples), axis=0), level, 0.0)
+    return np.maximum(level, 0.25 * EPSILON * np.ptp(samples, axis=0))
+
+
+def only_rounding(samples: Array, noise: Array) -> bool:
+    """Whether noise (d,) may be rounding, which is not white as it adds up in a run."""
+    return bool(np.all(noise <= ROUNDING * np.max(np.abs(samples), axis=0)))
 
 
 def choose(
@@ -113,9 +120,9 @@ def choose(
         noise    : (d,) standard deviations of the samples' columns
         fraction : coefficients for each sample; None: found
     """
-    if fraction is not None or not np.any(noise):
+    if fraction is not None or only_rounding(samples, noise):
         return _fit_if_possible(layout, samples, 1.0 if fraction is None else fraction)
-    best, least = None, np.inf
+    best, least, hopeless = None, np.inf, 0
     for rung in fractions(layout):
         try:
             found = fit(layout, samples, rung)
@@ -125,7 +132,8 @@ def choose(
         total = float(np.mean(noise_square(found, 2, noise))) + lost
         if total < least:
             best, least = found, total
-        elif lost > HOPELESS * least:
+        hopeless = hopeless + 1 if lost > HOPELESS * least else 0
+        if hopeless == TRIES:
             break
     if best is None:
         raise Undetermined('the samples do not determine the spline')
@@ -151,9 +159,14 @@ def noise_square(found: Fit, order: int, noise: Array) -> Array:
 
 def lost_square(found: Fit, order: int, noise: Array) -> float:
     """Mean square of what the spline cannot follow in a derivative."""
-    distance = np.sum(np.square(found.own[order] - found.judge[order]), axis=1)
-    by_noise = found.disagreement[order] * np.sum(np.square(noise))
-    return max(0.0, float(np.mean(distance - by_noise)))
+    distance = np.square(found.own[order] - found.judge[order])
+    by_noise = found.disagreement[order][:, None] * np.square(noise)
+    return float(np.mean(np.sum(_lost(found, distance - by_noise), axis=1)))
+
+
+def _lost(found: Fit, excess: Array) -> Array:
+    """Mean square of what is lost about each sample, from squares of distances less noise."""
+    return np.maximum(_averaged(excess, WINDOW * len(excess) / max(1, found.free)), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,12 +198,8 @@ def errors(
     if not np.all(found.judged):
         square = _filled(square, found.judged, time, own)
     noisy = bool(np.any(in_distance))
-    excess = square - in_distance
-    if noisy:
-        excess = _averaged(excess, WINDOW * len(time) / max(1, found.free))
-    lost = np.maximum(excess, 0.0)
-    mean_lost = max(0.0, float(np.mean(np.sum(square - in_distance, axis=1))))
-    rms = np.sqrt(mean_lost + float(np.mean(np.sum(by_noise, axis=1))))
+    lost = _lost(found, square - in_distance) if noisy else square
+    rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost
     reach = np.sqrt(2.0 * np.log(3.0 * len(time)))
     peak = np.sqrt(np.sum(lost, axis=1)) + reach * np.sqrt(np.max(by_noise, axis=1))

@@ -10,16 +10,16 @@ to be less smooth.
     at the ends                  s^(j) = given value, or s^(j)(end) = s^(j)(start), or nothing
 
 The samples, the breaks and the number of coefficients alone decide the linear map from samples to
-derivatives. With as many coefficients as samples the spline goes through them (knots as for
-not-a-knot ends: averages of the sites, de Boor's aptknt); with fewer it smooths. Half the free
+derivatives. With as many coefficients as samples the spline goes through them; with fewer it
+smooths. Knots are averages of the samples' times, or of as many times spread over them as there
+are coefficients (de Boor's aptknt: not-a-knot ends where samples are even). Half the free
 coefficients per second is the bandwidth [Hz]: faster motion is not followed.
 
 A piece may have few samples or none: what it lacks comes from its neighbours through the
 continuity, and its degree is as high as that allows (`shares`). A break that leaves its piece less
 than a parabola is given up, and told.
 
-At a break the second derivative is that from there on, the first one that up to there: a pose
-recorded at the instant of an impulse belongs to the motion before it.
+At a break derivatives are those from there on.
 
 Source: de Boor, A Practical Guide to Splines, chapters XIII and XIV; the equations of least squares
 with equality constraints (Bjoerck, Numerical Methods for Least Squares Problems, section 5.1),
@@ -203,8 +203,8 @@ class Order:
 
 def orders(piece: Piece, fraction: float) -> tuple[Order, Order]:
     """
-    Choose the spline of a piece and the one that judges it, of a degree two higher where the
-    samples allow it.
+    Choose the spline of a piece and the one that judges it, of a higher degree: by two where it
+    goes through the samples and these allow it.
 
         fraction : coefficients for each sample, at most 1: then it goes through the samples
     """
@@ -213,11 +213,12 @@ def orders(piece: Piece, fraction: float) -> tuple[Order, Order]:
     fewest = max(FEWEST, sum(piece.extra))
     own = max(fewest, min(round(fraction * n) + sum(piece.extra), cap))
     degree = min(DEGREE, own - 1)
-    above = min(own + 2, cap)
+    more = 2 if fraction == 1.0 else 1  # the more, the more noise in the judge
+    above = min(own + more, cap)
     if above == own and own <= JUDGE and own > fewest:  # one polynomial has all: the judge
         own -= 1
         degree = min(DEGREE, own - 1)
-    judge = Order(min(degree + 2, above - 1), above)
+    judge = Order(min(degree + more, above - 1), above)
     return Order(degree, own, judge.degree > degree), judge
 
 
@@ -237,7 +238,6 @@ class Spline:
         self._at_samples = [self._rows(order) for order in range(ORDERS)]
         self._conditions = self._equations()
         self.free = int(self._starts[-1]) - self._conditions.shape[0]
-        self._before = self._rates_before()
         value, tied = self._at_samples[0], self._conditions
         upper = value.T @ value + tied.T @ tied
         matrix = sparse.bmat([[upper, tied.T], [tied, None]], format='csc')
@@ -269,10 +269,7 @@ class Spline:
         coefficients = found[:size]
         if not np.all(np.isfinite(coefficients)):
             raise Undetermined('the samples do not determine the spline')
-        results = [rows @ coefficients for rows in self._at_samples]
-        for sample, row in self._before:
-            results[1][sample] = row @ coefficients
-        return results
+        return [rows @ coefficients for rows in self._at_samples]
 
     def _rows(self, order: int) -> sparse.csr_array:
         """Map coefficients to derivative `order` at the samples, that from there on."""
@@ -325,15 +322,6 @@ class Spline:
             for i in pieces
         )
 
-    def _rates_before(self) -> list[tuple[int, sparse.csr_array]]:
-        """First derivatives up to impulses that strike at samples."""
-        found = []
-        for i, b in enumerate(self._layout.breaks):
-            sample = self._layout.pieces[i + 1].first
-            if b.continuity == 0 and self._layout.time[sample] == b.instant:
-                found.append((sample, self._row_at(i, b.instant, 1)))
-        return found
-
 
 def _knots(time: Array, piece: Piece, order: Order) -> Array:
     """Knots of one piece, ends repeated."""
@@ -345,12 +333,11 @@ def _knots(time: Array, piece: Piece, order: Order) -> Array:
     sites = np.concatenate(
         (np.repeat(own[0], piece.extra[0]), own, np.repeat(own[-1], piece.extra[1]))
     )
-    if order.coefficients == len(sites):
-        sums = np.cumsum(np.concatenate(([0.0], sites - sites[0])))
-        middle = sites[0] + (sums[1 + degree : -1] - sums[1:-degree - 1]) / degree
-    else:  # between knots at least a sample: Piegl and Tiller, The NURBS Book, equation 9.68
-        place = np.arange(1, inner + 1) * (len(own) / (inner + 1)) - 0.5
-        middle = np.interp(place, np.arange(len(own)), own)
+    if order.coefficients != len(sites):
+        place = np.linspace(0.0, len(sites) - 1.0, order.coefficients)
+        sites = np.interp(place, np.arange(len(sites)), sites)
+    sums = np.cumsum(np.concatenate(([0.0], sites - sites[0])))
+    middle = sites[0] + (sums[1 + degree : -1] - sums[1 : -degree - 1]) / degree
     return np.concatenate((ends[0], middle, ends[1]))
 
 
