@@ -51,10 +51,12 @@ class Fit:
     """
     One spline through samples, and what is known of its errors; lists are by order of derivative.
 
-    own, judge   : (n, d) each
+    own, judge   : (n, d) each; values are as the samples
     response     : (n,) variance that noise of variance one has in the derivative
     disagreement : (n,) the same in the distance of own and judge
     free         : coefficients that are free
+    judged       : (n,) whether the judge is another spline there
+    smooths      : whether it has fewer coefficients than samples
     """
 
     own: list[Array]
@@ -73,14 +75,17 @@ def fit(layout: Layout, samples: Array, fraction: float) -> Fit:
     noise = _drawn(len(samples))
     own_noise = own.derivatives(noise, tied=False)
     judge_noise = above.derivatives(noise, tied=False)
+    origin = samples[0]  # what lies near zero is rounded less
+    found = [spline.derivatives(samples - origin) for spline in (own, above)]
+    for derivatives in found:
+        derivatives[0] += origin
     return Fit(
-        own.derivatives(samples),
-        above.derivatives(samples),
+        *found,
         [np.mean(np.square(n), axis=1) for n in own_noise],
         [np.mean(np.square(a - b), axis=1) for a, b in zip(own_noise, judge_noise)],
         own.free,
         np.repeat([pair[0].judged for pair in chosen], [p.samples for p in layout.pieces]),
-        own.free < len(samples),
+        fraction < 1.0,
     )
 
 

@@ -29,7 +29,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.analysis.derivatives_with_bands import (
     Errors,
@@ -38,7 +38,7 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
     errors,
     noise_of,
 )
-from rigid_body_sim.analysis.piecewise_spline import DEGREE, Break, Layout, cut
+from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, cut
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Body, Vector
@@ -47,7 +47,6 @@ from rigid_body_sim.physics.model.variable_mass import mass_at
 Array = NDArray[np.float64]
 
 FEWEST = DEGREE + 1  # samples
-NEAR = 1e-6  # [sample spacing] a break this near to a sample is at it
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +54,8 @@ class Derived:
     """
     What the motion of one body tells, world axes, one row per sample.
 
-    velocity, angular_velocity         : (k, 3) [m/s], [rad/s]
+    velocity, angular_velocity         : (k, 3) [m/s], [rad/s]; where an impulse strikes at a
+                                         sample, those before it, as a run records them
     acceleration, angular_acceleration : (k, 3) [m/s^2], [rad/s^2]
     force, torque                      : (k, 3) [N], [N m]; None where no mass is known
     deviation : one standard deviation (k, 3) of each of these by its name, noise and what the
@@ -113,6 +113,9 @@ def derive(
     breaks: Sequence[float | Break] = (),
     turning_breaks: Sequence[float | Break] | None = None,
     bandwidth: float | None = None,
+    start_velocity: ArrayLike | None = None,
+    end_velocity: ArrayLike | None = None,
+    at_rest: bool = False,
     unit: float = 1.0,
 ) -> tuple[Derived, dict[str, Estimate]]:
     """
@@ -126,6 +129,8 @@ def derive(
         breaks      : [unit] instants at which a force jumps, or a `Break` for an impulse
         turning_breaks : those at which a torque jumps; None: the same
         bandwidth   : [Hz] faster motion is taken for noise; None: found from the samples
+        start_velocity, end_velocity : (3,) [m/s] where they are known; they are kept exactly
+        at_rest     : whether the body neither moves nor turns at the first and the last sample
         unit        : [s] of the times: whole nanoseconds are exact where seconds are rounded
         returns     : the quantities, and the estimates by name; without any where the samples are
                       too few for one
@@ -135,8 +140,9 @@ def derive(
     _check(time, position, orientation, bandwidth)
     turning = breaks if turning_breaks is None else turning_breaks
     quaternions = continuous(so3.normalise(orientation))
-    path = _follow(time, position, breaks, bandwidth, unit)
-    turn = _follow(time, quaternions, turning, bandwidth, unit)
+    path_ends, turn_ends = _ends(at_rest, start_velocity, end_velocity, unit)
+    path = _follow(time, position, breaks, path_ends, bandwidth, unit)
+    turn = _follow(time, quaternions, turning, turn_ends, bandwidth, unit)
     found, judge = (
         _quantities(time, p, q, unit=unit, body=body, gravity=gravity)
         for p, q in ((path.fit.own, turn.fit.own), (path.fit.judge, turn.fit.judge))
@@ -154,6 +160,33 @@ def derive(
         {'position': path.smoothing, 'orientation': turn.smoothing},
     )
     return derived, {name: Estimate(error.rms, error.largest) for name, error in told.items()}
+
+
+def _ends(
+    at_rest: bool, start: ArrayLike | None, end: ArrayLike | None, unit: float
+) -> tuple[list[End], list[End]]:
+    """Conditions of the path and of the turn."""
+    path = []
+    for side, what, velocity in ((0, 'start', start), (-1, 'end', end)):
+        if velocity is None:
+            velocity = np.zeros(3) if at_rest else None
+        elif at_rest and np.any(velocity):
+            raise UserError(f'{what} velocity {velocity} of a body at rest; give one of them')
+        if velocity is not None:
+            path.append(End(1, unit * vector_of(f'{what} velocity', velocity), side))
+    turn = [End(1, np.zeros(4), side) for side in (0, -1)] if at_rest else []
+    return path, turn
+
+
+def vector_of(what: str, values: ArrayLike) -> Array:
+    """Return three finite numbers; UserError for anything else."""
+    try:
+        found = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (3,) or not np.all(np.isfinite(found)):
+        raise UserError(f'{what} {values!r}; allowed: three finite numbers')
+    return found
 
 
 def continuous(quaternions: Array) -> Array:
@@ -195,10 +228,11 @@ def _follow(
     time: Array,
     samples: Array,
     breaks: Sequence[float | Break],
+    ends: Sequence[End],
     bandwidth: float | None,
     unit: float,
 ) -> _Followed:
-    layout = cut(time, [_at_sample(time, b) for b in breaks])
+    layout = cut(time, [b if isinstance(b, Break) else Break(float(b)) for b in breaks], ends)
     noise = noise_of(layout, samples)
     axis_noise = float(np.sqrt(np.mean(np.square(noise))))
     if samples.shape[1] == 4:  # a turn by a changes three of the four by a / 2
@@ -206,8 +240,7 @@ def _follow(
         axis_noise *= 2.0 * np.sqrt(4.0 / 3.0)
     lasts = float(time[-1] - time[0]) * unit
     fraction = None if bandwidth is None else min(1.0, 2.0 * bandwidth * lasts / len(time))
-    origin = samples[:1] if samples.shape[1] == 3 else 0.0  # what lies near zero is rounded less
-    fit = choose(layout, samples - origin, noise, fraction=fraction)
+    fit = choose(layout, samples, noise, fraction=fraction)
     smoothing = Smoothing(
         axis_noise,
         0.5 * fit.free / lasts,
@@ -216,16 +249,6 @@ def _follow(
         tuple(unit * b.instant for b in layout.dropped),
     )
     return _Followed(fit, noise, smoothing)
-
-
-def _at_sample(time: Array, given: float | Break) -> Break:
-    """Put a break at a sample that is as near as rounding."""
-    found = given if isinstance(given, Break) else Break(float(given))
-    i = int(np.clip(np.searchsorted(time, found.instant), 1, len(time) - 1))
-    near = min(time[i - 1], time[i], key=lambda t: abs(t - found.instant))
-    if abs(near - found.instant) < NEAR * (time[i] - time[i - 1]):
-        return Break(float(near), found.continuity)
-    return found
 
 
 def _quantities(
@@ -243,11 +266,12 @@ def _quantities(
     back = so3.conjugate(s) / square
     growth = np.sum(s * s1, axis=1, keepdims=True) / square
     omega = 2.0 * so3.multiply(s1, back)[:, :3]
+    omega_before = 2.0 * so3.multiply(turn[BEFORE] / unit, back)[:, :3]
     alpha = 2.0 * so3.multiply(s2, back)[:, :3] - 2.0 * growth * omega
     acceleration = path[2] / unit**2
     found = {
-        'velocity': path[1] / unit,
-        'angular_velocity': omega,
+        'velocity': path[BEFORE] / unit,
+        'angular_velocity': omega_before,
         'acceleration': acceleration,
         'angular_acceleration': alpha,
     }
@@ -286,7 +310,7 @@ def _errors(
     ) -> Errors:
         fit = followed.fit
         parts = [
-            spread[order][:, None] * factor / unit ** (2 * order)
+            spread[order][:, None] * factor / (unit**4 if order == 2 else unit**2)
             + spread[1][:, None] * gyroscopic / unit**2
             for spread in (fit.response, fit.disagreement)
         ]
@@ -295,8 +319,8 @@ def _errors(
     one = np.ones((len(time), 3))
     along, about = np.square(path.noise) * one, np.square(turn.smoothing.noise) * one
     result = {
-        'velocity': told('velocity', path, 1, along),
-        'angular_velocity': told('angular_velocity', turn, 1, about),
+        'velocity': told('velocity', path, BEFORE, along),
+        'angular_velocity': told('angular_velocity', turn, BEFORE, about),
         'acceleration': told('acceleration', path, 2, along),
         'angular_acceleration': told('angular_acceleration', turn, 2, about),
     }

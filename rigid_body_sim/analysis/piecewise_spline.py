@@ -19,7 +19,7 @@ A piece may have few samples or none: what it lacks comes from its neighbours th
 continuity, and its degree is as high as that allows (`shares`). A break that leaves its piece less
 than a parabola is given up, and told.
 
-At a break derivatives are those from there on.
+At a break derivatives are those from there on; the first one is also told as it was up to there.
 
 Source: de Boor, A Practical Guide to Splines, chapters XIII and XIV; the equations of least squares
 with equality constraints (Bjoerck, Numerical Methods for Least Squares Problems, section 5.1),
@@ -44,6 +44,10 @@ JUDGE = 7  # degree of the spline that tells the error
 FEWEST = 3  # coefficients of a piece: a parabola, an acceleration that does not change
 LONG = JUDGE + 1  # samples from which a piece needs nothing of its neighbours
 ORDERS = 3  # value, first and second derivative
+BEFORE = 3  # behind them: the first derivative up to a break
+NEAR = 1e-6  # [sample spacing] a break this near to a sample, or to another, is at it
+APART = 4  # samples between breaks of rates: nearer ones do more harm than good
+CROWD, CROWDED = 6, 2  # jumps of forces in a row, with fewer samples for each, are none
 REFINEMENTS = 2  # of the solution: the normal equations square the condition of the samples
 
 
@@ -118,12 +122,7 @@ class Layout:
 
 def cut(time: Array, breaks: Sequence[Break] = (), ends: Sequence[End] = ()) -> Layout:
     """Cut samples (n,), ascending, at the breaks inside them."""
-    merged: dict[float, int] = {}
-    for b in breaks:
-        if time[0] < b.instant < time[-1] and b.continuity < DEGREE:
-            merged[b.instant] = min(b.continuity, merged.get(b.instant, DEGREE))
-    kept = [Break(instant, merged[instant]) for instant in sorted(merged)]
-    dropped: list[Break] = []
+    kept, dropped = _told_apart(time, _merged(time, breaks))
     extra = _extra(ends)
     while True:
         edges = [0, *(int(np.searchsorted(time, b.instant)) for b in kept), len(time)]
@@ -146,6 +145,54 @@ def cut(time: Array, breaks: Sequence[Break] = (), ends: Sequence[End] = ()) -> 
         for i in range(last + 1)
     )
     return Layout(time, pieces, tuple(kept), tuple(sorted(dropped)), tuple(ends))
+
+
+def _merged(time: Array, breaks: Sequence[Break]) -> list[Break]:
+    """Breaks between the first sample and the last, one at each instant, at samples if near."""
+    merged: dict[float, int] = {}
+    last = -np.inf
+    for b in sorted(breaks):
+        if not time[0] < b.instant < time[-1] or b.continuity >= DEGREE:
+            continue
+        i = int(np.clip(np.searchsorted(time, b.instant), 1, len(time) - 1))
+        spacing = float(time[i] - time[i - 1])
+        near = (float(time[i - 1]), float(time[i]), last)
+        instant = min(near, key=lambda t: abs(t - b.instant))
+        if abs(instant - b.instant) > NEAR * spacing:
+            instant = b.instant
+        last = instant
+        merged[instant] = min(b.continuity, merged.get(instant, DEGREE))
+    inside = [t for t in sorted(merged) if time[0] < t < time[-1]]
+    return [Break(instant, merged[instant]) for instant in inside]
+
+
+def _told_apart(time: Array, breaks: list[Break]) -> tuple[list[Break], list[Break]]:
+    """
+    Leave out breaks of rates that lie near others, and of forces where they come in a crowd: as
+    often as the samples, they are no jumps to a spline. What is left out of the second kind is
+    told.
+    """
+    places = np.searchsorted(time, [b.instant for b in breaks])
+    strong = [i for i, b in enumerate(breaks) if b.continuity <= 1]
+    crowd = {
+        strong[k]
+        for k in range(len(strong))
+        if (hood := strong[max(0, k - CROWD // 2) : k + CROWD // 2 + 1])
+        and len(hood) > CROWD // 2 + 1
+        and places[hood[-1]] - places[hood[0]] < CROWDED * (len(hood) - 1)
+    }
+    taken = [places[i] for i in strong if i not in crowd]
+    kept, last = [], -APART
+    for i, b in enumerate(breaks):
+        near = np.searchsorted(taken, places[i])
+        around = [abs(int(t) - int(places[i])) for t in taken[max(0, near - 1) : near + 1]]
+        if b.continuity <= 1:
+            if i not in crowd:
+                kept.append(b)
+        elif min([*around, int(places[i]) - last]) >= APART:
+            kept.append(b)
+            last = int(places[i])
+    return kept, [breaks[i] for i in sorted(crowd)]
 
 
 def _extra(ends: Sequence[End]) -> tuple[int, int]:
@@ -240,6 +287,7 @@ class Spline:
         self.free = int(self._starts[-1]) - self._conditions.shape[0]
         value, tied = self._at_samples[0], self._conditions
         upper = value.T @ value + tied.T @ tied
+        self._before = self._rates_before()
         matrix = sparse.bmat([[upper, tied.T], [tied, None]], format='csc')
         try:
             self._factors = splu(matrix)
@@ -248,12 +296,12 @@ class Spline:
 
     def derivatives(self, samples: Array, *, tied: bool = True) -> list[Array]:
         """
-        Value, first and second derivative at the samples.
+        Value, first and second derivative at the samples, and the first one up to them.
 
             samples : (n, d)
             tied    : whether the end conditions have their values; else zero, as for what is added
                       to samples
-            returns : three arrays (n, d)
+            returns : four arrays (n, d); the last two differ where an impulse strikes at a sample
         """
         value, conditions = self._at_samples[0], self._conditions
         wanted = np.zeros((conditions.shape[0], samples.shape[1]))
@@ -269,7 +317,11 @@ class Spline:
         coefficients = found[:size]
         if not np.all(np.isfinite(coefficients)):
             raise Undetermined('the samples do not determine the spline')
-        return [rows @ coefficients for rows in self._at_samples]
+        results = [rows @ coefficients for rows in self._at_samples]
+        results.append(results[1].copy())
+        for sample, row in self._before:
+            results[BEFORE][sample] = row @ coefficients
+        return results
 
     def _rows(self, order: int) -> sparse.csr_array:
         """Map coefficients to derivative `order` at the samples, that from there on."""
@@ -321,6 +373,15 @@ class Spline:
             (self._layout.pieces[i].finish - self._layout.pieces[i].begin) / self._sizes[i]
             for i in pieces
         )
+
+    def _rates_before(self) -> list[tuple[int, sparse.csr_array]]:
+        """First derivatives up to impulses that strike at samples."""
+        found = []
+        for i, b in enumerate(self._layout.breaks):
+            sample = self._layout.pieces[i + 1].first
+            if b.continuity == 0 and self._layout.time[sample] == b.instant:
+                found.append((sample, self._row_at(i, b.instant, 1)))
+        return found
 
 
 def _knots(time: Array, piece: Piece, order: Order) -> Array:
