@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.analysis.noise_level import noise_level
 from rigid_body_sim.analysis.piecewise_spline import (
+    DEGREE,
     FEWEST,
     Layout,
     Order,
@@ -43,6 +44,7 @@ TRIES = 3  # hopeless rungs in a row before the ladder is left
 DRAWS = 24  # of noise, for each sample
 MOST_DRAWN = 400_000  # numbers drawn in all
 SEED = 20_260_101  # of the noise that is drawn: the same samples give the same bands
+NEVER = (np.inf, np.inf, None)  # estimated errors of what cannot be
 WINDOW = 3.0  # [knots] over which what is lost is averaged
 
 
@@ -56,6 +58,7 @@ class Fit:
     disagreement : (n,) the same in the distance of own and judge
     free         : coefficients that are free
     judged       : (n,) whether the judge is another spline there
+    span         : (n,) how long the piece lasts in which a sample lies
     smooths      : whether it has fewer coefficients than samples
     """
 
@@ -65,12 +68,17 @@ class Fit:
     disagreement: list[Array]
     free: int
     judged: NDArray[np.bool_]
+    span: Array
     smooths: bool
 
 
-def fit(layout: Layout, samples: Array, fraction: float) -> Fit:
-    """Fit with so many coefficients for each sample; Undetermined where that cannot be."""
-    chosen = [orders(piece, fraction) for piece in layout.pieces]
+def fit(layout: Layout, samples: Array, fraction: float, fewest: int = FEWEST) -> Fit:
+    """
+    Fit with so many coefficients for each sample, and so many at least in each piece; Undetermined
+    where that cannot be.
+    """
+    chosen = [orders(piece, fraction, fewest) for piece in layout.pieces]
+    counts = [piece.samples for piece in layout.pieces]
     own, above = (Spline(layout, [pair[i] for pair in chosen]) for i in (0, 1))
     noise = _drawn(len(samples))
     own_noise = own.derivatives(noise, tied=False)
@@ -84,7 +92,8 @@ def fit(layout: Layout, samples: Array, fraction: float) -> Fit:
         [np.mean(np.square(n), axis=1) for n in own_noise],
         [np.mean(np.square(a - b), axis=1) for a, b in zip(own_noise, judge_noise)],
         own.free,
-        np.repeat([pair[0].judged for pair in chosen], [p.samples for p in layout.pieces]),
+        np.repeat([pair[0].judged for pair in chosen], counts),
+        np.repeat([piece.finish - piece.begin for piece in layout.pieces], counts),
         fraction < 1.0,
     )
 
@@ -127,22 +136,46 @@ def choose(
     """
     if fraction is not None or only_rounding(samples, noise):
         return _fit_if_possible(layout, samples, 1.0 if fraction is None else fraction)
-    best, least, hopeless = None, np.inf, 0
-    for rung in fractions(layout):
-        try:
-            found = fit(layout, samples, rung)
-        except Undetermined:
-            continue
-        lost = lost_square(found, 2, noise)
-        total = float(np.mean(noise_square(found, 2, noise))) + lost
-        if total < least:
-            best, least = found, total
+    tried: dict[tuple[int, int], tuple[float, float, Fit | None]] = {}
+    ladder = list(fractions(layout))
+
+    def look(rung: int, fewest: int) -> tuple[float, float, Fit | None]:
+        """Estimated mean square, and that of what is lost, of one choice."""
+        place = rung, fewest
+        if place not in tried and 0 <= rung < len(ladder) and fewest >= FEWEST:
+            tried[place] = _judged_fit(layout, samples, noise, ladder[rung], fewest)
+        return tried.get(place, NEVER)
+
+    best, hopeless = (0, DEGREE + 1), 0
+    for rung in range(len(ladder)):
+        total, lost, _ = look(rung, DEGREE + 1)
+        least = look(*best)[0]
+        best = (rung, DEGREE + 1) if total < least else best
         hopeless = hopeless + 1 if lost > HOPELESS * least else 0
         if hopeless == TRIES:
             break
-    if best is None:
+    while True:
+        rung, fewest = best
+        near = [best, (rung, fewest - 1), (rung + 1, fewest), (rung - 1, fewest)]
+        better = min(near, key=lambda place: look(*place)[0])
+        if better == best:
+            break
+        best = better
+    found = look(*best)[2]
+    if found is None:
         raise Undetermined('the samples do not determine the spline')
-    return best
+    return found
+
+
+def _judged_fit(
+    layout: Layout, samples: Array, noise: Array, fraction: float, fewest: int
+) -> tuple[float, float, Fit | None]:
+    try:
+        found = fit(layout, samples, fraction, fewest)
+    except Undetermined:
+        return NEVER
+    lost = lost_square(found, 2, noise)
+    return lost + float(np.mean(noise_square(found, 2, noise))), lost, found
 
 
 def _fit_if_possible(layout: Layout, samples: Array, fraction: float) -> Fit:
@@ -201,7 +234,7 @@ def errors(
     """
     square = np.square(own - judge)
     if not np.all(found.judged):
-        square = _filled(square, found.judged, time, own)
+        square = _filled(found, square, time, own)
     noisy = bool(np.any(in_distance))
     lost = _lost(found, square - in_distance) if noisy else square
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
@@ -211,19 +244,20 @@ def errors(
     return Errors(np.sqrt(lost + by_noise), float(rms), float(np.max(peak)))
 
 
-def _filled(square: Array, judged: NDArray[np.bool_], time: Array, own: Array) -> Array:
+def _filled(found: Fit, square: Array, time: Array, own: Array) -> Array:
     """
-    Where a piece has no judge, its motion is a parabola: what it cannot follow is how much the
-    quantity changes nearby in as long a time.
+    Where a piece has no judge its motion is a parabola. What that cannot follow is how much the
+    quantity strays from its mean in as long a time nearby.
     """
-    rates = np.abs(np.diff(own, axis=0)) / np.diff(time)[:, None]
-    inside = judged[1:] & judged[:-1]
-    typical = np.sqrt(np.median(np.square(rates[inside]), axis=0)) if np.any(inside) else None
-    if typical is None:
-        typical = np.zeros(own.shape[1])
-    spacing = np.median(np.diff(time))
+    inside = np.flatnonzero(found.judged[1:] & found.judged[:-1])
+    if not len(inside):
+        return square
+    rates = np.diff(own, axis=0)[inside] / np.diff(time)[inside, None]
+    blind = np.flatnonzero(~found.judged)
+    after = np.clip(np.searchsorted(inside, blind), 0, len(inside) - 1)
+    near = np.maximum(np.abs(rates[after]), np.abs(rates[np.maximum(after - 1, 0)]))
     filled = square.copy()
-    filled[~judged] = np.square(typical * spacing)
+    filled[blind] = np.square(near * found.span[blind, None]) / 12.0
     return filled
 
 

@@ -126,7 +126,8 @@ def cut(time: Array, breaks: Sequence[Break] = (), ends: Sequence[End] = ()) -> 
     extra = _extra(ends)
     while True:
         edges = [0, *(int(np.searchsorted(time, b.instant)) for b in kept), len(time)]
-        caps = shares(np.diff(edges).tolist(), [b.continuity for b in kept], extra)
+        sampled = [bool(time[i] == b.instant) for i, b in zip(edges[1:], kept)]
+        caps = shares(np.diff(edges).tolist(), [b.continuity for b in kept], sampled, extra)
         poor = [i for i, cap in enumerate(caps) if cap < FEWEST]
         if not poor or not kept:
             break
@@ -202,17 +203,26 @@ def _extra(ends: Sequence[End]) -> tuple[int, int]:
     return first + (linked + 1) // 2, len(ends) - first - (linked + 1) // 2
 
 
-def shares(samples: list[int], continuity: list[int], extra: tuple[int, int]) -> list[int]:
+def shares(
+    samples: list[int], continuity: list[int], sampled: list[bool], extra: tuple[int, int]
+) -> list[int]:
     """
     How many coefficients each piece may have so that all of them are determined.
 
-    A piece has its samples, and of the c + 1 equations at each break half; who then has less than
-    a parabola takes what it lacks from neighbours that have more.
+    A piece has its samples, and of the equations at a break a short one beside a long one has all,
+    two short ones half each. A sample at the break belongs to the piece after it; by the equation
+    of the values it tells as much to the piece before it, which so has this one. Who then has less
+    than a parabola takes what it lacks from neighbours that have more.
+
+        continuity, sampled : of each break, and whether a sample lies there
     """
     doubled = [2 * n for n in samples]
-    for i, c in enumerate(continuity):
-        doubled[i] += c + 1
-        doubled[i + 1] += c + 1
+    for i, (c, at_sample) in enumerate(zip(continuity, sampled)):
+        left, right = samples[i] < LONG, samples[i + 1] < LONG
+        shared = 2 * (c if at_sample else c + 1)
+        before = shared if left and not right else 0 if right and not left else shared // 2
+        doubled[i] += before + (2 if at_sample and left else 0)
+        doubled[i + 1] += shared - before
     doubled[0] += 2 * extra[0]
     doubled[-1] += 2 * extra[1]
     for i, has in enumerate(doubled):
@@ -248,21 +258,23 @@ class Order:
     judged: bool = True
 
 
-def orders(piece: Piece, fraction: float) -> tuple[Order, Order]:
+def orders(piece: Piece, fraction: float, fewest: int = FEWEST) -> tuple[Order, Order]:
     """
     Choose the spline of a piece and the one that judges it, of a higher degree: by two where it
     goes through the samples and these allow it.
 
         fraction : coefficients for each sample, at most 1: then it goes through the samples
+        fewest   : coefficients of a piece, where its samples allow it
     """
-    n = piece.samples
-    cap = piece.cap if n < LONG else min(piece.cap, n + sum(piece.extra))
-    fewest = max(FEWEST, sum(piece.extra))
-    own = max(fewest, min(round(fraction * n) + sum(piece.extra), cap))
+    n, extra = piece.samples, sum(piece.extra)
+    through = fraction == 1.0
+    cap = piece.cap if n < LONG else min(piece.cap, n + extra)
+    least = max(FEWEST, extra)
+    own = max(least, min(max(round(fraction * n) + extra, DEGREE + 1 if through else fewest), cap))
     degree = min(DEGREE, own - 1)
-    more = 2 if fraction == 1.0 else 1  # the more, the more noise in the judge
+    more = 2 if through else 1  # the more, the more noise in the judge
     above = min(own + more, cap)
-    if above == own and own <= JUDGE and own > fewest:  # one polynomial has all: the judge
+    if above == own and own <= JUDGE and own > least:  # one polynomial has all: the judge
         own -= 1
         degree = min(DEGREE, own - 1)
     judge = Order(min(degree + more, above - 1), above)
