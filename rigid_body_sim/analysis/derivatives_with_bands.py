@@ -45,6 +45,7 @@ DRAWS = 24  # of noise, for each sample
 MOST_DRAWN = 400_000  # numbers drawn in all
 SEED = 20_260_101  # of the noise that is drawn: the same samples give the same bands
 NEVER = (np.inf, np.inf, None)  # estimated errors of what cannot be
+DOUBT = 2.0  # a distance to the judge below so many times that by noise tells of noise alone
 WINDOW = 3.0  # [knots] over which what is lost is averaged
 
 
@@ -199,7 +200,7 @@ def lost_square(found: Fit, order: int, noise: Array) -> float:
     """Mean square of what the spline cannot follow in a derivative."""
     distance = np.square(found.own[order] - found.judge[order])
     by_noise = found.disagreement[order][:, None] * np.square(noise)
-    return float(np.mean(np.sum(_lost(found, distance - by_noise), axis=1)))
+    return float(np.mean(np.sum(_lost(found, distance - DOUBT * by_noise), axis=1)))
 
 
 def _lost(found: Fit, excess: Array) -> Array:
@@ -236,7 +237,7 @@ def errors(
     if not np.all(found.judged):
         square = _filled(found, square, time, own)
     noisy = bool(np.any(in_distance))
-    lost = _lost(found, square - in_distance) if noisy else square
+    lost = _lost(found, square - DOUBT * in_distance) if noisy else square
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost
     reach = np.sqrt(2.0 * np.log(3.0 * len(time)))
@@ -257,7 +258,7 @@ def _filled(found: Fit, square: Array, time: Array, own: Array) -> Array:
     after = np.clip(np.searchsorted(inside, blind), 0, len(inside) - 1)
     near = np.maximum(np.abs(rates[after]), np.abs(rates[np.maximum(after - 1, 0)]))
     filled = square.copy()
-    filled[blind] = np.square(near * found.span[blind, None]) / 12.0
+    filled[blind] += np.square(near * found.span[blind, None]) / 12.0
     return filled
 
 
