@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import quadrature, rotation
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia, principal_axes
 from rigid_body_sim.physics.model.shapes import (
@@ -205,7 +205,9 @@ def _of_points(
     if isinstance(shape, Particle):
         if mass is None:
             raise InvalidModel('a particle needs a mass [kg]')
-        return MassProperties(_positive_mass(mass), np.zeros(3), np.zeros((3, 3)))
+        with blaming('mass'):
+            mass = _positive_mass(mass)
+        return MassProperties(mass, np.zeros(3), np.zeros((3, 3)))
     total, center, inertia = _sums(shape.masses, shape.positions)
     _need_agreement(mass, total, 'particles')
     return MassProperties(_positive_mass(total), center, inertia)
@@ -348,11 +350,13 @@ def _mass(volume: float, *, mass: float | None, density: float | None) -> float:
     if mass is not None and density is not None:
         raise InvalidModel('give either mass [kg] or density [kg/m^3], and not both')
     if mass is not None:
-        return _positive_mass(mass)
+        with blaming('mass'):
+            return _positive_mass(mass)
     assert density is not None
-    if not (math.isfinite(density) and density > 0.0):
-        raise InvalidModel(f'density is {density} kg/m^3; it must be positive and finite')
-    return _positive_mass(density * volume)
+    with blaming('density'):
+        if not (math.isfinite(density) and density > 0.0):
+            raise InvalidModel(f'density is {density} kg/m^3; it must be positive and finite')
+        return _positive_mass(density * volume)
 
 
 def _positive_mass(mass: float) -> float:
