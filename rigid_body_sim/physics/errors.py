@@ -5,7 +5,7 @@
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
-LIKENESS = 0.5  # [-] how near a known word must be to be proposed in place of an unknown one
+LIKENESS = 0.6  # [-] how near a known word must be to be proposed in place of an unknown one
 LONGEST_WORD = 80  # [-] letters that a message shows; a longer word resembles nothing
 MOST_NAMED = 60  # [-] words that a message lists
 

@@ -21,10 +21,10 @@ import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from, path_text
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
-from rigid_body_sim.physics.model.numbers import is_number, number, numbers, shown
+from rigid_body_sim.physics.model.numbers import number, numbers, shown
 from rigid_body_sim.physics.model.pivot import check_pivot
 from rigid_body_sim.physics.model.place import WORLD
-from rigid_body_sim.physics.model.rotation import IDENTITY, unit_quaternion
+from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import (
     Body,
     MassFlow,
@@ -90,9 +90,7 @@ def check_name(name: object) -> None:
             f'got {shown(name)}, {len(name)} letters; a body name has at most {LONGEST_NAME}'
         )
     if name in RESERVED:
-        raise InvalidModel(
-            f'{name!r} is a reserved name ({", ".join(RESERVED)}); choose another'
-        )
+        raise InvalidModel(f'{name!r} is a reserved name ({", ".join(RESERVED)}); choose another')
 
 
 def check_title(name: object) -> None:
@@ -187,7 +185,7 @@ def _check_bodies(scene: Scene) -> Collection[str]:
                 )
             if body.pivot is not None:
                 with blaming('pivot'):
-                    _check_pivot(body, scene.contact)
+                    _check_pivot(body)
         names[body.name] = None
         sound.add(id(body.inertia))
     return names
@@ -272,20 +270,22 @@ def _check_flow(body: Body, flow: Any) -> None:
     check_flow(body)
 
 
-def _check_pivot(body: Body, contact: Mapping[str, Any]) -> None:
+def _check_pivot(body: Body) -> None:
     _need(body.pivot, Pivot, 'a Pivot')
     assert body.pivot is not None
     for field in ('point', 'at'):
         with blaming(field):
             numbers(getattr(body.pivot, field), 3, unit='m')
-    check_pivot(body, contact)
+    check_pivot(body, {})  # whether contact knows it, a run tells
 
 
 def _check_force(force: Any, names: Collection[str]) -> None:
     """Judge a force element by what its fields say of themselves (`forces.element.key`)."""
-    if not dataclasses.is_dataclass(force) or not hasattr(type(force), 'TYPE'):
+    is_record = dataclasses.is_dataclass(force) and not isinstance(force, type)
+    fields = dataclasses.fields(force) if is_record else ()
+    if not fields or not all('kind' in field.metadata for field in fields):
         raise InvalidModel(f'got {shown(force)}; a force element is needed, such as a Spring')
-    for field in dataclasses.fields(force):
+    for field in fields:
         value, known = getattr(force, field.name), field.metadata
         if value is None and field.default is None:
             continue
@@ -294,7 +294,7 @@ def _check_force(force: Any, names: Collection[str]) -> None:
 
 
 def _check_setting(value: Any, known: Mapping[str, Any], names: Collection[str]) -> None:
-    kind, unit = known.get('kind'), known.get('unit') or '-'
+    kind, unit = known['kind'], known.get('unit') or '-'
     if kind in ('body', 'body_or_world', 'bodies'):
         if kind == 'bodies':
             _need(value, list | tuple, 'a tuple of names of bodies')
@@ -310,3 +310,5 @@ def _check_setting(value: Any, known: Mapping[str, Any], names: Collection[str])
         numbers(value, 3, unit=unit)
     elif kind == 'number':
         number(value, unit=unit, minimum=known.get('minimum'))
+        if known.get('positive') and value <= 0:
+            raise InvalidModel(f'got {shown(value)}; a positive number [{unit}] is needed')

@@ -183,9 +183,7 @@ def _bound_aliases(root: yaml.Node) -> None:
         )
 
 
-def _sized(
-    node: yaml.Node, sizes: dict[int, tuple[int, int]], above: set[int]
-) -> tuple[int, int]:
+def _sized(node: yaml.Node, sizes: dict[int, tuple[int, int]], above: set[int]) -> tuple[int, int]:
     """Count the values and levels below a node; each node is counted once and remembered."""
     known = sizes.get(id(node))
     if known is not None:

@@ -30,6 +30,7 @@ from rigid_body_sim.scene.urdf import read_link
 from rigid_body_sim.scene.values import Value, shown
 
 VERSION = 1
+MOST_BODIES = 100_000  # [-] more are a slip of the pen, and would fill the memory
 KEYS = (
     'version',
     'name',
@@ -248,4 +249,6 @@ def _bodies(value: Value, files: Files) -> tuple[Body, ...]:
                     f'the name {body.name!r} is taken by an earlier body; names must differ'
                 )
             bodies[body.name] = body
+        if len(bodies) > MOST_BODIES:
+            raise value.error(f'more than {MOST_BODIES} bodies; make fewer copies')
     return tuple(bodies.values())

@@ -15,7 +15,7 @@ import re
 DECIMAL = re.compile(
     r'[-+]?(?:(?:0|[1-9][0-9]*)(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?', re.ASCII
 )
-LOOKS_LIKE_ONE = re.compile(r'[-+.]?[0-9]', re.ASCII)
+LOOKS_LIKE_ONE = re.compile(r'[-+.]?[0-9][0-9A-Za-z_:.+-]*', re.ASCII)
 HOW = 'write it in decimal without leading zeros, as JSON and C do, such as 10, -0.5 or 1e-3'
 
 
@@ -26,5 +26,5 @@ def decimal(text: str) -> float | None:
 
 def cure(content: object) -> str:
     """Say how to write what looks like a number and is none; nothing for other things."""
-    meant = isinstance(content, str) and LOOKS_LIKE_ONE.match(content) is not None
+    meant = isinstance(content, str) and LOOKS_LIKE_ONE.fullmatch(content) is not None
     return f'; {HOW}' if meant else ''

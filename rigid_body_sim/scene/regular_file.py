@@ -9,9 +9,17 @@ when it is parsed.
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import stat
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import TypeVar
+
+from rigid_body_sim.errors import UserError
+
+Row = TypeVar('Row')
 
 MOST = 64 * 2**20  # [byte] scenes, meshes, URDF files, tables of commands
 KINDS = {
@@ -29,7 +37,7 @@ def read(path: str | os.PathLike[str]) -> bytes:
 
     Raises OSError, whose `strerror` says why, also for what is not regular or is too large.
     """
-    _need_regular(os.stat(path).st_mode)  # before it is opened: that alone may wait, or do things
+    _need_regular(Path(path).stat().st_mode)  # before it is opened: that alone may wait
     handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     with open(handle, 'rb') as stream:  # noqa: PTH123  (already open)
         _need_regular(os.fstat(handle).st_mode)
@@ -37,6 +45,25 @@ def read(path: str | os.PathLike[str]) -> bytes:
     if len(content) > MOST:
         raise OSError(0, f'more than {MOST // 2**20} MiB, too large for a file of this kind')
     return content
+
+
+def rows(
+    path: Path, read_rows: Callable[[Path, Iterator[str]], Iterable[Row]], *, wanted: str
+) -> list[Row]:
+    """
+    Read a CSV file in UTF-8; UserError for what is none.
+
+    read_rows : makes rows of the path, for its messages, and the lines
+    wanted    : what file to give instead, for messages
+    """
+    try:
+        text = read(path).decode()
+        return list(read_rows(path, io.StringIO(text, newline='')))
+    except (OSError, csv.Error) as error:
+        said = reason(error) if isinstance(error, OSError) else error
+        raise UserError(f'{path}: cannot be read ({said}); give {wanted}') from None
+    except UnicodeDecodeError:
+        raise UserError(f'{path}: is not UTF-8 text; give {wanted}') from None
 
 
 def reason(error: OSError | ValueError) -> str:

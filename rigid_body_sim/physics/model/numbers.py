@@ -16,13 +16,14 @@ import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel
 
+NUMBERS = (int, float, np.integer, np.floating)
 COUNTS = {3: 'three', 4: 'four'}
 
 
 def is_number(value: object) -> bool:
     """Tell whether something is a finite number."""
     if type(value) is not float:
-        if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        if isinstance(value, bool) or not isinstance(value, NUMBERS):
             return False
         try:
             value = float(value)
@@ -54,7 +55,8 @@ def number(
 
 def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
     """Return so many finite numbers as floats; InvalidModel for anything else."""
-    is_list = isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim == 1)
+    is_array = isinstance(value, np.ndarray) and value.ndim == 1
+    is_list = is_array or isinstance(value, list | tuple)
     items = tuple(value) if is_list else ()
     if len(items) != count or not all(map(is_number, items)):
         raise InvalidModel(
