@@ -195,9 +195,8 @@ def _check_places(body: Body) -> None:
     for field in ('center_of_mass', 'shape_position'):
         with blaming(field):
             numbers(getattr(body, field), 3, unit='m')
-    if body.shape_orientation != IDENTITY:
-        with blaming('shape_orientation'):
-            _check_attitude(body.shape_orientation)
+    with blaming('shape_orientation'):
+        _check_attitude(body.shape_orientation)
 
 
 def _check_attitude(orientation: Any) -> None:

@@ -89,7 +89,7 @@ def pushed(places: Places, body: str, point: Vector | None = None) -> Place:
 
 def need_two_ends(what: str, a: str, b: str) -> None:
     """Refuse an element between two points of one body, or of the world: it moves nothing."""
-    if a == b:
+    if isinstance(a, str) and isinstance(b, str) and a == b:
         raise InvalidModel(
             f'both ends of this {what} are on {a!r}, and between two points that keep their '
             'distance it moves nothing; name another body',

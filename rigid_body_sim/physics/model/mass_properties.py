@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import quadrature, rotation
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia, principal_axes
+from rigid_body_sim.physics.model.self_overlap import need_single
 from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
@@ -113,6 +114,8 @@ def of_density(
     tolerance : [-] change of mass, centre (in radii of gyration) and inertia between the last two
                 quadratures; InvalidModel if it is not met: layers belong into a `union`
     """
+    if isinstance(shape, Mesh):
+        need_single(shape.vertices, shape.faces, name=shape.name)
     before = None
     change = math.inf
     for n in POINTS:
@@ -272,6 +275,7 @@ def _solid(
             return volume_integrals(vertices, hull_faces(vertices))
         case Mesh(vertices=vertices, faces=faces, name=name):
             need_closed(faces, name=name)
+            need_single(vertices, faces, name=name)
             return volume_integrals(vertices, faces, name=f'mesh {name!r}')
 
 
