@@ -28,7 +28,6 @@ from rigid_body_sim.analysis.piecewise_spline import (
     DEGREE,
     FEWEST,
     Layout,
-    Order,
     Spline,
     Undetermined,
     orders,
@@ -126,9 +125,7 @@ def only_rounding(samples: Array, noise: Array) -> bool:
     return bool(np.all(noise <= ROUNDING * np.max(np.abs(samples), axis=0)))
 
 
-def choose(
-    layout: Layout, samples: Array, noise: Array, *, fraction: float | None = None
-) -> Fit:
+def choose(layout: Layout, samples: Array, noise: Array, *, fraction: float | None = None) -> Fit:
     """
     Fit with the bandwidth that has the least estimated error of the second derivative.
 

@@ -64,6 +64,4 @@ def _differences(time: Array, samples: Array, order: int) -> Array:
     weights = 1.0 / np.prod(gaps, axis=2)
     weights /= np.linalg.norm(weights, axis=1, keepdims=True)
     middle = samples[order // 2 : order // 2 + count]  # near values: their difference is exact
-    return sum(
-        weights[:, j, None] * (samples[j : j + count] - middle) for j in range(order + 1)
-    )
+    return sum(weights[:, j, None] * (samples[j : j + count] - middle) for j in range(order + 1))

@@ -346,9 +346,7 @@ class Spline:
     def _row_at(self, piece: int, instant: float, order: int) -> sparse.csr_array:
         row = _design(np.array([instant]), self._knots[piece], self._degrees[piece], order).tocoo()
         columns = row.col + self._starts[piece]
-        return sparse.csr_array(
-            (row.data, (row.row, columns)), shape=(1, int(self._starts[-1]))
-        )
+        return sparse.csr_array((row.data, (row.row, columns)), shape=(1, int(self._starts[-1])))
 
     def _equations(self) -> sparse.csr_array:
         rows, layout = [], self._layout
@@ -423,9 +421,11 @@ def _design(x: Array, knots: Array, degree: int, order: int) -> sparse.csr_array
     for _ in range(order):
         size, width = size - 1, knots[degree + 1 : -1] - knots[1 : -degree - 1]
         scale = sparse.diags_array(degree / width)
-        lower = scale @ (
-            sparse.eye_array(size, size + 1, k=1) - sparse.eye_array(size, size + 1)
-        ) @ lower
+        lower = (
+            scale
+            @ (sparse.eye_array(size, size + 1, k=1) - sparse.eye_array(size, size + 1))
+            @ lower
+        )
         knots, degree = knots[1:-1], degree - 1
     if not len(x):
         return sparse.csr_array((0, lower.shape[1]))

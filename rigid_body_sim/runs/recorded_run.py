@@ -165,11 +165,11 @@ class RecordedRun:
         """Make a run that stands where the recording began; nothing is compiled for it yet."""
         simulation = simulation_of(
             self.scene,
-            integrator=integrator or self.integrator,
+            integrator=self.integrator if integrator is None else integrator,
             integrator_options=self.integrator_options
             if integrator in (None, self.integrator)
             else None,
-            dt=dt or self.dt_ns / 1e9,
+            dt=self.dt_ns / 1e9 if dt is None else dt,
         )
         begin_ns = self.first_tick * self.dt_ns
         if begin_ns % simulation.dt_ns:

@@ -68,10 +68,15 @@ class RunSettings:
     publish_contacts: bool = False
 
 
+RATES = (1e-9, 1e9)  # [Hz] of publishing; ticks are at least a nanosecond, runs less than 2^31 s
+MOST_TOPICS = 65535  # [-] channels of a recording: their numbers have 16 bits
+
+
 def publish_every(rate_hz: float, dt_ns: int) -> int:
-    """Count the ticks between published states; UserError unless the rate is positive."""
-    if not math.isfinite(rate_hz) or rate_hz <= 0:
-        raise UserError(f'publish rate {rate_hz:g} Hz; allowed: a positive number')
+    """Count the ticks between published states; UserError for a rate outside of RATES."""
+    least, most = RATES
+    if not least <= rate_hz <= most:
+        raise UserError(f'publish rate {rate_hz:g} Hz; allowed: {least:g} to {most:g} Hz')
     return max(1, round(1e9 / rate_hz / dt_ns))
 
 
@@ -113,6 +118,12 @@ class Run:
         self._index = {name: i for i, name in enumerate(names)}
         topics = topics_of(names, namespace=settings.namespace)
         self._command_topic = {body_and_kind: topic for topic, body_and_kind in topics.items()}
+        if len(topics) > MOST_TOPICS:
+            raise UserError(
+                f'scene {simulation.scene.name!r}: {len(names)} bodies take commands on '
+                f'{len(topics)} topics; a recording holds at most {MOST_TOPICS}; record fewer '
+                'bodies'
+            )
         self.packer = StatePacker(
             names,
             dt_ns=simulation.dt_ns,

@@ -19,6 +19,7 @@ from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.runs.commands import Command, read_csv
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, RunSettings, publish_every
@@ -107,8 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
         estimate_error=arguments.estimate_error,
         publish_contacts=arguments.contacts,
     )
-    if arguments.output.exists():
-        raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
+    check_new(arguments.output)
     compiled = time.monotonic()
     turning = any(command.frame_id == command.body for _, command in timed)
     with _Note('compiling', shown=not arguments.json) as note:
@@ -175,7 +175,7 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
     """Count the ticks of a duration [s]; UserError unless positive and at least one."""
     if not math.isfinite(duration) or duration <= 0:
         raise UserError(f'--duration {duration:g} s; allowed: a positive number of seconds')
-    ticks = round(duration * 1e9 / simulation.dt_ns)
+    ticks = round(min(duration, 2.0**31) * 1e9 / simulation.dt_ns)
     if ticks < 1:
         raise UserError(
             f'--duration {duration:g} s is less than one tick of {simulation.dt:g} s; make it '
@@ -190,8 +190,10 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
 
 
 def _nanoseconds(seconds: float) -> int:
-    if not math.isfinite(seconds) or seconds < 0:
-        raise UserError(f'--command-timeout {seconds:g} s; allowed: 0 (until changed) or more')
+    if seconds != 0.0 and not 1e-9 <= seconds <= 1e9:
+        raise UserError(
+            f'--command-timeout {seconds:g} s; allowed: 0 (until changed), or 1e-09 to 1e+09 s'
+        )
     return round(seconds * 1e9)
 
 
