@@ -87,6 +87,16 @@ def pushed(places: Places, body: str, point: Vector | None = None) -> Place:
     return place
 
 
+def need_two_ends(what: str, a: str, b: str) -> None:
+    """Refuse an element between two points of one body, or of the world: it moves nothing."""
+    if isinstance(a, str) and isinstance(b, str) and a == b:
+        raise InvalidModel(
+            f'both ends of this {what} are on {a!r}, and between two points that keep their '
+            'distance it moves nothing; name another body',
+            at=('b',),
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class BodyState:
     """
