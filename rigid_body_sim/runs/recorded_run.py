@@ -58,6 +58,7 @@ class RecordedRun:
             command_timeout_ns=int(manifest['command_timeout_ns']),
             publish_every=int(manifest['publish_every']),
             publish_contacts=json.loads(manifest.get('publish_contacts', 'false')),
+            publish_start=json.loads(manifest.get('publish_start', 'false')),
         )
         self.last_tick = self._last_tick()
         bodies = [body.name for body in self.scene.bodies]

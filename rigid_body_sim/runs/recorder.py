@@ -3,8 +3,8 @@
 """
 A run on disk: a bag that is a complete experiment.
 
-It holds the scene and the files it names, the state at the first recorded tick, what was held
-then, every command with the tick on which it first acted, and every published message. `replay`
+It holds the scene and the files it names, the state at the first recorded tick (exact, and as
+messages), what was held then, every command with the tick on which it first acted, and every published message. `replay`
 needs nothing else.
 """
 
@@ -28,6 +28,7 @@ from rigid_body_sim.recording.bag_writer import BagWriter
 from rigid_body_sim.recording.topics import command_topics
 from rigid_body_sim.runs.commands import KINDS
 from rigid_body_sim.runs.run import Run, TickOutput
+from rigid_body_sim.stop_signals import STOP, Stopped
 
 SCENE_FILE = 'scene.yaml'
 START_FILE = 'start_state.bin'
@@ -42,10 +43,11 @@ class RunRecorder:
     """
     Records one stretch of one run into one bag.
 
-    background : write in a thread of its own, at least every half second; for a run in real time
+    The states where the run stands are in the file when it is made, and what comes after them half
+    a second (wall) later at most: a thread of its own writes.
     """
 
-    def __init__(self, run: Run, path: Path, *, background: bool = False) -> None:
+    def __init__(self, run: Run, path: Path) -> None:
         self.path = path
         self._run = run
         self._dropped = 0
@@ -62,8 +64,11 @@ class RunRecorder:
             topics=topics,
             manifest=self._manifest(start),
             attachments={SCENE_FILE: scene.source, START_FILE: start, **scene.files},
-            background=background,
+            background=True,
         )
+        for batch in run.start():
+            self._writer.write(batch)
+        self._writer.flush()
 
     def _manifest(self, start: bytes) -> dict[str, str]:
         run, simulation = self._run, self._run.simulation
@@ -88,6 +93,7 @@ class RunRecorder:
             'command_timeout_ns': str(run.command_timeout_ns),
             'contact': json.dumps(dict(scene.contact)),
             'publish_contacts': json.dumps(settings.publish_contacts),
+            'publish_start': json.dumps(settings.publish_start),
             'touching_at_start': json.dumps(_touching(run)),
             'namespace': settings.namespace,
             'world_frame': settings.world_frame,
@@ -153,17 +159,21 @@ def _touching(run: Run) -> list[int]:
 @contextmanager
 def recording(run: Run, path: Path | None, *, done: str) -> Iterator[RunRecorder | None]:
     """
-    Record a run, if a bag is wanted, and close the bag however it ends.
+    Record a run, if a bag is wanted, and close the bag however it ends; a signal waits until then.
 
     done : the reason to write where nothing went wrong
     """
+    STOP.keep()
     if path is None:
         yield None
         return
-    recorder, reason = RunRecorder(run, path), 'stopped'
+    recorder, reason = RunRecorder(run, path), 'error'
     try:
         yield recorder
         reason = done
+    except Stopped:
+        reason = 'signal'
+        raise
     except SimulationDiverged:
         reason = 'diverged'
         raise

@@ -30,6 +30,7 @@ from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.recorded_run import RecordedRun, Warn
 from rigid_body_sim.runs.recorder import RunRecorder, recording
 from rigid_body_sim.runs.run import Run
+from rigid_body_sim.stop_signals import STOP
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -105,6 +106,8 @@ def _compared(
 
     def replayed() -> Iterator[tuple[str, bytes]]:
         topics = [topic.name for topic in run.topics]
+        for batch in run.start():
+            yield from ((topics[channel - 1], payload) for channel, payload in batch.payloads())
         for batch in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
             for channel, payload in batch.payloads():
                 yield topics[channel - 1], payload
@@ -141,6 +144,10 @@ def _advance(
     """Advance to a tick, taking commands at theirs; yield what was packed."""
     every = run.settings.publish_every
     look_every = every * max(1, last_tick // every // LOOKS)
+
+    def how_far() -> str:
+        return f'at {run.simulation.time:g} s of {last_tick * run.simulation.dt:g} s'
+
     for tick, taken in run.follow(commands, last_tick):
         if run.simulation.tick % look_every == 0:
             run.sample_drift()
@@ -148,6 +155,7 @@ def _advance(
             recorder.record(taken, tick=tick)
         progress(run.simulation.tick, last_tick)
         yield from taken.batches
+        STOP.check(how_far)
 
 
 def _difference(
@@ -213,7 +221,7 @@ def _measured(
     recorded: RecordedRun, run: Run, recorder: RunRecorder | None, progress: Progress
 ) -> dict[str, Errors]:
     simulation = run.simulation
-    end_ns = recorded.last_tick * recorded.dt_ns
+    begin_ns, end_ns = (k * recorded.dt_ns for k in (recorded.first_tick, recorded.last_tick))
     commands: dict[int, list[Command]] = {}
     for tick, taken in recorded.commands().items():
         commands.setdefault(-(-tick * recorded.dt_ns // simulation.dt_ns), []).extend(taken)
@@ -221,8 +229,8 @@ def _measured(
     index = {body.name: i for i, body in enumerate(recorded.scene.bodies)}
     compared = 0
     for time_ns, states in _recorded_states(recorded):
-        if time_ns % simulation.dt_ns or time_ns > end_ns:
-            continue
+        if time_ns % simulation.dt_ns or not begin_ns < time_ns <= end_ns:
+            continue  # at the start both are the same
         target = time_ns // simulation.dt_ns
         for _batch in _advance(run, commands, target, recorder, progress):
             pass
