@@ -1,21 +1,12 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""
-Reads the values of a recorded manifest that only a run can judge, and stands guard where they are
-put together.
-"""
+"""Reads the values of a recorded manifest that only a run can judge."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 
-from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot
-from rigid_body_sim.recording.bag_reader import DamagedBag
 from rigid_body_sim.recording.record_values import RecordValues
 
 MOST_TICKS = 2**32 - 1  # a sequence number has 32 bits
@@ -44,26 +35,6 @@ class ManifestValues(RecordValues):
             (core, source): Slot(tuple(force), tuple(torque), turns, until)
             for core, source, force, torque, turns, until in value
         }
-
-
-@contextmanager
-def interpreting(path: Path) -> Iterator[None]:
-    """
-    Turn what a recorded run does not bear, deep inside, into one line that names the bag.
-
-    Values are checked one by one where they are read; together they may still not fit, in ways
-    that only show where they are used.
-    """
-    try:
-        yield
-    except (InvalidModel, SimulationDiverged, UserError, RunError):
-        raise
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
-        problem = ' '.join(str(error).split())[:200] or type(error).__name__
-        raise DamagedBag(
-            f'{path}: damaged: what it says of its run does not fit together ({problem}); look at '
-            f'the messages alone with: bag info, bag diff, view'
-        ) from error
 
 
 def _is_place(value: object, count: int) -> bool:

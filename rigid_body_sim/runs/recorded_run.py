@@ -19,8 +19,8 @@ from rigid_body_sim.runs.manifest_values import (
     MOST_TICKS,
     MOST_TIMEOUT_NS,
     ManifestValues,
-    interpreting,
 )
+from rigid_body_sim.runs.reading_guard import interpreting
 from rigid_body_sim.runs.recorder import SCENE_FILE, SCHEMA_VERSION, START_FILE, TICK_SEMANTICS
 from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.runs.simulation_of_scene import simulation_of

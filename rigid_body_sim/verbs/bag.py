@@ -14,6 +14,7 @@ from rigid_body_sim.recording.bag_check import check
 from rigid_body_sim.recording.bag_diff import Difference, compare
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.recovery import recover
+from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.terminal import printable
 
 SUMMARY = 'look after recordings: info, check, recover, diff'
@@ -47,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action.add_argument('--json', action='store_true', help='print one JSON object')
 
 
+@reads_recording('bag')
 def run(arguments: argparse.Namespace) -> int:
     """Do what was asked; returns the exit code."""
     return arguments.do(arguments)

@@ -15,6 +15,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.mcap_scan import MOST_TIME
 from rigid_body_sim.recording.record_values import RecordValues
+from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.view.energy_history import energy_history
 from rigid_body_sim.view.picture import picture
@@ -43,6 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+@reads_recording('bag')
 def run(arguments: argparse.Namespace) -> int:
     """Draw the picture or the page; returns the exit code."""
     _check_output(arguments.output)
