@@ -34,13 +34,14 @@ import time
 import traceback
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-os.environ.setdefault('RIGID_BODY_SIM_COMPILE', '0')  # so few ticks are not worth a compilation
+if __name__ == '__main__':  # so few ticks are not worth a compilation
+    os.environ.setdefault('RIGID_BODY_SIM_COMPILE', '0')
 
 from rigid_body_sim.__main__ import main
 from rigid_body_sim.recording import mcap_file
@@ -467,12 +468,12 @@ def mcap_of(directory: Path) -> Path:
     return next(directory.glob('*.mcap'))
 
 
-def make_sources(place: Path) -> list[Path]:
-    """Record the bags that will be damaged."""
+def make_sources(place: Path, scenes: Sequence[Sequence[str]]) -> list[Path]:
+    """Record the bags that will be damaged; a scene with its settings each."""
     commands = place / 'commands.csv'
     commands.write_text(COMMANDS)
     bags = []
-    for scene, *settings in SOURCES:
+    for scene, *settings in scenes:
         words = [*settings, *(['--commands', commands] if scene == 'two_bodies' else [])]
         bag = place / f'source_{len(bags)}'
         outcome = call('simulate', scene, '-o', bag, *words, limit=300)
@@ -544,17 +545,35 @@ class Attack:
     """
     Counts outcomes and broken laws; keeps the bags that broke one.
 
-    seed : of all cases; case k depends on (seed, k) alone
+    place  : where to work
+    keep   : where to; None: they are lost
+    seed   : of all cases; case k depends on (seed, k) alone
+    scenes : what is recorded to be damaged
     """
 
-    def __init__(self, place: Path, keep: Path | None, seed: int) -> None:
-        self.sources = make_sources(place)
+    def __init__(
+        self,
+        place: Path,
+        *,
+        seed: int,
+        keep: Path | None = None,
+        scenes: Sequence[Sequence[str]] = SOURCES,
+    ) -> None:
+        self.sources = make_sources(place, scenes)
         self.outcomes: Counter[str] = Counter()
         self.broken: Counter[str] = Counter()
         self.slowest = 0.0
         self._place = place
         self._keep = keep
         self._seed = seed
+
+    def run(self, cases: Iterable[int], flips: Iterable[int]) -> None:
+        """Try damaged bags, and flipped bits."""
+        for case in cases:
+            self.damaged(case)
+        expected = {source: said_of(source) for source in self.sources}
+        for case in flips:
+            self.flipped(case, expected)
 
     def damaged(self, case: int) -> None:
         """Damage a bag in some way and try every verb on it."""
@@ -599,17 +618,11 @@ class Attack:
             shutil.copytree(bag, self._keep / name, dirs_exist_ok=True)
 
 
-def attack(
-    cases: int, flips: int, seed: int, *, keep: Path | None = None, first: int = 0
-) -> Attack:
+def attack(cases: range, flips: range, seed: int, *, keep: Path | None = None) -> Attack:
     """Try so many damaged bags and so many flipped bits."""
     with tempfile.TemporaryDirectory() as place:
-        found = Attack(Path(place), keep, seed)
-        for case in range(first, first + cases):
-            found.damaged(case)
-        expected = {source: said_of(source) for source in found.sources} if flips else {}
-        for case in range(first, first + flips):
-            found.flipped(case, expected)
+        found = Attack(Path(place), seed=seed, keep=keep)
+        found.run(cases, flips)
     return found
 
 
@@ -624,7 +637,9 @@ def run() -> int:
     words = parser.parse_args()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     started = time.monotonic()
-    found = attack(words.cases, words.flips, words.seed, keep=words.keep, first=words.first)
+    first = words.first
+    cases, flips = (range(first, first + count) for count in (words.cases, words.flips))
+    found = attack(cases, flips, words.seed, keep=words.keep)
     for outcome, count in sorted(found.outcomes.items()):
         print(f'{count:7d}  {outcome}')
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
