@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 
+import numpy as np
+
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.recording.bag_files import DamagedBag
@@ -31,7 +33,8 @@ def interpreting(path: Path) -> Iterator[None]:
     still not fit, in ways that only show where they are used.
     """
     try:
-        yield
+        with np.errstate(all='ignore'):  # infinite and missing numbers are shown as what they are
+            yield
     except (InvalidModel, SimulationDiverged, UserError, RunError):
         raise
     except (
