@@ -41,6 +41,7 @@ from rigid_body_sim.physics.state.contacts import Contacts
 from rigid_body_sim.physics.state.layout import Layout, as_vector
 from rigid_body_sim.physics.state.snapshot import State, StateReader
 from rigid_body_sim.physics.stepper import Stepper
+from rigid_body_sim.physics.validation import check_record
 
 Array = NDArray[np.float64]
 
@@ -60,8 +61,11 @@ class Simulation:
 
     `choice` is what `auto` chose and why; None where the integrator was named.
 
-    Raises InvalidModel for an unknown integrator or option, an integrator that refuses the scene,
-    or an impossible dt.
+    A copy, a deep copy and a pickle each stand for a simulation of their own, which goes on bit
+    for bit from where this one stood.
+
+    Raises InvalidModel for a scene that a scene file could not say (`validation`), an unknown
+    integrator or option, an integrator that refuses the scene, or an impossible dt.
     """
 
     def __init__(
@@ -74,6 +78,7 @@ class Simulation:
         progress: Callable[[str], None] | None = None,
     ) -> None:
         warn_if_plain()
+        check_record(scene)
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
         self.integrator, self.choice = choose.resolve(
@@ -97,6 +102,33 @@ class Simulation:
         self._out_of_mass = min(
             ((end_of_mass(body), body.name) for body in scene.bodies), default=(math.inf, '')
         )
+
+    def __repr__(self) -> str:
+        return (
+            f'<Simulation of {self.scene.name!r}: {len(self.scene.bodies)} bodies, '
+            f'{self.integrator.name}, dt {self.dt:g} s, tick {self.tick}, {self.time:g} s>'
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what a copy or a pickle needs to go on bit for bit; kernels are made again."""
+        return {
+            'scene': self.scene,
+            'integrator': self.integrator.name,
+            'integrator_options': dict(self.integrator.settings),
+            'dt': None if self.dt_ns == self.scene.dt_ns else self.dt,
+            'choice': self.choice,
+            'tick': self.tick,
+            'start_ns': self._start_ns,
+            'state': self.state_bytes(),
+            'slots': self.held_slots,
+        }
+
+    def __setstate__(self, kept: Mapping[str, Any]) -> None:
+        settings = ('integrator', 'integrator_options', 'dt')
+        Simulation.__init__(self, kept['scene'], **{key: kept[key] for key in settings})
+        self.choice = kept['choice']
+        self.restore(tick=kept['tick'], state=kept['state'], slots=kept['slots'])
+        self._start_ns = kept['start_ns']
 
     @property
     def time(self) -> float:

@@ -19,7 +19,6 @@ Contact material: `restitution` and `friction` are numbers, `rolling_friction` a
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -32,6 +31,7 @@ from rigid_body_sim.physics.model.mass_properties import MassProperties
 from rigid_body_sim.physics.model.scene import Body, MassFlow, Material, Motion, Quaternion, Vector
 from rigid_body_sim.physics.model.shapes import Particle, Particles, Plane, Shape, Union
 from rigid_body_sim.physics.model.variable_mass import check_flow
+from rigid_body_sim.physics.validation import MATERIAL, check_name
 from rigid_body_sim.scene.densities import read_density
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.inertia_over_time import read_inertia_over_time
@@ -41,14 +41,6 @@ from rigid_body_sim.scene.shapes import read_shape
 from rigid_body_sim.scene.urdf import read_link
 from rigid_body_sim.scene.values import Value, shown
 
-NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*', re.ASCII)
-RESERVED = ('world', 'clock')  # the frame of the world and the topic of simulation time
-MATERIAL = {
-    'restitution': '-',
-    'friction': '-',
-    'rolling_friction': 'm',
-    'torsional_friction': 'm',
-}  # key: unit
 MASS = ('mass', 'density', 'inertia', 'center_of_mass')
 SUMS = (Particle, Particles, Union)  # shapes whose parts have masses of their own
 FLOW = ('mass_rate', 'exhaust_velocity', 'final_mass')
@@ -132,13 +124,8 @@ def _of_urdf(name: str, value: Value, urdf: Value, files: Files) -> Body:
 
 def _name(value: Value) -> str:
     name = value.text('a name')
-    if not NAME.fullmatch(name) or '__' in name:
-        raise value.error(
-            f'got {shown(name)}; a body name is a letter, '
-            'then letters, digits and single underscores'
-        )
-    if name in RESERVED:
-        raise value.error(f'{name!r} is a reserved name ({", ".join(RESERVED)}); choose another')
+    with value.blamed():
+        check_name(name)
     return name
 
 

@@ -115,8 +115,12 @@ def test_angular_momentum_does_not_change_in_its_last_bit_without_torque(options
     assert sim.state.angular_momentum.tobytes() == before
 
 
-@pytest.mark.parametrize('options', [KEPT, DRIFTING], ids=['kept', 'drifting'])
-@pytest.mark.parametrize('name', OF_FIXED_STEP)
+# rk4 also drifts below; what is kept comes after the evaluation of forces, and each method does it
+# alone above
+@pytest.mark.parametrize(
+    ('name', 'options'),
+    [('explicit_euler', KEPT), ('midpoint', DRIFTING), ('rk4', KEPT), ('rk8', DRIFTING)],
+)
 def test_matrix_and_quaternion_agree_on_linked_bodies(name, options):
     runs = [
         Simulation(scenes.linked_bodies(), integrator=name, integrator_options=o)

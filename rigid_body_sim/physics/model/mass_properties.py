@@ -22,11 +22,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import quadrature, rotation
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
 from rigid_body_sim.physics.model.plain_products import dot, length, times, turned_tensor
 from rigid_body_sim.physics.model.principal_axes import principal_axes
+from rigid_body_sim.physics.model.self_overlap import need_single
 from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
@@ -117,6 +118,8 @@ def of_density(
     tolerance : [-] change of mass, centre (in radii of gyration) and inertia between the last two
                 quadratures; InvalidModel if it is not met: layers belong into a `union`
     """
+    if isinstance(shape, Mesh):
+        need_single(shape.vertices, shape.faces, name=shape.name)
     before = None
     change = math.inf
     for n in POINTS:
@@ -215,7 +218,9 @@ def _of_points(
     if isinstance(shape, Particle):
         if mass is None:
             raise InvalidModel('a particle needs a mass [kg]')
-        return MassProperties(_positive_mass(mass), np.zeros(3), np.zeros((3, 3)))
+        with blaming('mass'):
+            mass = _positive_mass(mass)
+        return MassProperties(mass, np.zeros(3), np.zeros((3, 3)))
     total, center, inertia = _sums(shape.masses, shape.positions)
     _need_agreement(mass, total, 'particles')
     return MassProperties(_positive_mass(total), center, inertia)
@@ -294,6 +299,7 @@ def _solid(
             return volume_integrals(vertices, hull_faces(vertices))
         case Mesh(vertices=vertices, faces=faces, name=name):
             need_closed(faces, name=name)
+            need_single(vertices, faces, name=name)
             return volume_integrals(vertices, faces, name=f'mesh {name!r}')
 
 
@@ -370,11 +376,13 @@ def _mass(volume: float, *, mass: float | None, density: float | None) -> float:
     if mass is not None and density is not None:
         raise InvalidModel('give either mass [kg] or density [kg/m^3], and not both')
     if mass is not None:
-        return _positive_mass(mass)
+        with blaming('mass'):
+            return _positive_mass(mass)
     assert density is not None
-    if not (math.isfinite(density) and density > 0.0):
-        raise InvalidModel(f'density is {density} kg/m^3; it must be positive and finite')
-    return _positive_mass(density * volume)
+    with blaming('density'):
+        if not (math.isfinite(density) and density > 0.0):
+            raise InvalidModel(f'density is {density} kg/m^3; it must be positive and finite')
+        return _positive_mass(density * volume)
 
 
 def _positive_mass(mass: float) -> float:

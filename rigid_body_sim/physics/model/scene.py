@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.errors import blaming
+from rigid_body_sim.physics.model.rotation import IDENTITY, unit_quaternion
 from rigid_body_sim.physics.model.shapes import Shape
 
 Vector = tuple[float, float, float]
@@ -35,12 +37,19 @@ class Motion:
     orientation      : (4,) [-]      unit quaternion xyzw, body to world
     velocity         : (3,) [m/s]    centre of mass, world
     angular_velocity : (3,) [rad/s]  world axes
+
+    An orientation of another length is scaled to one, as that of a scene file is.
     """
 
     position: Vector = (0.0, 0.0, 0.0)
-    orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    orientation: Quaternion = IDENTITY
     velocity: Vector = (0.0, 0.0, 0.0)
     angular_velocity: Vector = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.orientation is not IDENTITY:
+            with blaming('orientation'):
+                object.__setattr__(self, 'orientation', unit_quaternion(self.orientation))
 
 
 @dataclass(frozen=True)

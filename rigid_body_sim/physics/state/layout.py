@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
+from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.pivot import arm_of, check_pivot, inertia_of
 from rigid_body_sim.physics.model.place import WORLD, Place
 from rigid_body_sim.physics.model.plain_products import product, times
@@ -97,9 +98,9 @@ class Layout:
         """Scene index of a body; InvalidModel for an unknown name."""
         try:
             return self._index[name]
-        except KeyError:
+        except (KeyError, TypeError):  # TypeError: a list or an array is no name
             known = ', '.join(self.names[:NAMED]) + (', …' if len(self.names) > NAMED else '')
-            raise InvalidModel(f'no body is named {name!r}; the scene has: {known}') from None
+            raise InvalidModel(f'no body is named {shown(name)}; the scene has: {known}') from None
 
     def core(self, name: str) -> int:
         """Core index of a moving body; InvalidModel for an unknown or a fixed one."""

@@ -115,7 +115,7 @@ def _move_to_centers(count, pivots, values):
 @dataclass(frozen=True, eq=False)
 class State:
     """
-    The bodies of a scene at one instant: a copy, in scene order.
+    The bodies of a scene at one instant: a copy, in scene order, that cannot be written to.
 
     values : (n, COLUMNS)  rows of `body`
     masses : (n,) [kg]  zero for fixed bodies; None where the mass of no body changes
@@ -123,6 +123,12 @@ class State:
 
     values: Array
     masses: Array | None = None
+
+    def __post_init__(self) -> None:
+        self.values.flags.writeable = False  # views of it are then read-only too
+
+    def __repr__(self) -> str:
+        return f'<State of {len(self.values)} bodies: position, orientation, velocity, …>'
 
     @property
     def position(self) -> Array:
@@ -207,6 +213,7 @@ class StateReader:
             return State(values)
         masses = masses_at(self._bodies, time)
         assert masses is not None
+        masses.flags.writeable = False
         # the blocks hold the momenta of the mass at the start
         for i in np.flatnonzero(self._flowing):
             values[i, MOMENTUM:COLUMNS] *= masses[i] / self._bodies[i].mass
