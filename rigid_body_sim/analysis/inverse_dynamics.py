@@ -41,7 +41,6 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
 from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, cut
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model import rotation as so3
-from rigid_body_sim.physics.model.inertia_over_time import along, largest_inertia
 from rigid_body_sim.physics.model.scene import Body, Vector
 from rigid_body_sim.physics.model.variable_mass import mass_at
 
@@ -283,13 +282,7 @@ def _quantities(
     if body.inertia is not None:
         q = s / np.sqrt(square)
         w, turning = so3.rotate_back(q, omega), so3.rotate_back(q, alpha)
-        changing = along(body, time * unit)
-        if changing is None:
-            in_body = turning @ body.inertia + np.cross(w, w @ body.inertia)
-        else:  # I alpha + omega x I omega + I' omega
-            moments, rates = changing
-            in_body = turning * moments + np.cross(w, w * moments) + rates * w
-        torque = so3.rotate(q, in_body)
+        torque = so3.rotate(q, turning @ body.inertia + np.cross(w, w @ body.inertia))
     force = body.mass * (acceleration - np.asarray(gravity))
     return found | {'force': share * force, 'torque': share * torque}
 
@@ -335,7 +328,7 @@ def _errors(
         return result
     share = np.square(_mass_share(body, time, unit))
     result['force'] = told('force', path, 2, along * share * body.mass**2)
-    inertia = largest_inertia(body)
+    inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia
     matrices = so3.matrix_from_quaternion(
         turn.fit.own[0] / np.linalg.norm(turn.fit.own[0], axis=1, keepdims=True)
     )

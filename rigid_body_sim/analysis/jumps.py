@@ -101,11 +101,6 @@ def _of_scene(scene: Scene) -> Iterator[tuple[int, Place, int]]:
         if flow_of(body) is not None and math.isfinite(end):
             yield round(end * 1e9), (body.name, PATH), FORCE
             yield round(end * 1e9), (body.name, TURN), RATE
-        if body.inertia_over_time is not None:
-            # straight lines: the angular acceleration jumps; smooth ones: its rate does
-            linear = body.inertia_over_time.interpolation == 'linear'
-            for row in body.inertia_over_time.table:
-                yield round(row[0] * 1e9), (body.name, TURN), FORCE if linear else RATE
 
 
 def _of_table(table: TimeTable) -> Iterator[tuple[int, int]]:

@@ -137,14 +137,6 @@ def along(body: Body, times: Array) -> tuple[Array, Array] | None:
     return moments, np.array([rates_at(law, t) for t in seconds]).reshape(-1, 3)
 
 
-def largest_inertia(body: Body) -> Array:
-    """Inertia (3, 3) [kg m^2] with the largest moments it ever has; zero of a point mass."""
-    if body.inertia is None:
-        return np.zeros((3, 3))
-    law = body.inertia_over_time
-    return body.inertia if law is None else np.diag(np.max(np.array(law.table)[:, 1:], axis=0))
-
-
 def power_of_drive(law: InertiaOverTime, angular_velocity_body: Array, time: float) -> float:
     """Power [W] of what moves inside the body: -omega . I' omega / 2, omega (3,) in body axes."""
     rates = rates_at(law, time)
