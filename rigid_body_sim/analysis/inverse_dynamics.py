@@ -34,6 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 from rigid_body_sim.analysis.derivatives_with_bands import (
     Errors,
     Fit,
+    blind_spots,
     choose,
     errors,
     noise_of,
@@ -306,28 +307,39 @@ def _errors(
     """What noise does to each quantity, and in its distance to the judge."""
 
     def told(
-        name: str, followed: _Followed, order: int, factor: Array, gyroscopic: Array | float = 0.0
+        name: str,
+        followed: _Followed,
+        order: int,
+        factor: Array,
+        second: Array,
+        gyroscopic: Array | float = 0.0,
     ) -> Errors:
         fit = followed.fit
+        blind = blind_spots(fit, time, second)
+        if order != 2:
+            blind *= 0.5 * unit * fit.span[:, None]
         parts = [
             spread[order][:, None] * factor / (unit**4 if order == 2 else unit**2)
             + spread[1][:, None] * gyroscopic / unit**2
             for spread in (fit.response, fit.disagreement)
         ]
-        return errors(fit, time, found[name], judge[name], *parts)
+        return errors(fit, found[name], judge[name], *parts, blind)
 
     one = np.ones((len(time), 3))
     along, about = np.square(path.noise) * one, np.square(turn.smoothing.noise) * one
+    linear, angular = found['acceleration'], found['angular_acceleration']
     result = {
-        'velocity': told('velocity', path, BEFORE, along),
-        'angular_velocity': told('angular_velocity', turn, BEFORE, about),
-        'acceleration': told('acceleration', path, 2, along),
-        'angular_acceleration': told('angular_acceleration', turn, 2, about),
+        'velocity': told('velocity', path, BEFORE, along, linear),
+        'angular_velocity': told('angular_velocity', turn, BEFORE, about, angular),
+        'acceleration': told('acceleration', path, 2, along, linear),
+        'angular_acceleration': told('angular_acceleration', turn, 2, about, angular),
     }
     if body is None:
         return result
     share = np.square(_mass_share(body, time, unit))
-    result['force'] = told('force', path, 2, along * share * body.mass**2)
+    result['force'] = told(
+        'force', path, 2, along * share * body.mass**2, body.mass * linear
+    )
     inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia
     matrices = so3.matrix_from_quaternion(
         turn.fit.own[0] / np.linalg.norm(turn.fit.own[0], axis=1, keepdims=True)
@@ -339,6 +351,7 @@ def _errors(
         turn,
         2,
         about * share * np.sum(np.square(in_world), axis=2),
+        np.einsum('kij,kj->ki', in_world, angular),
         about * share * np.sum(np.square(by_rate), axis=2),
     )
     return result
