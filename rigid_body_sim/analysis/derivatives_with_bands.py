@@ -28,7 +28,6 @@ from rigid_body_sim.analysis.piecewise_spline import (
     DEGREE,
     FEWEST,
     Layout,
-    Order,
     Spline,
     Undetermined,
     orders,
@@ -87,11 +86,12 @@ def fit(layout: Layout, samples: Array, fraction: float, fewest: int = FEWEST) -
     own_noise = own.derivatives(noise, tied=False)
     judge_noise = above.derivatives(noise, tied=False)
     origin = samples[0]  # what lies near zero is rounded less
-    found = [spline.derivatives(samples - origin) for spline in (own, above)]
-    for derivatives in found:
+    at_samples = [spline.derivatives(samples - origin) for spline in (own, above)]
+    for derivatives in at_samples:
         derivatives[0] += origin
     return Fit(
-        *found,
+        at_samples[0],
+        at_samples[1],
         [np.mean(np.square(n), axis=1) for n in own_noise],
         [np.mean(np.square(a - b), axis=1) for a, b in zip(own_noise, judge_noise)],
         own.free,
@@ -128,9 +128,7 @@ def only_rounding(samples: Array, noise: Array) -> bool:
     return bool(np.all(noise <= ROUNDING * np.max(np.abs(samples), axis=0)))
 
 
-def choose(
-    layout: Layout, samples: Array, noise: Array, *, fraction: float | None = None
-) -> Fit:
+def choose(layout: Layout, samples: Array, noise: Array, *, fraction: float | None = None) -> Fit:
     """
     Fit with the bandwidth that has the least estimated error of the second derivative.
 

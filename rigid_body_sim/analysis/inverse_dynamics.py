@@ -168,11 +168,10 @@ def _ends(
 ) -> tuple[list[End], list[End]]:
     """Conditions of the path and of the turn."""
     path = []
-    for side, what, velocity in ((0, 'start', start), (-1, 'end', end)):
-        if velocity is None:
-            velocity = np.zeros(3) if at_rest else None
-        elif at_rest and np.any(velocity):
-            raise UserError(f'{what} velocity {velocity} of a body at rest; give one of them')
+    for side, what, given in ((0, 'start', start), (-1, 'end', end)):
+        velocity = np.zeros(3) if given is None and at_rest else given
+        if at_rest and np.any(velocity):
+            raise UserError(f'{what} velocity {given} of a body at rest; give one of them')
         if velocity is not None:
             path.append(End(1, unit * vector_of(f'{what} velocity', velocity), side))
     turn = [End(1, np.zeros(4), side) for side in (0, -1)] if at_rest else []
@@ -318,12 +317,12 @@ def _errors(
         blind = blind_spots(fit, time, second)
         if order != 2:
             blind *= 0.5 * unit * fit.span[:, None]
-        parts = [
+        by_noise, in_distance = (
             spread[order][:, None] * factor / (unit**4 if order == 2 else unit**2)
             + spread[1][:, None] * gyroscopic / unit**2
             for spread in (fit.response, fit.disagreement)
-        ]
-        return errors(fit, found[name], judge[name], *parts, blind)
+        )
+        return errors(fit, found[name], judge[name], by_noise, in_distance, blind)
 
     one = np.ones((len(time), 3))
     along, about = np.square(path.noise) * one, np.square(turn.smoothing.noise) * one
@@ -337,9 +336,7 @@ def _errors(
     if body is None:
         return result
     share = np.square(_mass_share(body, time, unit))
-    result['force'] = told(
-        'force', path, 2, along * share * body.mass**2, body.mass * linear
-    )
+    result['force'] = told('force', path, 2, along * share * body.mass**2, body.mass * linear)
     inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia
     matrices = so3.matrix_from_quaternion(
         turn.fit.own[0] / np.linalg.norm(turn.fit.own[0], axis=1, keepdims=True)

@@ -19,7 +19,6 @@ recorded: those are not known. Nor are any in a bag of another recorder, or in a
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -116,9 +115,7 @@ def _of_table(table: TimeTable) -> Iterator[tuple[int, int]]:
                 [(b - a) / (end[0] - start[0]) for a, b in zip(start[1:], end[1:])]
                 for start, end in ((before, row), (row, after))
             ]
-            if not all(
-                math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12) for a, b in zip(*slopes)
-            ):
+            if not all(math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12) for a, b in zip(*slopes)):
                 yield round(row[0] * 1e9), RATE
 
 
@@ -224,9 +221,11 @@ def _couplings(scene: Scene) -> list[tuple[frozenset[Place], int]]:
             continue
         if len(places) > 1:
             found.append((frozenset(places), 1 if element.depends_on_velocity() else 2))
-    for body in movable.values():
-        if body.pivot is not None:
-            found.append((frozenset({(body.name, PATH), (body.name, TURN)}), 0))
+    found += [
+        (frozenset({(body.name, PATH), (body.name, TURN)}), 0)
+        for body in movable.values()
+        if body.pivot is not None
+    ]
     return found
 
 

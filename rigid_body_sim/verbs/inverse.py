@@ -288,7 +288,9 @@ def _tell(
     if jumps is None:
         print('jumps: none known (no recorded commands): a force that jumps comes out smeared')
     elif jumps.unknown:
-        print(f'jumps: those by {" and ".join(jumps.unknown)} are not known: they come out smeared')
+        print(
+            f'jumps: those by {" and ".join(jumps.unknown)} are not known: they come out smeared'
+        )
     print(f'bag: {output}')
 
 
