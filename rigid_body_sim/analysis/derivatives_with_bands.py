@@ -212,6 +212,8 @@ def _doubt(found: Fit) -> Array:
 
 def _lost(found: Fit, excess: Array) -> Array:
     """Mean square of what is lost about each sample, from squares of distances less noise."""
+    if not found.smooths:
+        return np.maximum(excess, 0.0)
     return np.maximum(_averaged(excess, WINDOW * len(excess) / max(1, found.free)), 0.0)
 
 
@@ -247,8 +249,7 @@ def errors(
         blind       : (n, 3) what it may be wrong by where a piece has no judge (`blind_spots`)
     """
     square = np.square(own - judge) + np.square(blind)
-    noisy = bool(np.any(in_distance))
-    lost = _lost(found, square - _doubt(found) * in_distance) if noisy else square
+    lost = _lost(found, square - _doubt(found) * in_distance)
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost
     reach = np.sqrt(2.0 * np.log(3.0 * len(own)))

@@ -346,7 +346,10 @@ class Spline:
         return sparse.block_diag(blocks, format='csr')
 
     def _row_at(self, piece: int, instant: float, order: int) -> Matrix:
-        row = _design(np.array([instant]), self._knots[piece], self._degrees[piece], order).tocoo()
+        rows: Matrix = _design(
+            np.array([instant]), self._knots[piece], self._degrees[piece], order
+        )
+        row = rows.tocoo()
         columns = row.col + self._starts[piece]
         return sparse.csr_array((row.data, (row.row, columns)), shape=(1, int(self._starts[-1])))
 
@@ -419,7 +422,7 @@ def _design(x: Array, knots: Array, degree: int, order: int) -> Matrix:
     size = len(knots) - degree - 1
     if order > degree:
         return sparse.csr_array((len(x), size))
-    lower = sparse.eye_array(size, format='csr')
+    lower: Matrix = sparse.eye_array(size, format='csr')
     for _ in range(order):
         size, width = size - 1, knots[degree + 1 : -1] - knots[1 : -degree - 1]
         scale = sparse.diags_array(degree / width)
