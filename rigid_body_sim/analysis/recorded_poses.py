@@ -24,6 +24,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.scene import numerals, regular_file
 
 Array = NDArray[np.float64]
 
@@ -89,15 +90,7 @@ def _prefix(topic: str) -> str:
 
 def from_csv(path: Path) -> list[Poses]:
     """Read every body of a CSV file; UserError with the line of what is wrong."""
-    try:
-        with path.open(newline='', encoding='utf-8') as lines:
-            rows = list(_rows(path, lines))
-    except OSError as error:
-        raise UserError(
-            f'{path}: cannot be read ({error.strerror}); give a bag or a CSV file of poses'
-        ) from None
-    except UnicodeDecodeError:
-        raise UserError(f'{path}: is not UTF-8 text; give a bag or a CSV file of poses') from None
+    rows = regular_file.rows(path, _rows, wanted='a bag or a CSV file of poses')
     bodies: dict[str, list[tuple[float, ...]]] = {}
     for body, numbers in rows:
         bodies.setdefault(body, []).append(numbers)
@@ -143,10 +136,7 @@ def _rows(path: Path, lines: Iterator[str]) -> Iterator[tuple[str, tuple[float, 
 
 
 def _number(where: str, name: str, text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise UserError(f'{where}: {name} {text!r}; allowed: a finite number')
+    number = numerals.decimal(text.strip())
+    if number is None or not math.isfinite(number):
+        raise UserError(f'{where}: {name} {text!r}; allowed: a finite number{numerals.cure(text)}')
     return number

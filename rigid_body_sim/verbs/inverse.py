@@ -36,6 +36,7 @@ from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, BagWriter
+from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
@@ -98,8 +99,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Derive and write; exit code 0."""
-    if arguments.output.exists():
-        raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
+    check_new(arguments.output)
     tracks, scene, jumps = _read(arguments)
     tracks = _asked(arguments, tracks)
     found = {}
