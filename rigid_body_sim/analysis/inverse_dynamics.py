@@ -9,7 +9,7 @@ them.
     w  = 2 vec(s' s*) / |s|^2                                       [rad/s], world axes
     w' = 2 vec(s'' s*) / |s|^2 - 2 (s . s') / |s|^2 w               [rad/s^2]
     F  = m a - m g                                                  [N]
-    torque = d/dt (R I R^T w) = R (I w'_B + w_B x I w_B)            [N m]
+    torque = d/dt (R I R^T w) = R (I w'_B + w_B x I w_B + I' w_B)   [N m]
 
 The wrench is what acts beside the uniform gravity g: at the centre of mass, world axes. For a body
 whose mass flows it is that of the model in `model.variable_mass`, thrust included.
@@ -42,6 +42,7 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
 from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, cut
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.inertia_over_time import moments_at, rates_at
 from rigid_body_sim.physics.model.scene import Body, Vector
 from rigid_body_sim.physics.model.variable_mass import mass_at
 
@@ -282,7 +283,10 @@ def _quantities(
     if body.inertia is not None:
         q = s / np.sqrt(square)
         w, turning = so3.rotate_back(q, omega), so3.rotate_back(q, alpha)
-        torque = so3.rotate(q, turning @ body.inertia + np.cross(w, w @ body.inertia))
+        inertia, rate = _inertia(body, time, unit)
+        momentum = np.einsum('kij,kj->ki', inertia, w)
+        changing = np.einsum('kij,kj->ki', inertia, turning) + np.einsum('kij,kj->ki', rate, w)
+        torque = so3.rotate(q, changing + np.cross(w, momentum))
     force = body.mass * (acceleration - np.asarray(gravity))
     return found | {'force': share * force, 'torque': share * torque}
 
@@ -292,6 +296,18 @@ def _mass_share(body: Body, time: Array, unit: float) -> Array:
     if body.mass_flow is None:
         return np.ones((len(time), 1))
     return np.array([mass_at(body, t * unit) / body.mass for t in time.tolist()])[:, None]
+
+
+def _inertia(body: Body, time: Array, unit: float) -> tuple[Array, Array]:
+    """Inertia at each sample and its rate from there on, both (k, 3, 3), body axes."""
+    law = body.inertia_over_time
+    if body.inertia is None or law is None:
+        inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia
+        same = np.broadcast_to(inertia, (len(time), 3, 3))
+        return same, np.zeros_like(same)
+    seconds = (time * unit).tolist()
+    now = np.array([np.diag(moments_at(law, t)) for t in seconds])
+    return now, np.array([np.diag(rates_at(law, t)) for t in seconds])
 
 
 def _errors(
@@ -337,7 +353,7 @@ def _errors(
         return result
     share = np.square(_mass_share(body, time, unit))
     result['force'] = told('force', path, 2, along * share * body.mass**2, body.mass * linear)
-    inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia
+    inertia, _ = _inertia(body, time, unit)
     matrices = so3.matrix_from_quaternion(
         turn.fit.own[0] / np.linalg.norm(turn.fit.own[0], axis=1, keepdims=True)
     )
