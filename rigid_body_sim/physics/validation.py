@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from, path_text
+from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
 from rigid_body_sim.physics.model.numbers import number, numbers, shown
 from rigid_body_sim.physics.model.pivot import check_pivot
@@ -27,6 +28,7 @@ from rigid_body_sim.physics.model.place import WORLD
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import (
     Body,
+    InertiaOverTime,
     MassFlow,
     Material,
     Motion,
@@ -131,6 +133,10 @@ def check_body(body: Body, *, knows_inertia: bool = False) -> None:
     if body.mass_flow is not None:
         with blaming('mass_flow'):
             _check_flow(body, body.mass_flow)
+    if body.inertia_over_time is not None:
+        with blaming('inertia_over_time'):
+            _need(body.inertia_over_time, InertiaOverTime, 'an InertiaOverTime')
+            check_inertia_over_time(body)
 
 
 def check_mass(body: Body) -> None:

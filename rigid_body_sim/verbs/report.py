@@ -202,7 +202,7 @@ def _measured(problem: Problem, wanted: _Wanted, progress: _Progress) -> list[Po
     return measure(
         problem,
         wanted.methods or problem.integrators,
-        peers=wanted.peers,
+        peers=wanted.peers if problem.error_of_run is None else [],
         repetitions=wanted.repetitions,
         quick=wanted.quick,
         progress=progress.show,
