@@ -348,7 +348,11 @@ class Simulation:
         return found[0], found[1]
 
     def energy(self) -> float:
-        """Kinetic and potential energy [J]."""
+        """
+        Kinetic and potential energy [J].
+
+        Infinity where a part is beyond the largest number; NaN where parts of both signs are.
+        """
         return self.invariants.energy(self.state)
 
     def momentum(self) -> Array:

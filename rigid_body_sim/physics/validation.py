@@ -240,12 +240,27 @@ def _check_motion(body: Body) -> None:
             numbers(getattr(motion, field), 3, unit=unit)
     with blaming('orientation'):
         _check_attitude(motion.orientation)
+    if not body.fixed:
+        _check_momenta(body)
     if body.fixed and any((*motion.velocity, *motion.angular_velocity)):
         raise InvalidModel('a fixed body does not move; remove its velocities, or fixed')
     if body.is_point and (any(motion.angular_velocity) or motion.orientation != IDENTITY):
         raise InvalidModel(
             f'{body.name!r} is a point mass and does not rotate; remove orientation and '
             'angular_velocity, or give it a shape and an inertia'
+        )
+
+
+def _check_momenta(body: Body) -> None:
+    """Refuse a motion whose momentum is beyond the largest number."""
+    with np.errstate(over='ignore', invalid='ignore'):
+        momenta = [float(body.mass) * np.asarray(body.initial.velocity, dtype=np.float64)]
+        if body.inertia is not None and any(body.initial.angular_velocity):
+            momenta.append(body.inertia @ np.asarray(body.initial.angular_velocity))
+    if not np.all(np.isfinite(momenta)):
+        raise InvalidModel(
+            'the momentum, mass times velocity, is beyond the largest number; check the units '
+            '(m, kg, s)'
         )
 
 

@@ -55,7 +55,7 @@ class Schedule:
             (infinity if there is none), and if they are none the instants inside
                       the tick that begins here [tick]
         """
-        places = [_snapped(t / h) for t in self._instants]
+        places = [_snapped(t / h) for t in self._instants if abs(t / h) < math.inf]
         coming = [place for place in places if place > tick + SNAP]
         if not coming:
             return math.inf, []

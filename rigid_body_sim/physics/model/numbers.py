@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import reprlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,14 @@ def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
             f'got {shown(value)}; {COUNTS.get(count, count)} finite numbers [{unit}] are needed'
         )
     return tuple(map(float, items))
+
+
+def exact_sum(values: Sequence[float]) -> float:
+    """Sum with one rounding; sums beyond the numbers, and infinities, as plain addition has it."""
+    try:
+        return math.fsum(values)
+    except (OverflowError, ValueError):  # on the way; or infinities of both signs
+        return float(sum(values))
 
 
 def shown(value: object) -> str:

@@ -162,13 +162,18 @@ class TimeTable:
         numbers[:, : len(self.table[0])] = self.table
         t, values = numbers[:, 0], numbers[:, 1:]
         found = np.zeros((len(t) - 1, 2 * COMPONENTS, CUBIC))
-        if self.interpolation == 'linear':
-            found[:, :, 0] = values[:-1]
-            found[:, :, 1] = np.diff(values, axis=0) / np.diff(t)[:, None]
-            return t, found
-        from scipy.interpolate import CubicSpline  # slow to import: only for those who ask
-
-        found[:] = np.moveaxis(CubicSpline(t, values, axis=0).c[::-1], 0, -1)
+        with np.errstate(all='ignore'):
+            if self.interpolation == 'linear':
+                found[:, :, 0] = values[:-1]
+                found[:, :, 1] = np.diff(values, axis=0) / np.diff(t)[:, None]
+            else:
+                found[:] = np.moveaxis(_spline(t, values), 0, -1)
+        if not np.all(np.isfinite(found)):
+            raise InvalidModel(
+                'between the rows of the table the wrench changes faster than numbers can tell; '
+                'check its times and units',
+                at=('table',),
+            )
         return t, found
 
     def row(self, places: Places) -> tuple[float, ...]:
@@ -221,6 +226,16 @@ class TimeTable:
     def potential_energy(self, state: BodyState) -> float:
         """A force over time stores nothing."""
         return 0.0
+
+
+def _spline(t: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Coefficients (4, n - 1, 6) of the cubic spline, c0 first; NaN where there is none."""
+    from scipy.interpolate import CubicSpline  # slow to import: only for those who ask
+
+    try:
+        return CubicSpline(t, values, axis=0).c[::-1]
+    except (ValueError, np.linalg.LinAlgError):  # numbers too far apart
+        return np.full((CUBIC, len(t) - 1, values.shape[1]), np.nan)
 
 
 def _is_row(row: object) -> bool:
