@@ -149,7 +149,7 @@ def _need(value: object, kind: Any, what: str) -> None:
         raise InvalidModel(f'got {shown(value)}; {what} is needed')
 
 
-def _check_ticks(dt_ns: object) -> None:
+def _check_ticks(dt_ns: Any) -> None:
     is_whole = isinstance(dt_ns, int | np.integer) and not isinstance(dt_ns, bool)
     if not is_whole or not 1 <= dt_ns <= LONGEST_NS:
         raise InvalidModel(
@@ -223,13 +223,12 @@ def _check_inertia(body: Body, *, is_known: bool) -> None:
     if is_known:
         return
     try:
-        inertia = np.asarray(body.inertia)
-        is_tensor = inertia.dtype.kind in 'iuf'
+        kind = np.asarray(body.inertia).dtype.kind
     except ValueError:  # rows of different lengths
-        is_tensor = False
-    if not is_tensor:
+        kind = 'O'
+    if kind not in 'iuf':
         raise InvalidModel(f'got {shown(body.inertia)}; a (3, 3) array of numbers is needed')
-    check_inertia(inertia)
+    check_inertia(body.inertia)
 
 
 def _check_motion(body: Body) -> None:

@@ -19,7 +19,9 @@ is conserved.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,8 +53,6 @@ BEGIN = interval.number('s', 'when it begins')
 FORCE = interval.numbers(COMPONENTS * CUBIC, 'N s^-n', 'coefficients of Fx, then of Fy, of Fz')
 TORQUE = interval.numbers(COMPONENTS * CUBIC, 'N m s^-n', 'coefficients of the torque, likewise')
 SIZE = interval.size
-
-LISTS = (list, tuple, np.ndarray)  # what a table and its rows may be
 
 
 @inline
@@ -132,7 +132,7 @@ class TimeTable:
             self._check_table()
 
     def _check_table(self) -> None:
-        if not isinstance(self.table, LISTS) or not all(map(_is_row, self.table)):
+        if not _is_list(self.table) or not all(map(_is_row, self.table)):
             raise InvalidModel(f'got {shown(self.table)}; a list of rows of numbers is needed')
         widths = {len(row) for row in self.table}
         if (
@@ -238,9 +238,14 @@ def _spline(t: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.f
         return np.full((CUBIC, len(t) - 1, values.shape[1]), np.nan)
 
 
+def _is_list(value: object) -> TypeGuard[Iterable[object]]:
+    """Tell whether something is what a table and its rows may be."""
+    return isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
+
+
 def _is_row(row: object) -> bool:
     """Tell whether something is a row of numbers, perhaps not finite."""
-    return isinstance(row, LISTS) and all(isinstance(x, float) or is_number(x) for x in row)
+    return _is_list(row) and all(isinstance(x, float) or is_number(x) for x in row)
 
 
 def _unit(axis: int) -> Vector:
