@@ -21,6 +21,7 @@ from rigid_body_sim.errors import RunError, UserError
 VERBS = {
     'sim_node': 'the ROS 2 node: wrenches in, poses and twists out, a bag on request',
     'simulate': 'run a scene without ROS, as fast as possible, into a bag',
+    'inspect': 'mass, inertia and axes of every body; what each integrator may do at this dt',
     'replay': 're-run a bag from its own scene and commands and compare bit by bit',
     'bag': 'look after recordings: info, check, recover, diff',
     'view': 'draw a run: trajectories, energy, drift, contact forces (PNG); or play it (HTML)',
@@ -147,6 +148,11 @@ def replay() -> int:
 def bag() -> int:
     """Entry point of the executable `bag`."""
     return run_verb('bag', sys.argv[1:])
+
+
+def inspect() -> int:
+    """Entry point of the executable `inspect`."""
+    return run_verb('inspect', sys.argv[1:])
 
 
 def view() -> int:

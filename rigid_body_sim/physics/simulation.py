@@ -25,12 +25,15 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
+from rigid_body_sim.physics.diagnostics.orthogonality import orthogonality_defect
+from rigid_body_sim.physics.diagnostics.point_motion import PointMotion, motion_of
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.body_axis import moment_of_body
 from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
@@ -346,6 +349,36 @@ class Simulation:
         found[0, self._layout.moving] = linear
         found[1, self._layout.moving[: self._layout.n_rigid]] = angular
         return found[0], found[1]
+
+    def motion_of(self, body: str, point: Sequence[float] | Array) -> PointMotion:
+        """
+        Motion of points fixed to a body: position [m], velocity [m/s] and acceleration [m/s^2].
+
+        point : (..., 3) [m]  shape coordinates; see `diagnostics.point_motion`
+        """
+        return motion_of(self, body, point)
+
+    def moment_of_inertia(
+        self, body: str, *, direction: Sequence[float], point: Sequence[float] | None = None
+    ) -> float:
+        """
+        Moment of inertia [kg m^2] of a body about an axis fixed to it.
+
+        direction : (3,)      along the axis, body axes
+        point     : (3,) [m]  of the axis, shape coordinates; None: the centre of mass
+        """
+        index = self.body_index(body)
+        return moment_of_body(self.scene.bodies[index], direction=direction, point=point)
+
+    def orientation_drift(self) -> float | None:
+        """
+        How far the matrices of `orientation: matrix` are from rotations: the largest element of
+        R^T R - 1 of any body. None where the integrator keeps no matrices.
+        """
+        memory = self._stepper.memory()
+        if memory.shape[1] != 9:
+            return None
+        return orthogonality_defect(memory.reshape(-1, 3, 3))
 
     def energy(self) -> float:
         """

@@ -55,8 +55,8 @@ class RunSettings:
     world_frame        : name of the world axes
     command_timeout_ns : how long a held command lasts [ns]; 0: until changed
     publish_every      : ticks between publish ticks
-    estimate_error     : whether a reference run in half steps runs along to tell how wrong the
-                         run is; it changes no message
+    estimate_error     : whether finer runs go along to tell how wrong the run is; they change no
+                         message
     publish_contacts   : whether contacts are packed too
     """
 
@@ -139,6 +139,7 @@ class Run:
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
         self._commanded = bool(simulation.held_slots)
         self._deepest_gap = math.inf
+        self._orientation_drift = simulation.orientation_drift()
         if settings.estimate_error and self.has_contact:
             raise UserError(
                 f'error estimate of the scene {simulation.scene.name!r}: a reference run in half '
@@ -192,7 +193,7 @@ class Run:
         self.simulation.step(ticks)
         if self._reference is not None:
             try:
-                self._reference.simulation.step(ticks)
+                self._reference.step(ticks)
             except SimulationDiverged:  # the run itself is well: only the estimate is lost
                 self._reference = None
 
@@ -218,7 +219,8 @@ class Run:
             self._mean_force[:, self._index[command.body]] += mean_force
             self._any_impulse = True
         if self._reference is not None:
-            self._issue(command, self._reference.simulation)
+            for simulation in self._reference.simulations:
+                self._issue(command, simulation)
 
     def _issue(self, command: Command, simulation: Simulation) -> tuple[Vector, Vector] | None:
         """
@@ -373,6 +375,13 @@ class Run:
         """
         return self._deepest_gap if self._deepest_gap < math.inf else None
 
+    def orientation_drift(self) -> float | None:
+        """
+        How far the matrices of `orientation: matrix` were from rotations at any look so far, see
+        `physics.diagnostics.orthogonality`; None where the integrator keeps no matrices.
+        """
+        return self._orientation_drift
+
     def _note_depth(self, contacts: Contacts) -> None:
         self._deepest_gap = min(self._deepest_gap, float(np.min(contacts.gap, initial=math.inf)))
 
@@ -380,6 +389,10 @@ class Run:
         simulation = self.simulation
         if self.has_contact:
             self._note_depth(simulation.contacts())
+        if self._orientation_drift is not None:
+            self._orientation_drift = max(
+                self._orientation_drift, simulation.orientation_drift() or 0.0
+            )
         self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
 
     def reset(self) -> None:
@@ -390,6 +403,7 @@ class Run:
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
         self._deepest_gap = math.inf
+        self._orientation_drift = self.simulation.orientation_drift()
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time
         )

@@ -9,7 +9,6 @@ import json
 import math
 import sys
 import time
-from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 
@@ -116,7 +115,8 @@ def run(arguments: argparse.Namespace) -> int:
         simulation.prepare(commands_in_body_axes=turning, progress=note.compiling)
     compiled = time.monotonic() - compiled
     whole = Run(simulation, settings, warn=warning_printer('simulate'))
-    recorder = RunRecorder(whole, arguments.output)
+    look_every = settings.publish_every * max(1, ticks // settings.publish_every // DRIFT_SAMPLES)
+    recorder = RunRecorder(whole, arguments.output, look_every=look_every)
     started = time.monotonic()
     reason, code = 'duration', 0
     try:
@@ -156,8 +156,6 @@ def _advance(
         tick: [command for _, command in group]
         for tick, group in groupby(timed, lambda item: item[0])
     }
-    every = whole.settings.publish_every
-    sample_every = every * max(1, ticks // every // DRIFT_SAMPLES)
     due = 0.0
     with tqdm(
         total=ticks,
@@ -168,8 +166,6 @@ def _advance(
     ) as bar:
         for tick, output in whole.follow(commands, ticks):
             recorder.record(output, tick=tick)
-            if simulation.tick % sample_every == 0:
-                whole.sample_drift()
             if not bar.disable and time.monotonic() > due:
                 bar.update(simulation.tick - bar.n)
                 due = time.monotonic() + PROGRESS_EVERY
@@ -247,6 +243,7 @@ def _report(
         'angular_momentum_drift': _finite(drift.angular_momentum),
         'energy_rise': _finite(drift.energy_rise),
         'deepest_gap': whole.deepest_gap(),
+        'orientation_drift': _finite(whole.orientation_drift()),
         'end_reason': reason,
         'warnings': whole.warnings,
     }
@@ -254,7 +251,7 @@ def _report(
         result['integrator_choice'] = simulation.choice.reason
     estimate = whole.error_estimate()
     if estimate is not None:
-        result['error_estimate'] = asdict(estimate)
+        result['error_estimate'] = estimate.figures()
     if arguments.json:
         print(json.dumps(result))
         return
@@ -267,6 +264,8 @@ def _report(
         print(f'  auto: {simulation.choice.reason}')
     for name in ('energy', 'momentum', 'angular_momentum'):
         print(f'  {name.replace("_", " ")} drift: {drift_text(getattr(drift, name))}')
+    if result['orientation_drift'] is not None:
+        print(f'  drift of the matrices: |R^T R - 1| up to {result["orientation_drift"]:.1e}')
     if whole.has_contact:
         _print_contact(result['energy_rise'], result['deepest_gap'])
     if estimate is not None:
@@ -275,7 +274,10 @@ def _report(
             'rad, '
             f'velocity {estimate.velocity:.1e} m/s, angular velocity '
             f'{estimate.angular_velocity:.1e} rad/s'
+            + (f'; not reliable: {estimate.doubt}' if estimate.doubt else '')
         )
+    elif arguments.estimate_error:
+        print('  estimated error: none, a finer run beside this one left the finite numbers')
     print(f'  bag: {arguments.output}')
 
 

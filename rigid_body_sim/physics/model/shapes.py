@@ -159,8 +159,9 @@ class Plane:
                 f'normal {self.normal}, offset {self.offset} m: a plane needs a finite normal '
                 'of non-zero length and a finite offset'
             )
-        length = math.hypot(x / largest, y / largest, z / largest)
-        normal = (x / largest / length, y / largest / length, z / largest / length)
+        x, y, z = x / largest, y / largest, z / largest
+        length = math.sqrt(x * x + y * y + z * z)
+        normal = (x / length, y / length, z / length)
         object.__setattr__(self, 'normal', normal)
 
 

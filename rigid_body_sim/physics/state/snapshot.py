@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import argument, kernel
+from rigid_body_sim.physics.model.inertia_over_time import moments_at
 from rigid_body_sim.physics.model.pivot import arm_of
 from rigid_body_sim.physics.model.variable_mass import flow_of, masses_at
 from rigid_body_sim.physics.state import blocks
@@ -178,6 +179,11 @@ class StateReader:
         self._scene_index = argument(layout.moving)
         self._flowing = np.array([flow_of(body) is not None for body in layout.bodies])
         self._bodies = layout.bodies
+        self._changing = [
+            (core, body.inertia_over_time)
+            for core, body in ((c, layout.body(c)) for c in range(layout.n_rigid))
+            if body.inertia_over_time is not None
+        ]
         rows = [
             (layout.moving[core], *arm_of(layout.body(core)), layout.body(core).mass)
             for core in layout.pivoted
@@ -187,6 +193,12 @@ class StateReader:
     def read(self, translation: Array, rotation: Array, *, time: float) -> State:
         """Read the state of all bodies, `time` [s] after the start of the scene."""
         values = self._still.copy()
+        for core, law in self._changing:
+            moments = moments_at(law, time)  # the blocks may hold those of the last stage
+            block, lane = divmod(core, LANES)
+            blocks.rows(rotation, ROTATION, blocks.INVERSE_MOMENTS, 3)[block, :, lane] = (
+                1.0 / moments
+            )
         _read(
             *self._sizes,
             argument(translation),

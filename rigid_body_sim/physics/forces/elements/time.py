@@ -6,14 +6,15 @@ A force and torque on one body given over time by a table, in world axes or in t
     F(t) = c0 + c1 s + c2 s^2 + c3 s^3,   s = t - t_i,   t_i <= t < t_i+1; likewise the torque
     F acts at a point of the body: torque about the centre of mass = arm x F + torque
 
-linear : straight from row to row; a kink at a row lowers an integrator to order two, unless it
-         lies on a tick boundary
+linear : straight from row to row
 cubic  : the twice continuously differentiable spline through the rows (not-a-knot; scipy's
          CubicSpline)
 
 Time counts from the start of the scene. Before the first and after the last row the wrench is
-zero, or with `outside: hold` that of the nearest row. It takes and gives energy from outside: none
-is conserved.
+zero, or with `outside: hold` that of the nearest row. At a row the wrench has a kink, or its third
+derivative jumps: a tick is cut at the rows inside it (`forces.schedule`), so that a method keeps
+its order. Rows much denser than ticks cost as many steps. It takes and gives energy from outside:
+none is conserved.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from rigid_body_sim.physics.forces import body_point
 from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
 from rigid_body_sim.physics.model.numbers import is_number, shown
+from rigid_body_sim.physics.model.plain_products import product
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
 from rigid_body_sim.physics.vectors import add, cross, load
@@ -189,9 +191,7 @@ class TimeTable:
             )
         if self.frame == 'body':
             axes = np.array([places.principal_axes(self.body, _unit(i)) for i in range(3)])
-            turned = [
-                np.einsum('ji,kjl->kil', axes, part) for part in np.split(coefficients, 2, axis=1)
-            ]
+            turned = [product(axes.T, part) for part in np.split(coefficients, 2, axis=1)]
             coefficients = np.concatenate(turned, axis=1)
         intervals = np.concatenate((t[:-1, None], coefficients.reshape(-1, SIZE - 1)), axis=1)
         in_body = 1.0 if self.frame == 'body' else 0.0
@@ -210,6 +210,10 @@ class TimeTable:
         if self.outside == 'hold':
             return (-math.inf, math.inf)
         return (self.table[0][0], self.table[-1][0])
+
+    def kinks(self) -> tuple[float, ...]:
+        """The times of its rows [s]."""
+        return tuple(row[0] for row in self.table)
 
     def bodies(self) -> tuple[str, ...]:
         """The one body; whatever pushes it is not in the scene."""
