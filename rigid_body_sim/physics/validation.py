@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from, path_text
+from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
 from rigid_body_sim.physics.model.numbers import number, numbers, shown
 from rigid_body_sim.physics.model.pivot import check_pivot
@@ -27,6 +28,7 @@ from rigid_body_sim.physics.model.place import WORLD
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import (
     Body,
+    InertiaOverTime,
     MassFlow,
     Material,
     Motion,
@@ -131,6 +133,9 @@ def check_body(body: Body, *, knows_inertia: bool = False) -> None:
     if body.mass_flow is not None:
         with blaming('mass_flow'):
             _check_flow(body, body.mass_flow)
+    if body.inertia_over_time is not None:
+        with blaming('inertia_over_time'):
+            _check_inertia_over_time(body, body.inertia_over_time)
 
 
 def check_mass(body: Body) -> None:
@@ -222,11 +227,7 @@ def _check_inertia(body: Body, *, is_known: bool) -> None:
         raise InvalidModel('a particle is a point mass and does not rotate; leave it out')
     if is_known:
         return
-    try:
-        kind = np.asarray(body.inertia).dtype.kind
-    except ValueError:  # rows of different lengths
-        kind = 'O'
-    if kind not in 'iuf':
+    if not isinstance(body.inertia, np.ndarray) or body.inertia.dtype.kind not in 'iuf':
         raise InvalidModel(f'got {shown(body.inertia)}; a (3, 3) array of numbers is needed')
     check_inertia(body.inertia)
 
@@ -281,6 +282,15 @@ def _check_flow(body: Body, flow: Any) -> None:
         with blaming('final_mass'):
             number(flow.final_mass, unit='kg')
     check_flow(body)
+
+
+def _check_inertia_over_time(body: Body, law: Any) -> None:
+    _need(law, InertiaOverTime, 'an InertiaOverTime')
+    with blaming('table'):
+        _need(law.table, list | tuple, 'a tuple of rows')
+        for row in law.table:
+            numbers(row, 4, unit='s, kg m^2')
+    check_inertia_over_time(body)
 
 
 def _check_pivot(body: Body) -> None:
