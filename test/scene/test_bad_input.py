@@ -70,7 +70,9 @@ def test_a_number_that_is_accepted_is_what_json_reads(text: str) -> None:
 def test_commands_of_a_table_are_numbers_in_the_same_sense(tmp_path: Path) -> None:
     scene = load_scene((POINT % 1).encode())
     (tmp_path / 'c.csv').write_text('time,body,kind,fx\n0.5,a,force,010\n')
-    with pytest.raises(UserError, match="line 2: fx '010'; allowed: a number"):
+    with pytest.raises(
+        UserError, match="line 2: fx '010'; allowed: a finite number; write it in decimal"
+    ):
         read_csv(tmp_path / 'c.csv', scene, dt_ns=1_000_000)
 
 

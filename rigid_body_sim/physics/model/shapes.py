@@ -45,9 +45,9 @@ class Box:
     size: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        with blaming('size'):
-            size = numbers(self.size, 3, unit='m')
-        for axis, edge in zip('xyz', size, strict=True):
+        if not isinstance(self.size, list | tuple | np.ndarray) or np.shape(self.size) != (3,):
+            raise InvalidModel(f'size: got {shown(self.size)}; three lengths [m] are needed')
+        for axis, edge in zip('xyz', self.size, strict=True):
             _need_positive(f'size along {axis}', edge)
 
 
