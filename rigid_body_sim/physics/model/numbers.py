@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import reprlib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -19,6 +19,11 @@ from rigid_body_sim.physics.errors import InvalidModel
 
 NUMBERS = (int, float, np.integer, np.floating)
 COUNTS = {3: 'three', 4: 'four'}
+
+
+def is_list(value: object) -> TypeGuard[Sequence[Any]]:
+    """Tell whether something is a list, a tuple, or an array with rows."""
+    return isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def is_number(value: object) -> bool:
@@ -56,9 +61,7 @@ def number(
 
 def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
     """Return so many finite numbers as floats; InvalidModel for anything else."""
-    is_array = isinstance(value, np.ndarray) and value.ndim == 1
-    is_list = is_array or isinstance(value, list | tuple)
-    items = tuple(value) if is_list else ()
+    items = tuple(value) if is_list(value) else ()
     if len(items) != count or not all(map(is_number, items)):
         raise InvalidModel(
             f'got {shown(value)}; {COUNTS.get(count, count)} finite numbers [{unit}] are needed'

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming
-from rigid_body_sim.physics.model.numbers import is_number, numbers, shown
+from rigid_body_sim.physics.model.numbers import is_list, is_number, numbers, shown
 from rigid_body_sim.physics.model.rotation import unit_quaternion
 
 
@@ -45,7 +45,7 @@ class Box:
     size: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        if not isinstance(self.size, list | tuple | np.ndarray) or np.shape(self.size) != (3,):
+        if not is_list(self.size) or len(self.size) != 3:
             raise InvalidModel(f'size: got {shown(self.size)}; three lengths [m] are needed')
         for axis, edge in zip('xyz', self.size, strict=True):
             _need_positive(f'size along {axis}', edge)

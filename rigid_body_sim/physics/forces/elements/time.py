@@ -20,9 +20,7 @@ none is conserved.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +31,7 @@ from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.forces import body_point
 from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
-from rigid_body_sim.physics.model.numbers import is_number, shown
+from rigid_body_sim.physics.model.numbers import is_list, is_number, shown
 from rigid_body_sim.physics.model.plain_products import product
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
@@ -134,7 +132,7 @@ class TimeTable:
             self._check_table()
 
     def _check_table(self) -> None:
-        if not _is_list(self.table) or not all(map(_is_row, self.table)):
+        if not is_list(self.table) or not all(map(_is_row, self.table)):
             raise InvalidModel(f'got {shown(self.table)}; a list of rows of numbers is needed')
         widths = {len(row) for row in self.table}
         if (
@@ -242,14 +240,9 @@ def _spline(t: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.f
         return np.full((CUBIC, len(t) - 1, values.shape[1]), np.nan)
 
 
-def _is_list(value: object) -> TypeGuard[Iterable[object]]:
-    """Tell whether something is what a table and its rows may be."""
-    return isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
-
-
 def _is_row(row: object) -> bool:
     """Tell whether something is a row of numbers, perhaps not finite."""
-    return _is_list(row) and all(isinstance(x, float) or is_number(x) for x in row)
+    return is_list(row) and all(isinstance(x, float) or is_number(x) for x in row)
 
 
 def _unit(axis: int) -> Vector:
