@@ -28,12 +28,13 @@ from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.orthogonality import orthogonality_defect
 from rigid_body_sim.physics.diagnostics.point_motion import PointMotion, motion_of
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
-from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.body_axis import moment_of_body
+from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
@@ -62,7 +63,7 @@ class Simulation:
     `choice` is what `auto` chose and why; None where the integrator was named.
 
     A copy, a deep copy and a pickle each stand for a simulation of their own, which goes on bit
-    for bit from where this one stood.
+    for bit from where this one stood; its `contacts` are told from its first tick on.
 
     Raises InvalidModel for a scene that a scene file could not say (`validation`), an unknown
     integrator or option, an integrator that refuses the scene, or an impossible dt.
@@ -456,7 +457,15 @@ class Simulation:
         return state + self._start_ns.to_bytes(8, 'little') if self._stepper.is_timed else state
 
     def restore(self, *, tick: int, state: bytes, slots: dict[tuple[int, str], Slot]) -> None:
-        """Go on from a tick, a state of `state_bytes` and the commands that held then."""
+        """
+        Go on from a tick, a state of `state_bytes` and the commands that held then.
+
+        Raises InvalidModel for a state that is none of this scene.
+        """
+        if not isinstance(tick, int | np.integer) or tick < 0:
+            raise InvalidModel(f'tick {shown(tick)}; a whole number of at least 0 is needed')
+        if not isinstance(state, bytes | bytearray) or len(state) % 8:
+            raise InvalidModel('a state is bytes as `state_bytes` gives them, eight for a number')
         if self._stepper.is_timed:
             state, start = state[:-8], state[-8:]
             self._start_ns = int.from_bytes(start, 'little')
@@ -464,7 +473,10 @@ class Simulation:
         self._layout.set_state_bytes(
             state[:size], self._stepper.translation, self._stepper.rotation
         )
-        self._stepper.recall(np.frombuffer(state[size:], dtype='<f8'))
+        try:
+            self._stepper.recall(np.frombuffer(state[size:], dtype='<f8'))
+        except (ValueError, IndexError) as error:
+            raise InvalidModel(f'the state does not fit this scene: {error}') from error
         self.tick = tick
         self._held.slots = dict(slots)
         self._held_changed = True

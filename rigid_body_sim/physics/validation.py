@@ -81,7 +81,7 @@ def check_record(scene: Scene) -> None:
 
 
 def check_name(name: object) -> None:
-    """Refuse what is no name of a body: it becomes part of the names of topics."""
+    """Refuse what is no name of a body in a scene file: it becomes part of names of topics."""
     if not isinstance(name, str) or not NAME.fullmatch(name) or '__' in name:
         raise InvalidModel(
             f'got {shown(name)}; a body name is a letter, '
@@ -92,11 +92,15 @@ def check_name(name: object) -> None:
             f'got {shown(name)}, {len(name)} letters; a body name has at most {LONGEST_NAME}'
         )
     if name in RESERVED:
-        raise InvalidModel(f'{name!r} is a reserved name ({", ".join(RESERVED)}); choose another')
+        raise InvalidModel(_reserved(name))
+
+
+def _reserved(name: str) -> str:
+    return f'{name!r} is a reserved name ({", ".join(RESERVED)}); choose another'
 
 
 def check_title(name: object) -> None:
-    """Refuse what is no name of a scene: one line of text."""
+    """Refuse what is no name of a scene, nor of a body without topics: one line of text."""
     if not isinstance(name, str) or not name:
         raise InvalidModel(f'got {shown(name)}; a name is needed, as text')
     if len(name) > LONGEST_TITLE or not name.isprintable():
@@ -113,7 +117,9 @@ def check_body(body: Body, *, knows_inertia: bool = False) -> None:
     """
     _need(body, Body, 'a Body')
     with blaming('name'):
-        check_name(body.name)
+        check_title(body.name)
+        if body.name in RESERVED:
+            raise InvalidModel(_reserved(body.name))
     if body.shape is not None:
         with blaming('shape'):
             _need(body.shape, Shape, 'a shape')

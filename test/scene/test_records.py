@@ -49,7 +49,7 @@ def refused(scene: Scene) -> str:
         ({'inertia': np.full((3, 3), NAN)}, 'bodies[0].inertia: the inertia tensor holds NaN'),
         ({'inertia': None}, 'bodies[0].inertia: none is given'),
         ({'inertia': 'round'}, "bodies[0].inertia: got 'round'"),
-        ({'name': 'a b'}, "bodies[0].name: got 'a b'"),
+        ({'name': 'a\nb'}, "bodies[0].name: got 'a"),
         ({'name': 'p'}, "bodies[1].name: the name 'p' is taken"),
         ({'shape': 'box'}, "bodies[0].shape: got 'box'"),
         ({'shape': Plane((0, 0, 1))}, 'bodies[0].fixed: a plane is always fixed'),
