@@ -10,7 +10,7 @@ Exit codes: 0 done; 1 failed while running; 2 bad scene, parameter or argument; 
 
 from __future__ import annotations
 
-from rigid_body_sim.stop_signals import STOP, Stopped, say
+from rigid_body_sim.stop_signals import STOP, WORKING, Stopped, say
 
 if __name__ == '__main__':  # before the rest is imported: a signal may come at any moment
     STOP.listen(owns_process=True)
@@ -81,6 +81,7 @@ def _run_verb(verb: str, words: Sequence[str]) -> int:
     known.ros_arguments = for_ros
     from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 
+    STOP.stage = WORKING
     try:
         return module.run(known)
     except (UserError, RunError) as error:

@@ -100,8 +100,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """
-    Simulate; exit code 0, 1 for a run that diverged, or that of the signal that stopped it; the bag
-    is closed and can be replayed.
+    Simulate; exit code 0, 1 for a run that diverged, or that of the signal that stopped it; the
+    bag is closed and can be replayed.
     """
     STOP.stage = 'while the scene was read; nothing is recorded'
     scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
