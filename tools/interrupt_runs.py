@@ -8,7 +8,7 @@ Stop runs at random moments by one or two signals, or kill them, and see what is
     python tools/interrupt_runs.py --trials 200 --seed 7 --kill
     python tools/interrupt_runs.py --trials 50 --node [--kill]
 
-After a signal: the exit code is that of the signal (or 0: it came after the end), nothing looks
+After a signal: the exit code is that of a signal sent (or 0: it came after the end), nothing looks
 like a traceback, no bag or a whole one that `bag check` and `replay` like. After SIGKILL: `bag
 recover` and `replay` like what is left, and what is lost was handed to the recorder less than
 half a second (wall) before. Most runs are forked from this process, which has everything imported;
@@ -221,7 +221,9 @@ def trial(case: str, chance: random.Random, folder: Path, options: argparse.Name
         os.kill(process, signal.SIGKILL)
         wait(process, HANGING)
         code = -9
-    allowed = {0, -9} if options.kill else {0} if case in NODE else {0, CODES[numbers[0]]}
+    # of signals that arrive together the process is told in the order of their numbers
+    codes = set() if case in NODE else {CODES[number] for number in numbers if number in CODES}
+    allowed = {0, -9} if options.kill else {0, *codes}
     if code not in allowed:
         problems.append(f'exit code {code}')
     text = said.read_text(errors='replace')
