@@ -10,7 +10,7 @@ Exit codes: 0 done; 1 failed while running; 2 bad scene, parameter or argument; 
 
 from __future__ import annotations
 
-from rigid_body_sim.stop_signals import STOP, Stopped, say
+from rigid_body_sim.stop_signals import STOP, WORKING, Stopped, say
 
 if __name__ == '__main__':  # before the rest is imported: a signal may come at any moment
     STOP.listen(owns_process=True)
@@ -61,7 +61,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 @clean_output()
 def run_verb(verb: str, words: Sequence[str]) -> int:
     """Run one verb with its own words; turn what it raises into one line and an exit code."""
-    _take_any_terminal()
     listens = STOP.listen(owns_process=False)
     STOP.verb = verb
     try:
@@ -72,6 +71,7 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
 
 
 def _run_verb(verb: str, words: Sequence[str]) -> int:
+    _take_any_terminal()
     try:
         module = importlib.import_module(f'rigid_body_sim.verbs.{verb}')
     except ModuleNotFoundError as missing:
@@ -87,6 +87,7 @@ def _run_verb(verb: str, words: Sequence[str]) -> int:
     known.ros_arguments = for_ros
     from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 
+    STOP.stage = WORKING
     try:
         return module.run(known)
     except (UserError, RunError) as error:

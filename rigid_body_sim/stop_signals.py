@@ -6,12 +6,12 @@ SIGINT, SIGTERM and SIGHUP: a wish to stop, heard when the work may stop.
 The first signal counts; those after it change nothing. What a verb does with it depends on where
 it stands:
 
-    nothing begun that must be finished   the process says so in one line and ends at once, also in
-                                          the middle of a long call that Python cannot leave
-    after `STOP.keep()`                   the signal is noted in `STOP.number`; the verb looks at it
-                                          between ticks, closes what is open and ends by itself
-    inside `STOP.kept()`                  the same, as long as something is written that a reader
-                                          would take for whole
+    nothing begun that must be finished : the process says so in one line and ends at once, also in
+        the middle of a long call that Python cannot leave
+    after `STOP.keep()` : the signal is noted in `STOP.number`; the verb looks at it between ticks,
+        closes what is open and ends by itself
+    inside `STOP.kept()` : the same, as long as something is written that a reader would take for
+        whole
 
 A handler of Python runs in the main thread between two of its instructions, wherever these are, so
 that an exception out of it would leave anything half done: here it notes a number and no more. A
@@ -27,11 +27,14 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
 NAMES = {signal.SIGINT: 'Ctrl-C', signal.SIGTERM: 'SIGTERM', signal.SIGHUP: 'SIGHUP'}
+BEGINNING, WORKING = 'before it began', 'before it was done'
+NAP = 0.02  # [s] between looks while a verb waits
 
 
 class Stopped(Exception):
@@ -53,7 +56,7 @@ class StopSignals:
     def __init__(self) -> None:
         self.number = 0
         self.verb = ''
-        self.stage = 'before it began'
+        self.stage = BEGINNING
         self.quits: int | None = None
         self.before_leaving: Callable[[], str] | None = None
         self._kept = 0
@@ -79,7 +82,7 @@ class StopSignals:
         """
         if self._before or threading.current_thread() is not threading.main_thread():
             return False
-        self.number, self.verb, self.stage, self.quits = 0, '', 'before it began', None
+        self.number, self.verb, self.stage, self.quits = 0, '', BEGINNING, None
         self.before_leaving, self._kept, self._owns_process = None, 0, owns_process
         if owns_process:
             self._watch()
@@ -110,6 +113,12 @@ class StopSignals:
         """Begin what must be finished: from now on a signal is noted, and nothing else."""
         with self._changing:
             self._kept += 1
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep, no longer than until a signal comes."""
+        end = time.monotonic() + seconds
+        while not self.number and (left := end - time.monotonic()) > 0.0:
+            time.sleep(min(left, NAP))
 
     @contextmanager
     def kept(self) -> Iterator[None]:

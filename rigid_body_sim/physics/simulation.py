@@ -564,8 +564,8 @@ def _whole(ticks: object) -> int:
         count = -1
     if count < 0:
         raise InvalidModel(
-            f'step: {shortened(ticks)} ticks; allowed: a whole number of at least 0; to advance by '
-            'seconds, step(round(seconds / sim.dt))'
+            f'step: {shortened(ticks)} ticks; allowed: a whole number of at least 0; to advance '
+            'by seconds, step(round(seconds / sim.dt))'
         )
     return count
 

@@ -62,7 +62,7 @@ CHUNK = 1000  # [tick] between two copies of the state, to which a run returns t
 CHUNK_IN_CONTACT = 20_000
 
 
-# what a step began from: the tick, what `Stepper._snapshot` gave, what the caller wants back beside
+# what a step began from: tick, what `Stepper._snapshot` gave, what the caller wants back beside
 Undo = tuple[int, tuple[Any, ...], Any]
 
 

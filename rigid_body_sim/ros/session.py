@@ -137,7 +137,7 @@ def _make_run(node: SimNode) -> Run:
     )
     note = rate_note(settings.publish_rate, simulation.dt_ns)
     if note is not None:
-        run.add_warning(note)
+        node.warn(note)
     return run
 
 

@@ -4,8 +4,8 @@
 A run on disk: a bag that is a complete experiment.
 
 It holds the scene and the files it names, the state at the first recorded tick (exact, and as
-messages), what was held then, every command with the tick on which it first acted, and every published message. `replay`
-needs nothing else.
+messages), what was held then, every command with the tick on which it first acted, and every
+published message. `replay` needs nothing else.
 """
 
 from __future__ import annotations

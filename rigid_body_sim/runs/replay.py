@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
@@ -151,17 +151,18 @@ def _replayed(
     topics = [topic.name for topic in run.topics]
     dt_ns = run.simulation.dt_ns
 
-    def messages(batches: Sequence[Batch]) -> Iterator[RecordedMessage]:
+    def packed(batches: Iterable[Batch]) -> Iterator[RecordedMessage]:
         for batch in batches:
             for channel, sequence, log_time, publish_time, payload in batch.records():
-                topic = topics[channel - 1]
-                yield RecordedMessage(topic, sequence, log_time, payload, publish_time)
+                yield RecordedMessage(
+                    topics[channel - 1], sequence, log_time, payload, publish_time
+                )
 
-    yield from messages(run.start())
+    yield from packed(run.start())
     for tick, taken in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
         for topic, message in taken.consumed:
             yield RecordedMessage(topic, tick, tick * dt_ns, message, tick * dt_ns)
-        yield from messages(taken.batches)
+        yield from packed(taken.batches)
 
 
 def _advance(

@@ -321,7 +321,7 @@ class Run:
         changed = self._changed_since(held) if changing else _NOBODY
         every = self.settings.publish_every
         stop = min(tick + ticks, (tick // every + 1) * every)
-        if self._any_impulse or changed.size:
+        if changing:  # where a look at the drift falls must not depend on what is done at once
             stop = tick + 1
         stop = min(stop, max(tick + 1, simulation.next_expiry))
         if stop % every == 0 and stop > tick + 1:

@@ -42,6 +42,7 @@ DRIFT_SAMPLES = (
     256  # looks at the invariants over a run: enough to catch an oscillation, cheap beside the run
 )
 PROGRESS_EVERY = 0.2  # [s] wall
+PUBLISH_RATE = 100.0  # [Hz] unless one is given
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -80,9 +81,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--publish-rate',
         type=float,
-        default=100.0,
         metavar='HZ',
-        help='recorded states per second, default 100',
+        help=f'recorded states per second, default {PUBLISH_RATE:g}; rounded to whole ticks',
     )
     parser.add_argument(
         '--estimate-error',
@@ -100,8 +100,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """
-    Simulate; exit code 0, 1 for a run that diverged, or that of the signal that stopped it; the bag
-    is closed and can be replayed.
+    Simulate; exit code 0, 1 for a run that diverged, or that of the signal that stopped it; the
+    bag is closed and can be replayed.
     """
     STOP.stage = 'while the scene was read; nothing is recorded'
     scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
@@ -114,7 +114,8 @@ def run(arguments: argparse.Namespace) -> int:
     timed = (
         read_csv(arguments.commands, scene, dt_ns=simulation.dt_ns) if arguments.commands else []
     )
-    every = publish_every(arguments.publish_rate, simulation.dt_ns)
+    rate = PUBLISH_RATE if arguments.publish_rate is None else arguments.publish_rate
+    every = publish_every(rate, simulation.dt_ns)
     settings = RunSettings(
         command_timeout_ns=_nanoseconds(arguments.command_timeout),
         publish_every=every,
@@ -129,10 +130,9 @@ def run(arguments: argparse.Namespace) -> int:
         simulation.prepare(commands_in_body_axes=turning, progress=note.compiling)
     compiled = time.monotonic() - compiled
     whole = Run(simulation, settings, warn=warning_printer('simulate'))
-    for note in (
-        rate_note(arguments.publish_rate, simulation.dt_ns),
-        start_alone_note(every, ticks, simulation.dt_ns),
-    ):
+    asked = arguments.publish_rate is not None or arguments.dt is not None
+    rounded = rate_note(rate, simulation.dt_ns) if asked else None
+    for note in (rounded, start_alone_note(every, ticks, simulation.dt_ns)):
         if note is not None:
             whole.add_warning(note)
     STOP.keep()
@@ -277,6 +277,7 @@ def _report(
         'dt': simulation.dt,
         'bodies': bodies,
         'ticks': simulation.tick,
+        'publish_rate': 1e9 / (whole.settings.publish_every * simulation.dt_ns),
         'sim_time': simulation.time,
         'wall_time': wall,
         'compile_time': compiled,

@@ -17,6 +17,7 @@ from rigid_body_sim.recording.mcap_scan import MOST_TIME
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene
+from rigid_body_sim.stop_signals import STOP
 from rigid_body_sim.view.energy_history import energy_history
 from rigid_body_sim.view.picture import picture
 from rigid_body_sim.view.playback_page import playback_page
@@ -63,7 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.output.suffix == '.html':
         title = _title(bag, None if scene is None else scene.name)
         content = playback_page(motion, scene, title=title, picture=content, bag=bag).encode()
-    arguments.output.write_bytes(content)
+    with STOP.kept():  # half a picture looks like a whole one
+        arguments.output.write_bytes(content)
     print(f'{arguments.output}: {len(motion.tracks)} bodies')
     return 0
 
