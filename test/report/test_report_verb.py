@@ -192,8 +192,8 @@ def test_an_interrupted_report_leaves_what_is_done(tmp_path):
     assert run.stdout.readline().startswith('projectile: ')
     run.send_signal(signal.SIGINT)  # throughput takes seconds
     _, said = run.communicate(timeout=HANGING)
-    assert run.returncode == 1
-    assert 'interrupted; 1 of 2 problems' in said and 'Traceback' not in said
+    assert run.returncode == 130
+    assert 'stopped by Ctrl-C' in said and '; 1 of 2 problems' in said and 'Traceback' not in said
     read = results.read(tmp_path)
     assert read['made']['interrupted']
     assert [problem['name'] for problem in read['problems']] == ['projectile']
