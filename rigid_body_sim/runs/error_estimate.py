@@ -96,11 +96,14 @@ class ReferenceRun:
         self._began = of.tick
         self._doubt = ''
         self._spread = _spread_of_moments(of)
+        self._method = of.integrator
         name, settings = self._finer()
-        self.simulations = tuple(self._beside(name, options) for options in settings)
+        self.simulations = tuple(self._beside(name, options, of) for options in settings)
 
     def step(self, ticks: int) -> None:
         """Advance both; SimulationDiverged where one leaves the finite numbers."""
+        if self._of.integrator is not self._method:
+            self._follow_the_method()
         for simulation in self.simulations:
             simulation.step(ticks)
 
@@ -159,8 +162,17 @@ class ReferenceRun:
         steady = not any(body.pivot for body in scene.bodies) or not any(scene.gravity)
         return steady and not scene.forces and not self._of.held_slots
 
-    def _beside(self, name: str, options: dict[str, Any]) -> Simulation:
-        of = self._of
+    def _follow_the_method(self) -> None:
+        """Go on from the finer states with what is finer than the method that `auto` took."""
+        self._method = self._of.integrator
+        name, settings = self._finer()
+        self.simulations = tuple(
+            self._beside(name, options, before)
+            for options, before in zip(settings, self.simulations, strict=True)
+        )
+
+    def _beside(self, name: str, options: dict[str, Any], of: Simulation) -> Simulation:
+        """Make a simulation that goes on from the state of another."""
         simulation = Simulation(of.scene, integrator=name, integrator_options=options, dt=of.dt)
         simulation.prepare(commands_in_body_axes=True)
         simulation.restore(tick=of.tick, state=of.state_bytes(), slots=of.held_slots)
