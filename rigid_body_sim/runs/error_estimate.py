@@ -95,6 +95,7 @@ class ReferenceRun:
         self._of = of
         self._began = of.tick
         self._doubt = ''
+        self._turns = any(not (body.is_point or body.fixed) for body in of.scene.bodies)
         self._spread = _spread_of_moments(of)
         self._method = of.integrator
         name, settings = self._finer()
@@ -204,7 +205,7 @@ class ReferenceRun:
         turned = 1.0 + spin * (finest.tick - self._began) * self._of.dt
         sizes = {
             'position': float(np.max(np.abs(state.position), initial=0.0)),
-            'angle': 1.0,
+            'angle': 1.0 if self._turns else 0.0,
             'velocity': float(np.max(np.abs(state.velocity), initial=0.0)),
             'angular_velocity': spin,
         }
