@@ -23,6 +23,7 @@ from collections.abc import Sequence
 
 from rigid_body_sim import __version__
 from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.terminal import clean_output
 
 VERBS = {
     'sim_node': 'the ROS 2 node: wrenches in, poses and twists out, a bag on request',
@@ -57,6 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return run_verb(words[0], words[1:])
 
 
+@clean_output()
 def run_verb(verb: str, words: Sequence[str]) -> int:
     """Run one verb with its own words; turn what it raises into one line and an exit code."""
     listens = STOP.listen(owns_process=False)

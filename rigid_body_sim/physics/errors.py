@@ -38,8 +38,9 @@ def choose_from(word: object, known: Collection[str]) -> str:
     """Write the cure for an unknown word: the nearest known one, and all that are allowed."""
     import difflib  # only for who made a slip
 
-    is_near = isinstance(word, str) and len(word) <= LONGEST_WORD
-    near = difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS) if is_near else []
+    near: list[str] = []
+    if isinstance(word, str) and len(word) <= LONGEST_WORD:
+        near = difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS)
     proposal = f'; did you mean {near[0]!r}? allowed' if near else '; allowed'
     listed = [*known][:MOST_NAMED]
     more = f', … ({len(known)} in all)' if len(known) > len(listed) else ''

@@ -42,6 +42,7 @@ from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, S
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.body_axis import moment_of_body
+from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
@@ -70,7 +71,7 @@ class Simulation:
     `choice` is what `auto` chose and why; None where the integrator was named.
 
     A copy, a deep copy and a pickle each stand for a simulation of their own, which goes on bit
-    for bit from where this one stood.
+    for bit from where this one stood; its `contacts` are told from its first tick on.
 
     Raises InvalidModel for a scene that a scene file could not say (`validation`), an unknown
     integrator or option, an integrator that refuses the scene, or an impossible dt.
@@ -451,7 +452,11 @@ class Simulation:
         return orthogonality_defect(memory.reshape(-1, 3, 3))
 
     def energy(self) -> float:
-        """Kinetic and potential energy [J]."""
+        """
+        Kinetic and potential energy [J].
+
+        Infinity where a part is beyond the largest number; NaN where parts of both signs are.
+        """
         return self.invariants.energy(self.state)
 
     def momentum(self) -> Array:
@@ -526,7 +531,15 @@ class Simulation:
         return state + self._start_ns.to_bytes(8, 'little') if self._stepper.is_timed else state
 
     def restore(self, *, tick: int, state: bytes, slots: dict[tuple[int, str], Slot]) -> None:
-        """Go on from a tick, a state of `state_bytes` and the commands that held then."""
+        """
+        Go on from a tick, a state of `state_bytes` and the commands that held then.
+
+        Raises InvalidModel for a state that is none of this scene.
+        """
+        if not isinstance(tick, int | np.integer) or tick < 0:
+            raise InvalidModel(f'tick {shown(tick)}; a whole number of at least 0 is needed')
+        if not isinstance(state, bytes | bytearray) or len(state) % 8:
+            raise InvalidModel('a state is bytes as `state_bytes` gives them, eight for a number')
         with self._all_or_nothing():
             if self._stepper.is_timed:
                 state, start = state[:-8], state[-8:]
@@ -535,7 +548,10 @@ class Simulation:
             self._layout.set_state_bytes(
                 state[:size], self._stepper.translation, self._stepper.rotation
             )
-            self._stepper.recall(np.frombuffer(state[size:], dtype='<f8'))
+            try:
+                self._stepper.recall(np.frombuffer(state[size:], dtype='<f8'))
+            except (ValueError, IndexError) as error:
+                raise InvalidModel(f'the state does not fit this scene: {error}') from error
             self._stepper.tick = tick
             self._held.slots = dict(slots)
 

@@ -43,12 +43,12 @@ class RunRecorder:
     """
     Records one stretch of one run into one bag.
 
+    The states where the run stands are in the file when it is made, and what comes after them half
+    a second (wall) later at most: a thread of its own writes.
+
     path       : of the bag; None: nothing is written, but manifest and ending are known
     look_every : ticks between looks at what should have stayed the same; 0: somebody else looks,
                  and not at ticks that a replay could know
-
-    The states where the run stands are in the file when it is made, and what comes after them half
-    a second (wall) later at most: a thread of its own writes.
     """
 
     def __init__(self, run: Run, path: Path | None, *, look_every: int = 0) -> None:

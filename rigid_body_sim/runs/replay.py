@@ -27,7 +27,7 @@ from rigid_body_sim.recording.bag_diff import first_difference
 from rigid_body_sim.recording.bag_reader import RecordedMessage
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.runs.commands import Command
-from rigid_body_sim.runs.manifest_values import interpreting
+from rigid_body_sim.runs.reading_guard import interpreting
 from rigid_body_sim.runs.recorded_facts import Fact, ending_differences, manifest_differences
 from rigid_body_sim.runs.recorded_run import RecordedRun, Warn
 from rigid_body_sim.runs.recorder import RunRecorder, recording

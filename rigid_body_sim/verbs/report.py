@@ -85,6 +85,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f'with --scene: error allowed at the end [m or rad], default {TOLERANCE:g}',
     )
     parser.add_argument(
+        '--publish-rate',
+        type=float,
+        metavar='HZ',
+        help='with --scene: how often states are to be published and commands taken; no longer '
+        f'tick is tried; default {own_scene.PUBLISH_RATE:g}',
+    )
+    parser.add_argument(
         '--quick', action='store_true', help='short runs, few bodies, three repetitions'
     )
     parser.add_argument(
@@ -155,8 +162,8 @@ def _wanted(arguments: argparse.Namespace) -> _Wanted:
     for other in ('problems', 'peers'):
         if arguments.scene and getattr(arguments, other) is not None:
             raise UserError(f'--scene and --{other}: give one of them')
-    for name in ('duration', 'tolerance'):
-        value = getattr(arguments, name)
+    for name in ('duration', 'tolerance', 'publish-rate'):
+        value = getattr(arguments, name.replace('-', '_'))
         if value is not None and not arguments.scene:
             raise UserError(f'--{name} goes with --scene: problems have theirs')
         if value is not None and not (math.isfinite(value) and value > 0.0):
@@ -203,7 +210,7 @@ def _measured(problem: Problem, wanted: _Wanted, progress: _Progress) -> list[Po
     return measure(
         problem,
         wanted.methods or problem.integrators,
-        peers=wanted.peers,
+        peers=wanted.peers if problem.error_of_run is None else [],
         repetitions=wanted.repetitions,
         quick=wanted.quick,
         progress=progress.show,
@@ -215,14 +222,17 @@ def _own_scene(arguments: argparse.Namespace, wanted: _Wanted) -> dict[str, Any]
     scene = load_scene(find_scene(arguments.scene))
     duration = own_scene.whole_duration(scene, arguments.duration or DURATION)
     tolerance = arguments.tolerance or TOLERANCE
+    publish_rate = arguments.publish_rate or own_scene.PUBLISH_RATE
     with _Progress(scene.name) as progress:
         against = own_scene.reference(scene, duration, progress.show)
-        problem = own_scene.problem_of(scene, duration, against, tolerance=tolerance)
+        problem = own_scene.problem_of(
+            scene, duration, against, tolerance=tolerance, publish_rate=publish_rate
+        )
         points = _measured(problem, wanted, progress)
     found = results.problem_results(problem, points)
     found['reference_error'] = against.error
     found['recommendation'] = own_scene.recommendation(
-        points, problem, tolerance=tolerance, against=against
+        points, problem, tolerance=tolerance, against=against, publish_rate=publish_rate
     )
     print(own_scene.table(points))
     print(f'reference: {problem.reference}')
