@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import faulthandler
 import io
 import mmap
 import os
@@ -123,6 +124,9 @@ def begin(words: list[str], said: Path, log: mmap.mmap | None, *, fresh: bool) -
         stream = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
         os.dup2(stream, 1)
         os.dup2(stream, 2)
+        for number in SIGNALS:  # which a parent in the background ignores
+            signal.signal(number, signal.SIG_DFL)
+        faulthandler.register(signal.SIGUSR1)
         verbs.STOP.listen(owns_process=True)
         if log is not None:
             watched(log)
@@ -218,6 +222,9 @@ def trial(case: str, chance: random.Random, folder: Path, options: argparse.Name
     problems = []
     if code is None:
         problems.append('hangs')
+        if not fresh:
+            os.kill(process, signal.SIGUSR1)  # says where
+            time.sleep(1.0)
         os.kill(process, signal.SIGKILL)
         wait(process, HANGING)
         code = -9
