@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
