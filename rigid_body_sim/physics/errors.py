@@ -1,6 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The two ways in which physics says no: before a run, and during one."""
+"""The ways in which physics says no: before a run, and during one."""
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -71,3 +71,14 @@ class SimulationDiverged(RuntimeError):
         self.body = body
         self.tick = tick
         self.cause = cause
+
+
+class SimulationBusy(RuntimeError):
+    """A simulation was asked for something while a step of it was under way."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            'this Simulation is in a step, of another thread or of the code that was interrupted '
+            'for this call; one simulation belongs to one thread at a time: wait for its step, or '
+            'give each thread a Simulation of its own'
+        )
