@@ -26,6 +26,7 @@ from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import (
     Run,
     RunSettings,
+    need_numbers,
     publish_every,
     rate_note,
     start_alone_note,
@@ -105,6 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
     """
     STOP.stage = 'while the scene was read; nothing is recorded'
     scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
+    need_numbers(scene)
     warn_if_plain(warning_printer('simulate'))
     with _Note('reading the scene', shown=not arguments.json) as note:
         simulation = simulation_of(
