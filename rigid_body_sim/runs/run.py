@@ -183,8 +183,8 @@ class Run:
         self._orientation_drift = simulation.orientation_drift()
         if settings.estimate_error and self.has_contact:
             raise UserError(
-                f'error estimate of the scene {simulation.scene.name!r}: a reference run in half '
-                'steps says nothing where bodies meet; replay the bag with half the dt instead'
+                f'error estimate of the scene {simulation.scene.name!r}: a finer run says '
+                'nothing where bodies meet; replay the bag with half the dt instead'
             )
         self._reference = ReferenceRun(simulation) if settings.estimate_error else None
         self._warn = warn

@@ -88,8 +88,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--estimate-error',
         action='store_true',
-        help='let a reference run in half steps run along and report how wrong the run is; twice '
-        'the cost',
+        help='let two finer runs go along and report how wrong the run is; six times the cost, on '
+        'stiff scenes more',
     )
     parser.add_argument(
         '--contacts',
