@@ -43,7 +43,7 @@ for _ in range(400):
 
 arrays = np.array(times), np.array(positions), np.array(orientations)
 # the run itself is in steps of order two, which leave h^2 F'' / 12 in its positions
-steps = RunSteps(scene.dt_ns * 1e-9, order=2, turns_free=True)
+steps = RunSteps(scene.dt_ns * 1e-9, order=2, turn_order=2, turns_free=True)
 found, estimates = derive(*arrays, body=scene.bodies[0], steps=steps)
 force = found.force[:, 0]
 applied = 3 * np.sin(4 * np.array(times))

@@ -393,9 +393,9 @@ def _left_by_steps(
         return {}
     linear, along, about = found['acceleration'], path.fit.piece, turn.fit.piece
     left = {
-        'velocity': left_in_first(steps, seconds, along, linear),
-        'acceleration': left_in_second(steps, seconds, along, linear),
-        'force': left_in_second(steps, seconds, along, found['force']),
+        'velocity': left_in_first(steps, steps.order, seconds, along, linear),
+        'acceleration': left_in_second(steps, steps.order, seconds, along, linear),
+        'force': left_in_second(steps, steps.order, seconds, along, found['force']),
     }
     if body.inertia is None:
         return left
@@ -404,9 +404,9 @@ def _left_by_steps(
     if not steps.turns_free:
         driving = np.einsum('kij,kj->ki', in_world, found['angular_acceleration'])
     turned = np.abs(driving) * np.sum(np.square(omega), axis=1, keepdims=True)
-    left['torque'] = left_in_second(steps, seconds, about, driving, turned)
+    left['torque'] = left_in_second(steps, steps.turn_order, seconds, about, driving, turned)
     by_torque = np.abs(np.linalg.inv(in_world))
-    first = left_in_first(steps, seconds, about, driving)
+    first = left_in_first(steps, steps.turn_order, seconds, about, driving)
     left['angular_acceleration'] = np.einsum('kij,kj->ki', by_torque, left['torque'])
     left['angular_velocity'] = np.einsum('kij,kj->ki', by_torque, first)
     return left

@@ -31,6 +31,9 @@ from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 
 Array = NDArray[np.float64]
 
+KINK, KINK_DECAY = 1.5, 0.1  # r'' that a spline makes of a jump of r', in that per sample spacing
+KINK_REACH = 3  # [sample]
+
 
 @dataclass(frozen=True)
 class RunSteps:
@@ -38,12 +41,14 @@ class RunSteps:
     Steps of a run.
 
     length   : [s]
-    order    : 1 or 2
+    order    : 1 or 2, of the path
+    turn_order : 1 or 2, of the orientation
     turns_free : whether a free body turns to a higher order
     """
 
     length: float
     order: int
+    turn_order: int
     turns_free: bool
 
 
@@ -60,11 +65,13 @@ def steps_of(manifest: Mapping[str, str]) -> RunSteps | None:
     order = 2 if splits and integrator.order == 1 else integrator.order
     if order > 2 or not 0.0 < length < np.inf:
         return None
-    return RunSteps(length, int(order), splits and integrator.free_order > 2)
+    turn_order = min(order, integrator.free_order) if splits else order
+    return RunSteps(length, int(order), int(turn_order), splits and integrator.free_order > 2)
 
 
 def left_in_second(
     steps: RunSteps,
+    order: int,
     time: Array,
     piece: NDArray[np.int64],
     second: Array,
@@ -77,16 +84,45 @@ def left_in_second(
         rest        : what comes to its own second derivative [1/s^2 of it]
     """
     first = _rate(time, piece, second)
-    if steps.order == 1:
-        return steps.length * np.abs(first)
-    return steps.length**2 / 12.0 * (np.abs(_rate(time, piece, first)) + rest)
+    by_kinks = _at_jumps(time, piece, left_in_first(steps, order, time, piece, second, sign=True))
+    if order == 1:
+        return steps.length * np.abs(first) + by_kinks
+    return steps.length**2 / 12.0 * (np.abs(_rate(time, piece, first)) + rest) + by_kinks
 
 
-def left_in_first(steps: RunSteps, time: Array, piece: NDArray[np.int64], second: Array) -> Array:
-    """Size (k, 3) of what is left in a velocity, from the second derivative."""
-    if steps.order == 1:
-        return 0.5 * steps.length * np.abs(second)
-    return steps.length**2 / 6.0 * np.abs(_rate(time, piece, second))
+def left_in_first(
+    steps: RunSteps,
+    order: int,
+    time: Array,
+    piece: NDArray[np.int64],
+    second: Array,
+    *,
+    sign: bool = False,
+) -> Array:
+    """Size (k, 3) of what is left in a velocity, from the second derivative; `sign`: as it is."""
+    if order == 1:
+        left = 0.5 * steps.length * second
+    else:
+        left = steps.length**2 / 6.0 * _rate(time, piece, second)
+    return left if sign else np.abs(left)
+
+
+def _at_jumps(time: Array, piece: NDArray[np.int64], first: Array) -> Array:
+    """
+    What the spline makes of r' that jumps, though little, where only r'' should: the steps leave
+    another share in r' on either side of a jump.
+
+        first   : (k, 3) what is left in r'
+        returns : (k, 3) in r'', near jumps
+    """
+    found = np.zeros_like(first)
+    for i in np.flatnonzero(np.diff(piece)).tolist():
+        size = KINK * np.abs(first[i + 1] - first[i]) / (time[i + 1] - time[i])
+        for away in range(KINK_REACH):
+            for k in (i - away, i + 1 + away):
+                if 0 <= k < len(found):
+                    found[k] += size * KINK_DECAY**away
+    return found
 
 
 def _rate(time: Array, piece: NDArray[np.int64], values: Array) -> Array:
