@@ -16,6 +16,11 @@ __version__ = '0.1.0'
 __all__ = ['Simulation', '__version__', 'inverse_kinematics', 'load_scene']
 
 
+def __dir__() -> list[str]:
+    """Name also what is imported only when it is asked for."""
+    return sorted({*globals(), *__all__})
+
+
 def __getattr__(name: str):
     """Import the physics only when it is asked for: verbs that need none of it start faster."""
     if name == 'Simulation':

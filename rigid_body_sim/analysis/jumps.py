@@ -39,8 +39,8 @@ from rigid_body_sim.runs.manifest_values import (
     MOST_NS,
     MOST_TIMEOUT_NS,
     ManifestValues,
-    interpreting,
 )
+from rigid_body_sim.runs.reading_guard import interpreting
 
 PATH, TURN = 'path', 'turn'  # of the centre of mass, of the orientation
 IMPULSE, FORCE, RATE, CUBIC = 0, 1, 2, 4  # derivatives of the position that do not jump

@@ -169,8 +169,8 @@ def test_a_bag_without_poses_and_an_existing_target_are_refused(recorded, tmp_pa
 def test_people_read_the_estimated_errors(recorded, tmp_path, verb):
     code, out, _ = verb('inverse', recorded, '-o', tmp_path / 'new')
     assert code == 0
-    assert 'box: 120 samples; estimated error, mean (largest):' in out
-    assert 'post: 120 samples' in out and 'no wrench' in out
+    assert 'box: 121 samples; estimated error, mean (largest):' in out
+    assert 'post: 121 samples' in out and 'no wrench' in out
 
 
 def test_the_new_bag_is_whole_and_says_that_it_holds_no_run(recorded, tmp_path, verb):
