@@ -24,11 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance, EnergyLedger
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
+from rigid_body_sim.physics.forces.power import COMMANDS
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Scene, Vector
@@ -89,6 +91,7 @@ class Simulation:
         self._stepper = Stepper(scene, self._layout, self.integrator)
         self.stability = StabilityWatch(scene, self._layout, self.integrator, self.dt)
         self._read: State | None = None
+        self._ledger: EnergyLedger | None = None
         self._held_changed = True
         self._start_ns = 0  # when the scene began: tick 0, or the last reset
         self._out_of_mass = min(
@@ -182,9 +185,13 @@ class Simulation:
         """Hand what is held now to the stepper."""
         self._drop_expired()
         if self._held_changed:
+            if self._stepper.work is not None:
+                self._stepper.work.expect(self._held.acting())
             self._stepper.set_held(
                 self._held.write(self._stepper.translation, self._stepper.rotation)
             )
+            if self._stepper.work is not None:
+                self._stepper.work.powers.hold(self._held.acting())
             self._held_changed = False
 
     def _drop_expired(self) -> None:
@@ -260,9 +267,19 @@ class Simulation:
             angular = as_vector(so3.rotate(q, angular))
         record = self._layout.body(core)
         ratio = record.mass / mass_at(record, self.scene_time)  # 1.0 unless its mass changes
+        work, before = self._stepper.work, 0.0
+        if work is not None:
+            work.cut()
+            before = self._kinetic_energy_of(core)
         self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
         self._read = None
+        if work is not None:
+            work.add_work(COMMANDS, self._kinetic_energy_of(core) - before)
         return linear, angular
+
+    def _kinetic_energy_of(self, core: int) -> float:
+        """Kinetic energy of one body [J]."""
+        return self.invariants.kinetic_energy_of(self.state, self.scene_index(core))
 
     def applied_wrench(self) -> tuple[Array, Array]:
         """
@@ -316,8 +333,57 @@ class Simulation:
         return found[0], found[1]
 
     def energy(self) -> float:
-        """Kinetic and potential energy [J]."""
+        """
+        Kinetic and potential energy [J].
+
+        Potential: of the weight, from the origin of the world, of springs and bumpers, of mutual
+        gravity, of constant forces in world axes. Where a step does not resolve the swing of a
+        stiff spring (h omega > 1: implicit and linearly implicit methods), its ends are held
+        within a gap that has nothing to do with a motion: k gap^2 / 2 may be thousands of joules
+        that no body has and that never come back. `energy_parts` has it apart.
+        """
         return self.invariants.energy(self.state)
+
+    def keep_energy_balance(self) -> None:
+        """
+        Begin an energy balance here: add up the work of commands, drives and dampers from now on.
+
+        No bit of the run changes; ticks in which something works cost some microseconds more.
+        `reset` and `restore` begin it anew.
+        """
+        meter = self._stepper.measure_work()
+        self._drop_expired()
+        meter.powers.hold(self._held.acting())
+        self._ledger = EnergyLedger(
+            meter,
+            *self._energies(),
+            meets=self._stepper.contact is not None,
+            driven=self.invariants.is_driven,
+        )
+
+    def _energies(self) -> tuple[float, float]:
+        """Kinetic and potential energy now [J]."""
+        state = self.state
+        return self.invariants.kinetic_energy(state), self.invariants.potential_energy(state)
+
+    def look_at_energy(self) -> None:
+        """
+        Take the energies of now into the balance: lowest and largest values are those of looks.
+        """
+        if self._ledger is not None:
+            self._ledger.look(*self._energies())
+
+    def energy_balance(self) -> EnergyBalance:
+        """
+        Draw the balance since it began, see `diagnostics.energy_balance`; it stays as it is.
+
+        Raises InvalidModel where `keep_energy_balance` was not called.
+        """
+        if self._ledger is None:
+            raise InvalidModel(
+                'an energy balance was not kept; call keep_energy_balance() where it is to begin'
+            )
+        return self._ledger.balance(*self._energies())
 
     def momentum(self) -> Array:
         """Total momentum (3,) [kg m/s]."""
@@ -350,6 +416,11 @@ class Simulation:
         self._held.slots.clear()
         self._held_changed = True
         self._read = None
+        self._renew_balance()
+
+    def _renew_balance(self) -> None:
+        if self._ledger is not None:
+            self.keep_energy_balance()
 
     @property
     def next_expiry(self) -> int:
@@ -400,6 +471,7 @@ class Simulation:
         self._held.slots = dict(slots)
         self._held_changed = True
         self._read = None
+        self._renew_balance()
 
 
 def _end_of_pilot(

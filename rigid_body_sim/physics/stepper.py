@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,9 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument, left_the_numbers
 from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
+from rigid_body_sim.physics.diagnostics.work_meter import WorkMeter
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
+from rigid_body_sim.physics.forces.power import Powers
 from rigid_body_sim.physics.forces.schedule import SNAP
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import for_points
@@ -58,6 +61,7 @@ class Stepper:
     translation, rotation : blocks, see `state.blocks`
     cause                 : why the last advance stopped early; empty: a state left the finite
                             numbers
+    work                  : the meter of the work of what has no potential; None: nobody asked
     is_timed              : whether a wrench depends on time itself; then ticks are passed to the
                             kernels as floats
     """
@@ -71,7 +75,7 @@ class Stepper:
         self.is_timed = self._elements.is_timed
         self._method = self._blocks_of(self._method_rows())
         self.contact = _contact_world(scene, layout, integrator)
-        self._start = self._snapshot()
+        self._start = self.snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         # methods that differ in how they turn bodies share one kernel where nothing turns
         self._kernel_name = integrator.name if layout.n_rigid else 'points'
@@ -80,7 +84,9 @@ class Stepper:
         self._workspace[: len(integrator.constants)] = integrator.constants
         self._scene = scene
         self._workspace_step: float | None = None
+        self._workspaces: dict[float, Array] = {}  # the last few, by step
         self.cause = ''
+        self.work: WorkMeter | None = None
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
         self._take_arguments()
@@ -102,11 +108,19 @@ class Stepper:
             return (self.translation, self.rotation)
         return (self.translation, self.rotation, self._method)
 
-    def _snapshot(self) -> tuple[Any, ...]:
+    def snapshot(self) -> tuple[Any, ...]:
+        """Copy all that moves."""
         contact = () if self.contact is None else (self.contact.snapshot(),)
         return (*(array.copy() for array in self._state), *contact)
 
-    def _return_to(self, snapshot: tuple[Any, ...]) -> None:
+    def measure_work(self) -> WorkMeter:
+        """Begin to add up the work of what has no potential."""
+        powers = Powers(self._elements)
+        self.work = WorkMeter(powers, self._integrator, smooth=self.contact is None)
+        return self.work
+
+    def return_to(self, snapshot: tuple[Any, ...]) -> None:
+        """Put back what `snapshot` gave."""
         for array, values in zip(self._state, snapshot, strict=False):
             array[:] = values
         if self.contact is not None:
@@ -227,7 +241,11 @@ class Stepper:
     def _ready_workspace(self, h: float) -> None:
         """Work out what the integrator wants to know of the scene at this step."""
         if self._integrator.plan is not None and h != self._workspace_step:
-            self._workspace = self._integrator.plan(self._scene, self._layout, h)
+            made = self._workspaces.get(h)
+            if made is None:
+                made = self._integrator.plan(self._scene, self._layout, h)
+            self._workspaces = {**dict([*self._workspaces.items()][-3:]), h: made}
+            self._workspace = made
             self._workspace_step = h
             workspace = argument(self._workspace)
             self._arguments = (
@@ -277,10 +295,12 @@ class Stepper:
                 continue
             run = int(min(whole, ticks - done))
             elements.schedule.set(elements.numbers, now, now + run, h)
-            got = self._advance(kernel, run, now, h)
+            got = self._advance(kernel, run, now, h, to_the_end=run == whole)
             done += got
             if got < run:
                 break
+            if run == whole:
+                self._cut_work()
         return done
 
     def _advance_in_pieces(
@@ -289,22 +309,35 @@ class Stepper:
         """Advance over one tick in pieces between instants; on failure return to its start."""
         elements = self._elements
         assert elements.schedule is not None
-        before = self._snapshot()
+        before = self._before()
         for begin, end in itertools.pairwise([tick, *cuts, tick + 1.0]):
             elements.schedule.set(elements.numbers, begin, end, h)
             piece = (end - begin) * h
-            if not self._call(kernel, 1, begin * h / piece, piece):
+            self._cut_work()
+            if not self._go(kernel, 1, begin * h / piece, piece, to_the_end=True):
                 self._bad = self._copy_back(before)
                 return False
+        self._cut_work()
         return True
 
-    def _advance(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> int:
-        """Advance over ticks between which nothing begins or ends."""
+    def _advance(
+        self,
+        kernel: Callable[..., Any],
+        ticks: int,
+        tick: float,
+        h: float,
+        *,
+        to_the_end: bool = False,
+    ) -> int:
+        """
+        Advance over ticks between which nothing begins or ends; `to_the_end`: but behind them.
+        """
         done = 0
         while done < ticks:
             chunk = min(CHUNK, ticks - done)
-            before = self._snapshot()
-            if not self._call(kernel, chunk, tick + done, h):
+            before = self._before()
+            last = to_the_end and done + chunk == ticks
+            if not self._go(kernel, chunk, tick + done, h, to_the_end=last):
                 self._bad = self._copy_back(before)
                 if chunk == 1:
                     return done
@@ -315,17 +348,38 @@ class Stepper:
     def _creep(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> int:
         """Advance tick by tick up to the one that fails."""
         for done in range(ticks):
-            before = self._snapshot()
-            if not self._call(kernel, 1, tick + done, h):
+            before = self._before()
+            if not self._go(kernel, 1, tick + done, h, to_the_end=False):
                 self._bad = self._copy_back(before)
                 return done
         return ticks
 
+    def _before(self) -> tuple[Any, ...]:
+        """Give what to return to when the coming ticks fail: state, and work done."""
+        return self.snapshot(), None if self.work is None else self.work.mark()
+
+    def _cut_work(self) -> None:
+        if self.work is not None:
+            self.work.cut()
+
+    def _go(
+        self, kernel: Callable[..., Any], ticks: int, tick: float, h: float, *, to_the_end: bool
+    ) -> bool:
+        """Advance over ticks, looking at the power where somebody asked and there is any."""
+        if self.work is None or self.work.powers.idle:
+            return self._call(kernel, ticks, tick, h)
+        motion = _Motion(self, kernel)
+        return self.work.follow(motion, ticks, tick, h, to_the_end=to_the_end)
+
     def _call(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> bool:
         n = self._integrator.substeps
-        self._ready_workspace(h / n)
+        return self.steps(kernel, n * ticks, n * tick, h / n)
+
+    def steps(self, kernel: Callable[..., Any], count: int, first: float, h: float) -> bool:
+        """Make steps of the method of a length [s], the first beginning at first * h."""
+        self._ready_workspace(h)
         try:
-            status = kernel(n * ticks, n * tick, h / n, *self._arguments)
+            status = kernel(count, first, h, *self._arguments)
             self.cause = self._integrator.failure if status == DID_NOT_CONVERGE else ''
             return status == 0.0
         except (ArithmeticError, ValueError) as error:
@@ -339,7 +393,10 @@ class Stepper:
         turns = gather(self.rotation, ROTATION, 0, 7, self._layout.n_rigid)
         bad = ~np.isfinite(points).all(axis=1)
         bad[: self._layout.n_rigid] |= ~np.isfinite(turns).all(axis=1)
-        self._return_to(before)
+        state, work = before
+        self.return_to(state)
+        if self.work is not None:
+            self.work.return_to(work)
         culprits = np.flatnonzero(bad)
         if not culprits.size:
             return 0
@@ -366,7 +423,18 @@ class Stepper:
 
     def reset(self) -> None:
         """Return to the start of the scene."""
-        self._return_to(self._start)
+        self.return_to(self._start)
+
+
+class _Motion:
+    """A stepper with one kernel, as `WorkMeter` takes it."""
+
+    def __init__(self, stepper: Stepper, kernel: Callable[..., Any]) -> None:
+        self.translation = argument(stepper.translation)
+        self.rotation = argument(stepper.rotation)
+        self.snapshot = stepper.snapshot
+        self.return_to = stepper.return_to
+        self.steps = partial(stepper.steps, kernel)
 
 
 def _contact_world(scene: Scene, layout: Layout, integrator: Integrator) -> Any:

@@ -41,6 +41,7 @@ class Invariants:
 
     energy_is_conserved   : no force of the scene takes or gives energy, and no bodies meet
     energy_must_not_rise  : bodies meet, and no force of the scene takes or gives energy
+    is_driven             : a force of the scene, or a flow of mass, brings energy in
     momentum_is_conserved : no force but gravity comes from outside, a pivot's neither
     """
 
@@ -55,6 +56,9 @@ class Invariants:
         anchored = {WORLD} | {body.name for body in scene.bodies if body.fixed}
         steady = all(flow_of(body) is None for body in scene.bodies)
         held = any(body.pivot is not None for body in scene.bodies)
+        self.is_driven = not steady or any(
+            getattr(force, 'brings_energy', bool)() for force in scene.forces
+        )
         no_source = steady and all(f.conserves_energy() for f in scene.forces)
         meet = scene.contact.get('mode', 'none') != 'none'
         self.energy_is_conserved = no_source and not meet
@@ -79,6 +83,11 @@ class Invariants:
         turning = 0.5 * np.sum(state.angular_momentum * state.angular_velocity)
         return float(moving + turning)
 
+    def kinetic_energy_of(self, state: State, index: int) -> float:
+        """Of one body, by its scene index [J]."""
+        moving = state.momentum[index] @ state.velocity[index]
+        return float(0.5 * (moving + state.angular_momentum[index] @ state.angular_velocity[index]))
+
     def potential_energy(self, state: State) -> float:
         """Of gravity, from the origin of the world, and of the force elements [J]."""
         masses = self._masses if state.masses is None else state.masses
@@ -90,8 +99,16 @@ class Invariants:
             body.name: (body, state.position[i], matrices[i])
             for i, body in enumerate(self._scene.bodies)
         }
-        view = BodyState(bodies)
+        now = {} if state.masses is None else self._changing_masses(masses)
+        view = BodyState(bodies, now)
         return weight + math.fsum(force.potential_energy(view) for force in self._scene.forces)
+
+    def _changing_masses(self, masses: Array) -> dict[str, float]:
+        return {
+            body.name: float(mass)
+            for body, mass in zip(self._scene.bodies, masses, strict=True)
+            if flow_of(body) is not None
+        }
 
     def energy(self, state: State) -> float:
         """Kinetic and potential [J]."""

@@ -50,6 +50,11 @@ class ActingElements:
         self._ranges_of_pivots = [len(tables), self.pivots.count]
         self._tables = np.concatenate((tables, self.pivots.table.reshape(-1)))
         flowing = [body for body in scene.bodies if flow_of(body) is not None]
+        self._all_conserve = {
+            kind
+            for kind in self._types
+            if not flowing and all(f.conserves_energy() for f in scene.forces if f.TYPE == kind)
+        }
         self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
         self._ends_of_flow = [end_of_flow(body) for body in flowing]
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
@@ -70,6 +75,7 @@ class ActingElements:
         self.arguments = (argument(self.numbers), argument(np.array(ranges, dtype=np.int64)))
         places = range(last + variable_mass.SWITCH, len(self.numbers), variable_mass.COLUMNS)
         ends = [Switch(p, -math.inf, t) for p, t in zip(places, self._ends_of_flow, strict=True)]
+        self._ranges_of_chain = ranges
         self.schedule = Schedule([*self._switches, *ends]) if self.is_timed else None
 
     @property
@@ -94,6 +100,17 @@ class ActingElements:
         if self.pivots.count:
             chain.append((pivot.NAME, pivot.LAST))
         return chain
+
+    def working(self) -> list[tuple[Callable[..., Any], int, int]]:
+        """
+        Give the elements that bring or take energy: kernel, first place and number of each type.
+        """
+        ranges = zip(self._ranges_of_chain[::2], self._ranges_of_chain[1::2], strict=True)
+        return [
+            (element.power, start, count)
+            for (name, element), (start, count) in zip(self.chain(), ranges, strict=False)
+            if count and hasattr(element, 'power') and name not in self._all_conserve
+        ]
 
     @property
     def kernel_name(self) -> str:

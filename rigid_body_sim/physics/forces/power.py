@@ -1,0 +1,118 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the forces of a scene give and take at one instant: the power of all that has no potential.
+
+    P = F . v + torque . omega        [W]  F, v: at the centre of mass
+
+in three sums: commands (what is held on the bodies from outside the scene), drives (what the scene
+itself brings energy in with: forces over time, constant ones without a potential, flows of mass)
+and dissipation (what dampers and drag take, counted positive). What has a potential, as springs,
+bumpers and gravity do, is part of `Simulation.energy()` and gives none. Each element says in its
+own file, beside its force, what its power is: the kernel `power`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import argument, inline, kernel
+from rigid_body_sim.physics.state.blocks import angular_velocity, to_world, velocity
+from rigid_body_sim.physics.vectors import dot, load
+
+if TYPE_CHECKING:
+    from rigid_body_sim.physics.forces.acting_elements import ActingElements
+
+Array = NDArray[np.float64]
+
+power_sums = Record()
+COMMANDS = power_sums.number('W', 'of what is held on the bodies')
+DRIVES = power_sums.number('W', 'of what the scene brings energy in with; may be negative')
+DISSIPATION = power_sums.number('W', 'taken by dampers and drag, positive')
+SUMS = power_sums.size
+
+held = Record()
+BODY = held.number('-', 'core index')
+RIGID = held.number('-', 'index among the rigid bodies; -1: a point mass')
+FORCE = held.vector('N', 'at the centre of mass, world axes, or principal axes')
+TORQUE = held.vector('N m', 'the same axes')
+TURNS_WITH_BODY = held.number('-', '1: both are in principal axes')
+HELD = held.size
+
+
+@inline
+def wrench_power(translation, rotation, body, rigid, force, torque):
+    """Power [W] of a force at the centre of mass and a torque, world axes."""
+    given = dot(force, velocity(translation, body))
+    if rigid >= 0:
+        given += dot(torque, angular_velocity(rotation, rigid))
+    return given
+
+
+@kernel
+def _power_of_commands(table, count, translation, rotation, out):
+    """Add the power of all that is held."""
+    for number in range(count):
+        row = HELD * number
+        rigid = int(table[row + RIGID])
+        force = load(table, row + FORCE)
+        torque = load(table, row + TORQUE)
+        if table[row + TURNS_WITH_BODY] != 0.0:
+            force = to_world(rotation, rigid, force)
+            torque = to_world(rotation, rigid, torque)
+        body = int(table[row + BODY])
+        out[COMMANDS] += wrench_power(translation, rotation, body, rigid, force, torque)
+
+
+class Powers:
+    """
+    The power of all that acts in one scene.
+
+    idle          : whether nothing acts that gives or takes: every power is zero
+    was_commanded : whether anything was held so far
+    """
+
+    def __init__(self, acting: ActingElements) -> None:
+        self._acting = acting
+        self._held = np.zeros((0, HELD))
+        self.was_commanded = False
+        self.renew()
+
+    def renew(self) -> None:
+        """Look again where the elements stand: after `ActingElements.set_turning`."""
+        self._working = self._acting.working()
+        self.idle = not (self._working or len(self._held))
+
+    def holds(self, table: Array) -> bool:
+        """Whether what is held is the same as that of a table, rows of `held`."""
+        return np.array_equal(table, self._held)
+
+    def hold(self, table: Array) -> None:
+        """Take over what is held: rows of `held`."""
+        self._held = table
+        self._commands = (argument(table.reshape(-1)), len(table))
+        self.was_commanded |= len(table) > 0
+        self.renew()
+
+    def measure(self, time: float, translation: Array, rotation: Array, out: Array) -> None:
+        """
+        Evaluate at a time [s] of the scene.
+
+        out : (SUMS,) [W]
+        """
+        for place in range(SUMS):
+            out[place] = 0.0
+        pivots = self._acting.pivots
+        if pivots.count:
+            pivots.show(translation, rotation)
+        if len(self._held):
+            _power_of_commands(*self._commands, translation, rotation, out)
+        numbers = self._acting.arguments[0]
+        for power, start, count in self._working:
+            power(numbers, start, count, time, translation, rotation, out)
+        if pivots.count:
+            pivots.hide(translation, rotation)
