@@ -185,13 +185,15 @@ class Simulation:
         """Hand what is held now to the stepper."""
         self._drop_expired()
         if self._held_changed:
-            if self._stepper.work is not None:
-                self._stepper.work.expect(self._held.acting())
+            work = self._stepper.work
+            acting = None if work is None else self._held.acting()
+            if work is not None:
+                work.expect(acting)
             self._stepper.set_held(
                 self._held.write(self._stepper.translation, self._stepper.rotation)
             )
-            if self._stepper.work is not None:
-                self._stepper.work.powers.hold(self._held.acting())
+            if work is not None:
+                work.powers.hold(acting)
             self._held_changed = False
 
     def _drop_expired(self) -> None:

@@ -99,6 +99,7 @@ class WorkMeter:
         self._pieces = 4 if integrator.order <= 2 else 8
         self._substeps = integrator.substeps
         self._places = max(k for k in range(1, PLACES + 1) if self._substeps % k == 0)
+        self._weights = _weights_of(self._pieces)
         self._local = np.zeros((self._pieces + 1, SUMS))
         self._local_arguments = [argument(row) for row in self._local]
 
@@ -193,11 +194,10 @@ class WorkMeter:
         if not self._smooth:
             self._first, self._sums[HEAD] = row, 0.5 * self._rows[row]
         elif row:
-            here, error = self._correction(END)
-            largest = np.abs(self._local).max(axis=0)
-            if np.all(error <= TOO_FAST * largest):
+            error = abs(self._found[AT_END + 1])
+            if (error <= TOO_FAST * abs(self._local).max(axis=0)).all():
                 self._first = row
-                self._sums[HEAD] = 0.5 * self._rows[row] - here
+                self._sums[HEAD] = 0.5 * self._rows[row] - self._found[AT_END]
                 self._sums[HEAD_ERROR] = error
 
     def _end_rows(self) -> None:
@@ -222,23 +222,17 @@ class WorkMeter:
             out = self._local_arguments[piece + 1]
             self.powers.measure((begin + 1) * h / n, motion.translation, motion.rotation, out)
         motion.return_to(before)
-        return went_well and bool(np.all(np.isfinite(self._local)))
+        self._found = self._weights @ self._local
+        return went_well and bool(np.isfinite(self._found).all())
 
     def _add_pieces(self) -> None:
         """Integrate over the coming step in pieces."""
         if not self._divide():
-            self._local[:] = self._local[0]
-            self._sums[PIECES_ERROR] += self._h * np.abs(self._local[0])
-        value, error = romberg(self._local, self._h)
-        self._sums[PIECES] += value
-        self._sums[PIECES_ERROR] += error
-
-    def _correction(self, end: int) -> tuple[Array, Array]:
-        """C at the begin or the end of the step that was divided last, and its error, over h."""
-        n = self._pieces
-        value = _weights(n, n, end) @ self._local
-        near = slice(n) if end == BEGIN else slice(1, n + 1)
-        return value, np.abs(value - _weights(n, n - 1, end) @ self._local[near])
+            self._local[:] = self._rows[self._count - 1]
+            self._found = self._weights @ self._local
+            self._found[WHOLE + 1] = self._local[0]
+        self._sums[PIECES] += self._h * self._found[WHOLE]
+        self._sums[PIECES_ERROR] += self._h * abs(self._found[WHOLE + 1])
 
     def _put_away(self) -> None:
         """Add up the rows, but for those that the next differences need."""
@@ -267,10 +261,9 @@ class WorkMeter:
             return found
         correction, error = np.zeros(SUMS), np.zeros(SUMS)
         if self._smooth:
+            error = abs(self._rows[last])
             if self._divide():
-                correction, error = self._correction(BEGIN)
-            else:
-                error = np.abs(self._rows[last])
+                correction, error = self._found[AT_BEGIN], abs(self._found[AT_BEGIN + 1])
         sums = self._sums
         summed = sums[SUM] + self._rows[self._first : self._count].sum(axis=0)
         found[0] += self._h * (summed - sums[HEAD] - 0.5 * self._rows[last] - correction)
@@ -279,38 +272,43 @@ class WorkMeter:
         return found
 
 
-BEGIN, END = 0, 1  # of a step
+# what is found of a step from the power at its pieces, each with its error, over its length
+WHOLE, AT_BEGIN, AT_END = 0, 2, 4  # the integral; C at the begin and at the end
 
 
 @cache
-def _weights(pieces: int, degree: int, end: int) -> Array:
-    """
-    Give the weights in C, at the begin or end of a step, of the nearest values at its pieces.
+def _weights_of(pieces: int) -> Array:
+    """Give the weights (6, pieces + 1) of the values at the pieces in what is found of a step."""
+    weights = np.zeros((6, pieces + 1))
+    weights[WHOLE], weights[WHOLE + 1] = _romberg(pieces)
+    for degree, sign in ((pieces, 1.0), (pieces - 1, -1.0)):
+        nodes = np.arange(degree + 1)
+        if degree == pieces:
+            weights[AT_BEGIN] = _correction(nodes / pieces)
+            weights[AT_END] = _correction(nodes / pieces - 1.0)
+        weights[AT_BEGIN + 1, : degree + 1] += sign * _correction(nodes / pieces)
+        weights[AT_END + 1, pieces - degree :] += sign * _correction((nodes - degree) / pieces)
+    return weights
 
-    degree : of the polynomial through them
-    """
-    nodes = np.arange(degree + 1) / pieces
-    if end == END:
-        nodes = nodes - degree / pieces
+
+def _correction(nodes: Array) -> Array:
+    """Give the weights in C, at 0, of values at nodes: by the polynomial through them."""
     coefficients = np.linalg.inv(np.vander(nodes, increasing=True))
-    found = np.zeros(degree + 1)
+    found = np.zeros(len(nodes))
     for m, weight in EULER_MACLAURIN.items():
-        if m <= degree:
+        if m < len(nodes):
             found += weight * math.factorial(m) * coefficients[m]
     return found
 
 
-def romberg(values: Array, h: float) -> tuple[Array, Array]:
-    """
-    Integrate over h from values at 2^k + 1 equidistant places.
-
-    values : (2^k + 1, m);  returns : the integrals (m,), and how wrong they may be
-    """
-    n = len(values) - 1
+def _romberg(pieces: int) -> tuple[Array, Array]:
+    """Give the weights of Romberg's rule over a length of 1, and of its error."""
     row, stride = [], 1
-    while stride <= n:
-        part = values[::stride]
-        row.append(h * stride / n * (part.sum(axis=0) - 0.5 * (part[0] + part[-1])))
+    while stride <= pieces:
+        part = np.zeros(pieces + 1)
+        part[::stride] = stride / pieces
+        part[[0, -1]] *= 0.5
+        row.append(part)
         stride *= 2
     factor, before = 4.0, row[0]
     while len(row) > 1:
@@ -320,4 +318,4 @@ def romberg(values: Array, h: float) -> tuple[Array, Array]:
             for fine, coarse in zip(row[:-1], row[1:], strict=True)
         ]
         factor *= 4.0
-    return row[0], LEFT * np.abs(row[0] - before)
+    return row[0], LEFT * (row[0] - before)
