@@ -342,9 +342,19 @@ class Simulation:
         gravity, of constant forces in world axes. Where a step does not resolve the swing of a
         stiff spring (h omega > 1: implicit and linearly implicit methods), its ends are held
         within a gap that has nothing to do with a motion: k gap^2 / 2 may be thousands of joules
-        that no body has and that never come back. `energy_parts` has it apart.
+        that no body has and that never come back. `stored_energy` has that of springs
+        and other force elements apart.
         """
         return self.invariants.energy(self.state)
+
+    def stored_energy(self) -> float:
+        """Potential energy of the force elements alone, without the weight [J]."""
+        return self.invariants.stored_energy(self.state)
+
+    @property
+    def has_contact(self) -> bool:
+        """Whether bodies of the scene meet at all."""
+        return self._stepper.contact is not None
 
     def keep_energy_balance(self) -> None:
         """
@@ -359,8 +369,9 @@ class Simulation:
         self._ledger = EnergyLedger(
             meter,
             *self._energies(),
-            meets=self._stepper.contact is not None,
+            meets=self.has_contact,
             driven=self.invariants.is_driven,
+            weight=float(np.linalg.norm(self.invariants.weight())),
         )
 
     def _energies(self) -> tuple[float, float]:
@@ -371,9 +382,10 @@ class Simulation:
     def look_at_energy(self) -> None:
         """
         Take the energies of now into the balance: lowest and largest values are those of looks.
+
+        Raises InvalidModel where `keep_energy_balance` was not called.
         """
-        if self._ledger is not None:
-            self._ledger.look(*self._energies())
+        self._balance().look(*self._energies())
 
     def energy_balance(self) -> EnergyBalance:
         """
@@ -381,11 +393,14 @@ class Simulation:
 
         Raises InvalidModel where `keep_energy_balance` was not called.
         """
+        return self._balance().balance(*self._energies())
+
+    def _balance(self) -> EnergyLedger:
         if self._ledger is None:
             raise InvalidModel(
                 'an energy balance was not kept; call keep_energy_balance() where it is to begin'
             )
-        return self._ledger.balance(*self._energies())
+        return self._ledger
 
     def momentum(self) -> Array:
         """Total momentum (3,) [kg m/s]."""

@@ -116,6 +116,7 @@ class Stepper:
     def measure_work(self) -> WorkMeter:
         """Begin to add up the work of what has no potential."""
         powers = Powers(self._elements)
+        powers.prepare(argument(self.translation), argument(self.rotation))
         self.work = WorkMeter(powers, self._integrator, smooth=self.contact is None)
         return self.work
 

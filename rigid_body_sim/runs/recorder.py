@@ -56,6 +56,8 @@ class RunRecorder:
         names = [body.name for body in scene.bodies]
         topics = [*run.topics, *command_topics(names, namespace=run.settings.namespace)]
         start = run.simulation.state_bytes()
+        if run.energy.begun_at != run.simulation.tick:
+            run.energy.begin()  # as a replay will
         self.first_tick = run.simulation.tick
         self._writer = BagWriter(
             path,
@@ -126,11 +128,12 @@ class RunRecorder:
             {
                 **({'error_estimate': json.dumps(asdict(estimate))} if estimate else {}),
                 **{
-                    f'{law}_drift' if law != 'energy_rise' else law: repr(value)
+                    law if law.startswith('energy_rise') else f'{law}_drift': repr(value)
                     for law, value in drift.items()
                     if value is not None
                 },
                 **({'deepest_gap': repr(gap)} if gap is not None else {}),
+                **self._run.energy.ending(),
                 'last_tick': str(simulation.tick),
                 'ticks': str(simulation.tick - self.first_tick),
                 'last_time_ns': str(simulation.tick * simulation.dt_ns),

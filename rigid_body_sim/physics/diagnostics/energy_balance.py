@@ -39,6 +39,7 @@ from rigid_body_sim.physics.forces.power import COMMANDS, DISSIPATION, DRIVES
 # A method within its step limits keeps the energy of a free body within 1 % (`step_limits`), a
 # spring at h omega = 0.3 within 1 % of its swing: less is truncation, more is a run gone wrong.
 TOO_MUCH = 0.01  # [-] of the turnover
+OVERLAP = 1e-3  # [m] where bodies meet, heaps sink and rise by less while they come to rest
 ROUNDING = 1e-15  # [-] of kinetic and potential energy: of reading them, not of the run
 
 
@@ -53,6 +54,7 @@ class EnergyBalance:
                   and each of the works, at the looks so far
     gain        : [J] how far the energy of a passive scene rose above its lowest value before;
                   None where a command or a drive acted
+    tolerated   : [J] a gain that truncation and, where bodies meet, overlap may explain
     """
 
     change: float
@@ -65,11 +67,12 @@ class EnergyBalance:
     relative: float
     turnover: float
     gain: float | None
+    tolerated: float
 
     @property
     def gains(self) -> bool:
-        """Whether a passive scene gained more energy than truncation explains."""
-        return self.gain is not None and self.gain > TOO_MUCH * self.turnover + self.uncertainty
+        """Whether a passive scene gained more energy than is tolerated."""
+        return self.gain is not None and self.gain > self.tolerated
 
 
 @dataclass
@@ -92,15 +95,24 @@ class EnergyLedger:
     kinetic, potential: [J] where it begins
     meets             : whether bodies meet
     driven            : whether the scene itself brings energy in
+    weight            : [N] of all that moves
     """
 
     def __init__(
-        self, meter: WorkMeter, kinetic: float, potential: float, *, meets: bool, driven: bool
+        self,
+        meter: WorkMeter,
+        kinetic: float,
+        potential: float,
+        *,
+        meets: bool,
+        driven: bool,
+        weight: float,
     ) -> None:
         self._meter = meter
         self._begin = (kinetic, potential)
         self._meets = meets
         self._driven = driven
+        self._overlap = OVERLAP * weight if meets else 0.0
         self._seen = _Seen(kinetic, potential, potential)
 
     @property
@@ -122,28 +134,37 @@ class EnergyLedger:
         seen.gain = max(seen.gain, change - seen.lowest)
         seen.lowest = min(seen.lowest, change)
         if self._meets:
-            seen.lowest_rest = min(seen.lowest_rest, change - self._net()[0])
+            commands, drives, taken, _ = self._works()
+            seen.lowest_rest = min(seen.lowest_rest, change - (commands + drives - taken))
 
-    def _net(self) -> tuple[float, float, float, float]:
-        """Work of all that has no potential, and of each [J]."""
-        work = self._meter.work()[0].tolist()
-        commands, drives, taken = work[COMMANDS], work[DRIVES], work[DISSIPATION]
-        return commands + drives - taken, commands, drives, taken
+    def _works(self) -> tuple[float, float, float, float]:
+        """Work of commands and drives, what was dissipated, and how wrong they may be [J]."""
+        work, error = self._meter.work()
+        values = work.tolist()
+        return values[COMMANDS], values[DRIVES], values[DISSIPATION], float(error.sum())
 
     def balance(self, kinetic: float, potential: float) -> EnergyBalance:
         """Draw the balance with the energies of now [J]; the looks stay as they are."""
         seen, change = self._seen, self._change(kinetic, potential)
-        net, commands, drives, taken = self._net()
-        rest = change - net
+        commands, drives, taken, error = self._works()
+        rest = change - (commands + drives - taken)
         contact = max(0.0, -min(seen.lowest_rest, rest)) if self._meets else 0.0
         defect = rest + contact
         largest = max(seen.kinetic, kinetic)
         span = max(seen.highest_potential, potential) - min(seen.lowest_potential, potential)
         turnover = max(largest, span, abs(commands), abs(drives), taken)
         rounding = ROUNDING * (largest + abs(potential) + abs(self._begin[1]))
-        uncertainty = float(self._meter.work()[1].sum()) + rounding
-        gain = max(seen.gain, change - seen.lowest) if self.is_passive else None
-        relative = 0.0 if defect == 0.0 else abs(defect) / turnover if turnover else math.inf
+        uncertainty = error + rounding
         return EnergyBalance(
-            change, commands, drives, taken, contact, defect, uncertainty, relative, turnover, gain
+            change=change,
+            work_of_commands=commands,
+            work_of_drives=drives,
+            dissipation=taken,
+            contact=contact,
+            defect=defect,
+            uncertainty=uncertainty,
+            relative=0.0 if defect == 0.0 else abs(defect) / turnover if turnover else math.inf,
+            turnover=turnover,
+            gain=max(seen.gain, change - seen.lowest) if self.is_passive else None,
+            tolerated=TOO_MUCH * turnover + uncertainty + self._overlap,
         )

@@ -92,21 +92,24 @@ class Invariants:
         """Of gravity, from the origin of the world, and of the force elements [J]."""
         masses = self._masses if state.masses is None else state.masses
         weight = -float(masses @ (state.position @ self._gravity))
-        if not self._scene.forces:
-            return weight
+        return weight + self.stored_energy(state) if self._scene.forces else weight
+
+    def stored_energy(self, state: State) -> float:
+        """Of the force elements alone [J]."""
         matrices = so3.matrix_from_quaternion(state.orientation)
         bodies = {
             body.name: (body, state.position[i], matrices[i])
             for i, body in enumerate(self._scene.bodies)
         }
-        now = {} if state.masses is None else self._changing_masses(masses)
-        view = BodyState(bodies, now)
-        return weight + math.fsum(force.potential_energy(view) for force in self._scene.forces)
+        view = BodyState(bodies, self._changing_masses(state))
+        return math.fsum(force.potential_energy(view) for force in self._scene.forces)
 
-    def _changing_masses(self, masses: Array) -> dict[str, float]:
+    def _changing_masses(self, state: State) -> dict[str, float]:
+        if state.masses is None:
+            return {}
         return {
             body.name: float(mass)
-            for body, mass in zip(self._scene.bodies, masses, strict=True)
+            for body, mass in zip(self._scene.bodies, state.masses, strict=True)
             if flow_of(body) is not None
         }
 
@@ -161,13 +164,15 @@ class Drift:
 
     energy, momentum, angular_momentum : [-]
     energy_rise : [-]  where bodies meet: how far the energy ever rose above its lowest value
-                  before, which it must not; None elsewhere
+                  before, relative to the largest energy; None elsewhere
+    energy_rise_joules : [J] the same
     """
 
     energy: float | None
     momentum: float | None
     angular_momentum: float | None
     energy_rise: float | None = None
+    energy_rise_joules: float | None = None
 
 
 class DriftMeter:
@@ -223,6 +228,7 @@ class DriftMeter:
             momentum if self._of.momentum_is_conserved else None,
             angular if self._of.momentum_is_conserved else None,
             _relative(self._rise, self._scales[0]) if self._of.energy_must_not_rise else None,
+            self._rise if self._of.energy_must_not_rise else None,
         )
 
 

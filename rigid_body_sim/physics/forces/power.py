@@ -98,6 +98,12 @@ class Powers:
         self.was_commanded |= len(table) > 0
         self.renew()
 
+    def prepare(self, translation: Array, rotation: Array) -> None:
+        """Compile what `measure` will need, commands too."""
+        out = argument(np.zeros(SUMS))
+        _power_of_commands(argument(np.zeros(HELD)), 0, translation, rotation, out)
+        self.measure(0.0, translation, rotation, out)
+
     def measure(self, time: float, translation: Array, rotation: Array, out: Array) -> None:
         """
         Evaluate at a time [s] of the scene.

@@ -120,6 +120,10 @@ class Constant:
         """The one body; whatever pushes it is not in the scene."""
         return (self.body,)
 
+    def turns(self, body: str) -> bool:
+        """With a torque, or away from the centre of mass."""
+        return any(self.torque) or self.point is not None
+
     def depends_on_velocity(self) -> bool:
         """Never."""
         return False

@@ -137,6 +137,10 @@ class Drag:
         """The one body; the fluid takes the counterforce."""
         return (self.body,)
 
+    def turns(self, body: str) -> bool:
+        """With an angular coefficient."""
+        return bool(self.angular or self.angular_quadratic)
+
     def depends_on_velocity(self) -> bool:
         """Always."""
         return True

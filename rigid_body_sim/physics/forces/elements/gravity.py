@@ -147,6 +147,10 @@ class Gravity:
         """All that attract each other."""
         return self.among
 
+    def turns(self, body: str) -> bool:
+        """Never: it acts at the centres of mass."""
+        return False
+
     def depends_on_velocity(self) -> bool:
         """Never."""
         return False

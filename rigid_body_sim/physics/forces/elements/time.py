@@ -227,6 +227,11 @@ class TimeTable:
         """The one body; whatever pushes it is not in the scene."""
         return (self.body,)
 
+    def turns(self, body: str) -> bool:
+        """With torques, or away from the centre of mass."""
+        torques = (number for row in self.table for number in row[1 + COMPONENTS :])
+        return self.point is not None or any(torques)
+
     def depends_on_velocity(self) -> bool:
         """Never."""
         return False
