@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 ROWS = 512  # looks at the power between two additions: none of them costs numpy more than a call
 EULER_MACLAURIN = {1: 1 / 12, 3: -1 / 720, 5: 1 / 30240}  # by derivative
 TOO_FAST = 1e-3  # [-] of the power: what one piece less gives otherwise; some 0.7 rad a tick
+SNAP_DIGITS = 8  # [tick] so near to a boundary a kink is at it: wider than `schedule.SNAP`
 PLACES = 8  # looks into a tick of many substeps; more cost time, and find nothing new
 LEFT = 0.1  # [-] of what the last extrapolation changed, for what is left
 ALTERNATING = 12  # differences: they leave of the power what changes sign from tick to tick
@@ -88,6 +89,8 @@ class WorkMeter:
         self._row_arguments = [argument(row) for row in self._rows]
         self._sums = np.zeros((8, SUMS))
         self._h = math.nan  # between two rows [s]
+        self._bends_for = math.nan  # tick length [s]
+        self._bends: set[float] = set()  # tick boundaries at which a derivative of a power jumps
         self._motion: Motion | None = None
         self._place = 0.0  # where the run stands [h]
         self._begin_stretch()
@@ -163,19 +166,38 @@ class WorkMeter:
             self.cut()
             self._h = h / places
         self._motion, self._place = motion, places * tick
-        if not self._count:
-            self._look(tick * h)
-        for number in range(places * ticks):
-            if self._first < 0:
-                self._add_pieces()
-            elif to_the_end and self._smooth and number == places * ticks - 1:
-                self._end_rows()
-                self._add_pieces()
-            if not motion.steps(steps, steps * self._place, h / self._substeps):
-                return False
-            self._place += 1
-            self._look(self._place * self._h)
+        for number in range(1, ticks + 1):
+            if not self._count:
+                self._look(self._place * self._h)
+            bends = self._bends_at(tick + number, h)
+            ends = bends or (to_the_end and number == ticks)
+            for left in range(places - 1, -1, -1):
+                if not self._step(motion, steps, h / self._substeps, last=ends and left == 0):
+                    return False
+            if bends:
+                self.cut()
         return True
+
+    def _step(self, motion: Motion, steps: int, h: float, *, last: bool) -> bool:
+        """Advance to the next place, the last of the stretch or another; whether it went well."""
+        if last and self._smooth and self._first >= 0:
+            self._end_rows()
+        if self._first < 0:
+            self._add_pieces()
+        if not motion.steps(steps, steps * self._place, h):
+            return False
+        self._place += 1
+        self._look(self._place * self._h)
+        return True
+
+    def _bends_at(self, tick: float, h: float) -> bool:
+        """Whether a derivative of a power jumps at a tick boundary."""
+        if not len(self.powers.kinks):
+            return False
+        if h != self._bends_for:
+            self._bends_for = h
+            self._bends = set(np.round(self.powers.kinks / h, SNAP_DIGITS).tolist())
+        return round(float(tick), SNAP_DIGITS) in self._bends
 
     def _look(self, time: float) -> None:
         """Take the power now."""

@@ -5,7 +5,7 @@ Everything that acts on the bodies of a scene, as tables of numbers and one kern
 
 The force elements of a type share one table; behind them follow the pivots, what is held and turns
 with the bodies, and the flows of mass. The chain of their kernels is evaluated in the order of
-`chain`; where an element begins or ends at an instant of its own, the schedule knows.
+`chain`; where an element begins, ends or has a kink at an instant of its own, the schedule knows.
 """
 
 from __future__ import annotations
@@ -36,7 +36,9 @@ class ActingElements:
     numbers, ranges     : what the kernels read: the tables, and where each begins and how many
                           rows it has
     arguments           : both as a kernel takes them
-    schedule            : instants at which an element begins or ends; None: there are none
+    schedule            : instants at which an element begins, ends or has a kink; None: there are
+                          none
+    kinks               : instants [s], ascending, at which a wrench changes its course
     is_timed            : whether a wrench depends on time itself
     depends_on_velocity : whether one depends on velocities
     pivots              : bodies that turn about a fixed point
@@ -58,6 +60,8 @@ class ActingElements:
         self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
         self._ends_of_flow = [end_of_flow(body) for body in flowing]
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
+        kinks = [f.kinks() for f in scene.forces if hasattr(f, 'kinks')]
+        self.kinks = np.unique(np.array([t for each in kinks for t in each], dtype=np.float64))
         self._evaluate: Callable[..., Any] | None = None
         self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
@@ -76,7 +80,8 @@ class ActingElements:
         places = range(last + variable_mass.SWITCH, len(self.numbers), variable_mass.COLUMNS)
         ends = [Switch(p, -math.inf, t) for p, t in zip(places, self._ends_of_flow, strict=True)]
         self._ranges_of_chain = ranges
-        self.schedule = Schedule([*self._switches, *ends]) if self.is_timed else None
+        switches = [*self._switches, *ends]
+        self.schedule = Schedule(switches, self.kinks) if self.is_timed else None
 
     @property
     def names(self) -> list[str]:

@@ -128,6 +128,7 @@ class Tie:
     quadratic         : [N s^2/m^2]    what |v| adds to that
     angular           : [N m s]        resistance to the rotation of a
     angular_quadratic : [N m s^2]      what |omega| adds to that
+    linear            : whether the force is linear in the positions of the ends
     """
 
     a: tuple[str, Vector | None]
@@ -137,6 +138,7 @@ class Tie:
     quadratic: float = 0.0
     angular: float = 0.0
     angular_quadratic: float = 0.0
+    linear: bool = False
 
 
 class ForceElement(Protocol):
@@ -204,5 +206,12 @@ class TimedElement(ForceElement, Protocol):
         """
         Give the instants [s] since the start of the scene at which it jumps from zero and to zero,
         or infinities.
+        """
+        ...
+
+    def kinks(self) -> tuple[float, ...]:
+        """
+        Give the instants [s] at which a derivative of it jumps; an element without any needs no
+        such method.
         """
         ...

@@ -74,10 +74,12 @@ class Powers:
 
     idle          : whether nothing acts that gives or takes: every power is zero
     was_commanded : whether anything was held so far
+    kinks         : instants [s] at which a derivative of a power jumps
     """
 
     def __init__(self, acting: ActingElements) -> None:
         self._acting = acting
+        self.kinks = acting.kinks
         self._held = np.zeros((0, HELD))
         self.was_commanded = False
         self.renew()

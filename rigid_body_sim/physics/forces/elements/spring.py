@@ -217,7 +217,8 @@ class Spring:
     def tie(self) -> Tie:
         """Its stiffness and damping."""
         ends = ((self.a, self.a_point), (self.b, self.b_point))
-        return Tie(*ends, stiffness=self.stiffness, damping=self.damping)
+        linear = self.rest_length == 0.0
+        return Tie(*ends, stiffness=self.stiffness, damping=self.damping, linear=linear)
 
     def bodies(self) -> tuple[str, ...]:
         """Both ends."""

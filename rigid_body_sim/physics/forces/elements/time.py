@@ -6,13 +6,14 @@ A force and torque on one body given over time by a table, in world axes or in t
     F(t) = c0 + c1 s + c2 s^2 + c3 s^3,   s = t - t_i,   t_i <= t < t_i+1; likewise the torque
     F acts at a point of the body: torque about the centre of mass = arm x F + torque
 
-linear : straight from row to row; a kink at a row lowers an integrator to order two, unless it
-         lies on a tick boundary
+linear : straight from row to row
 cubic  : the twice continuously differentiable spline through the rows (not-a-knot; scipy's
          CubicSpline)
 
 Time counts from the start of the scene. Before the first and after the last row the wrench is
-zero, or with `outside: hold` that of the nearest row. It takes and gives energy from outside: none
+zero, or with `outside: hold` that of the nearest row. At a row the wrench has a kink, or its third
+derivative jumps: a tick is cut at the rows inside it (`forces.schedule`), so that a method keeps
+its order. Rows much denser than ticks cost as many steps. It takes and gives energy from outside: none
 is conserved.
 """
 
@@ -222,6 +223,10 @@ class TimeTable:
         if self.outside == 'hold':
             return (-math.inf, math.inf)
         return (self.table[0][0], self.table[-1][0])
+
+    def kinks(self) -> tuple[float, ...]:
+        """The times of its rows [s]."""
+        return tuple(row[0] for row in self.table)
 
     def bodies(self) -> tuple[str, ...]:
         """The one body; whatever pushes it is not in the scene."""
