@@ -18,13 +18,13 @@ from dataclasses import asdict
 
 import numpy as np
 
-from rigid_body_sim.physics.diagnostics.energy_balance import TOO_MUCH, EnergyBalance
+from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
 from rigid_body_sim.physics.simulation import Simulation
 
 ROWS = 256  # of the history: more than a picture shows
 COLUMNS = ('time', 'change', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact',
            'defect')  # fmt: skip
-AGAIN = 10.0  # [-] a passive scene that has gained so much more is warned of again
+AGAIN = 100.0  # [-] a passive scene that has gained so much more is warned of again
 NOT_IN_MOTION = 0.9  # [-] share of a gain that springs hold, from which on it is no motion
 
 
@@ -39,7 +39,6 @@ class EnergyLog:
         self._simulation = simulation
         self._every = every
         self._warn = warn
-        self._warned_of = 0.0  # gain [J]
         self.begin()
 
     def begin(self) -> None:
@@ -49,7 +48,8 @@ class EnergyLog:
         self._stored = simulation.stored_energy()
         self.begun_at = simulation.tick
         self._stride = 1
-        self._warned_of = 0.0
+        self._warned_of = 0.0  # gain of the motion [J]
+        self._warned_of_springs = False
         self.history: list[tuple[float, ...]] = []
         self._look()
 
@@ -78,9 +78,8 @@ class EnergyLog:
         self._simulation.look_at_energy()
         balance = self._simulation.energy_balance()
         self.history.append(self._row(balance))
-        if balance.gains and (balance.gain or 0.0) > AGAIN * self._warned_of:
-            self._warned_of = balance.gain or 0.0
-            self._warn(self._text(balance))
+        if balance.gains:
+            self._tell(balance, balance.gain or 0.0)
 
     def _row(self, balance: EnergyBalance) -> tuple[float, ...]:
         values = asdict(balance)
@@ -102,20 +101,27 @@ class EnergyLog:
             ),
         }
 
-    def _text(self, balance: EnergyBalance) -> str:
-        simulation, gain = self._simulation, balance.gain or 0.0
+    def _tell(self, balance: EnergyBalance, gain: float) -> None:
+        """Warn of a gain: once of what springs hold, of motion again when it is a hundredfold."""
+        simulation = self._simulation
+        in_springs = simulation.stored_energy() - self._stored > NOT_IN_MOTION * gain
+        if gain <= AGAIN * self._warned_of or (in_springs and self._warned_of_springs):
+            return
         name = simulation.integrator.name
         said = (
             f'the scene gained {gain:.2g} J by {simulation.time:g} s, though no command and no '
-            f'drive acts: more than {TOO_MUCH:.0%} of the {balance.turnover:.2g} J that moved in it'
+            f'drive acts; up to {balance.tolerated:.2g} J would be truncation'
         )
-        if simulation.stored_energy() - self._stored > NOT_IN_MOTION * gain:
-            return (
+        if in_springs:
+            self._warned_of_springs = True
+            self._warn(
                 f'{said}; nearly all of it stands in springs that a step of {name} does not '
                 'resolve: what their ends are apart at the ticks is an error of position, not an '
                 'energy that a body has; judge the run by its motion, or take a shorter dt'
             )
-        return f'{said}; {name} brought it in: take a shorter dt or another integrator'
+        else:
+            self._warned_of = gain
+            self._warn(f'{said}; {name} brought it in: take a shorter dt or another integrator')
 
 
 def balance_json(balance: EnergyBalance) -> str:

@@ -38,7 +38,7 @@ from rigid_body_sim.physics.forces.power import COMMANDS, DISSIPATION, DRIVES
 
 # A method within its step limits keeps the energy of a free body within 1 % (`step_limits`), a
 # spring at h omega = 0.3 within 1 % of its swing: less is truncation, more is a run gone wrong.
-TOO_MUCH = 0.01  # [-] of the turnover
+TOO_MUCH = 0.01  # [-] of the largest kinetic energy and change of potential energy
 OVERLAP = 1e-3  # [m] where bodies meet, heaps sink and rise by less while they come to rest
 ROUNDING = 1e-15  # [-] of kinetic and potential energy: of reading them, not of the run
 
@@ -152,9 +152,9 @@ class EnergyLedger:
         defect = rest + contact
         largest = max(seen.kinetic, kinetic)
         span = max(seen.highest_potential, potential) - min(seen.lowest_potential, potential)
-        turnover = max(largest, span, abs(commands), abs(drives), taken)
+        moved = max(largest, span)
+        turnover = max(moved, abs(commands), abs(drives), taken)
         rounding = ROUNDING * (largest + abs(potential) + abs(self._begin[1]))
-        uncertainty = error + rounding
         return EnergyBalance(
             change=change,
             work_of_commands=commands,
@@ -162,9 +162,9 @@ class EnergyLedger:
             dissipation=taken,
             contact=contact,
             defect=defect,
-            uncertainty=uncertainty,
+            uncertainty=error + rounding,
             relative=0.0 if defect == 0.0 else abs(defect) / turnover if turnover else math.inf,
             turnover=turnover,
             gain=max(seen.gain, change - seen.lowest) if self.is_passive else None,
-            tolerated=TOO_MUCH * turnover + uncertainty + self._overlap,
+            tolerated=TOO_MUCH * moved + rounding + self._overlap,
         )
