@@ -27,7 +27,7 @@ from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance, EnergyLedger
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
-from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.forces.power import COMMANDS
@@ -187,12 +187,12 @@ class Simulation:
         if self._held_changed:
             work = self._stepper.work
             acting = None if work is None else self._held.acting()
-            if work is not None:
+            if work is not None and acting is not None:
                 work.expect(acting)
             self._stepper.set_held(
                 self._held.write(self._stepper.translation, self._stepper.rotation)
             )
-            if work is not None:
+            if work is not None and acting is not None:
                 work.powers.hold(acting)
             self._held_changed = False
 

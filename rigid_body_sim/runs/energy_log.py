@@ -5,8 +5,8 @@ The energy balance of a run as it goes: looks at publish ticks, a history of the
 while a passive scene gains.
 
 Looks depend on ticks alone, so that a replay finds the same numbers to the bit. They are made at
-every publish tick at first; when the history is full, every second row of it goes, and from then on
-every second look. Where bodies meet every publish tick is looked at, because contact may take
+every publish tick at first; when the history is full, every second row of it goes, and from then
+on every second look. Where bodies meet every publish tick is looked at, because contact may take
 energy at any.
 """
 
@@ -48,6 +48,7 @@ class EnergyLog:
         self._stored = simulation.stored_energy()
         self.begun_at = simulation.tick
         self._stride = 1
+        self._gain = 0.0  # at the last look [J]
         self._warned_of = 0.0  # gain of the motion [J]
         self._warned_of_springs = False
         self.history: list[tuple[float, ...]] = []
@@ -78,8 +79,10 @@ class EnergyLog:
         self._simulation.look_at_energy()
         balance = self._simulation.energy_balance()
         self.history.append(self._row(balance))
-        if balance.gains:
-            self._tell(balance, balance.gain or 0.0)
+        gain = balance.gain or 0.0
+        if balance.gains and gain > self._gain:  # it is now that so much was gained
+            self._tell(balance, gain)
+        self._gain = gain
 
     def _row(self, balance: EnergyBalance) -> tuple[float, ...]:
         values = asdict(balance)

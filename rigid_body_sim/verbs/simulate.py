@@ -303,4 +303,3 @@ def _print_contact(rise: float | None, joules: float | None, gap: float | None) 
 def _finite(drift: float | None) -> float | None:
     """JSON knows neither infinity nor NaN: a drift beyond the numbers is no number."""
     return drift if drift is not None and math.isfinite(drift) else None
-

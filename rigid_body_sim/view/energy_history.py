@@ -72,15 +72,17 @@ class EnergyHistory:
 
 
 def balance_history(ending: Mapping[str, str] | None) -> BalanceHistory | None:
-    """Read the energy balance of a bag from its ending; None where it has none that can be read."""
+    """Read the energy balance of a bag from its ending; None where it has none."""
     try:
         rows = json.loads((ending or {})['energy_history'])
-        columns = [np.array(rows[name], dtype=np.float64) for name in IN_BAG]
+        time, *columns = (np.array(rows[name], dtype=np.float64) for name in IN_BAG)
         turnover = float(json.loads((ending or {})['energy_balance'])['turnover'])
     except (KeyError, TypeError, ValueError):
         return None
-    whole = {column.shape for column in columns} == {(len(columns[0]),)}
-    return BalanceHistory(*columns, turnover) if whole and len(columns[0]) > 1 else None
+    if time.ndim != 1 or len(time) < 2 or any(column.shape != time.shape for column in columns):
+        return None
+    commands, drives, dissipation, contact, defect = columns
+    return BalanceHistory(time, commands, drives, dissipation, contact, defect, turnover)
 
 
 def energy_history(

@@ -131,17 +131,14 @@ def _works(axes: Axes, energy: EnergyHistory) -> None:
     balance = energy.balance
     if balance is None:
         return
-    for place, (name, work) in enumerate(
-        (
-            ('work of commands', balance.commands),
-            ('work of drives', balance.drives),
-            ('dissipated', balance.dissipation),
-            ('taken by contact', balance.contact),
-        ),
-        start=2,
+    for place, name, work in (
+        (2, 'work of commands', balance.commands),
+        (3, 'work of drives', balance.drives),
+        (5, 'dissipated', balance.dissipation),
+        (6, 'taken by contact', balance.contact),
     ):
         if np.any(work):
-            axes.plot(balance.time, work, **style(place) | {'linewidth': 1.2}, label=name)
+            axes.plot(balance.time, work, **style(place), label=name)
 
 
 def _drift(axes: Axes, energy: EnergyHistory) -> None:
@@ -164,9 +161,7 @@ def _drift(axes: Axes, energy: EnergyHistory) -> None:
     axes.axhline(np.finfo(float).eps, **rounding, label='one rounding')
     drawn = [line.get_ydata() for line in axes.get_lines()]
     largest = max((float(np.nanmax(y)) for y in map(np.asarray, drawn) if y.size), default=0.0)
-    decades = np.arange(
-        np.log10(NO_DRIFT), max(-12.0, np.log10(max(NO_DRIFT, largest)) + 1.0)
-    )
+    decades = np.arange(np.log10(NO_DRIFT), max(-12.0, np.log10(max(NO_DRIFT, largest)) + 1.0))
     decades = decades[:: 1 + len(decades) // 7]
     axes.set_ylim(0.3 * NO_DRIFT, 10.0 ** (decades[-1] + 2.0))
     ticks = [f'$10^{{{decade:.0f}}}$' for decade in decades]

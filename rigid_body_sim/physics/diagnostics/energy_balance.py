@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The energy balance of a run: what changed, what was brought in and taken out, and what is left over.
+The energy balance of a run: what changed, what was brought in and taken out, what is left over.
 
     change = work of commands + work of drives - dissipation - contact + defect              [J]
 

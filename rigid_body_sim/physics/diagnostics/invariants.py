@@ -86,7 +86,9 @@ class Invariants:
     def kinetic_energy_of(self, state: State, index: int) -> float:
         """Of one body, by its scene index [J]."""
         moving = state.momentum[index] @ state.velocity[index]
-        return float(0.5 * (moving + state.angular_momentum[index] @ state.angular_velocity[index]))
+        return float(
+            0.5 * (moving + state.angular_momentum[index] @ state.angular_velocity[index])
+        )
 
     def potential_energy(self, state: State) -> float:
         """Of gravity, from the origin of the world, and of the force elements [J]."""

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The work of all that has no potential, along the motion that a run makes: the integral of its power.
+The work of all that has no potential, along the motion that a run makes: its power, integrated.
 
     W = sum over the smooth stretches of  int P dt,    P : `forces.power`, at the states of the run
 
@@ -12,9 +12,9 @@ corrections of Euler and Maclaurin at both ends,
     int P dt = h (P_M / 2 + P_M+1 + … + P_N / 2) - h [C(N) - C(M)]
     C = h D P / 12 - h^3 D^3 P / 720 + h^5 D^5 P / 30240,    D : derivative with time
 
-The derivatives are those of the polynomial through the power in 4 or 8 pieces of a tick, into which
-a tick at each end is divided for the purpose: the state is copied, advanced over the pieces, and
-put back, so that no bit of the run changes. The first tick of a stretch is integrated over its
+The derivatives are those of the polynomial through the power in 4 or 8 pieces of a tick, into
+which a tick at each end is divided for the purpose: the state is copied, advanced over the pieces,
+and put back, so that no bit of the run changes. The first tick of a stretch is integrated over its
 pieces, by Romberg's rule; so are those that follow, while the motion is too fast for its ticks. A
 method that divides its ticks into substeps is looked at in up to eight places of a tick.
 
@@ -31,6 +31,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -335,9 +336,6 @@ def _romberg(pieces: int) -> tuple[Array, Array]:
     factor, before = 4.0, row[0]
     while len(row) > 1:
         before = row[0]
-        row = [
-            (factor * fine - coarse) / (factor - 1.0)
-            for fine, coarse in zip(row[:-1], row[1:], strict=True)
-        ]
+        row = [(factor * fine - coarse) / (factor - 1.0) for fine, coarse in pairwise(row)]
         factor *= 4.0
     return row[0], LEFT * (row[0] - before)

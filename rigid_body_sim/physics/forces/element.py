@@ -158,8 +158,8 @@ class ForceElement(Protocol):
                  without it they are found by differences
     brings_energy : optional method () -> bool: whether its power counts as that of a drive, which
                  may bring energy in; without it the element stores energy or takes it
-    turns      : optional method (body) -> bool: whether it exerts a torque about the centre of mass
-                 of one of its bodies; without it, it counts as if it did
+    turns      : optional method (body) -> bool: whether it exerts a torque about the centre of
+                 mass of one of its bodies; without it, it counts as if it did
     tie        : optional method () -> Tie: how strongly it holds or brakes; without it the element
                  counts for nothing when a run is warned of a step that is too long
     """
