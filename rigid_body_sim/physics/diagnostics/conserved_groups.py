@@ -10,9 +10,9 @@ from outside but uniform gravity,
     angular momentum : sum (r - c) x (p - m v_c) + L_i, about its centre of mass   [kg m^2/s]
 
 stay. Of a body on which forces act, but at its centre of mass and without a torque, the own
-angular momentum L stays; of one that turns about a pivot under gravity alone, its component along gravity
-about the pivot (all of it where there is no gravity). A command on a body ends the law for its
-group as long as it acts, not for the others.
+angular momentum L stays; of one that turns about a pivot under gravity alone, its component along
+gravity about the pivot (all of it where there is no gravity). A command on a body ends the law for
+its group as long as it acts, not for the others.
 """
 
 from __future__ import annotations

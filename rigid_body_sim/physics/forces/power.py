@@ -14,7 +14,8 @@ own file, beside its force, what its power is: the kernel `power`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +24,6 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import argument, inline, kernel
 from rigid_body_sim.physics.state.blocks import angular_velocity, to_world, velocity
 from rigid_body_sim.physics.vectors import dot, load
-
-if TYPE_CHECKING:
-    from rigid_body_sim.physics.forces.acting_elements import ActingElements
 
 Array = NDArray[np.float64]
 
@@ -68,6 +66,36 @@ def _power_of_commands(table, count, translation, rotation, out):
         out[COMMANDS] += wrench_power(translation, rotation, body, rigid, force, torque)
 
 
+class Pivots(Protocol):
+    """Bodies that turn about a pivot: `elements.pivot.Pivots`."""
+
+    count: int
+
+    def show(self, translation: Array, rotation: Array) -> None:
+        """Let the blocks hold position and momentum of the centres of mass."""
+        ...
+
+    def hide(self, translation: Array, rotation: Array) -> None:
+        """Let the blocks hold what a tick begins with again."""
+        ...
+
+
+class Acting(Protocol):
+    """What acts in a scene: `acting_elements.ActingElements`."""
+
+    arguments: tuple[Any, Any]
+    kinks: Array
+
+    @property
+    def pivots(self) -> Pivots:
+        """Give the bodies that turn about a pivot."""
+        ...
+
+    def working(self) -> list[tuple[Callable[..., Any], int, int]]:
+        """Give the elements that bring or take energy: kernel, first place, number."""
+        ...
+
+
 class Powers:
     """
     The power of all that acts in one scene.
@@ -77,7 +105,7 @@ class Powers:
     kinks         : instants [s] at which a derivative of a power jumps
     """
 
-    def __init__(self, acting: ActingElements) -> None:
+    def __init__(self, acting: Acting) -> None:
         self._acting = acting
         self.kinks = acting.kinks
         self._held = np.zeros((0, HELD))
