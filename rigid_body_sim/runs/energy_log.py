@@ -24,7 +24,6 @@ from rigid_body_sim.physics.simulation import Simulation
 ROWS = 256  # of the history: more than a picture shows
 COLUMNS = ('time', 'change', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact',
            'defect')  # fmt: skip
-AGAIN = 100.0  # [-] a passive scene that has gained so much more is warned of again
 NOT_IN_MOTION = 0.9  # [-] share of a gain that springs hold, from which on it is no motion
 
 
@@ -49,8 +48,7 @@ class EnergyLog:
         self.begun_at = simulation.tick
         self._stride = 1
         self._gain = 0.0  # at the last look [J]
-        self._warned_of = 0.0  # gain of the motion [J]
-        self._warned_of_springs = False
+        self._warned_of: set[bool] = set()  # whether it stood in springs
         self.history: list[tuple[float, ...]] = []
         self._look()
 
@@ -105,25 +103,24 @@ class EnergyLog:
         }
 
     def _tell(self, balance: EnergyBalance, gain: float) -> None:
-        """Warn of a gain: once of what springs hold, of motion again when it is a hundredfold."""
+        """Warn of a gain: once of what springs hold, and once of what is in the motion."""
         simulation = self._simulation
         in_springs = simulation.stored_energy() - self._stored > NOT_IN_MOTION * gain
-        if gain <= AGAIN * self._warned_of or (in_springs and self._warned_of_springs):
+        if in_springs in self._warned_of:
             return
+        self._warned_of.add(in_springs)
         name = simulation.integrator.name
         said = (
             f'the scene gained {gain:.2g} J by {simulation.time:g} s, though no command and no '
             f'drive acts; up to {balance.tolerated:.2g} J would be truncation'
         )
         if in_springs:
-            self._warned_of_springs = True
             self._warn(
                 f'{said}; nearly all of it stands in springs that a step of {name} does not '
                 'resolve: what their ends are apart at the ticks is an error of position, not an '
                 'energy that a body has; judge the run by its motion, or take a shorter dt'
             )
         else:
-            self._warned_of = gain
             self._warn(f'{said}; {name} brought it in: take a shorter dt or another integrator')
 
 

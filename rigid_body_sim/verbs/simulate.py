@@ -20,6 +20,7 @@ from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.runs.commands import Command, read_csv
 from rigid_body_sim.runs.energy_log import as_numbers
 from rigid_body_sim.runs.kept_lines import balance_line, drift_text, momentum_lines
@@ -110,15 +111,15 @@ def run(arguments: argparse.Namespace) -> int:
         estimate_error=arguments.estimate_error,
         publish_contacts=arguments.contacts,
     )
-    if arguments.output.exists():
-        raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
+    check_new(arguments.output)
     compiled = time.monotonic()
     turning = any(command.frame_id == command.body for _, command in timed)
     with _Note('compiling', shown=not arguments.json) as note:
         simulation.prepare(commands_in_body_axes=turning, progress=note.compiling)
     compiled = time.monotonic() - compiled
     whole = Run(simulation, settings, warn=warning_printer('simulate'))
-    recorder = RunRecorder(whole, arguments.output)
+    look_every = settings.publish_every * max(1, ticks // settings.publish_every // DRIFT_SAMPLES)
+    recorder = RunRecorder(whole, arguments.output, look_every=look_every)
     started = time.monotonic()
     reason, code = 'duration', 0
     try:
@@ -158,8 +159,6 @@ def _advance(
         tick: [command for _, command in group]
         for tick, group in groupby(timed, lambda item: item[0])
     }
-    every = whole.settings.publish_every
-    sample_every = every * max(1, ticks // every // DRIFT_SAMPLES)
     due = 0.0
     with tqdm(
         total=ticks,
@@ -170,8 +169,6 @@ def _advance(
     ) as bar:
         for tick, output in whole.follow(commands, ticks):
             recorder.record(output, tick=tick)
-            if simulation.tick % sample_every == 0:
-                whole.sample_drift()
             if not bar.disable and time.monotonic() > due:
                 bar.update(simulation.tick - bar.n)
                 due = time.monotonic() + PROGRESS_EVERY
@@ -181,7 +178,7 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
     """Count the ticks of a duration [s]; UserError unless positive and at least one."""
     if not math.isfinite(duration) or duration <= 0:
         raise UserError(f'--duration {duration:g} s; allowed: a positive number of seconds')
-    ticks = round(duration * 1e9 / simulation.dt_ns)
+    ticks = round(min(duration, 2.0**31) * 1e9 / simulation.dt_ns)
     if ticks < 1:
         raise UserError(
             f'--duration {duration:g} s is less than one tick of {simulation.dt:g} s; make it '
@@ -196,8 +193,10 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
 
 
 def _nanoseconds(seconds: float) -> int:
-    if not math.isfinite(seconds) or seconds < 0:
-        raise UserError(f'--command-timeout {seconds:g} s; allowed: 0 (until changed) or more')
+    if seconds != 0.0 and not 1e-9 <= seconds <= 1e9:
+        raise UserError(
+            f'--command-timeout {seconds:g} s; allowed: 0 (until changed), or 1e-09 to 1e+09 s'
+        )
     return round(seconds * 1e9)
 
 
@@ -250,6 +249,7 @@ def _report(
         'energy_balance': as_numbers(balance),
         'kept': [asdict(law) | {'drift': _finite(law.drift)} for law in whole.kept()],
         'deepest_gap': whole.deepest_gap(),
+        'orientation_drift': _finite(whole.orientation_drift()),
         'end_reason': reason,
         'warnings': whole.warnings,
     }
@@ -257,7 +257,7 @@ def _report(
         result['integrator_choice'] = simulation.choice.reason
     estimate = whole.error_estimate()
     if estimate is not None:
-        result['error_estimate'] = asdict(estimate)
+        result['error_estimate'] = estimate.figures()
     if arguments.json:
         print(json.dumps(result))
         return
@@ -273,6 +273,8 @@ def _report(
         print(f'  energy drift: {drift_text(drift.energy)}')
     for line in momentum_lines(drift, whole.kept()):
         print(f'  {line}')
+    if result['orientation_drift'] is not None:
+        print(f'  drift of the matrices: |R^T R - 1| up to {result["orientation_drift"]:.1e}')
     if whole.has_contact:
         _print_contact(result['energy_rise'], drift.energy_rise_joules, result['deepest_gap'])
     if estimate is not None:
@@ -281,7 +283,10 @@ def _report(
             'rad, '
             f'velocity {estimate.velocity:.1e} m/s, angular velocity '
             f'{estimate.angular_velocity:.1e} rad/s'
+            + (f'; not reliable: {estimate.doubt}' if estimate.doubt else '')
         )
+    elif arguments.estimate_error:
+        print('  estimated error: none, a finer run beside this one left the finite numbers')
     print(f'  bag: {arguments.output}')
 
 

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.forces.element import BodyState
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.inertia_over_time import changing
 from rigid_body_sim.physics.model.place import WORLD
 from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.physics.model.shapes import Particles
@@ -56,10 +57,12 @@ class Invariants:
         anchored = {WORLD} | {body.name for body in scene.bodies if body.fixed}
         steady = all(flow_of(body) is None for body in scene.bodies)
         held = any(body.pivot is not None for body in scene.bodies)
-        self.is_driven = not steady or any(
-            getattr(force, 'brings_energy', bool)() for force in scene.forces
+        flows = not steady or bool(changing(scene))
+        self.is_driven = flows or any(
+            getattr(force, 'brings_energy', lambda of=force: _unknown(of))()
+            for force in scene.forces
         )
-        no_source = steady and all(f.conserves_energy() for f in scene.forces)
+        no_source = not flows and all(f.conserves_energy() for f in scene.forces)
         meet = scene.contact.get('mode', 'none') != 'none'
         self.energy_is_conserved = no_source and not meet
         self.energy_must_not_rise = no_source and meet
@@ -147,6 +150,11 @@ class Invariants:
             np.sum(np.linalg.norm(state.position, axis=1) * np.linalg.norm(state.momentum, axis=1))
         )
         return energy, momentum, angular
+
+
+def _unknown(force: object) -> bool:
+    """Whether an element that does not say whether it brings energy in must be taken for one."""
+    return not hasattr(force, 'power') and not getattr(force, 'conserves_energy', bool)()
 
 
 def _is_obstacle(body: Body) -> bool:

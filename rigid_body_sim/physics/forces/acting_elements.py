@@ -18,10 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench, pivot, variable_mass
+from rigid_body_sim.physics.forces.elements import (
+    FORCES,
+    held_body_wrench,
+    inertia_over_time,
+    pivot,
+    variable_mass,
+)
+from rigid_body_sim.physics.forces.elements.inertia_over_time import rows as inertia_rows
 from rigid_body_sim.physics.forces.evaluator import derivatives, evaluator
+from rigid_body_sim.physics.forces.power import PowerKernel, of_wrenches
 from rigid_body_sim.physics.forces.schedule import Schedule, Switch
 from rigid_body_sim.physics.forces.tables import stacked
+from rigid_body_sim.physics.model.inertia_over_time import changing
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.variable_mass import end_of_flow, flow_of
 from rigid_body_sim.physics.state.layout import Layout
@@ -51,6 +60,7 @@ class ActingElements:
         self.pivots = pivot.Pivots(layout)
         self._ranges_of_pivots = [len(tables), self.pivots.count]
         self._tables = np.concatenate((tables, self.pivots.table.reshape(-1)))
+        self._ranges_of_inertia = self._take_inertias(scene, layout)
         flowing = [body for body in scene.bodies if flow_of(body) is not None]
         self._all_conserve = {
             kind
@@ -60,10 +70,23 @@ class ActingElements:
         self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
         self._ends_of_flow = [end_of_flow(body) for body in flowing]
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
+        self.is_timed |= bool(self._ranges_of_inertia)
         kinks = [f.kinks() for f in scene.forces if hasattr(f, 'kinks')]
         self.kinks = np.unique(np.array([t for each in kinks for t in each], dtype=np.float64))
+        self._sizes = (layout.n_moving, layout.n_rigid)
+        self._powers: dict[str, PowerKernel] = {}
         self._evaluate: Callable[..., Any] | None = None
         self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
+
+    def _take_inertias(self, scene: Scene, layout: Layout) -> list[int]:
+        """Add the pieces of inertia over time to the tables; give where, or nothing."""
+        pieces = [piece for body in changing(scene) for piece in inertia_rows(body, layout)]
+        start = len(self._tables)
+        for number, (row, begin, end) in enumerate(pieces):
+            place = start + number * inertia_over_time.COLUMNS + inertia_over_time.SWITCH
+            self._switches.append(Switch(place, begin, end))
+            self._tables = np.concatenate((self._tables, row))
+        return [start, len(pieces)] if pieces else []
 
     def set_turning(self, table: Array) -> None:
         """Take over the table of what is held and turns with the bodies."""
@@ -76,6 +99,7 @@ class ActingElements:
             ranges = [*self._ranges_of_pivots, *ranges]
         ranges += [last, len(self._flows)] if self._flows else []
         ranges += self._ranges_of_pivots
+        ranges = [*self._ranges_of_inertia, *ranges]
         self.arguments = (argument(self.numbers), argument(np.array(ranges, dtype=np.int64)))
         places = range(last + variable_mass.SWITCH, len(self.numbers), variable_mass.COLUMNS)
         ends = [Switch(p, -math.inf, t) for p, t in zip(places, self._ends_of_flow, strict=True)]
@@ -87,6 +111,7 @@ class ActingElements:
     def names(self) -> list[str]:
         """Name what depends on the state whatever is commanded."""
         names = [*self._types, *([variable_mass.NAME] if self._flows else [])]
+        names += [inertia_over_time.NAME] if self._ranges_of_inertia else []
         return names + ([pivot.NAME] if self.pivots.count else [])
 
     @property
@@ -104,24 +129,34 @@ class ActingElements:
             chain.append((variable_mass.NAME, variable_mass))
         if self.pivots.count:
             chain.append((pivot.NAME, pivot.LAST))
+        if self._ranges_of_inertia:
+            chain.insert(0, (inertia_over_time.NAME, inertia_over_time))
         return chain
 
-    def working(self) -> list[tuple[Callable[..., Any], int, int]]:
+    def working(self) -> list[tuple[PowerKernel, int, int]]:
         """
         Give the elements that bring or take energy: kernel, first place and number of each type.
         """
         ranges = zip(self._ranges_of_chain[::2], self._ranges_of_chain[1::2], strict=True)
         return [
-            (element.power, start, count)
+            (self._power_of(name, element), start, count)
             for (name, element), (start, count) in zip(self.chain(), ranges, strict=False)
-            if count and hasattr(element, 'power') and name not in self._all_conserve
+            if count
+            and name not in self._all_conserve
+            and (hasattr(element, 'power') or name in self._types)
         ]
+
+    def _power_of(self, name: str, element: Any) -> PowerKernel:
+        if hasattr(element, 'power'):
+            return element.power
+        if name not in self._powers:
+            self._powers[name] = of_wrenches(element.accumulate, *self._sizes)
+        return self._powers[name]
 
     @property
     def kernel_name(self) -> str:
         """Tell the kernels for these elements from those for others."""
-        types = [name for name, _ in self.chain() if name != held_body_wrench.NAME]
-        return '_'.join(types) + ('_velocity' if self.depends_on_velocity else '')
+        return '_'.join(name for name, _ in self.chain() if name != held_body_wrench.NAME)
 
     def evaluate(self) -> Callable[..., Any]:
         """Make the kernel that adds up all forces and torques."""

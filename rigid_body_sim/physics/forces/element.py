@@ -87,6 +87,16 @@ def pushed(places: Places, body: str, point: Vector | None = None) -> Place:
     return place
 
 
+def need_two_ends(what: str, a: str, b: str) -> None:
+    """Refuse an element between two points of one body, or of the world: it moves nothing."""
+    if isinstance(a, str) and isinstance(b, str) and a == b:
+        raise InvalidModel(
+            f'both ends of this {what} are on {a!r}, and between two points that keep their '
+            'distance it moves nothing; name another body',
+            at=('b',),
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class BodyState:
     """
@@ -150,9 +160,10 @@ class ForceElement(Protocol):
                  width
     accumulate : kernel (elements, start, count, time, translation, rotation) that adds the
                  wrenches of `count` rows from `start` on
-    power      : kernel (elements, start, count, time, translation, rotation, out) that adds what
-                 they give to or take from the bodies now, beside their potential: see
-                 `forces.power`; optional where `conserves_energy` whatever its settings
+    power      : optional kernel (elements, start, count, time, translation, rotation, out) that
+                 adds what they give to or take from the bodies now, beside their potential: see
+                 `forces.power`; without it, an element that does not conserve energy is taken for
+                 a drive that stores none
     linearise  : optional kernel (elements, start, count, time, translation, rotation, table,
                  definite) that adds the derivatives of those wrenches: see `forces.derivatives`;
                  without it they are found by differences

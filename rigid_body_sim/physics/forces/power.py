@@ -22,10 +22,20 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import argument, inline, kernel
-from rigid_body_sim.physics.state.blocks import angular_velocity, to_world, velocity
-from rigid_body_sim.physics.vectors import dot, load
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.state.blocks import (
+    LANES,
+    ROTATION,
+    TRANSLATION,
+    angular_velocity,
+    at,
+    to_world,
+    velocity,
+)
+from rigid_body_sim.physics.vectors import dot, load, load_strided
 
 Array = NDArray[np.float64]
+PowerKernel = Callable[..., None]
 
 power_sums = Record()
 COMMANDS = power_sums.number('W', 'of what is held on the bodies')
@@ -66,6 +76,52 @@ def _power_of_commands(table, count, translation, rotation, out):
         out[COMMANDS] += wrench_power(translation, rotation, body, rigid, force, torque)
 
 
+@kernel
+def _power_of_all(n_moving, n_rigid, translation, rotation, out):
+    """Add the power of the sums of forces and torques."""
+    for body in range(n_moving):
+        force = load_strided(translation, at(body, TRANSLATION) + blocks.FORCE, LANES)
+        torque = (0.0, 0.0, 0.0)
+        if body < n_rigid:
+            torque = load_strided(rotation, at(body, ROTATION) + blocks.TORQUE, LANES)
+        rigid = body if body < n_rigid else -1
+        out[DRIVES] += wrench_power(translation, rotation, body, rigid, force, torque)
+
+
+def of_wrenches(accumulate: Callable[..., Any], n_moving: int, n_rigid: int) -> PowerKernel:
+    """
+    Give the power of an element that does not say it: that of all its wrenches, as of a drive.
+
+    Right for an element that stores nothing; slower, because its wrenches are summed for it.
+    """
+
+    def power(
+        elements: Any,
+        start: int,
+        count: int,
+        time: float,
+        translation: Any,
+        rotation: Any,
+        out: Any,
+    ) -> None:
+        sums = [
+            blocks.rows(np.asarray(array), size, offset, 3)
+            for array, size, offset in (
+                (translation, TRANSLATION, blocks.FORCE),
+                (rotation, ROTATION, blocks.TORQUE),
+            )
+        ]
+        before = [view.copy() for view in sums]
+        for view in sums:
+            view[:] = 0.0
+        accumulate(elements, start, count, time, translation, rotation)
+        _power_of_all(n_moving, n_rigid, translation, rotation, out)
+        for view, values in zip(sums, before, strict=True):
+            view[:] = values
+
+    return power
+
+
 class Pivots(Protocol):
     """Bodies that turn about a pivot: `elements.pivot.Pivots`."""
 
@@ -91,7 +147,7 @@ class Acting(Protocol):
         """Give the bodies that turn about a pivot."""
         ...
 
-    def working(self) -> list[tuple[Callable[..., Any], int, int]]:
+    def working(self) -> list[tuple[PowerKernel, int, int]]:
         """Give the elements that bring or take energy: kernel, first place, number."""
         ...
 
@@ -145,10 +201,10 @@ class Powers:
         pivots = self._acting.pivots
         if pivots.count:
             pivots.show(translation, rotation)
+        numbers = self._acting.arguments[0]
+        for power, start, count in self._working:  # in this order: the first may write moments
+            power(numbers, start, count, time, translation, rotation, out)
         if len(self._held):
             _power_of_commands(*self._commands, translation, rotation, out)
-        numbers = self._acting.arguments[0]
-        for power, start, count in self._working:
-            power(numbers, start, count, time, translation, rotation, out)
         if pivots.count:
             pivots.hide(translation, rotation)

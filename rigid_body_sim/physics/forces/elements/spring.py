@@ -35,7 +35,7 @@ from rigid_body_sim.physics.forces.derivatives import (
     add_between_points,
     add_turning_arm,
 )
-from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key
+from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, need_two_ends
 from rigid_body_sim.physics.forces.power import DISSIPATION
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.vectors import add, dot, negate, scale, subtract
@@ -207,6 +207,9 @@ class Spring:
     accumulate = staticmethod(accumulate)
     power = staticmethod(power)
     linearise = staticmethod(linearise)
+
+    def __post_init__(self) -> None:
+        need_two_ends(self.TYPE, self.a, self.b)
 
     def row(self, places: Places) -> tuple[float, ...]:
         """Both ends, then stiffness, damping, rest length."""
