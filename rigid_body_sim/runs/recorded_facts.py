@@ -17,6 +17,8 @@ EXACT = ('last_tick', 'ticks', 'last_time_ns', 'final_state_sha256', 'state_chai
 NOT_DERIVED = {'end_reason', 'warnings', 'wall_start', 'wall_seconds', 'dropped', 'error_estimate'}
 UNEVEN_ENDINGS = {'diverged', 'error'}  # within a tick: the last look was not at its boundary
 RELATIVE = 1e-6  # sums over bodies are rounded otherwise on other processors
+IN_JOULES = {'energy_balance', 'energy_history', 'energy_rise_joules'}  # differences of large ones
+OF_TURNOVER = 1e-10  # [-] what rounding leaves of them, relative to the energy that moved
 ABSOLUTE = 1e-12  # of a drift relative to the largest value: such a rounding of it
 
 
@@ -47,9 +49,18 @@ def ending_differences(
             yield Fact(_words(key), recorded[key], again[key])
     if not same_looks or recorded.get('end_reason') in UNEVEN_ENDINGS:
         return
+    of_energy = _rounding_of_energy(again)
     for key in sorted(again.keys() & recorded.keys() - {*EXACT, *NOT_DERIVED}):
-        if not _alike(_parsed(recorded[key]), _parsed(again[key])):
+        absolute = of_energy if key in IN_JOULES else ABSOLUTE
+        if not _alike(_parsed(recorded[key]), _parsed(again[key]), absolute):
             yield Fact(_words(key), recorded[key], again[key])
+
+
+def _rounding_of_energy(again: Mapping[str, str]) -> float:
+    """How far joules may differ on another processor: small beside what moved."""
+    balance = _parsed(again.get('energy_balance', '{}'))
+    numbers = [balance.get(key) or 0.0 for key in ('turnover', 'uncertainty')]
+    return max(ABSOLUTE, OF_TURNOVER * numbers[0], numbers[1])
 
 
 def _parsed(text: str) -> Any:
@@ -66,15 +77,15 @@ def _number(text: str) -> float | str:
         return text
 
 
-def _alike(a: Any, b: Any) -> bool:
+def _alike(a: Any, b: Any, absolute: float) -> bool:
     """Whether two values are equal, numbers in them up to rounding."""
     if isinstance(a, dict) and isinstance(b, dict):
-        return a.keys() == b.keys() and all(_alike(a[key], b[key]) for key in a)
+        return a.keys() == b.keys() and all(_alike(a[key], b[key], absolute) for key in a)
     if isinstance(a, list) and isinstance(b, list):
-        return len(a) == len(b) and all(map(_alike, a, b))
+        return len(a) == len(b) and all(_alike(x, y, absolute) for x, y in zip(a, b, strict=True))
     if isinstance(a, int | float) and isinstance(b, int | float):
         return (
-            a == b or math.isclose(a, b, rel_tol=RELATIVE, abs_tol=ABSOLUTE) or (a != a and b != b)
+            a == b or math.isclose(a, b, rel_tol=RELATIVE, abs_tol=absolute) or (a != a and b != b)
         )
     return a == b
 
