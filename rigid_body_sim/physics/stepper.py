@@ -311,13 +311,13 @@ class Stepper:
         """Advance over one tick in pieces between instants; on failure return to its start."""
         elements = self._elements
         assert elements.schedule is not None
-        before = self._before()
+        before, mark = self.snapshot(), None if self.work is None else self.work.mark()
         for begin, end in itertools.pairwise([tick, *cuts, tick + 1.0]):
             elements.schedule.set(elements.numbers, begin, end, h)
             piece = (end - begin) * h
             self._cut_work()
-            if not self._go(kernel, 1, begin * h / piece, piece, to_the_end=True):
-                self._bad = self._copy_back(before)
+            if not self._advance(kernel, 1, begin * h / piece, piece, to_the_end=True):
+                self._restore(before, mark)
                 return False
         self._cut_work()
         return True
@@ -334,13 +334,18 @@ class Stepper:
         """
         Advance over ticks between which nothing begins or ends; `to_the_end`: but behind them.
         """
-        done = 0
+        done, n = 0, self._integrator.substeps
+        work = None if self.work is None or self.work.powers.idle else self.work
         while done < ticks:
             chunk = min(CHUNK, ticks - done)
-            before = self._before()
-            last = to_the_end and done + chunk == ticks
-            if not self._go(kernel, chunk, tick + done, h, to_the_end=last):
-                self._bad = self._copy_back(before)
+            before, mark = self.snapshot(), None if work is None else work.mark()
+            if work is None:
+                well = self.steps(kernel, n * chunk, n * (tick + done), h / n)
+            else:
+                last = to_the_end and done + chunk == ticks
+                well = work.follow(_Motion(self, kernel), chunk, tick + done, h, to_the_end=last)
+            if not well:
+                self._bad = self._copy_back(before, mark)
                 if chunk == 1:
                     return done
                 return done + self._creep(kernel, chunk, tick + done, h)
@@ -350,32 +355,13 @@ class Stepper:
     def _creep(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> int:
         """Advance tick by tick up to the one that fails."""
         for done in range(ticks):
-            before = self._before()
-            if not self._go(kernel, 1, tick + done, h, to_the_end=False):
-                self._bad = self._copy_back(before)
+            if not self._advance(kernel, 1, tick + done, h):
                 return done
         return ticks
-
-    def _before(self) -> tuple[Any, ...]:
-        """Give what to return to when the coming ticks fail: state, and work done."""
-        return self.snapshot(), None if self.work is None else self.work.mark()
 
     def _cut_work(self) -> None:
         if self.work is not None:
             self.work.cut()
-
-    def _go(
-        self, kernel: Callable[..., Any], ticks: int, tick: float, h: float, *, to_the_end: bool
-    ) -> bool:
-        """Advance over ticks, looking at the power where somebody asked and there is any."""
-        if self.work is None or self.work.powers.idle:
-            return self._call(kernel, ticks, tick, h)
-        motion = _Motion(self, kernel)
-        return self.work.follow(motion, ticks, tick, h, to_the_end=to_the_end)
-
-    def _call(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> bool:
-        n = self._integrator.substeps
-        return self.steps(kernel, n * ticks, n * tick, h / n)
 
     def steps(self, kernel: Callable[..., Any], count: int, first: float, h: float) -> bool:
         """Make steps of the method of a length [s], the first beginning at first * h."""
@@ -389,16 +375,19 @@ class Stepper:
                 raise
             return False
 
-    def _copy_back(self, before: tuple[Any, ...]) -> int:
+    def _restore(self, before: tuple[Any, ...], mark: Any) -> None:
+        """Return to an earlier state, and to the work done by then."""
+        self.return_to(before)
+        if self.work is not None and mark is not None:
+            self.work.return_to(mark)
+
+    def _copy_back(self, before: tuple[Any, ...], mark: Any) -> int:
         """Return to an earlier state; tell which body left the finite numbers."""
         points = gather(self.translation, TRANSLATION, 0, 6, self._layout.n_moving)
         turns = gather(self.rotation, ROTATION, 0, 7, self._layout.n_rigid)
         bad = ~np.isfinite(points).all(axis=1)
         bad[: self._layout.n_rigid] |= ~np.isfinite(turns).all(axis=1)
-        state, work = before
-        self.return_to(state)
-        if self.work is not None:
-            self.work.return_to(work)
+        self._restore(before, mark)
         culprits = np.flatnonzero(bad)
         if not culprits.size:
             return 0
