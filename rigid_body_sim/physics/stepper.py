@@ -8,13 +8,19 @@ A scene in which nothing depends on the state (commands in world axes, uniform g
 free kernel; forces between bodies, drag, or a command in body axes take the coupled one. Where a
 force begins, ends or has a kink at an instant of its own, the ticks are cut there
 (`forces.schedule`).
+
+The state and the count of its ticks belong together, whatever breaks off the work between: before
+anything of them changes, `undo` gets what they were, and it is emptied when both are new. An
+exception in between (KeyboardInterrupt comes anywhere) leaves it full, and `put_back` returns to
+it.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections import deque
 from collections.abc import Callable
-from functools import partial
+from operator import setitem
 from typing import Any
 
 import numpy as np
@@ -23,6 +29,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import argument, left_the_numbers
 from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
 from rigid_body_sim.physics.diagnostics.work_meter import WorkMeter
+from rigid_body_sim.physics.errors import SimulationBusy
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.power import Powers
 from rigid_body_sim.physics.forces.schedule import SNAP
@@ -52,13 +59,23 @@ from rigid_body_sim.physics.state.layout import Layout
 Array = NDArray[np.float64]
 
 WORKSPACE = 5  # its place among the arguments of a kernel
-CHUNK = 1000  # [tick] between two copies of the state, to which a diverging run returns
+CHUNK = 1000  # [tick] between two copies of the state, to which a run returns that goes wrong
+# [body tick] the same where bodies meet; more: an interrupt waits longer and costs more ticks
+CHUNK_IN_CONTACT = 20_000
+
+
+# what a step began from: tick, what `Stepper._snapshot` gave, what the caller wants back beside,
+# the work done by then
+Undo = tuple[int, tuple[Any, ...], Any, Any]
 
 
 class Stepper:
     """
     State and kernels of one run.
 
+    tick                  : [tick] the count of ticks that the state has
+    undo                  : what to return to if the work under way breaks off; None: nothing is
+                            under way
     translation, rotation : blocks, see `state.blocks`
     cause                 : why the last advance stopped early; empty: a state left the finite
                             numbers
@@ -76,7 +93,12 @@ class Stepper:
         self.is_timed = self._elements.is_timed
         self._method = self._blocks_of(self._method_rows())
         self.contact = _contact_world(scene, layout, integrator)
-        self._start = self.snapshot()
+        self.tick = 0
+        self.undo: Undo | None = None
+        self._chunk = CHUNK
+        if self.contact is not None:
+            self._chunk = max(1, min(CHUNK, CHUNK_IN_CONTACT // max(1, layout.n_moving)))
+        self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         # methods that differ in how they turn bodies share one kernel where nothing turns
         self._kernel_name = integrator.name if layout.n_rigid else 'points'
@@ -85,9 +107,10 @@ class Stepper:
         self._workspace[: len(integrator.constants)] = integrator.constants
         self._scene = scene
         self._workspace_step: float | None = None
-        self._workspaces: dict[float, Array] = {}  # the last few, by step
+        self._turning = 0  # commands that turn with their bodies, in the arguments of the kernels
         self.cause = ''
         self.work: WorkMeter | None = None
+        self._workspaces: dict[float, Array] = {}  # the last few, by step
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
         self._take_arguments()
@@ -109,10 +132,39 @@ class Stepper:
             return (self.translation, self.rotation)
         return (self.translation, self.rotation, self._method)
 
-    def snapshot(self) -> tuple[Any, ...]:
-        """Copy all that moves."""
-        contact = () if self.contact is None else (self.contact.snapshot(),)
-        return (*(array.copy() for array in self._state), *contact)
+    def _snapshot(self) -> tuple[Any, ...]:
+        arrays = (self.translation.copy(), self.rotation.copy())
+        if self._integrator.remembers is not None:
+            arrays = (*arrays, self._method.copy())
+        return arrays if self.contact is None else (*arrays, self.contact.snapshot())
+
+    def _return_to(self, snapshot: tuple[Any, ...]) -> None:
+        for array, values in zip(self._state, snapshot, strict=False):
+            array[:] = values
+        if self.contact is not None:
+            self.contact.return_to(snapshot[-1])
+
+    def begin(self, more: Any = None) -> Undo:
+        """Note what to return to; from here to `end` the state is nobody's."""
+        mark = None if self.work is None else self.work.mark()
+        self.undo = undo = (self.tick, self._snapshot(), more, mark)
+        return undo
+
+    def end(self, undo: Undo, ticks: int = 0) -> None:
+        """Count the ticks that were done since `begin`; SimulationBusy if another began too."""
+        if self.undo is not undo:
+            raise SimulationBusy
+        self.tick += ticks
+        self.undo = None
+
+    def put_back(self) -> None:
+        """Return to what `begin` noted, if the work broke off; can itself be broken off."""
+        if self.undo is not None:
+            self.tick, arrays, _, mark = self.undo
+            self._return_to(arrays)
+            if self.work is not None and mark is not None:
+                self.work.return_to(mark)
+            self.undo = None
 
     def measure_work(self) -> WorkMeter:
         """Begin to add up the work of what has no potential."""
@@ -121,12 +173,26 @@ class Stepper:
         self.work = WorkMeter(powers, self._integrator, smooth=self.contact is None)
         return self.work
 
-    def return_to(self, snapshot: tuple[Any, ...]) -> None:
-        """Put back what `snapshot` gave."""
-        for array, values in zip(self._state, snapshot, strict=False):
-            array[:] = values
-        if self.contact is not None:
-            self.contact.return_to(snapshot[-1])
+    def work_done(self) -> tuple[Array, Array]:
+        """Work so far [J], and how wrong it may be: see `WorkMeter.work`."""
+        assert self.work is not None
+        if not self.work.looks_ahead or self.undo is not None:
+            return self.work.work()
+        undo = self.begin()  # it goes ahead a bit: an interrupt puts that back
+        found = self.work.work()
+        self.end(undo)
+        return found
+
+    def cut_work(self) -> None:
+        """End a stretch: from here on forces are others, or the method or the motion is."""
+        if self.work is None:
+            return
+        if not self.work.looks_ahead or self.undo is not None:
+            self.work.cut()
+            return
+        undo = self.begin()
+        self.work.cut()
+        self.end(undo)
 
     def warnings(self) -> tuple[str, ...]:
         """Give what the contact of the scene warns of, whatever the state."""
@@ -182,9 +248,10 @@ class Stepper:
         """
         Take over what is held: `table` turns with the bodies, the rest is in the blocks already.
         """
-        if table.size or self._elements.turning:
+        if table.size or self._turning:
             self._elements.set_turning(table)
             self._take_arguments()
+            self._turning = len(table)  # last: an interrupt before it lets all be done again
         held = rows(self.translation, TRANSLATION, HELD_FORCE, 3)
         rows(self.translation, TRANSLATION, FORCE, 3)[:] = held
         held = rows(self.rotation, ROTATION, HELD_TORQUE, 3)
@@ -248,13 +315,13 @@ class Stepper:
                 made = self._integrator.plan(self._scene, self._layout, h)
             self._workspaces = {**dict([*self._workspaces.items()][-3:]), h: made}
             self._workspace = made
-            self._workspace_step = h
             workspace = argument(self._workspace)
             self._arguments = (
                 *self._arguments[:WORKSPACE],
                 workspace,
                 *self._arguments[WORKSPACE + 1 :],
             )
+            self._workspace_step = h
 
     def prepare(
         self, *, commands_in_body_axes: bool, progress: Callable[[str], None] | None
@@ -298,11 +365,11 @@ class Stepper:
             run = int(min(whole, ticks - done))
             elements.schedule.set(elements.numbers, now, now + run, h)
             got = self._advance(kernel, run, now, h, to_the_end=run == whole)
+            if got == whole:
+                self.cut_work()
             done += got
             if got < run:
                 break
-            if run == whole:
-                self._cut_work()
         return done
 
     def _advance_in_pieces(
@@ -311,15 +378,16 @@ class Stepper:
         """Advance over one tick in pieces between instants; on failure return to its start."""
         elements = self._elements
         assert elements.schedule is not None
-        before, mark = self.snapshot(), None if self.work is None else self.work.mark()
+        before = self.begin()
         for begin, end in itertools.pairwise([tick, *cuts, tick + 1.0]):
             elements.schedule.set(elements.numbers, begin, end, h)
             piece = (end - begin) * h
-            self._cut_work()
-            if not self._advance(kernel, 1, begin * h / piece, piece, to_the_end=True):
-                self._restore(before, mark)
+            self.cut_work()
+            if not self._go(kernel, 1, begin * h / piece, piece, to_the_end=True):
+                self._copy_back()
                 return False
-        self._cut_work()
+        self.cut_work()
+        self.end(before, 1)
         return True
 
     def _advance(
@@ -334,34 +402,46 @@ class Stepper:
         """
         Advance over ticks between which nothing begins or ends; `to_the_end`: but behind them.
         """
-        done, n = 0, self._integrator.substeps
-        work = None if self.work is None or self.work.powers.idle else self.work
+        done = 0
         while done < ticks:
-            chunk = min(CHUNK, ticks - done)
-            before, mark = self.snapshot(), None if work is None else work.mark()
-            if work is None:
-                well = self.steps(kernel, n * chunk, n * (tick + done), h / n)
+            chunk = min(self._chunk, ticks - done)
+            before = self.begin()
+            if self.work is None:
+                well = self._call(kernel, chunk, tick + done, h)
             else:
                 last = to_the_end and done + chunk == ticks
-                well = work.follow(_Motion(self, kernel), chunk, tick + done, h, to_the_end=last)
+                well = self._go(kernel, chunk, tick + done, h, to_the_end=last)
             if not well:
-                self._bad = self._copy_back(before, mark)
+                self._copy_back()
                 if chunk == 1:
                     return done
                 return done + self._creep(kernel, chunk, tick + done, h)
+            self.end(before, chunk)
             done += chunk
         return done
 
     def _creep(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> int:
         """Advance tick by tick up to the one that fails."""
         for done in range(ticks):
-            if not self._advance(kernel, 1, tick + done, h):
+            before = self.begin()
+            if not self._go(kernel, 1, tick + done, h, to_the_end=False):
+                self._copy_back()
                 return done
+            self.end(before, 1)
         return ticks
 
-    def _cut_work(self) -> None:
-        if self.work is not None:
-            self.work.cut()
+    def _go(
+        self, kernel: Callable[..., Any], ticks: int, tick: float, h: float, *, to_the_end: bool
+    ) -> bool:
+        """Advance over ticks, looking at the power where somebody asked and there is any."""
+        if self.work is None or self.work.powers.idle:
+            return self._call(kernel, ticks, tick, h)
+        motion = _Motion(self, kernel)
+        return self.work.follow(motion, ticks, tick, h, to_the_end=to_the_end)
+
+    def _call(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> bool:
+        n = self._integrator.substeps
+        return self.steps(kernel, n * ticks, n * tick, h / n)
 
     def steps(self, kernel: Callable[..., Any], count: int, first: float, h: float) -> bool:
         """Make steps of the method of a length [s], the first beginning at first * h."""
@@ -375,23 +455,15 @@ class Stepper:
                 raise
             return False
 
-    def _restore(self, before: tuple[Any, ...], mark: Any) -> None:
-        """Return to an earlier state, and to the work done by then."""
-        self.return_to(before)
-        if self.work is not None and mark is not None:
-            self.work.return_to(mark)
-
-    def _copy_back(self, before: tuple[Any, ...], mark: Any) -> int:
-        """Return to an earlier state; tell which body left the finite numbers."""
+    def _copy_back(self) -> None:
+        """Return to an earlier state; note which body left the finite numbers."""
         points = gather(self.translation, TRANSLATION, 0, 6, self._layout.n_moving)
         turns = gather(self.rotation, ROTATION, 0, 7, self._layout.n_rigid)
         bad = ~np.isfinite(points).all(axis=1)
         bad[: self._layout.n_rigid] |= ~np.isfinite(turns).all(axis=1)
-        self._restore(before, mark)
         culprits = np.flatnonzero(bad)
-        if not culprits.size:
-            return 0
-        return int(min(culprits, key=lambda core: self._layout.moving[core]))
+        self._bad = int(min(culprits, key=lambda core: self._layout.moving[core], default=0))
+        self.put_back()
 
     def first_diverged(self) -> int:
         """Core index of the first body, in scene order, that left the finite numbers."""
@@ -403,9 +475,14 @@ class Stepper:
         if core < self._layout.n_rigid:
             q = self.orientation(core)
             linear, angular = self._elements.pivots.about_pivot(core, linear, angular, q)
-        rows(self.translation, TRANSLATION, MOMENTUM, 3)[block, :, lane] += linear
+        place = (block, slice(None), lane)
+        momentum = rows(self.translation, TRANSLATION, MOMENTUM, 3)
+        new = [(momentum, place, momentum[place] + linear)]
         if core < self._layout.n_rigid:
-            rows(self.rotation, ROTATION, ANGULAR_MOMENTUM, 3)[block, :, lane] += angular
+            momentum = rows(self.rotation, ROTATION, ANGULAR_MOMENTUM, 3)
+            new.append((momentum, place, momentum[place] + angular))
+        # in one call of C: an interrupt comes before both or after both
+        deque(itertools.starmap(setitem, new), maxlen=0)
 
     def orientation(self, core: int) -> Array:
         """Quaternion (4,) of the principal axes of a rigid body."""
@@ -414,18 +491,27 @@ class Stepper:
 
     def reset(self) -> None:
         """Return to the start of the scene."""
-        self.return_to(self._start)
+        self._return_to(self._start)
 
 
 class _Motion:
-    """A stepper with one kernel, as `WorkMeter` takes it."""
+    """A stepper with one kernel and method, as `WorkMeter` takes it."""
 
     def __init__(self, stepper: Stepper, kernel: Callable[..., Any]) -> None:
+        self._stepper = stepper
+        self._kernel = kernel
+        self.integrator = stepper._integrator
         self.translation = argument(stepper.translation)
         self.rotation = argument(stepper.rotation)
-        self.snapshot = stepper.snapshot
-        self.return_to = stepper.return_to
-        self.steps = partial(stepper.steps, kernel)
+        self.snapshot = stepper._snapshot
+        self.return_to = stepper._return_to
+
+    def steps(self, count: int, first: float, h: float) -> bool:
+        """Make steps of the method of a length [s], the first beginning at first * h."""
+        stepper = self._stepper
+        if stepper._integrator is not self.integrator:
+            return False  # its arrays are another method's by now
+        return stepper.steps(self._kernel, count, first, h)
 
 
 def _contact_world(scene: Scene, layout: Layout, integrator: Integrator) -> Any:

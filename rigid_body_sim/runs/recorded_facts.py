@@ -14,11 +14,16 @@ from typing import Any, NamedTuple
 
 NOT_OF_THE_RUN = {'package_version', 'software', 'platform', 'integrator_choice'}
 EXACT = ('last_tick', 'ticks', 'last_time_ns', 'final_state_sha256', 'state_chain_sha256')
-NOT_DERIVED = {'end_reason', 'warnings', 'wall_start', 'wall_seconds', 'dropped', 'error_estimate'}
+FIGURES = (
+    'energy_drift',
+    'momentum_drift',
+    'angular_momentum_drift',
+    'energy_rise',
+    'deepest_gap',
+)
 UNEVEN_ENDINGS = {'diverged', 'error'}  # within a tick: the last look was not at its boundary
 RELATIVE = 1e-6  # sums over bodies are rounded otherwise on other processors
-IN_JOULES = {'energy_balance', 'energy_history', 'energy_rise_joules'}  # differences of large ones
-OF_TURNOVER = 1e-10  # [-] what rounding leaves of them, relative to the energy that moved
+OF_TURNOVER = 1e-9  # [-] what rounding leaves of joules, relative to the energy that moved
 ABSOLUTE = 1e-12  # of a drift relative to the largest value: such a rounding of it
 
 
@@ -49,18 +54,30 @@ def ending_differences(
             yield Fact(_words(key), recorded[key], again[key])
     if not same_looks or recorded.get('end_reason') in UNEVEN_ENDINGS:
         return
-    of_energy = _rounding_of_energy(again)
-    for key in sorted(again.keys() & recorded.keys() - {*EXACT, *NOT_DERIVED}):
-        absolute = of_energy if key in IN_JOULES else ABSOLUTE
-        if not _alike(_parsed(recorded[key]), _parsed(again[key]), absolute):
-            yield Fact(_words(key), recorded[key], again[key])
+    for key in FIGURES:
+        said, is_ = recorded.get(key, 'nothing'), again.get(key, 'nothing')
+        if not _alike(_number(said), _number(is_)):
+            yield Fact(_words(key), said, is_)
+    said, is_ = (ending.get('energy_balance', 'nothing') for ending in (recorded, again))
+    if not _same_joules(said, is_):
+        yield Fact('energy balance', said, is_)
 
 
-def _rounding_of_energy(again: Mapping[str, str]) -> float:
-    """How far joules may differ on another processor: small beside what moved."""
-    balance = _parsed(again.get('energy_balance', '{}'))
-    numbers = [balance.get(key) or 0.0 for key in ('turnover', 'uncertainty')]
-    return max(ABSOLUTE, OF_TURNOVER * numbers[0], numbers[1])
+def _same_joules(recorded: str, again: str) -> bool:
+    """Whether two energy balances are the same, up to rounding beside what moved."""
+    said, is_ = _parsed(recorded), _parsed(again)
+    if not (isinstance(said, dict) and isinstance(is_, dict) and said.keys() == is_.keys()):
+        return said == is_
+    numbers = [is_.get(key) or 0.0 for key in ('turnover', 'uncertainty')]
+    least = max(ABSOLUTE, OF_TURNOVER * numbers[0], 10.0 * numbers[1])
+    for key in is_.keys() - {'relative'}:
+        a, b = said[key], is_[key]
+        if not (isinstance(a, int | float) and isinstance(b, int | float)):
+            if a != b:
+                return False
+        elif not math.isclose(a, b, rel_tol=RELATIVE, abs_tol=least):
+            return False
+    return True
 
 
 def _parsed(text: str) -> Any:
@@ -77,17 +94,12 @@ def _number(text: str) -> float | str:
         return text
 
 
-def _alike(a: Any, b: Any, absolute: float) -> bool:
-    """Whether two values are equal, numbers in them up to rounding."""
-    if isinstance(a, dict) and isinstance(b, dict):
-        return a.keys() == b.keys() and all(_alike(a[key], b[key], absolute) for key in a)
-    if isinstance(a, list) and isinstance(b, list):
-        return len(a) == len(b) and all(_alike(x, y, absolute) for x, y in zip(a, b, strict=True))
-    if isinstance(a, int | float) and isinstance(b, int | float):
-        return (
-            a == b or math.isclose(a, b, rel_tol=RELATIVE, abs_tol=absolute) or (a != a and b != b)
-        )
-    return a == b
+def _alike(a: float | str, b: float | str) -> bool:
+    """Whether two values are equal, numbers up to rounding."""
+    if isinstance(a, str) or isinstance(b, str):
+        return a == b
+    close = math.isclose(a, b, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
+    return close or (math.isnan(a) and math.isnan(b))
 
 
 def _words(key: str) -> str:

@@ -59,6 +59,7 @@ CLOSED, CLOSED_ERROR, PIECES, PIECES_ERROR, SUM, HEAD, HEAD_ERROR, SWING = range
 class Motion(Protocol):
     """What is asked of a stepper that advances with one kernel."""
 
+    integrator: Integrator
     translation: Array
     rotation: Array
 
@@ -100,6 +101,7 @@ class WorkMeter:
     def take_method(self, integrator: Integrator) -> None:
         """Go on with a method: choose pieces and places in a tick for it."""
         self.cut()
+        self._integrator = integrator
         self._pieces = 4 if integrator.order <= 2 else 8
         self._substeps = integrator.substeps
         self._places = max(k for k in range(1, PLACES + 1) if self._substeps % k == 0)
@@ -136,10 +138,10 @@ class WorkMeter:
         self._sums[CLOSED, place] += work
         self.powers.was_commanded = True
 
-    def expect(self, table: Array) -> None:
-        """End the stretch if something else will be held than is: rows of `forces.power.held`."""
-        if not self.powers.holds(table):
-            self.cut()
+    @property
+    def looks_ahead(self) -> bool:
+        """Whether `work` and `cut` go ahead from here for a bit, and come back."""
+        return self._smooth and 0 <= self._first < self._count - 1
 
     @property
     def was_commanded(self) -> bool:
@@ -162,6 +164,8 @@ class WorkMeter:
         to_the_end : whether the stretch is known to end behind them
         returns    : whether all went well; if not, go back to a mark
         """
+        if motion.integrator is not self._integrator:
+            self.take_method(motion.integrator)
         places, steps = self._places, self._substeps // self._places
         if h / places != self._h:
             self.cut()
