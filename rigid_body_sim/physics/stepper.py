@@ -402,12 +402,12 @@ class Stepper:
         """
         Advance over ticks between which nothing begins or ends; `to_the_end`: but behind them.
         """
-        done = 0
+        done, n = 0, self._integrator.substeps
         while done < ticks:
             chunk = min(self._chunk, ticks - done)
             before = self.begin()
             if self.work is None:
-                well = self._call(kernel, chunk, tick + done, h)
+                well = self.steps(kernel, n * chunk, n * (tick + done), h / n)
             else:
                 last = to_the_end and done + chunk == ticks
                 well = self._go(kernel, chunk, tick + done, h, to_the_end=last)
@@ -434,14 +434,11 @@ class Stepper:
         self, kernel: Callable[..., Any], ticks: int, tick: float, h: float, *, to_the_end: bool
     ) -> bool:
         """Advance over ticks, looking at the power where somebody asked and there is any."""
+        n = self._integrator.substeps
         if self.work is None or self.work.powers.idle:
-            return self._call(kernel, ticks, tick, h)
+            return self.steps(kernel, n * ticks, n * tick, h / n)
         motion = _Motion(self, kernel)
         return self.work.follow(motion, ticks, tick, h, to_the_end=to_the_end)
-
-    def _call(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> bool:
-        n = self._integrator.substeps
-        return self.steps(kernel, n * ticks, n * tick, h / n)
 
     def steps(self, kernel: Callable[..., Any], count: int, first: float, h: float) -> bool:
         """Make steps of the method of a length [s], the first beginning at first * h."""

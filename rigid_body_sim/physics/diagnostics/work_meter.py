@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 
 ROWS = 512  # looks at the power between two additions: none of them costs numpy more than a call
 EULER_MACLAURIN = {1: 1 / 12, 3: -1 / 720, 5: 1 / 30240}  # by derivative
+GREGORY = (1 / 12, 1 / 24, 19 / 720, 3 / 160)  # by backward difference
 TOO_FAST = 1e-3  # [-] of the power: what one piece less gives otherwise; some 0.7 rad a tick
 SNAP_DIGITS = 8  # [tick] so near to a boundary a kink is at it: wider than `schedule.SNAP`
 PLACES = 8  # looks into a tick of many substeps; more cost time, and find nothing new
@@ -261,6 +262,15 @@ class WorkMeter:
         self._sums[PIECES] += self._h * self._found[WHOLE]
         self._sums[PIECES_ERROR] += self._h * abs(self._found[WHOLE + 1])
 
+    def _from_behind(self) -> tuple[Array, Array]:
+        """C here from the last rows alone (Gregory), where the run cannot go ahead, and error."""
+        rows = self._rows[max(0, self._count - len(GREGORY) - 1) : self._count]
+        terms = [
+            weight * np.diff(rows, n=order, axis=0)[-1]
+            for order, weight in zip(range(1, len(rows)), GREGORY)
+        ]
+        return np.sum(terms, axis=0), abs(terms[-1])
+
     def _put_away(self) -> None:
         """Add up the rows, but for those that the next differences need."""
         keep = self._count - (ALTERNATING + 1)
@@ -288,9 +298,10 @@ class WorkMeter:
             return found
         correction, error = np.zeros(SUMS), np.zeros(SUMS)
         if self._smooth:
-            error = abs(self._rows[last])
             if self._divide():
                 correction, error = self._found[AT_BEGIN], abs(self._found[AT_BEGIN + 1])
+            else:
+                correction, error = self._from_behind()
         sums = self._sums
         summed = sums[SUM] + self._rows[self._first : self._count].sum(axis=0)
         found[0] += self._h * (summed - sums[HEAD] - 0.5 * self._rows[last] - correction)
