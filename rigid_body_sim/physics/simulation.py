@@ -16,7 +16,7 @@ last reset.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -30,6 +30,7 @@ from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.integration import choose
+from rigid_body_sim.physics.integration.lookout import Lookout, RecordedChoices, Watch
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
@@ -55,7 +56,9 @@ class Simulation:
     dt         : [s] a whole number of nanoseconds; None: the scene's
     progress   : called with a short text while `auto` chooses
 
-    `choice` is what `auto` chose and why; None where the integrator was named.
+    `choice` is what `auto` chose last and why, None where the integrator was named; `choices` are
+    all that held in this run, in order, each with the tick from which it did; `watch` says what
+    `auto` saw on the way (`integration.lookout`).
 
     Raises InvalidModel for an unknown integrator or option, an integrator that refuses the scene,
     or an impossible dt.
@@ -73,14 +76,17 @@ class Simulation:
         warn_if_plain()
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
-        self.integrator, self.choice = choose.resolve(
+        self.integrator, plan = choose.resolve(
             scene,
             integrator,
             integrator_options,
             dt_ns=self.dt_ns,
-            pilot=partial(_end_of_pilot, scene, self.dt_ns),
+            pilot=partial(_pilot, scene, self.dt_ns),
+            fastest=partial(_fastest_rate, scene),
             progress=progress,
         )
+        self.choices = () if plan is None else (plan.choice,)
+        self.watch: Watch | None = None
         self.tick = 0
         self.invariants = Invariants(scene)
         self._layout = Layout(scene)
@@ -94,6 +100,40 @@ class Simulation:
         self._out_of_mass = min(
             ((end_of_mass(body), body.name) for body in scene.bodies), default=(math.inf, '')
         )
+        if plan is not None and plan.setting is not None:
+            self.watch = Lookout(
+                plan,
+                scene,
+                dt_ns=self.dt_ns,
+                shadow=self._shadow,
+                change=self._go_on_with,
+                failed=SimulationDiverged,
+            )
+
+    @property
+    def choice(self) -> choose.Choice | None:
+        """What `auto` chose last; None where the integrator was named."""
+        return self.choices[-1] if self.choices else None
+
+    def follow_choices(self, choices: Sequence[choose.Choice]) -> None:
+        """Change the integrator where it was changed in another run, tick by tick the same."""
+        self.watch = RecordedChoices(choices, change=self._go_on_with) if choices else None
+
+    def _go_on_with(self, choice: choose.Choice) -> None:
+        """Change the integrator at this tick boundary; the state stays."""
+        self.integrator = choose.integrator_of(choice.name, choice.options)
+        self._stepper = self._stepper.with_integrator(self.integrator)
+        self.stability = StabilityWatch(self.scene, self._layout, self.integrator, self.dt)
+        self._held_changed = True
+        self.choices = (*self.choices, choice)
+
+    def _shadow(self, integrator: str, options: Mapping[str, Any]) -> Simulation:
+        """Make another run of the scene from the present state and commands."""
+        shadow = Simulation(
+            self.scene, integrator=integrator, integrator_options=options, dt=self.dt
+        )
+        shadow.restore(tick=self.tick, state=self.state_bytes(), slots=self.held_slots)
+        return shadow
 
     @property
     def time(self) -> float:
@@ -138,6 +178,11 @@ class Simulation:
         progress              : called with a short text before each part
         """
         self._stepper.prepare(commands_in_body_axes=commands_in_body_axes, progress=progress)
+        for name, options in self.watch.settings if self.watch is not None else ():
+            if name != self.integrator.name:
+                self._stepper.with_integrator(choose.integrator_of(name, options)).prepare(
+                    commands_in_body_axes=commands_in_body_axes, progress=progress
+                )
         if progress is not None:
             progress('reading states')
         _ = self.state
@@ -149,20 +194,26 @@ class Simulation:
         Raises SimulationDiverged when a state leaves the finite numbers; `tick` and `state` are
         then the last good ones.
         """
-        end = self.tick + ticks
+        end, watch = self.tick + ticks, self.watch
         while self.tick < end:
+            if watch is not None:
+                watch.meet(self)
             self._take_held()
             chunk = (
                 min(end, self._held.next_expiry()) - self.tick
                 if self._held.slots
                 else end - self.tick
             )
+            if watch is not None:
+                chunk = int(min(chunk, watch.next_tick - self.tick))
             self._read = None
             if self.scene_time + chunk * self.dt >= self._out_of_mass[0]:
                 chunk = self._ticks_with_mass()
             done = self._stepper.advance(chunk, self._scene_tick, self.dt)
             self.tick += done
-            if done < chunk:
+            if watch is not None:
+                watch.follow(done)
+            if done < chunk and not (watch is not None and watch.rescue(self.tick)):
                 raise self._diverged()
 
     def _ticks_with_mass(self) -> int:
@@ -234,8 +285,11 @@ class Simulation:
         source : 'force', 'torque' or 'wrench'
         until  : [tick] first tick on which it no longer acts
         """
-        self._held.put(body, source, force=force, torque=torque, frame=frame, until=until)
+        asked: dict[str, Any] = {'force': force, 'torque': torque, 'frame': frame, 'until': until}
+        self._held.put(body, source, **asked)
         self._held_changed = True
+        if self.watch is not None:
+            self.watch.hold(self.tick, body, source, **asked)
 
     def apply_impulse(
         self,
@@ -262,6 +316,8 @@ class Simulation:
         ratio = record.mass / mass_at(record, self.scene_time)  # 1.0 unless its mass changes
         self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
         self._read = None
+        if self.watch is not None:
+            self.watch.strike(self.tick, body, linear=linear, angular=angular)
         return linear, angular
 
     def applied_wrench(self) -> tuple[Array, Array]:
@@ -350,6 +406,8 @@ class Simulation:
         self._held.slots.clear()
         self._held_changed = True
         self._read = None
+        if self.watch is not None:
+            self.watch.reset(self.tick)
 
     @property
     def next_expiry(self) -> int:
@@ -400,17 +458,32 @@ class Simulation:
         self._held.slots = dict(slots)
         self._held_changed = True
         self._read = None
+        if self.watch is not None:
+            self.watch.resume(tick)
+
+    @property
+    def steps_taken(self) -> float:
+        """Steps that an integrator which chooses them tried so far; 0 with any other."""
+        return self._stepper.steps_taken
 
 
-def _end_of_pilot(
-    scene: Scene, dt_ns: int, integrator: str, substeps: int, ticks: int
-) -> State | None:
-    """Run the beginning of a scene for `auto`; None where it diverges."""
+def _pilot(
+    scene: Scene, dt_ns: int, integrator: str, options: Mapping[str, Any], ticks: Sequence[int]
+) -> Iterator[choose.Instant]:
+    """Run the beginning of a scene for `auto`, up to where it diverges."""
     simulation = Simulation(
-        scene, integrator=integrator, integrator_options={'substeps': substeps}, dt=dt_ns / 1e9
+        scene, integrator=integrator, integrator_options=options, dt=dt_ns / 1e9
     )
-    try:
-        simulation.step(ticks)
-    except SimulationDiverged:
-        return None
-    return simulation.state
+    for tick in ticks:
+        try:
+            simulation.step(tick - simulation.tick)
+        except SimulationDiverged:
+            return
+        yield choose.Instant(simulation.state, simulation.steps_taken)
+
+
+def _fastest_rate(scene: Scene) -> float:
+    """Largest rate of the springs and dampers of a scene at its start [1/s]."""
+    start = Simulation(scene, integrator='rk4')
+    rates = start.stability.rates(start.state)
+    return max(float(np.max(rates[kind], initial=0.0)) for kind in ('oscillation', 'relaxation'))

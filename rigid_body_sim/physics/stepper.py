@@ -96,6 +96,19 @@ class Stepper:
         return remembers(gather(self.rotation, ROTATION, ORIENTATION, 4, self._layout.n_rigid))
 
     @property
+    def steps_taken(self) -> float:
+        """Steps that the method chose itself so far; 0 where it does not choose them."""
+        count = getattr(self._scheme, 'steps_taken', None)
+        return count(self._workspace) if count is not None else 0.0
+
+    def with_integrator(self, integrator: Integrator) -> Stepper:
+        """Give a stepper in the same state that goes on with another integrator."""
+        other = Stepper(self._scene, self._layout, integrator)
+        other.translation[:] = self.translation
+        other.rotation[:] = self.rotation
+        return other
+
+    @property
     def _state(self) -> tuple[Array, ...]:
         """All arrays of which the next tick makes its own."""
         if self._integrator.remembers is None:

@@ -1,0 +1,331 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+`integrator: auto` keeps looking while the run goes on: now and then a shadow in half steps, and a
+change of method at a tick boundary where the error calls for one.
+
+A look is a window of a second (WINDOW_TICKS at most). The shadow begins with the state of the
+run, is given the same commands at the same ticks, and at the end of the window
+
+    e = r d,   d : distance of run and shadow [m, rad],   r : Richardson's factor of the method
+
+is what the run gained in it. Windows begin EVERY windows apart, the first where the pilot ends, or
+where a command first acts; so looks cost a fifth of the run, on average, with a shadow of twice
+its cost.
+
+    e beyond the tolerance      the method goes on with so many substeps that half the tolerance
+                                should be met, or the spare one does, whichever is cheaper; the
+                                next window is looked at too, AGAIN times at most
+    far below it (COARSEN)      one notch back within the method, never below the pilot's choice
+
+Only two methods take part, the chosen one and the spare, which was the pilot's reference: both
+were compiled before the start. A run that diverges goes back to its last good tick and goes on
+finer, RESCUES times at most in a window.
+
+Everything depends on ticks, states and commands alone, never on a clock: equal inputs give equal
+runs, however many ticks are done at once. What a window gained has been seen by then: it is not
+run again, but said (`Lookout.worst`).
+
+Limits: the nine seconds in between are not looked at. An error of the past is not mended, only its
+growth is watched.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from rigid_body_sim.physics.integration.candidates import MOST_SUBSTEPS, Setting, price_of_step
+from rigid_body_sim.physics.integration.choose import (
+    MARGIN,
+    SECOND,
+    WINDOW_TICKS,
+    Choice,
+    Plan,
+    difference,
+)
+from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.state.snapshot import State
+
+EVERY = 10  # [window] between the begins of two looks
+AGAIN = 3  # looks one after the other that do not bring the error within the tolerance
+COARSEN = 0.25  # [-] of the tolerance: a coarser setting must promise so little
+FINEST = 64 * MOST_SUBSTEPS  # substeps of a tick that a look may ask for
+RESCUES = 4
+
+
+class Steps(Protocol):
+    """A simulation as far as a look needs it."""
+
+    tick: int
+
+    @property
+    def state(self) -> State:
+        """The bodies now."""
+        ...
+
+    def step(self, ticks: int = 1) -> None:
+        """Advance."""
+        ...
+
+    def hold(self, body: str, source: str, **asked: Any) -> None:
+        """Hold a command."""
+        ...
+
+    def apply_impulse(self, body: str, **asked: Any) -> object:
+        """Strike a body."""
+        ...
+
+
+@dataclass(frozen=True)
+class Look:
+    """
+    What one window gained.
+
+    tick   : where it ended
+    error  : [m, rad] per second
+    """
+
+    tick: int
+    error: float
+
+
+class Watch:
+    """
+    What a simulation asks while it runs; this one watches nothing.
+
+    next_tick : at which `meet` wants to be called next
+    looks     : how many windows were looked at
+    missed    : how many of them gained more than the tolerance
+    worst     : the one that gained most; None before the first
+    """
+
+    looks = missed = 0
+    worst: Look | None = None
+    next_tick: float = math.inf
+
+    @property
+    def settings(self) -> Sequence[tuple[str, Mapping[str, Any]]]:
+        """Name and options of what it may go on with, to be compiled before the start."""
+        return ()
+
+    def meet(self, run: Steps) -> None:
+        """Do what is due at this tick; called before each stretch of ticks."""
+
+    def follow(self, ticks: int) -> None:
+        """Take notice of ticks that the run did."""
+
+    def hold(self, tick: int, body: str, source: str, **asked: Any) -> None:
+        """Take notice of a command."""
+
+    def strike(self, tick: int, body: str, **asked: Any) -> None:
+        """Take notice of an impulse, in world axes."""
+
+    def reset(self, tick: int) -> None:
+        """Begin anew: the scene is back at its start."""
+
+    def resume(self, tick: int) -> None:
+        """Go on from a state that was restored."""
+
+    def rescue(self, tick: int) -> bool:
+        """Whether the run, which diverged, goes on in another way."""
+        return False
+
+
+class Lookout(Watch):
+    """
+    Watches one run.
+
+    plan    : of the pilot
+    shadow  : (name, options) -> another run from the present state and commands
+    change  : goes on with another choice
+    failed  : exceptions with which a run diverges
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        scene: Scene,
+        *,
+        dt_ns: int,
+        shadow: Callable[[str, Mapping[str, Any]], Steps],
+        change: Callable[[Choice], None],
+        failed: type[Exception],
+    ) -> None:
+        assert plan.setting is not None and plan.spare is not None
+        self._plan = plan
+        self._scene = scene
+        self._dt = dt_ns * 1e-9
+        self._make_shadow = shadow
+        self._change = change
+        self._failed = failed
+        self._first, self._spare = plan.setting, plan.spare
+        self._window = max(1, min(WINDOW_TICKS, round(SECOND / self._dt)))
+        self._begin(0)
+
+    @property
+    def settings(self) -> Sequence[tuple[str, Mapping[str, Any]]]:
+        """Name and options of what it may go on with, to be compiled before the start."""
+        return [(s.name, s.options) for s in dict.fromkeys((self._first, self._spare))]
+
+    def _begin(self, tick: int) -> None:
+        """Watch from the start of the scene on."""
+        self._setting = self._first
+        self._shadow: Steps | None = None
+        self._again = AGAIN
+        self._rescues = RESCUES
+        self._credit_from = tick
+        self.next_tick = tick + self._plan.horizon
+
+    def meet(self, run: Steps) -> None:
+        """Begin a look, or end one, where it is time; called before each stretch of ticks."""
+        if run.tick < self.next_tick:
+            return
+        if self._shadow is not None:
+            self._judge(run)
+        if self.next_tick <= run.tick:
+            self._shadow = self._make_shadow(*self._setting.shadow)
+            self._credit_from = run.tick + EVERY * self._window
+            self.next_tick = run.tick + self._window
+
+    def follow(self, ticks: int) -> None:
+        """Let the shadow do the ticks that the run did."""
+        if self._shadow is not None:
+            try:
+                self._shadow.step(ticks)
+            except self._failed:
+                self._drop()
+
+    def _drop(self) -> None:
+        """Give a look up: it says nothing."""
+        self._shadow = None
+        self.next_tick = self._credit_from
+
+    def hold(self, tick: int, body: str, source: str, **asked: Any) -> None:
+        """A command was given: the shadow takes it too, or a look begins if one is due."""
+        if self._shadow is not None:
+            self._shadow.hold(body, source, **asked)
+        else:
+            self.next_tick = min(self.next_tick, max(tick, self._credit_from))
+
+    def strike(self, tick: int, body: str, **asked: Any) -> None:
+        """Take an impulse, in world axes, as `hold` takes a command."""
+        if self._shadow is not None:
+            self._shadow.apply_impulse(body, **asked)
+        else:
+            self.next_tick = min(self.next_tick, max(tick, self._credit_from))
+
+    def reset(self, tick: int) -> None:
+        """Begin anew with the pilot's choice: the scene is back at its start."""
+        if self._setting != self._first:
+            self._go_on(self._first, tick, self._plan.choice.error, 'reset: as the pilot chose')
+        self._begin(tick)
+
+    def resume(self, tick: int) -> None:
+        """Go on from a state that was restored, of which nothing is known: look at once."""
+        self._shadow = None
+        self._again, self._rescues = AGAIN, RESCUES
+        self.next_tick = self._credit_from = tick
+
+    def rescue(self, tick: int) -> bool:
+        """Go on finer after a run diverged; False where that was tried too often."""
+        if not self._rescues:
+            return False
+        self._rescues -= 1
+        setting = self._finer(1e-3)
+        if setting == self._setting:
+            return False
+        self._drop()
+        self.next_tick = self._credit_from = tick
+        self._again = AGAIN
+        self._go_on(setting, tick, math.inf, 'the run diverged')
+        return True
+
+    def _judge(self, run: Steps) -> None:
+        """End a look: say what the window gained, and go on finer or coarser."""
+        shadow = self._shadow
+        assert shadow is not None
+        self._drop()
+        self._rescues = RESCUES
+        seconds = self._window * self._dt
+        error = self._setting.richardson * difference(run.state, shadow.state) / seconds
+        allowed = self._plan.choice.allowed
+        self.looks += 1
+        if self.worst is None or error > self.worst.error:
+            self.worst = Look(run.tick, error)
+        if error > allowed:
+            self.missed += 1
+            setting = self._finer(MARGIN * allowed / error)
+            if setting != self._setting:
+                self._go_on(setting, run.tick, error, f'more than {allowed:.1e}')
+                if self._again:
+                    self._again -= 1
+                    self.next_tick = run.tick
+            return
+        self._again = AGAIN
+        setting, grows = self._setting.coarser()
+        if setting == self._setting or self._setting == self._first:
+            return
+        if error * grows <= COARSEN * allowed:
+            self._go_on(setting, run.tick, error, f'far below {allowed:.1e}')
+
+    def _finer(self, share: float) -> Setting:
+        """Give the cheapest setting that should err by that share; the same where none is left."""
+        finer = self._setting.finer(share)
+        if self._setting.name == self._spare.name:
+            return finer if self._is_possible(finer) else self._setting
+        if not self._is_possible(finer) or self._price(finer) > self._price(self._spare):
+            return self._spare
+        return finer
+
+    def _is_possible(self, setting: Setting) -> bool:
+        return setting.controls_its_error or setting.fineness <= FINEST
+
+    def _price(self, setting: Setting) -> float:
+        if setting.name == self._spare.name != self._first.name:
+            return self._plan.spare_price
+        return price_of_step(setting.name, self._scene) * setting.substeps
+
+    def _go_on(self, setting: Setting, tick: int, error: float, why: str) -> None:
+        self._setting = setting
+        reason = f'{setting.text} from tick {tick} on: error per second {error:.1e} (m, rad), {why}'
+        self._change(
+            Choice(
+                setting.name,
+                setting.substeps,
+                error,
+                reason,
+                options=setting.options,
+                allowed=self._plan.choice.allowed,
+                tick=tick,
+            )
+        )
+
+
+class RecordedChoices(Watch):
+    """
+    Changes of method that were recorded, taken again at their ticks: what a `Lookout` did.
+
+    choices : in the order of their ticks
+    """
+
+    def __init__(self, choices: Sequence[Choice], *, change: Callable[[Choice], None]) -> None:
+        self._rest = sorted(choices, key=lambda choice: choice.tick)
+        self._change = change
+        self._wait()
+
+    def _wait(self) -> None:
+        self.next_tick = self._rest[0].tick if self._rest else math.inf
+
+    @property
+    def settings(self) -> Sequence[tuple[str, Mapping[str, Any]]]:
+        """Name and options of what is to come."""
+        return [(choice.name, choice.options) for choice in self._rest]
+
+    def meet(self, run: Steps) -> None:
+        """Change where one was changed."""
+        while self._rest and self._rest[0].tick <= run.tick:
+            self._change(self._rest.pop(0))
+        self._wait()
