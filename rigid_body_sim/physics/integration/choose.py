@@ -126,6 +126,7 @@ class Plan:
     spare   : the method that served as reference, as fine as it stood still
     spare_price : [ns] nominal, of a tick with it
     horizon : [tick] foreseen by the pilot
+    fastest : [m/s, rad/s] speed and angular velocity of any body in it
     """
 
     choice: Choice
@@ -133,6 +134,7 @@ class Plan:
     spare: Setting | None = None
     spare_price: float = 0.0
     horizon: int = 0
+    fastest: tuple[float, ...] = (0.0, 0.0)
 
 
 def resolve(
@@ -207,6 +209,12 @@ def difference(state: State, true: State) -> float:
     distance = np.linalg.norm(state.position - true.position, axis=1)
     angle = angle_between(state.orientation, true.orientation)
     return float(max(np.max(distance, initial=0.0), np.max(angle, initial=0.0)))
+
+
+def paces(state: State) -> tuple[float, ...]:
+    """Largest speed [m/s] and angular velocity [rad/s] of any body."""
+    both = state.velocity, state.angular_velocity_body
+    return tuple(float(np.max(np.linalg.norm(each, axis=1), initial=0.0)) for each in both)
 
 
 class _Trajectory:
@@ -452,5 +460,13 @@ class _Choosing:
         price = price_of_step(spare.name, self._scene) * self._steps_per_tick(
             reference.trajectory, spare, reference.settled
         )
-        looks = '; after it a second in every ten is looked at'
-        return Plan(replace(choice, reason=reason + looks), setting, spare, price, ticks)
+        looks = '; after it a second in every twenty is looked at'
+        states = [reference.trajectory.at(i) for i in range(reference.settled)]
+        return Plan(
+            replace(choice, reason=reason + looks),
+            setting,
+            spare,
+            price,
+            ticks,
+            tuple(map(max, *(paces(each.state) for each in states if each), (0.0, 0.0))),
+        )

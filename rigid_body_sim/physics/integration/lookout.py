@@ -4,14 +4,16 @@
 `integrator: auto` keeps looking while the run goes on: now and then a shadow in half steps, and a
 change of method at a tick boundary where the error calls for one.
 
-A look is a window of a second (WINDOW_TICKS at most). The shadow begins with the state of the
+A look is a window of a second (LEAST_TICKS to WINDOW_TICKS). The shadow begins with the state of the
 run, is given the same commands at the same ticks, and at the end of the window
 
     e = r d,   d : distance of run and shadow [m, rad],   r : Richardson's factor of the method
 
-is what the run gained in it. Windows begin EVERY windows apart, the first where the pilot ends, or
-where a command first acts; so looks cost a fifth of the run, on average, with a shadow of twice
-its cost.
+is what the run gained in it. A look begins where the pilot ends and every EVERY windows from then
+on, and also where a command begins to act, this too once in EVERY windows; so looks cost a fifth
+of the run at most, on average, with a shadow of twice its cost. A look is called for besides
+where, at the end of any window, a body is FASTER than any was before; this goes by powers, so it
+is rare.
 
     e beyond the tolerance      the method goes on with so many substeps that half the tolerance
                                 should be met, or the spare one does, whichever is cheaper; the
@@ -26,7 +28,7 @@ Everything depends on ticks, states and commands alone, never on a clock: equal 
 runs, however many ticks are done at once. What a window gained has been seen by then: it is not
 run again, but said (`Lookout.worst`).
 
-Limits: the nine seconds in between are not looked at. An error of the past is not mended, only its
+Limits: the seconds in between are not looked at. An error of the past is not mended, only its
 growth is watched.
 """
 
@@ -45,15 +47,19 @@ from rigid_body_sim.physics.integration.choose import (
     Choice,
     Plan,
     difference,
+    paces,
 )
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.snapshot import State
 
-EVERY = 10  # [window] between the begins of two looks
+LEAST_TICKS = 20  # of a window
+EVERY = 20  # [window] between the begins of two looks
 AGAIN = 3  # looks one after the other that do not bring the error within the tolerance
 COARSEN = 0.25  # [-] of the tolerance: a coarser setting must promise so little
 FINEST = 64 * MOST_SUBSTEPS  # substeps of a tick that a look may ask for
 RESCUES = 4
+FASTER = 1.5  # [-] speed or angular velocity over the largest before: calls for a look
+SLOW = 0.1  # [m/s, rad/s] what counts as no motion there
 
 
 class Steps(Protocol):
@@ -162,7 +168,7 @@ class Lookout(Watch):
         self._change = change
         self._failed = failed
         self._first, self._spare = plan.setting, plan.spare
-        self._window = max(1, min(WINDOW_TICKS, round(SECOND / self._dt)))
+        self._window = max(LEAST_TICKS, min(WINDOW_TICKS, round(SECOND / self._dt)))
         self._begin(0)
 
     @property
@@ -176,8 +182,15 @@ class Lookout(Watch):
         self._shadow: Steps | None = None
         self._again = AGAIN
         self._rescues = RESCUES
-        self._credit_from = tick
-        self.next_tick = tick + self._plan.horizon
+        self._called = False
+        self._commands_from = tick  # when a command may have a look begin
+        self._regular = self._look_at = tick + self._plan.horizon
+        self._fastest = self._plan.fastest
+        self._wait(tick)
+
+    def _wait(self, tick: int) -> None:
+        """Be called at the next look, at the end of this one, or at the end of a window."""
+        self.next_tick = min(self._look_at, tick + self._window)
 
     def meet(self, run: Steps) -> None:
         """Begin a look, or end one, where it is time; called before each stretch of ticks."""
@@ -185,10 +198,27 @@ class Lookout(Watch):
             return
         if self._shadow is not None:
             self._judge(run)
-        if self.next_tick <= run.tick:
+        elif self._is_faster(run.state):
+            self._look_at = run.tick
+        if self._look_at <= run.tick:
             self._shadow = self._make_shadow(*self._setting.shadow)
-            self._credit_from = run.tick + EVERY * self._window
-            self.next_tick = run.tick + self._window
+            if self._regular <= run.tick:
+                self._regular = run.tick + EVERY * self._window
+            elif self._called:
+                self._commands_from = run.tick + EVERY * self._window
+            self._called = False
+            self._look_at = self._regular
+        self._wait(run.tick)
+
+    def _is_faster(self, state: State) -> bool:
+        """Whether a body moves much faster than any did when it was last asked."""
+        now = paces(state)
+        faster = any(
+            new > FASTER * max(old, SLOW) for new, old in zip(now, self._fastest, strict=True)
+        )
+        if faster:
+            self._fastest = tuple(map(max, now, self._fastest))
+        return faster
 
     def follow(self, ticks: int) -> None:
         """Let the shadow do the ticks that the run did."""
@@ -201,21 +231,26 @@ class Lookout(Watch):
     def _drop(self) -> None:
         """Give a look up: it says nothing."""
         self._shadow = None
-        self.next_tick = self._credit_from
 
     def hold(self, tick: int, body: str, source: str, **asked: Any) -> None:
         """A command was given: the shadow takes it too, or a look begins if one is due."""
         if self._shadow is not None:
             self._shadow.hold(body, source, **asked)
         else:
-            self.next_tick = min(self.next_tick, max(tick, self._credit_from))
+            self._call(tick)
 
     def strike(self, tick: int, body: str, **asked: Any) -> None:
         """Take an impulse, in world axes, as `hold` takes a command."""
         if self._shadow is not None:
             self._shadow.apply_impulse(body, **asked)
         else:
-            self.next_tick = min(self.next_tick, max(tick, self._credit_from))
+            self._call(tick)
+
+    def _call(self, tick: int) -> None:
+        """Ask for a look as soon as commands may have one."""
+        self._called = True
+        self._look_at = min(self._look_at, max(tick, self._commands_from))
+        self.next_tick = min(self.next_tick, self._look_at)
 
     def reset(self, tick: int) -> None:
         """Begin anew with the pilot's choice: the scene is back at its start."""
@@ -227,7 +262,8 @@ class Lookout(Watch):
         """Go on from a state that was restored, of which nothing is known: look at once."""
         self._shadow = None
         self._again, self._rescues = AGAIN, RESCUES
-        self.next_tick = self._credit_from = tick
+        self._called = False
+        self.next_tick = self._look_at = self._regular = self._commands_from = tick
 
     def rescue(self, tick: int) -> bool:
         """Go on finer after a run diverged; False where that was tried too often."""
@@ -237,8 +273,8 @@ class Lookout(Watch):
         setting = self._finer(1e-3)
         if setting == self._setting:
             return False
-        self._drop()
-        self.next_tick = self._credit_from = tick
+        self._shadow = None
+        self.next_tick = self._look_at = tick
         self._again = AGAIN
         self._go_on(setting, tick, math.inf, 'the run diverged')
         return True
@@ -262,13 +298,14 @@ class Lookout(Watch):
                 self._go_on(setting, run.tick, error, f'more than {allowed:.1e}')
                 if self._again:
                     self._again -= 1
-                    self.next_tick = run.tick
+                    self._look_at = run.tick
             return
         self._again = AGAIN
         setting, grows = self._setting.coarser()
         if setting == self._setting or self._setting == self._first:
             return
         if error * grows <= COARSEN * allowed:
+            self._fastest = paces(run.state)
             self._go_on(setting, run.tick, error, f'far below {allowed:.1e}')
 
     def _finer(self, share: float) -> Setting:
