@@ -31,6 +31,8 @@ class Health:
                            overlapped; None where nothing touched
     estimate             : estimated error of the states, if asked for
     warnings             : limits of the integrator that the run has passed
+    integrator           : what the run goes on with now
+    looks                : what `auto` saw on the way, in words
     failure              : why the run ended, if it failed
     """
 
@@ -52,6 +54,8 @@ class Health:
     refused: Mapping[str, int] = field(default_factory=dict)
     estimate: ErrorEstimate | None = None
     warnings: Sequence[str] = ()
+    integrator: str = ''
+    looks: str = ''
     failure: str = ''
 
     @property
@@ -97,7 +101,10 @@ class Health:
             'momentum drift': _drift(self.drift.momentum),
             'angular momentum drift': _drift(self.drift.angular_momentum),
             'recording': self.bag,
+            'integrator': self.integrator,
         }
+        if self.looks:
+            texts['auto'] = self.looks
         if self.drift.energy_rise is not None:
             texts['energy rise'] = f'{self.drift.energy_rise:.3e}'
         if self.deepest_gap is not None:

@@ -22,9 +22,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from rigid_body_sim.physics.integration.choose import Choice
+from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.physics.simulation import Simulation
 
@@ -45,6 +48,17 @@ class ErrorEstimate:
     angular_velocity: float
 
 
+def _half_steps(integrator: Integrator) -> dict[str, Any]:
+    """Options of the same method in half steps."""
+    options = dict(integrator.settings)
+    if integrator.controls_its_error:
+        options['rtol'] = max(options['rtol'] / TIGHTER, 1e-13)
+        options['atol'] = options['atol'] / TIGHTER
+    else:
+        options['substeps'] = 2 * integrator.substeps
+    return options
+
+
 class ReferenceRun:
     """
     The same simulation in half steps.
@@ -54,21 +68,31 @@ class ReferenceRun:
 
     def __init__(self, of: Simulation) -> None:
         self._of = of
-        integrator = of.integrator
-        options = dict(integrator.settings)
-        if integrator.controls_its_error:
-            options['rtol'] = max(options['rtol'] / TIGHTER, 1e-13)
-            options['atol'] = options['atol'] / TIGHTER
-        else:
-            options['substeps'] = 2 * integrator.substeps
+        self._half_of = integrator = of.integrator
         self.simulation = Simulation(
             of.scene,
             integrator=integrator.name,
-            integrator_options=options,
+            integrator_options=_half_steps(integrator),
             dt=of.dt,
         )
         self.simulation.prepare(commands_in_body_axes=True)
         self.simulation.restore(tick=of.tick, state=of.state_bytes(), slots=of.held_slots)
+
+    def step(self, ticks: int) -> None:
+        """Do the ticks that the run has done; where `auto` changed its method, change too."""
+        integrator = self._of.integrator
+        if integrator is not self._half_of:
+            self._half_of = integrator
+            changed = Choice(
+                integrator.name,
+                integrator.substeps,
+                math.nan,
+                'half of what the run takes',
+                options=_half_steps(integrator),
+                tick=self.simulation.tick,
+            )
+            self.simulation.follow_choices([changed])
+        self.simulation.step(ticks)
 
     def _factor(self) -> float:
         integrator = self._of.integrator

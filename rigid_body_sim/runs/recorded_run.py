@@ -13,6 +13,7 @@ from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording.bag_reader import Bag, RecordedMessage
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command, decode, topics_of
 from rigid_body_sim.runs.recorder import (
     SCENE_FILE,
@@ -62,6 +63,7 @@ class RecordedRun:
         self.last_tick = self._last_tick()
         bodies = [body.name for body in self.scene.bodies]
         self._command_topics = topics_of(bodies, namespace=self.settings.namespace)
+        self._choices_topic = choices.topic_of(self.settings.namespace).name
 
     def _attachment(self, name: str, sha256: str | None) -> bytes:
         content = self.bag.attachments.get(name)
@@ -102,7 +104,11 @@ class RecordedRun:
     def outputs(self) -> Iterator[RecordedMessage]:
         """Recorded messages that are not commands, in file order."""
         return self.bag.messages(
-            [name for name in self.bag.topics if name not in self._command_topics]
+            [
+                name
+                for name in self.bag.topics
+                if name not in self._command_topics and name != self._choices_topic
+            ]
         )
 
     def run_again(
@@ -132,6 +138,9 @@ class RecordedRun:
             state=self.start_state,
             slots=held_from_json(self.bag.manifest['held_at_start']),
         )
+        if integrator is None and simulation.dt_ns == self.dt_ns:
+            made = self.bag.messages([self._choices_topic])
+            simulation.follow_choices(choices.decoded(made, self.scene))
         simulation.prepare()
         run = Run(simulation, self.settings, warn=warn)
         if run.contact_packer is not None:

@@ -26,6 +26,7 @@ from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.held_wrenches import Slot
 from rigid_body_sim.recording.bag_writer import BagWriter
 from rigid_body_sim.recording.topics import command_topics
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import KINDS
 from rigid_body_sim.runs.run import Run, TickOutput
 
@@ -55,6 +56,9 @@ class RunRecorder:
         scene = run.simulation.scene
         names = [body.name for body in scene.bodies]
         topics = [*run.topics, *command_topics(names, namespace=run.settings.namespace)]
+        self._choices = len(run.simulation.choices)  # that need no message
+        if run.simulation.watch is not None:
+            topics.append(choices.topic_of(run.settings.namespace))
         start = run.simulation.state_bytes()
         self.first_tick = run.simulation.tick
         self._writer = BagWriter(
@@ -104,11 +108,21 @@ class RunRecorder:
         """
         for topic, message in output.consumed:
             self._writer.write_message(topic, tick, tick * self._run.simulation.dt_ns, message)
+        self._write_choices()
         for batch in output.batches:
             self._writer.write(batch)
         every = self._run.settings.publish_every
         if output.tick % (every * CHAIN_EVERY) == 0:
             self._chain.update(self._run.simulation.state_bytes())
+
+    def _write_choices(self) -> None:
+        """Write the changes of integrator since the last ones."""
+        dt_ns, made = self._run.simulation.dt_ns, self._run.simulation.choices
+        for choice in made[self._choices :]:
+            topic = choices.topic_of(self._run.settings.namespace).name
+            message = choices.encode(choice, dt_ns)
+            self._writer.write_message(topic, choice.tick, choice.tick * dt_ns, message)
+        self._choices = len(made)
 
     def close(self, reason: str) -> None:
         """
@@ -117,6 +131,7 @@ class RunRecorder:
         reason : duration, stop_time, signal, stopped, reset, replayed, diverged, error
         """
         simulation = self._run.simulation
+        self._write_choices()
         self._chain.update(simulation.state_bytes())
         self._run.sample_drift()
         estimate = self._run.error_estimate()
@@ -130,6 +145,7 @@ class RunRecorder:
                     for law, value in drift.items()
                     if value is not None
                 },
+                **({'integrator_looks': looks} if (looks := choices.looks_text(simulation)) else {}),
                 **({'deepest_gap': repr(gap)} if gap is not None else {}),
                 'last_tick': str(simulation.tick),
                 'ticks': str(simulation.tick - self.first_tick),

@@ -181,7 +181,7 @@ class Run:
         self.simulation.step(ticks)
         if self._reference is not None:
             try:
-                self._reference.simulation.step(ticks)
+                self._reference.step(ticks)
             except SimulationDiverged:  # the run itself is well: only the estimate is lost
                 self._reference = None
 

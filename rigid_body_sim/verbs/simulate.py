@@ -20,6 +20,7 @@ from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command, read_csv
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, RunSettings, publish_every
@@ -248,8 +249,7 @@ def _report(
         'end_reason': reason,
         'warnings': whole.warnings,
     }
-    if simulation.choice is not None:
-        result['integrator_choice'] = simulation.choice.reason
+    result |= choices.facts(simulation)
     estimate = whole.error_estimate()
     if estimate is not None:
         result['error_estimate'] = asdict(estimate)
@@ -261,8 +261,8 @@ def _report(
         f'with {simulation.integrator.name} in {wall:.2f} s '
         f'({simulation.time / max(wall, 1e-9):.0f} times real time)'
     )
-    if simulation.choice is not None:
-        print(f'  auto: {simulation.choice.reason}')
+    for line in choices.summary(simulation):
+        print(f'  auto: {line}')
     for name in ('energy', 'momentum', 'angular_momentum'):
         print(f'  {name.replace("_", " ")} drift: {drift_text(getattr(drift, name))}')
     if whole.has_contact:
