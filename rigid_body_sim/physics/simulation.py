@@ -121,18 +121,23 @@ class Simulation:
 
     def _go_on_with(self, choice: choose.Choice) -> None:
         """Change the integrator at this tick boundary; the state stays."""
-        self.integrator = choose.integrator_of(choice.name, choice.options)
-        self._stepper = self._stepper.with_integrator(self.integrator)
-        self.stability = StabilityWatch(self.scene, self._layout, self.integrator, self.dt)
-        self._held_changed = True
-        self.choices = (*self.choices, choice)
+        integrator = choose.integrator_of(choice.name, choice.options)
+        self._stepper.go_on_with(
+            integrator,
+            partial(
+                self.__dict__.update,
+                integrator=integrator,
+                stability=StabilityWatch(self.scene, self._layout, integrator, self.dt),
+                choices=(*self.choices, choice),
+            ),
+        )
 
     def _shadow(self, integrator: str, options: Mapping[str, Any]) -> Simulation:
         """Make another run of the scene from the present state and commands."""
         shadow = Simulation(
             self.scene, integrator=integrator, integrator_options=options, dt=self.dt
         )
-        shadow.restore(tick=self.tick, state=self.state_bytes(), slots=self.held_slots)
+        shadow.restore(tick=self.tick, state=self._bytes(), slots=self.held_slots)
         return shadow
 
     @property
@@ -162,6 +167,9 @@ class Simulation:
     @property
     def state(self) -> State:
         """Position, orientation and velocities of every body, scene order: a copy."""
+        return self._read_state()
+
+    def _read_state(self) -> State:
         if self._read is None:
             self._read = self._reader.read(
                 self._stepper.translation, self._stepper.rotation, time=self.scene_time
@@ -180,9 +188,8 @@ class Simulation:
         self._stepper.prepare(commands_in_body_axes=commands_in_body_axes, progress=progress)
         for name, options in self.watch.settings if self.watch is not None else ():
             if name != self.integrator.name:
-                self._stepper.with_integrator(choose.integrator_of(name, options)).prepare(
-                    commands_in_body_axes=commands_in_body_axes, progress=progress
-                )
+                other = Stepper(self.scene, self._layout, choose.integrator_of(name, options))
+                other.prepare(commands_in_body_axes=commands_in_body_axes, progress=progress)
         if progress is not None:
             progress('reading states')
         _ = self.state
@@ -197,7 +204,7 @@ class Simulation:
         end, watch = self.tick + ticks, self.watch
         while self.tick < end:
             if watch is not None:
-                watch.meet(self)
+                watch.meet(self.tick, self._read_state)
             self._take_held()
             chunk = (
                 min(end, self._held.next_expiry()) - self.tick
@@ -212,7 +219,7 @@ class Simulation:
             done = self._stepper.advance(chunk, self._scene_tick, self.dt)
             self.tick += done
             if watch is not None:
-                watch.follow(done)
+                watch.follow(self.tick)
             if done < chunk and not (watch is not None and watch.rescue(self.tick)):
                 raise self._diverged()
 
@@ -440,6 +447,9 @@ class Simulation:
         What the integrator remembers follows, if anything, and the impulses of contacts; then,
         where a wrench depends on time, the start of the scene [ns] as int64.
         """
+        return self._bytes()
+
+    def _bytes(self) -> bytes:
         state = self._layout.state_bytes(self._stepper.translation, self._stepper.rotation)
         state += self._stepper.remembered().astype('<f8').tobytes()
         return state + self._start_ns.to_bytes(8, 'little') if self._stepper.is_timed else state

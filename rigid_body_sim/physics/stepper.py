@@ -12,7 +12,9 @@ force begins or ends at an instant of its own, the ticks are cut there (`forces.
 from __future__ import annotations
 
 import itertools
+from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -47,7 +49,7 @@ from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
 
-WORKSPACE = 5  # its place among the arguments of a kernel
+METHOD, WORKSPACE = 4, 5  # their places among the arguments of a kernel
 CHUNK = 1000  # [tick] between two copies of the state, to which a diverging run returns
 
 
@@ -101,12 +103,22 @@ class Stepper:
         count = getattr(self._scheme, 'steps_taken', None)
         return count(self._workspace) if count is not None else 0.0
 
-    def with_integrator(self, integrator: Integrator) -> Stepper:
-        """Give a stepper in the same state that goes on with another integrator."""
-        other = Stepper(self._scene, self._layout, integrator)
-        other.translation[:] = self.translation
-        other.rotation[:] = self.rotation
-        return other
+    def go_on_with(self, integrator: Integrator, told: partial[None]) -> None:
+        """
+        Take another integrator from here on; neither of the two may remember anything.
+
+        told : is called with the change, so that an interrupt finds both or neither
+        """
+        new = Stepper(self._scene, self._layout, integrator)
+        arguments = (
+            *self._arguments[:METHOD],
+            *new._arguments[METHOD : WORKSPACE + 1],
+            *self._arguments[WORKSPACE + 1 :],
+        )
+        mine = ('_integrator', '_method', '_scheme', '_kernel_name', '_workspace', '_free')
+        taken = {name: new.__dict__[name] for name in (*mine, '_coupled', '_workspace_step')}
+        change = partial(self.__dict__.update, taken, _arguments=arguments)
+        deque(map(partial.__call__, (change, told)), maxlen=0)  # one call of C: no interrupt comes between
 
     @property
     def _state(self) -> tuple[Array, ...]:

@@ -63,9 +63,12 @@ SLOW = 0.1  # [m/s, rad/s] what counts as no motion there
 
 
 class Steps(Protocol):
-    """A simulation as far as a look needs it."""
+    """A simulation as far as a look needs it as its shadow."""
 
-    tick: int
+    @property
+    def tick(self) -> int:
+        """Ticks done."""
+        ...
 
     @property
     def state(self) -> State:
@@ -83,6 +86,9 @@ class Steps(Protocol):
     def apply_impulse(self, body: str, **asked: Any) -> object:
         """Strike a body."""
         ...
+
+
+Read = Callable[[], State]
 
 
 @dataclass(frozen=True)
@@ -117,11 +123,15 @@ class Watch:
         """Name and options of what it may go on with, to be compiled before the start."""
         return ()
 
-    def meet(self, run: Steps) -> None:
-        """Do what is due at this tick; called before each stretch of ticks."""
+    def meet(self, tick: int, read: Read) -> None:
+        """
+        Do what is due at this tick; called before each stretch of ticks.
 
-    def follow(self, ticks: int) -> None:
-        """Take notice of ticks that the run did."""
+        read : gives the state
+        """
+
+    def follow(self, tick: int) -> None:
+        """Take notice of where the run has come to."""
 
     def hold(self, tick: int, body: str, source: str, **asked: Any) -> None:
         """Take notice of a command."""
@@ -192,23 +202,23 @@ class Lookout(Watch):
         """Be called at the next look, at the end of this one, or at the end of a window."""
         self.next_tick = min(self._look_at, tick + self._window)
 
-    def meet(self, run: Steps) -> None:
-        """Begin a look, or end one, where it is time; called before each stretch of ticks."""
-        if run.tick < self.next_tick:
+    def meet(self, tick: int, read: Read) -> None:
+        """Begin a look, or end one, where it is time."""
+        if tick < self.next_tick:
             return
         if self._shadow is not None:
-            self._judge(run)
-        elif self._is_faster(run.state):
-            self._look_at = run.tick
-        if self._look_at <= run.tick:
+            self._judge(tick, read())
+        elif self._is_faster(read()):
+            self._look_at = tick
+        if self._look_at <= tick:
             self._shadow = self._make_shadow(*self._setting.shadow)
-            if self._regular <= run.tick:
-                self._regular = run.tick + EVERY * self._window
+            if self._regular <= tick:
+                self._regular = tick + EVERY * self._window
             elif self._called:
-                self._commands_from = run.tick + EVERY * self._window
+                self._commands_from = tick + EVERY * self._window
             self._called = False
             self._look_at = self._regular
-        self._wait(run.tick)
+        self._wait(tick)
 
     def _is_faster(self, state: State) -> bool:
         """Whether a body moves much faster than any did when it was last asked."""
@@ -220,29 +230,33 @@ class Lookout(Watch):
             self._fastest = tuple(map(max, now, self._fastest))
         return faster
 
-    def follow(self, ticks: int) -> None:
-        """Let the shadow do the ticks that the run did."""
+    def follow(self, tick: int) -> None:
+        """Let the shadow do the ticks that the run did; where it diverges, the look is lost."""
         if self._shadow is not None:
             try:
-                self._shadow.step(ticks)
+                self._shadow.step(tick - self._shadow.tick)
             except self._failed:
-                self._drop()
+                self._shadow = None
 
-    def _drop(self) -> None:
-        """Give a look up: it says nothing."""
-        self._shadow = None
+    def _with(self, tick: int) -> Steps | None:
+        """Give the shadow; none where an interrupt left it behind."""
+        if self._shadow is not None and self._shadow.tick != tick:
+            self._shadow = None
+        return self._shadow
 
     def hold(self, tick: int, body: str, source: str, **asked: Any) -> None:
         """A command was given: the shadow takes it too, or a look begins if one is due."""
-        if self._shadow is not None:
-            self._shadow.hold(body, source, **asked)
+        shadow = self._with(tick)
+        if shadow is not None:
+            shadow.hold(body, source, **asked)
         else:
             self._call(tick)
 
     def strike(self, tick: int, body: str, **asked: Any) -> None:
         """Take an impulse, in world axes, as `hold` takes a command."""
-        if self._shadow is not None:
-            self._shadow.apply_impulse(body, **asked)
+        shadow = self._with(tick)
+        if shadow is not None:
+            shadow.apply_impulse(body, **asked)
         else:
             self._call(tick)
 
@@ -279,34 +293,35 @@ class Lookout(Watch):
         self._go_on(setting, tick, math.inf, 'the run diverged')
         return True
 
-    def _judge(self, run: Steps) -> None:
+    def _judge(self, tick: int, state: State) -> None:
         """End a look: say what the window gained, and go on finer or coarser."""
-        shadow = self._shadow
-        assert shadow is not None
-        self._drop()
+        shadow = self._with(tick)
+        self._shadow = None
+        if shadow is None:
+            return
         self._rescues = RESCUES
         seconds = self._window * self._dt
-        error = self._setting.richardson * difference(run.state, shadow.state) / seconds
+        error = self._setting.richardson * difference(state, shadow.state) / seconds
         allowed = self._plan.choice.allowed
         self.looks += 1
         if self.worst is None or error > self.worst.error:
-            self.worst = Look(run.tick, error)
+            self.worst = Look(tick, error)
         if error > allowed:
             self.missed += 1
             setting = self._finer(MARGIN * allowed / error)
             if setting != self._setting:
-                self._go_on(setting, run.tick, error, f'more than {allowed:.1e}')
+                self._go_on(setting, tick, error, f'more than {allowed:.1e}')
                 if self._again:
                     self._again -= 1
-                    self._look_at = run.tick
+                    self._look_at = tick
             return
         self._again = AGAIN
         setting, grows = self._setting.coarser()
         if setting == self._setting or self._setting == self._first:
             return
         if error * grows <= COARSEN * allowed:
-            self._fastest = paces(run.state)
-            self._go_on(setting, run.tick, error, f'far below {allowed:.1e}')
+            self._fastest = paces(state)
+            self._go_on(setting, tick, error, f'far below {allowed:.1e}')
 
     def _finer(self, share: float) -> Setting:
         """Give the cheapest setting that should err by that share; the same where none is left."""
@@ -361,8 +376,8 @@ class RecordedChoices(Watch):
         """Name and options of what is to come."""
         return [(choice.name, choice.options) for choice in self._rest]
 
-    def meet(self, run: Steps) -> None:
+    def meet(self, tick: int, read: Read) -> None:
         """Change where one was changed."""
-        while self._rest and self._rest[0].tick <= run.tick:
+        while self._rest and self._rest[0].tick <= tick:
             self._change(self._rest.pop(0))
         self._wait()
