@@ -87,6 +87,7 @@ class Simulation:
         )
         self.choices = () if plan is None else (plan.choice,)
         self.watch: Watch | None = None
+        self._shadows: dict[Any, Simulation] = {}
         self.tick = 0
         self.invariants = Invariants(scene)
         self._layout = Layout(scene)
@@ -134,9 +135,12 @@ class Simulation:
 
     def _shadow(self, integrator: str, options: Mapping[str, Any]) -> Simulation:
         """Make another run of the scene from the present state and commands."""
-        shadow = Simulation(
-            self.scene, integrator=integrator, integrator_options=options, dt=self.dt
-        )
+        key = integrator, *options.items()
+        shadow = self._shadows.get(key)
+        if shadow is None:
+            shadow = self._shadows[key] = Simulation(
+                self.scene, integrator=integrator, integrator_options=options, dt=self.dt
+            )
         shadow.restore(tick=self.tick, state=self._bytes(), slots=self.held_slots)
         return shadow
 

@@ -33,6 +33,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.integration.candidates import (
@@ -49,6 +50,8 @@ from rigid_body_sim.physics.integration.options import Option, checked
 from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.snapshot import State
+
+Array = NDArray[np.float64]
 
 NAME = 'auto'
 
@@ -85,7 +88,9 @@ EXACT = 'linear_propagator'
 # whose step is halved, and how often
 REFERENCES = (('rk4', 5), ('rk8', 7), ('rk45', 4), ('implicit_midpoint', 10), ('sdirk2', 10))
 REFERENCE_STEPS = 2_000_000  # of a body, that one which is implicit or chooses its steps may take
+IDLE = 2  # refinements that let a reference stand still no longer than before: chaos, or rounding
 STEP_TIMES_RATE = 3.0  # [-] step times fastest rate, of such a one on a stiff scene
+FIRST = REFERENCES[0][0]  # of low order: another may stand still for longer
 REFINED = 0.03  # [-] of the tolerance: change of the reference in its last refinement
 
 # impacts make a scene chaotic, so that no pilot can tell its error; contact itself sets the step
@@ -213,8 +218,11 @@ def difference(state: State, true: State) -> float:
 
 def paces(state: State) -> tuple[float, ...]:
     """Largest speed [m/s] and angular velocity [rad/s] of any body."""
-    both = state.velocity, state.angular_velocity_body
-    return tuple(float(np.max(np.linalg.norm(each, axis=1), initial=0.0)) for each in both)
+    return _largest(state.velocity), _largest(state.angular_velocity_body)
+
+
+def _largest(vectors: Array) -> float:
+    return math.sqrt(np.einsum('ij,ij->i', vectors, vectors).max(initial=0.0))
 
 
 class _Trajectory:
@@ -373,7 +381,7 @@ class _Choosing:
             found = self._refined(name, refinements)
             if best is None or found.settled > best.settled:
                 best = found
-            if best.settled == count:
+            if best.settled == count or (best.settled >= self._needed and name != FIRST):
                 return best
         if best is None or best.settled < self._needed:
             raise InvalidModel(
@@ -401,16 +409,17 @@ class _Choosing:
         else:
             settings = [Setting(name, 2**k) for k in range(refinements + 1)]
         implicit = INTEGRATORS[name].wants_derivatives
-        coarse = self._run(settings[0])
+        coarse, idle = self._run(settings[0]), 0
         best = _Reference(coarse, settings[0], 0)
         for setting in settings[1:]:
             if implicit and self._body_ticks * setting.substeps > REFERENCE_STEPS:
                 break
             fine = self._run(setting)
             settled = self._settled(coarse, fine)
+            idle = idle + 1 if settled <= best.settled >= self._needed else 0
             if settled >= best.settled:
                 best = _Reference(fine, setting, settled)
-            if settled == len(self._ticks):
+            if settled == len(self._ticks) or idle == IDLE:
                 break
             coarse = fine
         return best

@@ -12,12 +12,12 @@ run, is given the same commands at the same ticks, and at the end of the window
 is what the run gained in it. A look begins where the pilot ends and every EVERY windows from then
 on, and also where a command begins to act, this too once in EVERY windows; so looks cost a fifth
 of the run at most, on average, with a shadow of twice its cost. A look is called for besides
-where, at the end of any window, a body is FASTER than any was before; this goes by powers, so it
-is rare.
+where a body is FASTER than any was before, asked every PACE_TICKS, in every window for some time
+after a command; this goes by powers, so it is rare.
 
     e beyond the tolerance      the method goes on with so many substeps that half the tolerance
-                                should be met, or the spare one does, whichever is cheaper; the
-                                next window is looked at too, AGAIN times at most
+                                should be met, or the spare one where that is DEARER; the next
+                                window is looked at too, AGAIN times at most
     far below it (COARSEN)      one notch back within the method, never below the pilot's choice
 
 Only two methods take part, the chosen one and the spare, which was the pilot's reference: both
@@ -52,12 +52,14 @@ from rigid_body_sim.physics.integration.choose import (
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.snapshot import State
 
-LEAST_TICKS = 20  # of a window
+LEAST_TICKS = 200  # of a window
+PACE_TICKS = 500  # at least, between two looks at how fast bodies are
 EVERY = 20  # [window] between the begins of two looks
 AGAIN = 3  # looks one after the other that do not bring the error within the tolerance
 COARSEN = 0.25  # [-] of the tolerance: a coarser setting must promise so little
 FINEST = 64 * MOST_SUBSTEPS  # substeps of a tick that a look may ask for
 RESCUES = 4
+DEARER = 8.0  # [-] than the spare, of which no error is known: so much the same method may become
 FASTER = 1.5  # [-] speed or angular velocity over the largest before: calls for a look
 SLOW = 0.1  # [m/s, rad/s] what counts as no motion there
 
@@ -155,7 +157,8 @@ class Lookout(Watch):
     Watches one run.
 
     plan    : of the pilot
-    shadow  : (name, options) -> another run from the present state and commands
+    shadow  : (name, options) -> another run from the present state and commands; one may be given
+              again
     change  : goes on with another choice
     failed  : exceptions with which a run diverges
     """
@@ -179,6 +182,7 @@ class Lookout(Watch):
         self._failed = failed
         self._first, self._spare = plan.setting, plan.spare
         self._window = max(LEAST_TICKS, min(WINDOW_TICKS, round(SECOND / self._dt)))
+        self._pace = max(PACE_TICKS, self._window)
         self._begin(0)
 
     @property
@@ -193,14 +197,16 @@ class Lookout(Watch):
         self._again = AGAIN
         self._rescues = RESCUES
         self._called = False
+        self._alert_until = tick
         self._commands_from = tick  # when a command may have a look begin
         self._regular = self._look_at = tick + self._plan.horizon
         self._fastest = self._plan.fastest
         self._wait(tick)
 
     def _wait(self, tick: int) -> None:
-        """Be called at the next look, at the end of this one, or at the end of a window."""
-        self.next_tick = min(self._look_at, tick + self._window)
+        """Be called at the next look, at the end of this one, or to see how fast bodies are."""
+        pace = self._window if tick < self._alert_until else self._pace
+        self.next_tick = min(self._look_at, self._ends if self._shadow else tick + pace)
 
     def meet(self, tick: int, read: Read) -> None:
         """Begin a look, or end one, where it is time."""
@@ -212,9 +218,10 @@ class Lookout(Watch):
             self._look_at = tick
         if self._look_at <= tick:
             self._shadow = self._make_shadow(*self._setting.shadow)
+            self._ends = tick + self._window
             if self._regular <= tick:
                 self._regular = tick + EVERY * self._window
-            elif self._called:
+            if self._called:
                 self._commands_from = tick + EVERY * self._window
             self._called = False
             self._look_at = self._regular
@@ -249,22 +256,22 @@ class Lookout(Watch):
         shadow = self._with(tick)
         if shadow is not None:
             shadow.hold(body, source, **asked)
-        else:
-            self._call(tick)
+        self._call(tick)
 
     def strike(self, tick: int, body: str, **asked: Any) -> None:
         """Take an impulse, in world axes, as `hold` takes a command."""
         shadow = self._with(tick)
         if shadow is not None:
             shadow.apply_impulse(body, **asked)
-        else:
-            self._call(tick)
+        self._call(tick)
 
     def _call(self, tick: int) -> None:
         """Ask for a look as soon as commands may have one."""
         self._called = True
+        self._alert_until = tick + EVERY * self._window
         self._look_at = min(self._look_at, max(tick, self._commands_from))
-        self.next_tick = min(self.next_tick, self._look_at)
+        if self._shadow is None:
+            self.next_tick = min(self.next_tick, self._look_at)
 
     def reset(self, tick: int) -> None:
         """Begin anew with the pilot's choice: the scene is back at its start."""
@@ -324,11 +331,11 @@ class Lookout(Watch):
             self._go_on(setting, tick, error, f'far below {allowed:.1e}')
 
     def _finer(self, share: float) -> Setting:
-        """Give the cheapest setting that should err by that share; the same where none is left."""
+        """Give a setting that should err by that share; the same where none is left."""
         finer = self._setting.finer(share)
         if self._setting.name == self._spare.name:
             return finer if self._is_possible(finer) else self._setting
-        if not self._is_possible(finer) or self._price(finer) > self._price(self._spare):
+        if not self._is_possible(finer) or self._price(finer) > DEARER * self._price(self._spare):
             return self._spare
         return finer
 
