@@ -22,6 +22,7 @@ from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command, read_csv
+from rigid_body_sim.runs.longer_ticks import longer_dt
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, RunSettings, publish_every
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
@@ -96,8 +97,16 @@ def run(arguments: argparse.Namespace) -> int:
     scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
     warn_if_plain(warning_printer('simulate'))
     with _Note('reading the scene', shown=not arguments.json) as note:
+        dt = arguments.dt or longer_dt(
+            scene,
+            arguments.integrator,
+            duration=arguments.duration,
+            rate_hz=arguments.publish_rate,
+            timeout=arguments.command_timeout,
+            commands=arguments.commands,
+        )
         simulation = simulation_of(
-            scene, integrator=arguments.integrator, dt=arguments.dt, progress=note.show
+            scene, integrator=arguments.integrator, dt=dt, progress=note.show
         )
     ticks = whole_ticks(arguments.duration, simulation)
     timed = (

@@ -77,6 +77,7 @@ HORIZON = 5.0  # [s]
 OPTIONS = {
     'tolerance': Option(1e-6, minimum=1e-13, maximum=1.0),
     'horizon': Option(HORIZON, minimum=1e-9, maximum=1e4),
+    'longer_steps': Option(False),  # for `simulate`, see `runs.longer_ticks`
 }
 
 SECOND = 1.0  # [s] the least that a pilot foresees, if WINDOW_TICKS make it

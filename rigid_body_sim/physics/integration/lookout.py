@@ -52,8 +52,8 @@ from rigid_body_sim.physics.integration.choose import (
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.snapshot import State
 
-LEAST_TICKS = 200  # of a window
-PACE_TICKS = 500  # at least, between two looks at how fast bodies are
+LEAST_TICKS = 50  # of a window
+PACE_TICKS = 200  # at least, between two looks at how fast bodies are
 EVERY = 20  # [window] between the begins of two looks
 AGAIN = 3  # looks one after the other that do not bring the error within the tolerance
 COARSEN = 0.25  # [-] of the tolerance: a coarser setting must promise so little
