@@ -53,8 +53,9 @@ from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.snapshot import State
 
 LEAST_TICKS = 50  # of a window
-PACE_TICKS = 200  # at least, between two looks at how fast bodies are
-EVERY = 20  # [window] between the begins of two looks
+APART_TICKS = 2000  # at least, between the begins of two looks
+PACE_TICKS = 300  # at least, between two looks at how fast bodies are
+EVERY = 20  # [window] likewise
 AGAIN = 3  # looks one after the other that do not bring the error within the tolerance
 COARSEN = 0.25  # [-] of the tolerance: a coarser setting must promise so little
 FINEST = 64 * MOST_SUBSTEPS  # substeps of a tick that a look may ask for
@@ -183,6 +184,7 @@ class Lookout(Watch):
         self._first, self._spare = plan.setting, plan.spare
         self._window = max(LEAST_TICKS, min(WINDOW_TICKS, round(SECOND / self._dt)))
         self._pace = max(PACE_TICKS, self._window)
+        self._apart = max(APART_TICKS, EVERY * self._window)
         self._begin(0)
 
     @property
@@ -220,9 +222,9 @@ class Lookout(Watch):
             self._shadow = self._make_shadow(*self._setting.shadow)
             self._ends = tick + self._window
             if self._regular <= tick:
-                self._regular = tick + EVERY * self._window
+                self._regular = tick + self._apart
             if self._called:
-                self._commands_from = tick + EVERY * self._window
+                self._commands_from = tick + self._apart
             self._called = False
             self._look_at = self._regular
         self._wait(tick)
@@ -268,7 +270,7 @@ class Lookout(Watch):
     def _call(self, tick: int) -> None:
         """Ask for a look as soon as commands may have one."""
         self._called = True
-        self._alert_until = tick + EVERY * self._window
+        self._alert_until = tick + self._apart
         self._look_at = min(self._look_at, max(tick, self._commands_from))
         if self._shadow is None:
             self.next_tick = min(self.next_tick, self._look_at)
