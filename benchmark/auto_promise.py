@@ -85,7 +85,9 @@ def random_acts(rng: np.random.Generator, scene: dict, duration: float) -> dict[
         body = f'b{rng.integers(len(scene["bodies"]))}'
         force, torque = rng.normal(0.0, 3.0, 3).tolist(), rng.normal(0.0, 3.0, 3).tolist()
         if rng.random() < 0.5:
-            acts[tick] = lambda sim, b=body, f=force, t=torque: sim.set_wrench(b, force=f, torque=t)
+            acts[tick] = lambda sim, b=body, f=force, t=torque: sim.set_wrench(
+                b, force=f, torque=t
+            )
         else:
             acts[tick] = lambda sim, b=body, f=force, t=torque: (
                 sim.apply_impulse(b, linear=f, angular=t) and None
@@ -165,10 +167,10 @@ def _judge(kind: str, arguments: argparse.Namespace) -> None:
             counted += 1
             kept += factor <= 1.0
             worst = max(worst, factor)
+            made = ', '.join(f'{c.name} {dict(c.options)} @{c.tick}' for c in simulation.choices)
             print(
                 f'{kind} {number} dt {content["dt"]:g} tolerance {tolerance:g}: '
-                f'{", ".join(f"{c.name} {dict(c.options)} @{c.tick}" for c in simulation.choices)} '
-                f'factor {factor:.2g}; {chosen:.1f} s to choose, {ran:.2f} s to run',
+                f'{made} factor {factor:.2g}; {chosen:.1f} s to choose, {ran:.2f} s to run',
                 flush=True,
             )
     print(

@@ -85,7 +85,7 @@ class Simulation:
             fastest=partial(_fastest_rate, scene),
             progress=progress,
         )
-        self.choices = () if plan is None else (plan.choice,)
+        self.choices: tuple[choose.Choice, ...] = () if plan is None else (plan.choice,)
         self.watch: Watch | None = None
         self._shadows: dict[Any, Simulation] = {}
         self.tick = 0

@@ -118,7 +118,8 @@ class Stepper:
         mine = ('_integrator', '_method', '_scheme', '_kernel_name', '_workspace', '_free')
         taken = {name: new.__dict__[name] for name in (*mine, '_coupled', '_workspace_step')}
         change = partial(self.__dict__.update, taken, _arguments=arguments)
-        deque(map(partial.__call__, (change, told)), maxlen=0)  # one call of C: no interrupt comes between
+        # one call of C: no interrupt comes between
+        deque(map(partial.__call__, (change, told)), maxlen=0)
 
     @property
     def _state(self) -> tuple[Array, ...]:

@@ -135,6 +135,7 @@ class RunRecorder:
         self._chain.update(simulation.state_bytes())
         self._run.sample_drift()
         estimate = self._run.error_estimate()
+        looks = choices.looks_text(simulation)
         drift = asdict(self._run.sample_drift())
         gap = self._run.deepest_gap()
         self._writer.close(
@@ -145,7 +146,7 @@ class RunRecorder:
                     for law, value in drift.items()
                     if value is not None
                 },
-                **({'integrator_looks': looks} if (looks := choices.looks_text(simulation)) else {}),
+                **({'integrator_looks': looks} if looks else {}),
                 **({'deepest_gap': repr(gap)} if gap is not None else {}),
                 'last_tick': str(simulation.tick),
                 'ticks': str(simulation.tick - self.first_tick),

@@ -187,7 +187,10 @@ def test_a_run_that_gets_faster_goes_on_finer_whatever_the_strides():
 def test_after_a_reset_all_comes_again_as_before():
     sim = twisted(Simulation(spring(1e-4)), 1000)
     sim.reset()
-    assert (sim.integrator.name, sim.choice.options) == (sim.choices[0].name, sim.choices[0].options)
+    assert (sim.integrator.name, sim.choice.options) == (
+        sim.choices[0].name,
+        sim.choices[0].options,
+    )
     sim.step(700)
     fresh = Simulation(spring(1e-4))
     fresh.step(700)

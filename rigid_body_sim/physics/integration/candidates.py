@@ -142,5 +142,7 @@ def price_of_step(name: str, scene: Scene) -> float:
     price, bodies = PRICES[name], len(scene.bodies)
     terms = len(scene.forces) + sum(body.pivot is not None for body in scene.bodies)
     return (
-        price.body * bodies + EVALUATION * price.evaluations * terms + SOLVE * price.solves * bodies
+        price.body * bodies
+        + EVALUATION * price.evaluations * terms
+        + SOLVE * price.solves * bodies
     )

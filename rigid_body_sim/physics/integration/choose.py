@@ -359,9 +359,7 @@ class _Choosing:
         """Largest error over time at the instants, as far as the reference stands still."""
         worst = 0.0
         for index in range(reference.settled):
-            worst = max(
-                worst, run.error(index, reference.trajectory) / self._seconds[index]
-            )
+            worst = max(worst, run.error(index, reference.trajectory) / self._seconds[index])
             if worst > MARGIN * self._tolerance:
                 break
         return worst
@@ -399,7 +397,9 @@ class _Choosing:
         """Whether a reference that chooses its steps would take too many on this scene."""
         if not INTEGRATORS[name].controls_its_error:
             return False
-        steps = max(self._ticks[-1] * self._dt * self._fastest() / STEP_TIMES_RATE, self._ticks[-1])
+        steps = max(
+            self._ticks[-1] * self._dt * self._fastest() / STEP_TIMES_RATE, self._ticks[-1]
+        )
         return steps * len(self._scene.bodies) > REFERENCE_STEPS
 
     def _refined(self, name: str, refinements: int) -> _Reference:
@@ -438,8 +438,8 @@ class _Choosing:
 
     def _nobody(self, tried: Sequence[str]) -> InvalidModel:
         return InvalidModel(
-            f'integrator auto: none of {", ".join(tried)} gains less than {self._tolerance:g} m or '
-            f'rad per second with {MOST_SUBSTEPS} substeps of a tick of {self._dt:g} s; allow '
+            f'integrator auto: none of {", ".join(tried)} gains less than {self._tolerance:g} m '
+            f'or rad per second with {MOST_SUBSTEPS} substeps of a tick of {self._dt:g} s; allow '
             'more, or take a smaller dt',
             at=('integrator',),
         )

@@ -4,8 +4,8 @@
 `integrator: auto` keeps looking while the run goes on: now and then a shadow in half steps, and a
 change of method at a tick boundary where the error calls for one.
 
-A look is a window of a second (LEAST_TICKS to WINDOW_TICKS). The shadow begins with the state of the
-run, is given the same commands at the same ticks, and at the end of the window
+A look is a window of a second (LEAST_TICKS to WINDOW_TICKS). The shadow begins with the state of
+the run, is given the same commands at the same ticks, and at the end of the window
 
     e = r d,   d : distance of run and shadow [m, rad],   r : Richardson's factor of the method
 
@@ -82,11 +82,13 @@ class Steps(Protocol):
         """Advance."""
         ...
 
-    def hold(self, body: str, source: str, **asked: Any) -> None:
+    @property
+    def hold(self) -> Callable[..., object]:
         """Hold a command."""
         ...
 
-    def apply_impulse(self, body: str, **asked: Any) -> object:
+    @property
+    def apply_impulse(self) -> Callable[..., object]:
         """Strike a body."""
         ...
 
@@ -351,7 +353,9 @@ class Lookout(Watch):
 
     def _go_on(self, setting: Setting, tick: int, error: float, why: str) -> None:
         self._setting = setting
-        reason = f'{setting.text} from tick {tick} on: error per second {error:.1e} (m, rad), {why}'
+        reason = (
+            f'{setting.text} from tick {tick} on: error per second {error:.1e} (m, rad), {why}'
+        )
         self._change(
             Choice(
                 setting.name,
