@@ -14,7 +14,17 @@ from setuptools import find_packages, setup
 
 NAME = 'rigid_body_sim'
 HERE = Path(__file__).parent
-VERBS = ('bag', 'inverse', 'replay', 'report', 'sim_node', 'simulate', 'view', 'wrench_pub')
+VERBS = (
+    'bag',
+    'inspect',
+    'inverse',
+    'replay',
+    'report',
+    'sim_node',
+    'simulate',
+    'view',
+    'wrench_pub',
+)
 
 
 def config_files() -> list[tuple[str, list[str]]]:

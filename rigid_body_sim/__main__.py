@@ -21,6 +21,7 @@ from rigid_body_sim.errors import RunError, UserError
 VERBS = {
     'sim_node': 'the ROS 2 node: wrenches in, poses and twists out, a bag on request',
     'simulate': 'run a scene without ROS, as fast as possible, into a bag',
+    'inspect': 'mass, inertia and axes of every body; what each integrator may do at this dt',
     'replay': 're-run a bag from its own scene and commands and compare bit by bit',
     'bag': 'look after recordings: info, check, recover, diff',
     'view': 'draw a run: trajectories, energy, drift, contact forces (PNG); or play it (HTML)',
@@ -32,6 +33,7 @@ VERBS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb; return its exit code."""
+    _take_any_terminal()
     words = list(sys.argv[1:] if argv is None else argv)
     if not words or words[0] in ('-h', '--help'):
         print(_overview())
@@ -40,16 +42,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(__version__)
         return 0
     if words[0] not in VERBS:
-        print(
-            f'rigid_body_sim: error: unknown verb {words[0]!r}; choose one of: {", ".join(VERBS)}',
-            file=sys.stderr,
-        )
+        from rigid_body_sim.physics.errors import choose_from
+        from rigid_body_sim.physics.model.numbers import shown
+
+        cure = choose_from(words[0], VERBS)
+        print(f'rigid_body_sim: error: unknown verb {shown(words[0])}{cure}', file=sys.stderr)
         return 2
     return run_verb(words[0], words[1:])
 
 
 def run_verb(verb: str, words: Sequence[str]) -> int:
     """Run one verb with its own words; turn what it raises into one line and an exit code."""
+    _take_any_terminal()
     try:
         module = importlib.import_module(f'rigid_body_sim.verbs.{verb}')
     except ModuleNotFoundError as missing:
@@ -76,6 +80,8 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
         return 0
     except (SimulationDiverged, OSError) as error:
         return _fail(verb, str(error), 1)
+    except MemoryError:
+        return _fail(verb, 'out of memory; take fewer bodies, or a shorter or rarer output', 1)
 
 
 def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -93,8 +99,20 @@ def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
     return own, for_ros
 
 
+def _take_any_terminal() -> None:
+    """Write what a terminal cannot show, such as … in ASCII, as an escape, and go on."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, 'reconfigure', None)
+        if reconfigure is not None:
+            reconfigure(errors='backslashreplace')
+
+
 def _fail(verb: str, message: str, code: int) -> int:
-    print(f'rigid_body_sim {verb}: error: {message}', file=sys.stderr)
+    """Say on one line what went wrong; what is not printable, as in a foreign name, is escaped."""
+    line = ''.join(
+        letter if letter.isprintable() else ascii(letter)[1:-1] for letter in message.strip()
+    )
+    print(f'rigid_body_sim {verb}: error: {line}', file=sys.stderr)
     return code
 
 
@@ -130,6 +148,11 @@ def replay() -> int:
 def bag() -> int:
     """Entry point of the executable `bag`."""
     return run_verb('bag', sys.argv[1:])
+
+
+def inspect() -> int:
+    """Entry point of the executable `inspect`."""
+    return run_verb('inspect', sys.argv[1:])
 
 
 def view() -> int:

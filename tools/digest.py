@@ -7,6 +7,9 @@ Same bits: digests of what many runs come to, to compare two checkouts of the pa
     python tools/digest.py --plain --only stack        as plain Python, keys with `stack` alone
     python tools/digest.py --against before.txt        has a bit changed since?
     python tools/digest.py --compare DIR_A DIR_B       the same of two checkouts
+    python tools/digest.py --portable --against tools/portable_digest.txt
+                                                       what every machine must come to, as plain
+                                                       Python, in seconds
 
 A line is `key digest`. The key ends with the tick; the digest has three parts (sha256, 16 digits)
 
@@ -27,8 +30,11 @@ than that of the scene, pairs of shapes one by one, some forces and pivots under
 
 Only public names are used (`Simulation`, `load_scene`, the registry of integrators), so that this
 file runs on checkouts whose modules stand elsewhere: it starts itself anew for each, with
-PYTHONPATH set to it. The bits of sine, cosine and their like are those of the C library: digests
-of two machines need not agree.
+PYTHONPATH set to it. The bits of sine, cosine and their like are those of the C library, and the
+methods that ask LAPACK for something have its bits: digests of two machines need not agree. Those
+of `--portable` must: they take nothing but + - * / and sqrt from the setting up of a scene to its
+last tick, whatever Python, numpy and processor. After a change that is meant to change bits, write
+them anew: `--portable -o tools/portable_digest.txt`, and say so.
 """
 
 from __future__ import annotations
@@ -58,6 +64,15 @@ REGISTRIES = (
 )
 DIGITS = 16  # [-] hexadecimal, of each part
 FAILED, DIFFERS = 2, 1  # exit codes
+
+# What `--portable` runs: parts of keys. No method with sine (exact_rotor), a power (rk45)
+# or a library (linear_propagator, the references).
+PORTABLE = (
+    'aslant/', 'contact/pair/box_hull_free', 'scene/demo/dmv6', 'scene/heavy_top/rk8',
+    'scene/rocket/dmv6', 'scene/satellite/dmv10', 'scene/spring_ball/implicit_midpoint',
+    'scene/symmetric_top/sdirk2', 'scene/tumbling_box/dmv8',
+)  # fmt: skip
+PORTABLE_UNTIL = 60  # [tick]
 
 FREE = (1, 5, 60)  # [tick] looked at where nothing touches
 REFERENCE = (1, 5)  # [tick] of methods that run in Python, slowly
@@ -396,9 +411,40 @@ def fast() -> Iterator[Case]:
     yield Case('contact/fast', experiment(bodies), (1, *TOUCHING))
 
 
+def aslant() -> Iterator[Case]:
+    """Bodies that are not diagonal in their axes, some of them symmetric, pushed and pulled."""
+    tilt, plate = {'orientation': [0.1, -0.2, 0.3, 0.9]}, {'type': 'box', 'size': [0.3, 0.3, 0.02]}
+    inner = {'type': 'union', 'parts': [part(CUBE, (0.2, 0.1, 0)) | tilt, part(BALL, (0, 0.3, 0))]}
+    square = {'type': 'union', 'parts': [part(plate, (0, 0, 0), 1.0) | tilt]}
+    points = [[0.3, 0, 0.1], [0, 0.2, -0.1], [-0.1, 0, 0.2], [0.1, -0.3, 0]]
+    dots = [{'mass': 0.2 + 0.1 * i, 'position': x} for i, x in enumerate(points)]
+    nested = {'type': 'union', 'parts': [{'shape': inner, 'position': [0, 0, 0.1]} | tilt,
+                                         part(KINDS['hull'], (0, 0, 0.2))]}  # fmt: skip
+    spin = {'angular_velocity': [1.0, 4.0, -2.0]}
+    bodies = [
+        body('square', square, (0, 0, 0), **spin),
+        body('nested', nested, (2, 0, 0), **spin),
+        body('hull', KINDS['hull'], (0, 2, 0), orientation=HEADS[1], **spin),
+        {'name': 'dots', 'shape': {'type': 'particles', 'particles': dots}, 'initial': spin},
+        body('stated', CUBE, (0, 0, 2), **spin, inertia={
+            'ixx': 0.02, 'iyy': 0.02, 'izz': 0.025, 'ixy': 0.001, 'ixz': -0.002, 'iyz': 0.003,
+        }),
+    ]  # fmt: skip
+    forces = [
+        {'type': 'spring', 'a': 'square', 'a_point': [0.1, 0, 0], 'b': 'nested', 'stiffness': 20,
+         'damping': 0.1, 'rest_length': 1.0},
+        {'type': 'constant', 'body': 'hull', 'torque': [0.01, 0, 0.02], 'frame': 'body'},
+    ]  # fmt: skip
+    scene = experiment(bodies, forces=forces, mode='none')
+    turned = {5: lambda simulation: simulation.set_wrench(
+        'stated', force=(0.1, 0, 0), torque=(0, 0.02, 0), frame='body')}  # fmt: skip
+    for name in ('dmv6', 'rk4', 'implicit_midpoint'):
+        yield Case(f'aslant/{name}', scene, FREE, integrator=name, acts=turned)
+
+
 def cases(folder: Path) -> Iterator[Case]:
     """Give all runs."""
-    for group in (mixed, sleeping, saved, unions, flowing, forces, fast):
+    for group in (mixed, sleeping, saved, unions, flowing, forces, fast, aslant):
         yield from group()
     yield from optioned(folder)
     yield from shipped(folder)
@@ -425,7 +471,7 @@ def reading(simulation: Any) -> str:
     return '.'.join(parts)
 
 
-def lines(case: Case, *, plain: bool) -> Iterator[str]:
+def lines(case: Case, *, plain: bool, until: int) -> Iterator[str]:
     """Run a case."""
     from rigid_body_sim import Simulation, load_scene
 
@@ -433,7 +479,7 @@ def lines(case: Case, *, plain: bool) -> Iterator[str]:
     try:
         scene = load_scene(case.scene)
         simulation = Simulation(scene, integrator=case.integrator, integrator_options=case.options)
-        until = case.plain_until if plain else max(case.ticks)
+        until = min(until, case.plain_until if plain else max(case.ticks))
         done = 0
         for tick in sorted({*case.ticks, *case.acts}):
             if tick > until:
@@ -478,12 +524,14 @@ def run(options: argparse.Namespace) -> int:
         case
         for case in cases(checkout / 'config' / 'scenes')
         if matches(case.key, options.only)
+        and (not options.portable or matches(case.key, PORTABLE))
         and (options.plain or options.full or not case.full_only)
     ]
+    until = PORTABLE_UNTIL if options.portable else 10**9
     failed, begin = False, time.monotonic()
     for number, case in enumerate(wanted, 1):
         start = time.monotonic()
-        for line in lines(case, plain=options.plain):
+        for line in lines(case, plain=options.plain, until=until):
             print(line, flush=True)
             failed |= ' failed.' in line
         spent = time.monotonic() - start
@@ -510,6 +558,7 @@ def digest_of(checkout: Path, options: argparse.Namespace) -> tuple[str, dict[st
         )
     command = [sys.executable, __file__, '--slower-than', str(options.slower_than)]
     command += ['--plain'] * options.plain + ['--full'] * options.full
+    command += ['--portable'] * options.portable
     if options.only:
         command += ['--only', *options.only]
     environment = {**os.environ, 'PYTHONPATH': str(checkout), CHILD: str(checkout)}
@@ -553,6 +602,11 @@ def main() -> int:
     parser.add_argument('--compare', type=Path, nargs=2, metavar=('DIR_A', 'DIR_B'))
     parser.add_argument('--against', type=Path, metavar='FILE', help='a digest that was saved')
     parser.add_argument('--plain', action='store_true', help='without numba')
+    parser.add_argument(
+        '--portable',
+        action='store_true',
+        help='as plain Python, cases that every machine must agree on',
+    )
     parser.add_argument('--full', action='store_true', help='compiled: every case; half an hour')
     parser.add_argument('--only', nargs='+', default=[], metavar='SUBSTRING', help='of keys')
     parser.add_argument('-o', '--output', type=Path, metavar='FILE')
@@ -560,6 +614,7 @@ def main() -> int:
         '--slower-than', type=float, default=1.0, metavar='S', help='cases that stderr names'
     )
     options = parser.parse_args()
+    options.plain |= options.portable
     if CHILD in os.environ:
         return run(options)
     if options.compare:

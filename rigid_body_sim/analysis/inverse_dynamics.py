@@ -4,35 +4,41 @@
 From positions and orientations over time to velocities, accelerations and the wrench that explains
 them.
 
-    v = r',  a = r''                        from a spline of degree five through the samples
-    s(t) a spline of degree five through the unit quaternions, q = s / |s|, at the samples s = q
-    w  = 2 vec(s' q*)                                               [rad/s], world axes
-    w' = 2 vec(s'' q*) - 2 (q . s') w                               [rad/s^2]
+    v = r',  a = r''                        from a spline through the samples, or near noisy ones
+    s(t) a spline likewise through or near the unit quaternions, q = s / |s|
+    w  = 2 vec(s' s*) / |s|^2                                       [rad/s], world axes
+    w' = 2 vec(s'' s*) / |s|^2 - 2 (s . s') / |s|^2 w               [rad/s^2]
     F  = m a - m g                                                  [N]
     torque = d/dt (R I R^T w) = R (I w'_B + w_B x I w_B)            [N m]
 
 The wrench is what acts beside the uniform gravity g: at the centre of mass, world axes. For a body
 whose mass flows it is that of the model in `model.variable_mass`, thrust included.
 
-The error of each quantity is estimated by its distance to the same quantity from a spline of
-degree seven: while the samples resolve the motion that one is far nearer to the truth, and noise
-in the samples moves both apart by about as much as it moves each. A force that jumps between
-samples is smeared over their spacing and makes the spline ring; `breaks` names such instants, at
-which one spline ends and another begins. The ends of a spline are its worst places.
-
-Source: de Boor, A Practical Guide to Splines (not-a-knot ends, by scipy's make_interp_spline).
+A force that jumps between samples is smeared over their spacing and makes a spline ring; `breaks`
+names such instants, at which the spline is only as smooth as the motion (`piecewise_spline`).
+Samples with white noise are smoothed, with the bandwidth that has the least estimated error or one
+that is asked for (`derivatives_with_bands`). The error of each quantity is estimated: what noise
+does to it, and what the spline cannot follow. It is that of the motion as recorded: where a run
+itself is wrong, the wrench is the one that explains the wrong motion. The ends of a record are its
+worst places.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
+from numpy.typing import ArrayLike, NDArray
 
+from rigid_body_sim.analysis.derivatives_with_bands import (
+    Errors,
+    Fit,
+    choose,
+    errors,
+    noise_of,
+)
+from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, cut
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Body, Vector
@@ -40,12 +46,7 @@ from rigid_body_sim.physics.model.variable_mass import mass_at
 
 Array = NDArray[np.float64]
 
-DEGREE = 5  # two derivatives keep order four; a higher one rings more on noise
-JUDGE = 7  # degree of the spline that tells the error
-FEWEST = DEGREE + 1  # samples of one spline
-SHORTEST_PIECE = 2 * (
-    JUDGE + 1
-)  # samples between breaks: the ends of a spline are its worst places
+FEWEST = DEGREE + 1  # samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +54,13 @@ class Derived:
     """
     What the motion of one body tells, world axes, one row per sample.
 
-    velocity, angular_velocity         : (k, 3) [m/s], [rad/s]
+    velocity, angular_velocity         : (k, 3) [m/s], [rad/s]; where an impulse strikes at a
+                                         sample, those before it, as a run records them
     acceleration, angular_acceleration : (k, 3) [m/s^2], [rad/s^2]
     force, torque                      : (k, 3) [N], [N m]; None where no mass is known
+    deviation : one standard deviation (k, 3) of each of these by its name, noise and what the
+                spline cannot follow; without any where the samples are too few for one
+    smoothing : what was found and done, of 'position' and 'orientation'
     """
 
     velocity: Array
@@ -64,6 +69,8 @@ class Derived:
     angular_acceleration: Array
     force: Array | None
     torque: Array | None
+    deviation: dict[str, Array]
+    smoothing: dict[str, Smoothing]
 
 
 @dataclass(frozen=True)
@@ -76,6 +83,26 @@ class Estimate:
     largest: float
 
 
+@dataclass(frozen=True)
+class Smoothing:
+    """
+    How the samples of a position or an orientation were taken.
+
+    noise     : [m] or [rad] standard deviation along or about each axis; zero: no more than
+                rounding
+    bandwidth : [Hz] faster motion is not followed
+    smoothed  : False: the spline goes through the samples
+    breaks    : how many jumps it has
+    dropped   : [s] instants of jumps too near to others to be told apart at this rate of samples
+    """
+
+    noise: float
+    bandwidth: float
+    smoothed: bool
+    breaks: int
+    dropped: tuple[float, ...]
+
+
 def derive(
     time: Array,
     position: Array,
@@ -83,49 +110,83 @@ def derive(
     *,
     body: Body | None = None,
     gravity: Vector = (0.0, 0.0, 0.0),
-    breaks: Sequence[float] = (),
+    breaks: Sequence[float | Break] = (),
+    turning_breaks: Sequence[float | Break] | None = None,
+    bandwidth: float | None = None,
+    start_velocity: ArrayLike | None = None,
+    end_velocity: ArrayLike | None = None,
+    at_rest: bool = False,
+    unit: float = 1.0,
 ) -> tuple[Derived, dict[str, Estimate]]:
     """
     Derive velocities, accelerations and the wrench, and estimate their errors.
 
-        time        : (k,) [s]    ascending, k >= 6; since the start of the scene where a mass
+        time        : (k,) [unit] ascending, k >= 6; since the start of the scene where a mass
                                   flows
         position    : (k, 3) [m]  centre of mass, world
         orientation : (k, 4) [-]  xyzw, body to world; turns by less than pi between samples
         body        : its mass properties; None: no wrench
-        breaks      : [s] instants at which a force jumps
+        breaks      : [unit] instants at which a force jumps, or a `Break` for an impulse
+        turning_breaks : those at which a torque jumps; None: the same
+        bandwidth   : [Hz] faster motion is taken for noise; None: found from the samples
+        start_velocity, end_velocity : (3,) [m/s] where they are known; they are kept exactly
+        at_rest     : whether the body neither moves nor turns at the first and the last sample
+        unit        : [s] of the times: whole nanoseconds are exact where seconds are rounded
         returns     : the quantities, and the estimates by name; without any where the samples are
                       too few for one
+
+    Raises UserError for samples that tell no motion, or a bandwidth that is not positive.
     """
-    _check(time, position, orientation)
+    _check(time, position, orientation, bandwidth)
+    turning = breaks if turning_breaks is None else turning_breaks
     quaternions = continuous(so3.normalise(orientation))
-    edges = _edges(time, breaks)
-    pieces, distances = [], []
-    for begin, end in pairwise(edges):
-        last = end == len(time)
-        own = slice(
-            begin, end if last else end + 1
-        )  # the sample at a break ends one spline and begins the next
-        samples = time[own], position[own], quaternions[own]
-        found = _derived(*samples, degree=DEGREE, body=body, gravity=gravity)
-        pieces.append({name: value[: end - begin] for name, value in found.items()})
-        if end - begin > JUDGE:
-            judge = _derived(*samples, degree=JUDGE, body=body, gravity=gravity)
-            distances.append({name: _size(value - judge[name]) for name, value in found.items()})
-    joined = {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
-    derived = Derived(
-        joined['velocity'],
-        joined['angular_velocity'],
-        joined['acceleration'],
-        joined['angular_acceleration'],
-        joined.get('force'),
-        joined.get('torque'),
+    path_ends, turn_ends = _ends(at_rest, start_velocity, end_velocity, unit)
+    path = _follow(time, position, breaks, path_ends, bandwidth, unit)
+    turn = _follow(time, quaternions, turning, turn_ends, bandwidth, unit)
+    found, judge = (
+        _quantities(time, p, q, unit=unit, body=body, gravity=gravity)
+        for p, q in ((path.fit.own, turn.fit.own), (path.fit.judge, turn.fit.judge))
     )
-    if not distances:
-        return derived, {}
-    return derived, {
-        name: _estimate(np.concatenate([d[name] for d in distances])) for name in joined
-    }
+    judged = bool(np.any(path.fit.judged) and np.any(turn.fit.judged))
+    told = _errors(time, found, judge, path, turn, unit, body) if judged else {}
+    derived = Derived(
+        found['velocity'],
+        found['angular_velocity'],
+        found['acceleration'],
+        found['angular_acceleration'],
+        found.get('force'),
+        found.get('torque'),
+        {name: error.deviation for name, error in told.items()},
+        {'position': path.smoothing, 'orientation': turn.smoothing},
+    )
+    return derived, {name: Estimate(error.rms, error.largest) for name, error in told.items()}
+
+
+def _ends(
+    at_rest: bool, start: ArrayLike | None, end: ArrayLike | None, unit: float
+) -> tuple[list[End], list[End]]:
+    """Conditions of the path and of the turn."""
+    path = []
+    for side, what, velocity in ((0, 'start', start), (-1, 'end', end)):
+        if velocity is None:
+            velocity = np.zeros(3) if at_rest else None
+        elif at_rest and np.any(velocity):
+            raise UserError(f'{what} velocity {velocity} of a body at rest; give one of them')
+        if velocity is not None:
+            path.append(End(1, unit * vector_of(f'{what} velocity', velocity), side))
+    turn = [End(1, np.zeros(4), side) for side in (0, -1)] if at_rest else []
+    return path, turn
+
+
+def vector_of(what: str, values: ArrayLike) -> Array:
+    """Return three finite numbers; UserError for anything else."""
+    try:
+        found = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (3,) or not np.all(np.isfinite(found)):
+        raise UserError(f'{what} {values!r}; allowed: three finite numbers')
+    return found
 
 
 def continuous(quaternions: Array) -> Array:
@@ -135,7 +196,7 @@ def continuous(quaternions: Array) -> Array:
     return quaternions * signs[:, None]
 
 
-def _check(time: Array, position: Array, orientation: Array) -> None:
+def _check(time: Array, position: Array, orientation: Array, bandwidth: float | None) -> None:
     if len(time) < FEWEST:
         raise UserError(
             f'{len(time)} samples; a spline of degree {DEGREE} needs at least {FEWEST}'
@@ -150,61 +211,144 @@ def _check(time: Array, position: Array, orientation: Array) -> None:
             f'sample {late[0] + 1}, at {time[late[0] + 1]:.9g} s, is not later '
             'than the one before; times must ascend'
         )
+    if bandwidth is not None and not (np.isfinite(bandwidth) and bandwidth > 0.0):
+        raise UserError(f'bandwidth {bandwidth:g} Hz; allowed: a positive number')
 
 
-def _edges(time: Array, breaks: Sequence[float]) -> list[int]:
-    """
-    First sample of each piece, and the end; a break too near to another one or to an end makes no
-    piece.
-    """
-    found = sorted({int(np.searchsorted(time, t - 1e-9)) for t in breaks})
-    all_edges = [0, *(i for i in found if 0 < i < len(time)), len(time)]
-    kept = [
-        i
-        for before, i, after in zip(all_edges, all_edges[1:], all_edges[2:])
-        if i - before >= SHORTEST_PIECE and after - i >= SHORTEST_PIECE
-    ]
-    return [0, *kept, len(time)]
+@dataclass(frozen=True, eq=False)
+class _Followed:
+    """A position or an orientation with its derivatives; noise: (d,) of the samples' columns."""
+
+    fit: Fit
+    noise: Array
+    smoothing: Smoothing
 
 
-def _derived(
+def _follow(
     time: Array,
-    position: Array,
-    quaternions: Array,
+    samples: Array,
+    breaks: Sequence[float | Break],
+    ends: Sequence[End],
+    bandwidth: float | None,
+    unit: float,
+) -> _Followed:
+    layout = cut(time, [b if isinstance(b, Break) else Break(float(b)) for b in breaks], ends)
+    noise = noise_of(layout, samples)
+    axis_noise = float(np.sqrt(np.mean(np.square(noise))))
+    if samples.shape[1] == 4:  # a turn by a changes three of the four by a / 2
+        noise = np.full(4, axis_noise)
+        axis_noise *= 2.0 * np.sqrt(4.0 / 3.0)
+    lasts = float(time[-1] - time[0]) * unit
+    fraction = None if bandwidth is None else min(1.0, 2.0 * bandwidth * lasts / len(time))
+    fit = choose(layout, samples, noise, fraction=fraction)
+    smoothing = Smoothing(
+        axis_noise,
+        0.5 * fit.free / lasts,
+        fit.smooths,
+        len(layout.breaks),
+        tuple(unit * b.instant for b in layout.dropped),
+    )
+    return _Followed(fit, noise, smoothing)
+
+
+def _quantities(
+    time: Array,
+    path: list[Array],
+    turn: list[Array],
     *,
-    degree: int,
+    unit: float,
     body: Body | None,
     gravity: Vector,
 ) -> dict[str, Array]:
-    """Derive from one spline through the samples."""
-    path = make_interp_spline(time, position, k=degree)
-    turn = make_interp_spline(time, quaternions, k=degree)
-    s1, s2 = turn(time, 1), turn(time, 2)
-    back = so3.conjugate(quaternions)
-    growth = np.sum(quaternions * s1, axis=1, keepdims=True)
+    """Derive from values, first and second derivatives of position and quaternion."""
+    s, s1, s2 = turn[0], turn[1] / unit, turn[2] / unit**2
+    square = np.sum(s * s, axis=1, keepdims=True)
+    back = so3.conjugate(s) / square
+    growth = np.sum(s * s1, axis=1, keepdims=True) / square
     omega = 2.0 * so3.multiply(s1, back)[:, :3]
+    omega_before = 2.0 * so3.multiply(turn[BEFORE] / unit, back)[:, :3]
     alpha = 2.0 * so3.multiply(s2, back)[:, :3] - 2.0 * growth * omega
-    acceleration = path(time, 2)
+    acceleration = path[2] / unit**2
     found = {
-        'velocity': path(time, 1),
-        'angular_velocity': omega,
+        'velocity': path[BEFORE] / unit,
+        'angular_velocity': omega_before,
         'acceleration': acceleration,
         'angular_acceleration': alpha,
     }
     if body is None:
         return found
-    share = np.array([mass_at(body, t) / body.mass for t in time.tolist()])[:, None]
+    share = _mass_share(body, time, unit)
     torque = np.zeros_like(acceleration)
     if body.inertia is not None:
-        w, turning = so3.rotate_back(quaternions, omega), so3.rotate_back(quaternions, alpha)
-        torque = so3.rotate(quaternions, turning @ body.inertia + np.cross(w, w @ body.inertia))
+        q = s / np.sqrt(square)
+        w, turning = so3.rotate_back(q, omega), so3.rotate_back(q, alpha)
+        torque = so3.rotate(q, turning @ body.inertia + np.cross(w, w @ body.inertia))
     force = body.mass * (acceleration - np.asarray(gravity))
     return found | {'force': share * force, 'torque': share * torque}
 
 
-def _size(vectors: Array) -> Array:
-    return np.linalg.norm(vectors, axis=1)
+def _mass_share(body: Body, time: Array, unit: float) -> Array:
+    """m(t) / m0 as a column."""
+    if body.mass_flow is None:
+        return np.ones((len(time), 1))
+    return np.array([mass_at(body, t * unit) / body.mass for t in time.tolist()])[:, None]
 
 
-def _estimate(distance: Array) -> Estimate:
-    return Estimate(float(np.sqrt(np.mean(distance**2))), float(np.max(distance)))
+def _errors(
+    time: Array,
+    found: dict[str, Array],
+    judge: dict[str, Array],
+    path: _Followed,
+    turn: _Followed,
+    unit: float,
+    body: Body | None,
+) -> dict[str, Errors]:
+    """What noise does to each quantity, and in its distance to the judge."""
+
+    def told(
+        name: str, followed: _Followed, order: int, factor: Array, gyroscopic: Array | float = 0.0
+    ) -> Errors:
+        fit = followed.fit
+        parts = [
+            spread[order][:, None] * factor / (unit**4 if order == 2 else unit**2)
+            + spread[1][:, None] * gyroscopic / unit**2
+            for spread in (fit.response, fit.disagreement)
+        ]
+        return errors(fit, time, found[name], judge[name], *parts)
+
+    one = np.ones((len(time), 3))
+    along, about = np.square(path.noise) * one, np.square(turn.smoothing.noise) * one
+    result = {
+        'velocity': told('velocity', path, BEFORE, along),
+        'angular_velocity': told('angular_velocity', turn, BEFORE, about),
+        'acceleration': told('acceleration', path, 2, along),
+        'angular_acceleration': told('angular_acceleration', turn, 2, about),
+    }
+    if body is None:
+        return result
+    share = np.square(_mass_share(body, time, unit))
+    result['force'] = told('force', path, 2, along * share * body.mass**2)
+    inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia
+    matrices = so3.matrix_from_quaternion(
+        turn.fit.own[0] / np.linalg.norm(turn.fit.own[0], axis=1, keepdims=True)
+    )
+    in_world = matrices @ inertia @ np.swapaxes(matrices, 1, 2)
+    by_rate = _gyroscopic(in_world, found['angular_velocity'])
+    result['torque'] = told(
+        'torque',
+        turn,
+        2,
+        about * share * np.sum(np.square(in_world), axis=2),
+        about * share * np.sum(np.square(by_rate), axis=2),
+    )
+    return result
+
+
+def _gyroscopic(inertia: Array, omega: Array) -> Array:
+    """Derivative (k, 3, 3) of w x I w by w: [w] I - [I w]."""
+
+    def crossing(v: Array) -> Array:
+        return np.cross(v[:, None, :], np.eye(3)[None]).swapaxes(1, 2)
+
+    momentum = np.einsum('kij,kj->ki', inertia, omega)
+    return crossing(omega) @ inertia - crossing(momentum)

@@ -24,13 +24,13 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.scene import numerals, regular_file
 
 Array = NDArray[np.float64]
 
 CSV_POSITION = ('px', 'py', 'pz')
 CSV_ORIENTATION = ('qx', 'qy', 'qz', 'qw')
 LATEST = 2**31  # [s] of a ROS stamp
-WRENCH_BYTES = 48  # force and torque at the end of a WrenchStamped payload
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +44,6 @@ class Poses:
     time_ns     : (k,) int [ns]
     position    : (k, 3) [m]
     orientation : (k, 4) [-] xyzw
-    jumps_ns    : instants [ns] at which a command to the body changed, as far as the recording
-                  tells
     """
 
     body: str
@@ -54,7 +52,6 @@ class Poses:
     time_ns: NDArray[np.int64]
     position: Array
     orientation: Array
-    jumps_ns: tuple[int, ...] = ()
 
 
 def from_bag(bag: Bag) -> list[Poses]:
@@ -69,17 +66,8 @@ def from_bag(bag: Bag) -> list[Poses]:
             f'{bag.path}: holds no poses; expected messages of {cdr.PoseStamped.TYPE}, '
             'one topic for each body'
         )
-    wrenches = {f'{_prefix(name)}/applied_wrench' for name in wanted} & set(bag.topics)
     messages: dict[str, list[cdr.PoseStamped]] = {name: [] for name in wanted}
-    jumps: dict[str, list[int]] = {name: [] for name in wrenches}
-    acting: dict[str, bytes] = {}
-    for message in bag.messages({*wanted, *wrenches}):
-        if message.topic in wrenches:
-            now = message.data[-WRENCH_BYTES:]
-            if acting.get(message.topic, now) != now:
-                jumps[message.topic].append(message.log_time)
-            acting[message.topic] = now
-            continue
+    for message in bag.messages(wanted):
         pose = cdr.decode(cdr.PoseStamped.TYPE, message.data)
         assert isinstance(pose, cdr.PoseStamped)
         messages[message.topic].append(pose)
@@ -91,7 +79,6 @@ def from_bag(bag: Bag) -> list[Poses]:
             time_ns=np.array([10**9 * pose.sec + pose.nanosec for pose in poses], dtype=np.int64),
             position=np.array([pose.position for pose in poses]),
             orientation=np.array([pose.orientation for pose in poses]),
-            jumps_ns=tuple(jumps.get(f'{_prefix(topic)}/applied_wrench', ())),
         )
         for topic, poses in messages.items()
     ]
@@ -103,15 +90,7 @@ def _prefix(topic: str) -> str:
 
 def from_csv(path: Path) -> list[Poses]:
     """Read every body of a CSV file; UserError with the line of what is wrong."""
-    try:
-        with path.open(newline='', encoding='utf-8') as lines:
-            rows = list(_rows(path, lines))
-    except OSError as error:
-        raise UserError(
-            f'{path}: cannot be read ({error.strerror}); give a bag or a CSV file of poses'
-        ) from None
-    except UnicodeDecodeError:
-        raise UserError(f'{path}: is not UTF-8 text; give a bag or a CSV file of poses') from None
+    rows = regular_file.rows(path, _rows, wanted='a bag or a CSV file of poses')
     bodies: dict[str, list[tuple[float, ...]]] = {}
     for body, numbers in rows:
         bodies.setdefault(body, []).append(numbers)
@@ -157,10 +136,7 @@ def _rows(path: Path, lines: Iterator[str]) -> Iterator[tuple[str, tuple[float, 
 
 
 def _number(where: str, name: str, text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise UserError(f'{where}: {name} {text!r}; allowed: a finite number')
+    number = numerals.decimal(text.strip())
+    if number is None or not math.isfinite(number):
+        raise UserError(f'{where}: {name} {text!r}; allowed: a finite number{numerals.cure(text)}')
     return number

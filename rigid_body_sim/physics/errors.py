@@ -2,8 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two ways in which physics says no: before a run, and during one."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+
+LIKENESS = 0.6  # [-] how near a known word must be to be proposed in place of an unknown one
+LONGEST_WORD = 80  # [-] letters that a message shows; a longer word resembles nothing
+MOST_NAMED = 60  # [-] words that a message lists
 
 
 class InvalidModel(ValueError):
@@ -18,6 +22,28 @@ class InvalidModel(ValueError):
     def __init__(self, message: str, *, at: tuple[str | int, ...] = ()) -> None:
         super().__init__(message)
         self.at = at
+
+
+def path_text(path: tuple[str | int, ...]) -> str:
+    """Write a path as messages do: bodies[3].shape."""
+    steps = (f'[{key}]' if isinstance(key, int) else f'.{_short(key)}' for key in path)
+    return ''.join(steps).lstrip('.')
+
+
+def _short(word: str) -> str:
+    return word if len(word) <= LONGEST_WORD else f'{word[:LONGEST_WORD]}…'
+
+
+def choose_from(word: object, known: Collection[str]) -> str:
+    """Write the cure for an unknown word: the nearest known one, and all that are allowed."""
+    import difflib  # only for who made a slip
+
+    is_near = isinstance(word, str) and len(word) <= LONGEST_WORD
+    near = difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS) if is_near else []
+    proposal = f'; did you mean {near[0]!r}? allowed' if near else '; allowed'
+    listed = [*known][:MOST_NAMED]
+    more = f', … ({len(known)} in all)' if len(known) > len(listed) else ''
+    return f'{proposal}: {", ".join(listed)}{more}'
 
 
 @contextmanager

@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
+from rigid_body_sim.physics.diagnostics.orthogonality import orthogonality_defect
+from rigid_body_sim.physics.diagnostics.point_motion import PointMotion, motion_of
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.elements import held_body_wrench
@@ -32,6 +34,7 @@ from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, S
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.integration.lookout import Lookout, RecordedChoices, Watch
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.body_axis import moment_of_body
 from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
@@ -39,6 +42,7 @@ from rigid_body_sim.physics.state.contacts import Contacts
 from rigid_body_sim.physics.state.layout import Layout, as_vector
 from rigid_body_sim.physics.state.snapshot import State, StateReader
 from rigid_body_sim.physics.stepper import Stepper
+from rigid_body_sim.physics.validation import check_record
 
 Array = NDArray[np.float64]
 
@@ -60,8 +64,11 @@ class Simulation:
     all that held in this run, in order, each with the tick from which it did; `watch` says what
     `auto` saw on the way (`integration.lookout`).
 
-    Raises InvalidModel for an unknown integrator or option, an integrator that refuses the scene,
-    or an impossible dt.
+    A copy, a deep copy and a pickle each stand for a simulation of their own, which goes on bit
+    for bit from where this one stood.
+
+    Raises InvalidModel for a scene that a scene file could not say (`validation`), an unknown
+    integrator or option, an integrator that refuses the scene, or an impossible dt.
     """
 
     def __init__(
@@ -74,6 +81,7 @@ class Simulation:
         progress: Callable[[str], None] | None = None,
     ) -> None:
         warn_if_plain()
+        check_record(scene)
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
         self.integrator, plan = choose.resolve(
@@ -102,14 +110,8 @@ class Simulation:
             ((end_of_mass(body), body.name) for body in scene.bodies), default=(math.inf, '')
         )
         if plan is not None and plan.setting is not None:
-            self.watch = Lookout(
-                plan,
-                scene,
-                dt_ns=self.dt_ns,
-                shadow=self._shadow,
-                change=self._go_on_with,
-                failed=SimulationDiverged,
-            )
+            self.watch = Lookout(plan, scene, dt_ns=self.dt_ns, failed=SimulationDiverged)
+            self.watch.attach(shadow=self._shadow, change=self._go_on_with)
 
     @property
     def choice(self) -> choose.Choice | None:
@@ -118,7 +120,8 @@ class Simulation:
 
     def follow_choices(self, choices: Sequence[choose.Choice]) -> None:
         """Change the integrator where it was changed in another run, tick by tick the same."""
-        self.watch = RecordedChoices(choices, change=self._go_on_with) if choices else None
+        self.watch = RecordedChoices(choices)
+        self.watch.attach(shadow=self._shadow, change=self._go_on_with)
 
     def _go_on_with(self, choice: choose.Choice) -> None:
         """Change the integrator at this tick boundary; the state stays."""
@@ -143,6 +146,37 @@ class Simulation:
             )
         shadow.restore(tick=self.tick, state=self._bytes(), slots=self.held_slots)
         return shadow
+
+    def __repr__(self) -> str:
+        return (
+            f'<Simulation of {self.scene.name!r}: {len(self.scene.bodies)} bodies, '
+            f'{self.integrator.name}, dt {self.dt:g} s, tick {self.tick}, {self.time:g} s>'
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what a copy or a pickle needs to go on bit for bit; kernels are made again."""
+        return {
+            'scene': self.scene,
+            'integrator': self.integrator.name,
+            'integrator_options': dict(self.integrator.settings),
+            'dt': None if self.dt_ns == self.scene.dt_ns else self.dt,
+            'choices': self.choices,
+            'watch': None if self.watch is None else self.watch.copied(),
+            'tick': self.tick,
+            'start_ns': self._start_ns,
+            'state': self.state_bytes(),
+            'slots': self.held_slots,
+        }
+
+    def __setstate__(self, kept: Mapping[str, Any]) -> None:
+        settings = ('integrator', 'integrator_options', 'dt')
+        Simulation.__init__(self, kept['scene'], **{key: kept[key] for key in settings})
+        self.choices = kept['choices']
+        self.restore(tick=kept['tick'], state=kept['state'], slots=kept['slots'])
+        self._start_ns = kept['start_ns']
+        self.watch = kept['watch']
+        if self.watch is not None:
+            self.watch.attach(shadow=self._shadow, change=self._go_on_with)
 
     @property
     def time(self) -> float:
@@ -381,6 +415,36 @@ class Simulation:
         found[0, self._layout.moving] = linear
         found[1, self._layout.moving[: self._layout.n_rigid]] = angular
         return found[0], found[1]
+
+    def motion_of(self, body: str, point: Sequence[float] | Array) -> PointMotion:
+        """
+        Motion of points fixed to a body: position [m], velocity [m/s] and acceleration [m/s^2].
+
+        point : (..., 3) [m]  shape coordinates; see `diagnostics.point_motion`
+        """
+        return motion_of(self, body, point)
+
+    def moment_of_inertia(
+        self, body: str, *, direction: Sequence[float], point: Sequence[float] | None = None
+    ) -> float:
+        """
+        Moment of inertia [kg m^2] of a body about an axis fixed to it.
+
+        direction : (3,)      along the axis, body axes
+        point     : (3,) [m]  of the axis, shape coordinates; None: the centre of mass
+        """
+        index = self.body_index(body)
+        return moment_of_body(self.scene.bodies[index], direction=direction, point=point)
+
+    def orientation_drift(self) -> float | None:
+        """
+        How far the matrices of `orientation: matrix` are from rotations: the largest element of
+        R^T R - 1 of any body. None where the integrator keeps no matrices.
+        """
+        memory = self._stepper.memory()
+        if memory.shape[1] != 9:
+            return None
+        return orthogonality_defect(memory.reshape(-1, 3, 3))
 
     def energy(self) -> float:
         """Kinetic and potential energy [J]."""

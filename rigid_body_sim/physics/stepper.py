@@ -6,7 +6,8 @@ it is first needed.
 
 A scene in which nothing depends on the state (commands in world axes, uniform gravity) takes the
 free kernel; forces between bodies, drag, or a command in body axes take the coupled one. Where a
-force begins or ends at an instant of its own, the ticks are cut there (`forces.schedule`).
+force begins, ends or has a kink at an instant of its own, the ticks are cut there
+(`forces.schedule`).
 """
 
 from __future__ import annotations

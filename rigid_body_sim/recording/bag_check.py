@@ -12,33 +12,34 @@ from __future__ import annotations
 
 import hashlib
 import os
-import zlib
-from collections import Counter
 from collections.abc import Iterator
-from typing import Any, BinaryIO
+from typing import Any
 
-import yaml
-from mcap.reader import make_reader
-from mcap.records import Attachment, Footer, MessageIndex
-from mcap.summary import Summary
+from mcap.records import Channel, Schema
 
-from rigid_body_sim.recording import bag_metadata, mcap_file, mcap_scan
-from rigid_body_sim.recording.bag_reader import Bag, DamagedBag
-from rigid_body_sim.recording.definitions import HASHES
-
-Entries = dict[int, list[tuple[int, int]]]
+from rigid_body_sim.errors import RunError
+from rigid_body_sim.recording import bag_metadata, mcap_scan
+from rigid_body_sim.recording.bag_reader import SUSPECT, Bag, DamagedBag
+from rigid_body_sim.recording.definitions import HASHES, definition
+from rigid_body_sim.recording.file_check import Contents, check_file, read_contents
+from rigid_body_sim.recording.plain_yaml import read_yaml
+from rigid_body_sim.recording.seal import crc_text
+from rigid_body_sim.recording.topics import dump_yaml
 
 
 def check(path: str | os.PathLike[str]) -> list[str]:
     """Return the findings; UserError for a path that holds no bag at all."""
+    findings = []
     try:
         bag = Bag(path)
-        findings = []
-        for file in bag.files:
+        for file, summary in zip(bag.files, bag.summaries):
             with file.open('rb') as stream:
-                findings += [f'{file.name}: {finding}' for finding in _check_file(stream)]
-    except (DamagedBag, mcap_scan.Torn) as error:
-        return [str(error)]
+                contents = read_contents(stream)
+            findings += [f'{file.name}: {finding}' for finding in check_file(contents, summary)]
+            if bag.manifest:
+                findings += _check_ours(bag, contents)
+    except (DamagedBag, RunError, mcap_scan.Torn) as error:
+        return [*findings, str(error)]
     findings += _check_channels(bag)
     findings += _check_manifest(bag)
     if bag.information is not None:
@@ -49,101 +50,34 @@ def check(path: str | os.PathLike[str]) -> list[str]:
     return findings
 
 
-class _Contents:
-    """What is really in a file."""
-
-    def __init__(self) -> None:
-        self.counts: Counter[int] = Counter()
-        self.first_time, self.last_time = 0, 0
-        self.chunks: list[tuple[int, Entries]] = []  # place in the file, messages
-        self.indexes: list[Entries] = []  # what the records after each chunk say
-        self.descents = 0
-        self._latest = -1
-
-    def add(self, message: mcap_scan.Message) -> None:
-        """Count one message."""
-        time = message.log_time
-        if not self.counts:
-            self.first_time = self.last_time = time
-        self.first_time, self.last_time = min(self.first_time, time), max(self.last_time, time)
-        self.counts[message.channel] += 1
-        self.descents += time < self._latest
-        self._latest = time
+def _check_ours(bag: Bag, contents: Contents) -> Iterator[str]:
+    """Compare a file of this package with what it always writes."""
+    stated = bag.messages_crc
+    if stated is not None and stated != crc_text(contents.crc):
+        yield f'the messages have the CRC {crc_text(contents.crc)}, recorded was {stated}'
+    if contents.apart:
+        yield f'publish time and log time of {contents.apart} messages are not the same'
+    for channel in contents.channels.values():
+        yield from _check_type(channel, contents.schemas.get(channel.schema_id))
 
 
-def _check_file(stream: BinaryIO) -> Iterator[str]:
-    contents = _Contents()
-    for record in mcap_scan.records(stream):
-        if record.opcode == mcap_file.CHUNK:
-            entries: Entries = {}
-            for part in mcap_scan.inner_records(record):
-                if part.opcode == mcap_file.MESSAGE:
-                    message = mcap_scan.message(part)
-                    contents.add(message)
-                    entry = (message.log_time, part.position)
-                    entries.setdefault(message.channel, []).append(entry)
-            contents.chunks.append((record.position, entries))
-            contents.indexes.append({})
-        elif record.opcode == mcap_file.MESSAGE_INDEX and contents.indexes:
-            index = record.parse(MessageIndex)
-            contents.indexes[-1][index.channel_id] = [
-                (time, place) for time, place in index.records
-            ]
-        elif record.opcode == mcap_file.MESSAGE:
-            contents.add(mcap_scan.message(record))
-        elif record.opcode == mcap_file.ATTACHMENT:
-            record.parse(Attachment)
-        elif record.opcode == mcap_file.FOOTER:
-            yield from _check_footer(stream, record)
-    stream.seek(0)
-    summary = make_reader(stream).get_summary()
-    if summary is not None:
-        yield from _check_summary(summary, contents)
-    for (place, entries), index in zip(contents.chunks, contents.indexes):
-        if index != entries:
-            yield f'chunk at byte {place}: its message index does not match its messages'
-    if contents.descents:
-        yield f'log time goes back {contents.descents} times; it must ascend'
-
-
-def _check_footer(stream: BinaryIO, record: mcap_scan.Record) -> Iterator[str]:
-    footer = record.parse(Footer)
-    here = stream.tell()
-    stream.seek(footer.summary_start)
-    content = stream.read(record.position + 9 + 16 - footer.summary_start)
-    stream.seek(here)
-    if footer.summary_crc and zlib.crc32(content) != footer.summary_crc:
-        yield 'the summary does not match its CRC'
-
-
-def _check_summary(summary: Summary, contents: _Contents) -> Iterator[str]:
-    statistics = summary.statistics
-    if statistics is None:
-        yield 'the summary has no statistics'
-        return
-    total = contents.counts.total()
-    stated = {
-        channel: count for channel, count in statistics.channel_message_counts.items() if count
-    }
-    if stated != dict(contents.counts) or statistics.message_count != total:
-        yield f'statistics count {statistics.message_count} messages, the file holds {total}'
-    span = (statistics.message_start_time, statistics.message_end_time)
-    actual = (contents.first_time, contents.last_time)
-    if span != actual:
-        yield f'statistics span {span} ns, the messages {actual} ns'
-    places = sorted(index.chunk_start_offset for index in summary.chunk_indexes)
-    if places != [place for place, _ in contents.chunks]:
-        yield f'{len(places)} chunk indexes do not match {len(contents.chunks)} chunks'
-    for channel in summary.channels.values():
-        schema = summary.schemas.get(channel.schema_id)
-        if schema is None or not schema.data:
-            yield f'{channel.topic}: no message definition; rosbags cannot read the topic'
+def _check_type(channel: Channel, schema: Schema | None) -> Iterator[str]:
+    """Compare the type of a topic with the definition that this package knows."""
+    if schema is None or schema.name not in HASHES:
+        yield f'{channel.topic}: its type is not one that this package records'
+    elif (schema.encoding, schema.data) != ('ros2msg', definition(schema.name).encode()):
+        yield f'{channel.topic}: the definition of {schema.name} is not that of ROS 2'
+    if channel.message_encoding != 'cdr':
+        yield f'{channel.topic}: messages are encoded as {channel.message_encoding!r}, not cdr'
 
 
 def _check_channels(bag: Bag) -> Iterator[str]:
     for channel in bag.channels:
-        if not channel.metadata.get('offered_qos_profiles'):
+        qos = channel.metadata.get('offered_qos_profiles', '')
+        if not qos:
             yield f'{channel.topic}: no quality of service in its channel'
+        elif _profiles(qos) is None:
+            yield f'{channel.topic}: the quality of service in its channel is no list of profiles'
         stated = channel.metadata.get('topic_type_hash', '')
         known = HASHES.get(bag.topics[channel.topic].type)
         if stated and known and stated != known:
@@ -156,6 +90,8 @@ def _check_manifest(bag: Bag) -> Iterator[str]:
         return
     if not bag.complete and not bag.recovered:
         yield 'no ending record: the run was cut off'
+    if problem := bag.recovered.get(SUSPECT):
+        yield f'recovered from a file that was not as it was recorded: {problem}'
     expected = bag.manifest.get('scene_sha256')
     if expected is not None:
         scene = bag.attachments.get('scene.yaml')
@@ -168,7 +104,9 @@ def _check_manifest(bag: Bag) -> Iterator[str]:
 def _check_metadata(bag: Bag, information: dict[str, Any]) -> Iterator[str]:
     try:
         yield from _compare_metadata(bag, information)
-    except (KeyError, TypeError, AttributeError) as error:
+        if bag.manifest:
+            yield from _compare_with_record(bag, information)
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
         yield f'missing or misplaced: {error}'
 
 
@@ -200,8 +138,42 @@ def _compare_topic(bag: Bag, channel: Any, entry: dict[str, Any]) -> Iterator[st
     if entry['message_count'] != bag.counts[name]:
         yield f'{name}: {entry["message_count"]} messages, the file holds {bag.counts[name]}'
     qos = topic['offered_qos_profiles']
-    qos = yaml.safe_load(qos) if isinstance(qos, str) else qos
-    if qos != (yaml.safe_load(channel.metadata.get('offered_qos_profiles', '')) or []):
+    qos = _profiles(qos) if isinstance(qos, str) else qos
+    if qos != _profiles(channel.metadata.get('offered_qos_profiles', '')):
         yield f'{name}: quality of service differs from its channel; rosbags drops the topic'
     if topic.get('type_description_hash', '') != channel.metadata.get('topic_type_hash', ''):
         yield f'{name}: type hash differs from its channel'
+
+
+def _compare_with_record(bag: Bag, information: dict[str, Any]) -> Iterator[str]:
+    """
+    Compare with the same map in the file, which its CRC protects; a renamed file keeps its old
+    name there.
+    """
+    text = bag.metadata_text
+    if text is None:
+        yield 'the file does not hold the same again; it was packed anew'
+        return
+    recorded = read_yaml(text)
+    names = {'relative_file_paths': None, 'files': None}
+    if dump_yaml({**recorded, **names}) != dump_yaml({**information, **names}):
+        keys = recorded.keys() | information.keys()
+        other = sorted(
+            str(key) for key in keys - names.keys() if recorded.get(key) != information.get(key)
+        )
+        yield f'differs from what was recorded in: {", ".join(other) or "its types"}'
+    paths = [file['path'] for file in information['files']]
+    if paths != information['relative_file_paths']:
+        yield f'files {paths}, relative_file_paths {information["relative_file_paths"]}'
+    for file, stated in zip(information['files'], recorded['files']):
+        if dump_yaml({**file, 'path': ''}) != dump_yaml({**stated, 'path': ''}):
+            yield f'files: {file}, recorded was {stated}'
+
+
+def _profiles(text: str) -> list[Any] | None:
+    """Quality of service as a list; None if the text is none."""
+    try:
+        profiles = read_yaml(text) or []
+    except ValueError:
+        return None
+    return profiles if isinstance(profiles, list) else None

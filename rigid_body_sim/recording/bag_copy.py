@@ -8,73 +8,75 @@ Ids of schemas and channels are given anew; everything else stays as it was.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from io import FileIO
 from pathlib import Path
 
 import numpy as np
-from mcap.records import Attachment, Channel, Header, Metadata, Schema
+from mcap.records import Attachment, Channel, Header, McapRecord, Metadata, Schema
 
-from rigid_body_sim.recording import bag_directory, mcap_file, mcap_scan
+from rigid_body_sim.recording import bag_directory, mcap_scan
 from rigid_body_sim.recording.bag_metadata import RECORD_NAME, TopicSummary
 from rigid_body_sim.recording.bag_reader import RECOVERED
+from rigid_body_sim.recording.bag_writer import ENDING
 from rigid_body_sim.recording.batch import MESSAGE_HEAD, MESSAGE_LENGTH_EXTRA, MESSAGE_OPCODE
 from rigid_body_sim.recording.chunk import Chunk
 from rigid_body_sim.recording.chunk_queue import DIRECT_CHUNK_BYTES
 from rigid_body_sim.recording.mcap_file import McapFile
+from rigid_body_sim.recording.seal import sealed
 
 
 class BagCopy:
     """
     The file being written.
 
-    limit : number of messages to copy; later ones are left out
+    header   : of the source; None where it could not be read
+    limit    : number of messages to copy; later ones are left out
+    left_out : names of metadata records that are not copied
     """
 
-    def __init__(self, output: FileIO, limit: int) -> None:
+    def __init__(
+        self, output: FileIO, header: Header | None, limit: int, left_out: Collection[str]
+    ) -> None:
         self._output = output
         self._limit = limit
-        self._file: McapFile
+        self._left_out = {RECORD_NAME, RECOVERED, *left_out}
+        library = f'{header.library if header else ""} recovered'.lstrip()
+        self._file = McapFile(
+            output, library=library, profile=header.profile if header else 'ros2'
+        )
         self._schemas: dict[int, int] = {0: 0}
         self._schema_names: dict[int, str] = {0: ''}
         self._channels: dict[int, int] = {}
         self._originals: dict[int, Channel] = {}
         self._start_chunk()
 
-    def take(self, record: mcap_scan.Record) -> None:
-        """Copy one record of the data section; the first must be the header."""
-        opcode = record.opcode
-        if opcode == mcap_file.MESSAGE:
+    def take(self, record: McapRecord | mcap_scan.Message) -> None:
+        """Copy one record; a channel after its schema, a message after its channel."""
+        if isinstance(record, mcap_scan.Message):
             if self._limit > 0:
                 self._limit -= 1
-                self._take_message(mcap_scan.message(record))
-        elif opcode == mcap_file.HEADER:
-            header = record.parse(Header)
-            library = f'{header.library} recovered'.lstrip()
-            self._file = McapFile(self._output, library=library, profile=header.profile)
-        elif opcode == mcap_file.SCHEMA:
-            self._take_schema(record.parse(Schema))
-        elif opcode == mcap_file.CHANNEL:
-            self._take_channel(record.parse(Channel))
-        elif opcode == mcap_file.METADATA:
-            metadata = record.parse(Metadata)
-            if metadata.name != RECORD_NAME:
-                self._end_chunk()
-                self._file.write_metadata(metadata.name, metadata.metadata)
-        elif opcode == mcap_file.ATTACHMENT:
-            attachment = record.parse(Attachment)
+                self._take_message(record)
+        elif isinstance(record, Schema):
+            self._take_schema(record)
+        elif isinstance(record, Channel):
+            self._take_channel(record)
+        elif isinstance(record, Metadata) and record.name not in self._left_out:
+            self._take_metadata(record)
+        elif isinstance(record, Attachment):
+            self._end_chunk()
             self._file.write_attachment(
-                attachment.name,
-                attachment.media_type,
-                attachment.data,
-                log_time=attachment.log_time,
-                create_time=attachment.create_time,
+                record.name,
+                record.media_type,
+                record.data,
+                log_time=record.log_time,
+                create_time=record.create_time,
             )
 
     def finish(self, directory: Path, note: Mapping[str, str]) -> None:
         """Complete the bag; `note` tells what was done to it."""
         self._end_chunk()
-        self._file.write_metadata(RECOVERED, note)
+        self._file.write_metadata(RECOVERED, sealed({**note, **self._file.checksums()}))
         topics = [
             TopicSummary(
                 channel.topic,
@@ -87,6 +89,14 @@ class BagCopy:
             for old, channel in self._originals.items()
         ]
         bag_directory.finish(directory, self._file, self._output, topics=topics, custom=note)
+
+    def _take_metadata(self, record: Metadata) -> None:
+        """Copy a map of strings; an ending gets the checksum of the messages as they stand now."""
+        self._end_chunk()
+        content = record.metadata
+        if record.name == ENDING:
+            content = sealed({**content, **self._file.checksums()})
+        self._file.write_metadata(record.name, content)
 
     def _take_schema(self, schema: Schema) -> None:
         if schema.id not in self._schemas:

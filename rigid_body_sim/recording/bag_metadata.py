@@ -16,15 +16,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.recording.plain_yaml import MOST_CHARACTERS, read_yaml
 from rigid_body_sim.recording.topics import dump_yaml
 
 FILE_NAME = 'metadata.yaml'
 RECORD_NAME = 'rosbag2'  # the metadata record that holds the inner map in the MCAP file
 VERSION = 9
-_SafeLoader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)  # ten times as fast, if built in
 _ROOT = 'rosbag2_bagfile_information'
 
 
@@ -85,17 +83,30 @@ def write(directory: Path, information: Mapping[str, Any]) -> None:
 
 
 def read(directory: Path) -> dict[str, Any]:
-    """Return the inner map of a bag directory's metadata.yaml."""
+    """Return the inner map of a bag directory's metadata.yaml; UserError if it is none."""
     path = directory / FILE_NAME
     try:
-        content = yaml.load(path.read_text(encoding='utf-8'), Loader=_SafeLoader)
-        information = content[_ROOT]
-        information['relative_file_paths'][0]
-    except (OSError, ValueError, yaml.YAMLError, LookupError, TypeError) as error:
-        problem = ' '.join(str(error).split())
-        raise UserError(
-            f'{path}: not the metadata of a bag ({type(error).__name__}: {problem})'
-        ) from error
+        return _information(path)
+    except OSError as error:
+        raise UserError(f'{path}: cannot be read ({error.strerror})') from error
+    except ValueError as error:
+        raise UserError(f'{path}: not the metadata of a bag ({error})') from error
+
+
+def _information(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        raise ValueError('it is no regular file')
+    if path.stat().st_size > MOST_CHARACTERS:
+        raise ValueError(f'longer than {MOST_CHARACTERS} bytes')
+    content = read_yaml(path.read_text(encoding='utf-8'))
+    information = content.get(_ROOT) if isinstance(content, dict) else None
+    if not isinstance(information, dict):
+        raise ValueError(f'it has no map {_ROOT}')
+    names = information.get('relative_file_paths')
+    if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
+        raise ValueError('relative_file_paths is no list of file names')
+    if not all(Path(name).name.strip('.') and '\0' not in name for name in names):
+        raise ValueError('relative_file_paths names what is no file')
     return information
 
 
@@ -114,5 +125,10 @@ def _topic_entry(topic: TopicSummary) -> dict[str, Any]:
 
 @cache
 def _profiles(text: str) -> list[dict[str, Any]]:
-    """Quality of service as plain values; the same for all topics of a recording of ours."""
-    return yaml.safe_load(text) or []
+    """Quality of service as plain values, none if the text is no list of profiles."""
+    try:
+        profiles = read_yaml(text) or []
+    except ValueError:
+        return []
+    plain = isinstance(profiles, list) and all(isinstance(each, dict) for each in profiles)
+    return profiles if plain else []

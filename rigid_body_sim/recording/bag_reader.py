@@ -13,24 +13,29 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple
 
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
 from mcap.records import Channel, Statistics
-from mcap.stream_reader import CRCValidationError
-from mcap.summary import Summary
 
-from rigid_body_sim.errors import UserError
-from rigid_body_sim.recording import bag_metadata, mcap_file, mcap_scan
+from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.recording import bag_files, bag_metadata, mcap_file, mcap_scan, mcap_summary
+from rigid_body_sim.recording.bag_files import DamagedBag, damaged
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, ENDING, MANIFEST
+from rigid_body_sim.recording.mcap_summary import Summary
+from rigid_body_sim.recording.seal import (
+    ATTACHMENTS,
+    MESSAGES_CRC,
+    altered_files,
+    is_broken,
+    without_checks,
+)
 from rigid_body_sim.recording.topics import Topic
 
+__all__ = ['RECOVERED', 'SUSPECT', 'Bag', 'DamagedBag', 'RecordedMessage']
+
 RECOVERED = 'rigid_body_sim_recovered'  # metadata record of a recovered bag
-
-
-class DamagedBag(UserError):
-    """A recording that is torn, unfinished or damaged: `bag recover` saves what is good."""
+SUSPECT = 'suspect'  # key in it: what shows that the source was altered, not only cut off
+_TITLES = {MANIFEST: 'manifest', ENDING: 'ending record', RECOVERED: 'recovery record'}
 
 
 class RecordedMessage(NamedTuple):
@@ -41,12 +46,14 @@ class RecordedMessage(NamedTuple):
     sequence : tick (see `packing`); 0 in bags of other recorders
     log_time : [ns] simulation time in our bags
     data     : CDR payload
+    publish_time : [ns] equal to log_time in our bags
     """
 
     topic: str
     sequence: int
     log_time: int
     data: bytes
+    publish_time: int
 
 
 class Bag:
@@ -62,11 +69,20 @@ class Bag:
     manifest    : what the run was; empty in bags of other recorders
     ending      : how it ended; None when the run was cut off
     attachments : file name -> bytes
+    channels    : of all files
+    summaries   : what the end of each file says of it
+    messages_crc : CRC-32 of all message records as it was recorded; None where it was not
+
+    Manifest, ending and attachments are those that were recorded, or opening the bag has failed:
+    each carries its own checksum, older bags excepted.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
-        self.files, self.information = _locate(self.path)
+        self.files, self.information = bag_files.locate(self.path)
+        self.summaries: list[Summary] = []
+        self.messages_crc: str | None = None
+        self._attachments_stated: str | None = None
         self.topics: dict[str, Topic] = {}
         self.counts: dict[str, int] = {}
         self.attachments: dict[str, bytes] = {}
@@ -76,6 +92,11 @@ class Bag:
         times: list[int] = []
         for file in self.files:
             times += self._open(file)
+        if altered := altered_files(self._attachments_stated, self.attachments):
+            raise RunError(
+                f'{self.path}: the attachment {altered[0]} is not the one that was recorded (its '
+                'sha256 differs, or it is missing)'
+            )
         self.first_time, self.last_time = min(times, default=0), max(times, default=0)
 
     @property
@@ -116,6 +137,11 @@ class Bag:
         """What the recovery said of itself (last_tick, dropped); empty when there was none."""
         return self._metadata.get(RECOVERED, {})
 
+    @property
+    def metadata_text(self) -> str | None:
+        """What the file itself holds of metadata.yaml; None where nobody wrote it."""
+        return self._metadata.get(bag_metadata.RECORD_NAME, {}).get('serialized_metadata')
+
     def messages(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
         """Yield the messages of the given topics, all by default, in file order."""
         for file, names in zip(self.files, self._names):
@@ -126,27 +152,39 @@ class Bag:
             }
             with file.open('rb') as stream:
                 try:
-                    yield from _messages(stream, wanted)
+                    yield from _messages(stream, wanted, names)
                 except mcap_scan.Torn as error:
-                    raise _damaged(file, error) from error
+                    raise damaged(file, error) from error
 
     def _open(self, file: Path) -> tuple[int, ...]:
         try:
             with file.open('rb') as stream:
-                _check_ends(file, stream)
-                reader = make_reader(stream, validate_crcs=True)
-                summary = reader.get_summary()
-                if summary is None or summary.statistics is None:
-                    raise ValueError('no summary')
-                for record in reader.iter_metadata():
-                    self._metadata[record.name] = record.metadata
-                for attachment in reader.iter_attachments():
+                bag_files.check_ends(file, stream)
+                summary = mcap_summary.read_summary(stream)
+                if summary.statistics is None:
+                    raise damaged(file, 'no summary, or one without statistics')
+                for index in summary.metadata:
+                    record = mcap_summary.metadata_at(stream, index)
+                    self._keep(file, record.name, record.metadata)
+                for index in summary.attachments:
+                    attachment = mcap_summary.attachment_at(stream, index)
                     self.attachments[attachment.name] = attachment.data
         except OSError as error:
             raise UserError(f'{file}: cannot be read ({error.strerror})') from error
-        except (McapError, CRCValidationError, ValueError, LookupError) as error:
-            raise _damaged(file, error) from error
+        except mcap_scan.Torn as error:
+            raise damaged(file, error) from error
+        self.summaries.append(summary)
         return self._take(file, summary, summary.statistics)
+
+    def _keep(self, file: Path, name: str, content: dict[str, str]) -> None:
+        if name in _TITLES:
+            if is_broken(content):
+                raise damaged(file, f'the {_TITLES[name]} does not match its checksum')
+            if name in self._metadata:
+                raise damaged(file, f'it has two records of the kind {_TITLES[name]}')
+            self.messages_crc = content.get(MESSAGES_CRC, self.messages_crc)
+            self._attachments_stated = content.get(ATTACHMENTS, self._attachments_stated)
+        self._metadata[name] = without_checks(content)
 
     def _take(self, file: Path, summary: Summary, statistics: Statistics) -> tuple[int, ...]:
         counts = statistics.channel_message_counts
@@ -163,51 +201,9 @@ class Bag:
         return statistics.message_start_time, statistics.message_end_time
 
 
-def _locate(path: Path) -> tuple[tuple[Path, ...], dict[str, Any] | None]:
-    """Find the MCAP files of a bag and its metadata."""
-    if not path.exists():
-        raise UserError(
-            f'{path}: no such file or directory; expected a bag directory or an .mcap file'
-        )
-    if not path.is_dir():
-        return (path,), None
-    if not (path / bag_metadata.FILE_NAME).exists():
-        if any(path.glob('*.mcap')):
-            raise DamagedBag(
-                f'{path}: unfinished recording (no metadata.yaml); '
-                f'restore it with: bag recover {path} -o NEW'
-            )
-        raise UserError(f'{path}: not a bag: holds neither metadata.yaml nor an .mcap file')
-    information = bag_metadata.read(path)
-    storage = information.get('storage_identifier')
-    compression = information.get('compression_mode')
-    if storage != 'mcap' or compression:
-        raise UserError(
-            f'{path}: storage {storage!r}, compression mode {compression!r}; '
-            "allowed: 'mcap', none; convert it with: ros2 bag convert"
-        )
-    files = tuple(path / Path(name).name for name in information['relative_file_paths'])
-    for file in files:
-        if not file.exists():
-            raise UserError(f'{file}: missing, but metadata.yaml names it')
-    return files, information
-
-
-def _check_ends(file: Path, stream: BinaryIO) -> None:
-    """Refuse what is no MCAP file, and what was torn off."""
-    magic = mcap_file.MAGIC
-    if stream.read(len(magic)) != magic:
-        raise UserError(f'{file}: not a bag: does not start as an MCAP file')
-    size = stream.seek(0, 2)
-    stream.seek(max(len(magic), size - len(magic)))
-    if stream.read() != magic:
-        raise DamagedBag(
-            f'{file}: torn: its end is missing; restore the rest with: bag recover {file} -o NEW'
-        )
-    stream.seek(0)
-
-
-def _messages(stream: BinaryIO, wanted: dict[int, str]) -> Iterator[RecordedMessage]:
+def _messages(
+    stream: BinaryIO, wanted: dict[int, str], known: Collection[int]
+) -> Iterator[RecordedMessage]:
     for record in mcap_scan.records(stream):
         found: Iterable[mcap_scan.Message] = ()
         if record.opcode == mcap_file.CHUNK:
@@ -216,13 +212,8 @@ def _messages(stream: BinaryIO, wanted: dict[int, str]) -> Iterator[RecordedMess
             found = (mcap_scan.message(record),)
         elif record.opcode == mcap_file.DATA_END:
             return
-        for channel, sequence, log_time, _, data in found:
+        for channel, sequence, log_time, publish_time, data in found:
             if channel in wanted:
-                yield RecordedMessage(wanted[channel], sequence, log_time, data)
-
-
-def _damaged(file: Path, error: Exception) -> DamagedBag:
-    return DamagedBag(
-        f'{file}: damaged ({" ".join(str(error).split())}); '
-        f'save what is good with: bag recover {file} -o NEW'
-    )
+                yield RecordedMessage(wanted[channel], sequence, log_time, data, publish_time)
+            elif channel not in known:
+                raise mcap_scan.Torn(record.position, f'message of the unknown channel {channel}')

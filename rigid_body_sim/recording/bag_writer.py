@@ -30,6 +30,7 @@ from rigid_body_sim.recording.chunk import join
 from rigid_body_sim.recording.chunk_queue import DirectQueue, Queue, ThreadedQueue
 from rigid_body_sim.recording.definitions import HASHES, definition
 from rigid_body_sim.recording.mcap_file import McapFile
+from rigid_body_sim.recording.seal import ATTACHMENTS, sealed, sha256_of
 from rigid_body_sim.recording.topics import Topic, qos_text
 
 MANIFEST = 'rigid_body_sim'
@@ -45,7 +46,7 @@ class BagWriter:
     One recording.
 
     topics      : topics[i] gets channel id i + 1, which the packers' batches must agree with
-    manifest    : what the run is, as strings
+    manifest    : what the run is, as strings; SHA-256 of the attachments and of itself are added
     attachments : file name -> bytes; the scene and what it names
     background  : False: chunks are closed by bytes, in the caller's thread; equal runs give equal
                   files. True: a worker thread writes them, half a second (wall) later at most
@@ -83,7 +84,8 @@ class BagWriter:
             version = manifest.get('package_version', '')
             self._file = McapFile(self._stream, library=f'rigid_body_sim {version}'.rstrip())
             self._declare_topics()
-            self._file.write_metadata(MANIFEST, manifest)
+            stated = {**manifest, ATTACHMENTS: sha256_of(attachments)}
+            self._file.write_metadata(MANIFEST, sealed(stated))
             for name, content in attachments.items():
                 media_type = _MEDIA_TYPES.get(Path(name).suffix, 'application/octet-stream')
                 self._file.write_attachment(name, media_type, content)
@@ -128,7 +130,8 @@ class BagWriter:
         """
         Finish the bag; a second call does nothing.
 
-        ending : how the run ended, as strings; the only place for wall-clock values
+        ending : how the run ended, as strings; the only place for wall-clock values; checksums of
+                 the messages and of itself are added
         """
         if self._closed:
             return
@@ -136,7 +139,7 @@ class BagWriter:
         try:
             self._queue.stop()
             self._raise_failure()
-            self._file.write_metadata(ENDING, ending)
+            self._file.write_metadata(ENDING, sealed({**ending, **self._file.checksums()}))
             bag_directory.finish(
                 self.path, self._file, self._stream, topics=self._summaries(), custom=self._custom
             )

@@ -101,3 +101,10 @@ class Batch(NamedTuple):
             block = self.data[base : base + self.layout.size] if base else self.data
             for channel, start, stop in self.layout.payload_spans:
                 yield channel, block[start:stop]
+
+    def records(self) -> Iterator[tuple[int, int, int, int, bytes]]:
+        """Yield (channel id, sequence, log time, publish time, CDR payload) in file order."""
+        for base in range(0, len(self.data), self.layout.size):
+            for channel, start, stop in self.layout.payload_spans:
+                head = MESSAGE_HEAD.unpack_from(self.data, base + start - MESSAGE_HEAD_SIZE)
+                yield (channel, *head[3:], self.data[base + start : base + stop])

@@ -8,6 +8,9 @@ its length (4 bytes) and UTF-8, a map is its length and its pairs. Order in the 
 header, schemas and channels, metadata and attachments, chunks each followed by its message
 indexes, data end, summary, footer, magic.
 
+Everything is under a CRC-32: each chunk, each attachment, the summary, and by a running one, told
+in the data end, every byte before that.
+
 Source: the MCAP format specification, version 0 (https://mcap.dev/spec). No compression: doubles
 of a moving body hardly compress, and the writer stays faster than the disk.
 """
@@ -23,6 +26,7 @@ from struct import pack
 import numpy as np
 
 from rigid_body_sim.recording.chunk import Chunk, message_indexes
+from rigid_body_sim.recording.seal import MESSAGES_CRC, crc_text
 
 MAGIC = b'\x89MCAP0\r\n'
 
@@ -38,11 +42,15 @@ class McapFile:
     After each call the file ends with a whole record: a write that fails is cut off again and the
     OSError passed on. The stream is unbuffered, so what a call wrote survives the death of the
     process.
+
+    first_time, last_time : [ns] log times of the messages so far; None before the first
     """
 
     def __init__(self, stream: FileIO, *, library: str, profile: str = 'ros2') -> None:
         self._stream = stream
         self._position = 0
+        self._crc = 0
+        self._messages_crc = 0
         self._schemas: list[bytes] = []
         self._channels: list[bytes] = []
         self._chunk_indexes: list[bytes] = []
@@ -109,6 +117,7 @@ class McapFile:
         indexes, channels, places = message_indexes(chunk)
         start, length = self._position, len(head) + size
         self._append(head, chunk.body, indexes)
+        self._messages_crc = zlib.crc32(chunk.body, self._messages_crc)
         offsets = np.empty(len(channels), [('channel', '<u2'), ('offset', '<u8')])
         offsets['channel'] = channels
         offsets['offset'] = start + length + places
@@ -128,9 +137,13 @@ class McapFile:
         """Messages of one channel that are in the file."""
         return int(self._counts[channel])
 
+    def checksums(self) -> dict[str, str]:
+        """CRC-32 of all message records so far, one after the other, for an ending to keep."""
+        return {MESSAGES_CRC: crc_text(self._messages_crc)}
+
     def finish(self) -> None:
         """Write the summary that lets a reader find everything without scanning."""
-        data_end = _record(DATA_END, pack('<I', 0))
+        data_end = _record(DATA_END, pack('<I', self._crc))
         summary_start = self._position + len(data_end)
         groups = [
             (SCHEMA, b''.join(self._schemas)),
@@ -167,18 +180,19 @@ class McapFile:
         return _record(STATISTICS, content + _sized(counts))
 
     def _append(self, *parts: bytes) -> None:
-        end = self._position
+        end, crc = self._position, self._crc
         try:
             for part in parts:
                 rest = memoryview(part)
                 while rest:
                     rest = rest[self._stream.write(rest) :]
                 end += len(part)
+                crc = zlib.crc32(part, crc)
         except OSError:
             with suppress(OSError):  # the first error is the one to tell
                 self._stream.truncate(self._position)
             raise
-        self._position = end
+        self._position, self._crc = end, crc
 
 
 def _record(opcode: int, content: bytes) -> bytes:

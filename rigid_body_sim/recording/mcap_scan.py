@@ -18,15 +18,21 @@ from struct import Struct, unpack_from
 from typing import BinaryIO, NamedTuple, TypeVar
 
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.records import Attachment, Chunk, McapRecord
-from mcap.stream_reader import get_chunk_data_stream
+from mcap.exceptions import EndOfFile, McapError
+from mcap.records import Attachment, Chunk, DataEnd, McapRecord
 
 from rigid_body_sim.recording import mcap_file
 
+MOST_BYTES = (
+    1 << 30
+)  # [bytes] of a record or of an unpacked chunk; writers close chunks at some MiB
+SMALL_CHUNK = 1 << 24  # [bytes] below it a chunk may be packed as tightly as it will
+MOST_PACKED = 1000  # times; doubles shrink two to ten times, a bomb some thousand times
+MOST_TIME = 2**63 - 1  # [ns] the largest that ROS and rosbag2 can hold
+
 _FRAME = Struct('<BQ')
 _MESSAGE = Struct('<HIQQ')
-_COMPRESSIONS = ('', 'lz4', 'zstd')
+_WINDOW = 1 << 27  # [bytes] of memory that a zstd frame may ask for
 
 R = TypeVar('R', bound=McapRecord)
 
@@ -37,6 +43,20 @@ class Torn(Exception):
     def __init__(self, position: int, problem: str) -> None:
         super().__init__(f'at byte {position}: {problem}')
         self.position = position
+
+
+class WrongSum(Torn):
+    """All records before `position` can be read, but some byte of them is not what was written."""
+
+
+class _WholeReads(ReadDataStream):
+    """A stream that does not give less than was asked for."""
+
+    def read(self, length: int) -> bytes:
+        content = super().read(length)
+        if len(content) < length:
+            raise EndOfFile
+        return content
 
 
 class Record(NamedTuple):
@@ -52,9 +72,10 @@ class Record(NamedTuple):
         if kind is Attachment and len(content) >= 4:
             _check_crc(content[:-4], unpack_from('<I', content, len(content) - 4)[0], self)
         try:
-            return kind.read(ReadDataStream(BytesIO(content)))  # type: ignore[attr-defined]
-        except (McapError, struct.error, ValueError) as error:
-            raise Torn(self.position, f'unreadable {kind.__name__}: {error}') from error
+            return kind.read(_WholeReads(BytesIO(content)))  # type: ignore[attr-defined]
+        except (McapError, struct.error, ValueError, OverflowError) as error:
+            problem = str(error) or 'it ends too soon'
+            raise Torn(self.position, f'unreadable {kind.__name__}: {problem}') from error
 
 
 class Message(NamedTuple):
@@ -68,12 +89,16 @@ class Message(NamedTuple):
 
 
 def records(stream: BinaryIO) -> Iterator[Record]:
-    """Yield every record of the file up to its footer; Torn where the good part ends."""
+    """
+    Yield every record of the file up to its footer; Torn where the good part ends.
+
+    WrongSum in place of the data end, if the bytes before it do not match the CRC that it states.
+    """
     size = stream.seek(0, 2)
     stream.seek(0)
     if stream.read(len(mcap_file.MAGIC)) != mcap_file.MAGIC:
         raise Torn(0, 'the file does not start as an MCAP file')
-    position = len(mcap_file.MAGIC)
+    position, crc = len(mcap_file.MAGIC), zlib.crc32(mcap_file.MAGIC)
     while True:
         frame = stream.read(_FRAME.size)
         if len(frame) < _FRAME.size:
@@ -81,7 +106,13 @@ def records(stream: BinaryIO) -> Iterator[Record]:
         opcode, length = _FRAME.unpack(frame)
         if opcode == 0 or position + _FRAME.size + length > size:
             raise Torn(position, f'record with opcode {opcode} and {length} bytes is not whole')
-        yield Record(opcode, position, stream.read(length))
+        if length > MOST_BYTES:
+            raise Torn(position, f'record of {length} bytes; read are at most {MOST_BYTES}')
+        record = Record(opcode, position, stream.read(length))
+        if opcode == mcap_file.DATA_END:
+            _check_data(record, crc)
+        yield record
+        crc = zlib.crc32(record.content, zlib.crc32(frame, crc))
         position += _FRAME.size + length
         if opcode == mcap_file.FOOTER:
             if stream.read(len(mcap_file.MAGIC)) != mcap_file.MAGIC:
@@ -92,17 +123,34 @@ def records(stream: BinaryIO) -> Iterator[Record]:
 def chunk_body(record: Record) -> bytes:
     """Return the uncompressed records of a chunk, its CRC checked."""
     chunk = record.parse(Chunk)
-    if chunk.compression not in _COMPRESSIONS:
-        raise Torn(record.position, f'chunk compression {chunk.compression!r} is unknown')
+    size, packed = chunk.uncompressed_size, len(chunk.data)
+    if size > min(MOST_BYTES, max(SMALL_CHUNK, MOST_PACKED * packed)):
+        raise Torn(record.position, f'chunk of {packed} bytes claims to hold {size}')
     try:
-        stream, size = get_chunk_data_stream(chunk)
-        body = stream.read(size)
+        body = _unpacked(chunk)
     except Exception as error:  # each compressor has errors of its own
         raise Torn(record.position, f'chunk cannot be decompressed: {error}') from error
-    if len(body) != chunk.uncompressed_size:
-        raise Torn(record.position, f'chunk has {len(body)} bytes, not {chunk.uncompressed_size}')
+    if len(body) != size:
+        raise Torn(record.position, f'chunk does not have the {size} bytes that it claims')
     _check_crc(body, chunk.uncompressed_crc, record)
     return body
+
+
+def _unpacked(chunk: Chunk) -> bytes:
+    """Return what a chunk holds, and of a longer one a byte more than it claims."""
+    most = chunk.uncompressed_size + 1
+    if chunk.compression == '':
+        return chunk.data
+    if chunk.compression == 'zstd':
+        import zstandard
+
+        unpacker = zstandard.ZstdDecompressor(max_window_size=_WINDOW)
+        return unpacker.stream_reader(chunk.data).read(most)
+    if chunk.compression == 'lz4':
+        import lz4.frame
+
+        return lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=most)
+    raise ValueError(f'compression {chunk.compression!r} is unknown')
 
 
 def inner_records(record: Record) -> Iterator[Record]:
@@ -110,44 +158,60 @@ def inner_records(record: Record) -> Iterator[Record]:
     body = chunk_body(record)
     position, size = 0, len(body)
     while position < size:
-        try:
-            opcode, length = _FRAME.unpack_from(body, position)
-        except struct.error as error:
-            raise Torn(record.position, 'chunk ends within a record') from error
-        start, stop = position + _FRAME.size, position + _FRAME.size + length
-        if stop > size:
-            raise Torn(record.position, 'chunk ends within a record')
-        yield Record(opcode, position, body[start:stop])
-        position = stop
+        opcode, start, position = _inner_frame(body, position, record)
+        yield Record(opcode, start - _FRAME.size, body[start:position])
+
+
+def _inner_frame(body: bytes, position: int, chunk: Record) -> tuple[int, int, int]:
+    """Opcode, start and end of the content of the record at a place in a chunk."""
+    start = position + _FRAME.size
+    if start > len(body):
+        raise Torn(chunk.position, 'chunk ends within a record')
+    opcode, length = _FRAME.unpack_from(body, position)
+    if opcode == 0:  # what zeros would be: nine bytes each, and no end of them
+        raise Torn(chunk.position, 'chunk holds a record with opcode 0')
+    if start + length > len(body):
+        raise Torn(chunk.position, 'chunk ends within a record')
+    return opcode, start, start + length
 
 
 def chunk_messages(record: Record) -> Iterator[Message]:
     """Yield the messages of a chunk: `inner_records` and `message` in one loop, for speed."""
     body = chunk_body(record)
     position, size = 0, len(body)
-    try:
-        while position < size:
-            opcode, length = _FRAME.unpack_from(body, position)
-            start = position + _FRAME.size
-            position = start + length
-            if position > size:
-                raise Torn(record.position, 'chunk ends within a record')
-            if opcode == mcap_file.MESSAGE:
-                channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(body, start)
-                data = body[start + _MESSAGE.size : position]
-                yield Message(channel, sequence, log_time, publish_time, data)
-    except struct.error as error:
-        raise Torn(record.position, 'chunk ends within a record') from error
+    while position < size:
+        opcode, start, position = _inner_frame(body, position, record)
+        if opcode == mcap_file.MESSAGE:
+            if position - start < _MESSAGE.size:
+                raise Torn(record.position, 'message record is too short')
+            channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(body, start)
+            data = body[start + _MESSAGE.size : position]
+            yield Message(channel, sequence, log_time, publish_time, data)
 
 
 def message(record: Record) -> Message:
     """Read a message record."""
-    try:
-        channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(record.content)
-    except struct.error as error:
-        raise Torn(record.position, 'message record is too short') from error
+    if len(record.content) < _MESSAGE.size:
+        raise Torn(record.position, 'message record is too short')
+    channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(record.content)
     data = record.content[_MESSAGE.size :]
     return Message(channel, sequence, log_time, publish_time, data)
+
+
+def message_crc(record: Record, crc: int) -> int:
+    """Go on with a CRC-32 over the bytes of a record."""
+    frame = _FRAME.pack(record.opcode, len(record.content))
+    return zlib.crc32(record.content, zlib.crc32(frame, crc))
+
+
+def _check_data(record: Record, actual: int) -> None:
+    """Compare the CRC of all bytes before the data end; 0 means that the writer gave none."""
+    expected = record.parse(DataEnd).data_section_crc
+    if expected and actual != expected:
+        raise WrongSum(
+            record.position,
+            f'the data section has the CRC {actual:#010x}, its end says {expected:#010x}',
+        )
 
 
 def _check_crc(content: bytes, expected: int, record: Record) -> None:

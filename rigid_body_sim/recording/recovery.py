@@ -1,29 +1,52 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Restores a recording that was cut off: by SIGKILL, a power failure, or a full disk.
+Restores a recording that was cut off, by SIGKILL, a power failure, or a full disk, or damaged.
 
 What is whole is copied; indexes, summary and metadata.yaml are built anew. Of our own recordings
 the last incomplete tick is dropped, so that the copy ends where a tick ends: a tick is whole when
 clock, poses and twists of every body have it as their sequence. The source is never changed.
+
+A chunk that does not match its CRC ends the good part: what comes after it would hide the gap. Any
+other record that cannot be read is left out. Where the source was not only cut off but altered,
+the copy says so (`suspect`), and a manifest that is not what was recorded is not copied: messages
+alone can still be looked at, but claim nothing.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from mcap.records import Attachment, Channel, Metadata, Schema
+from mcap.records import Attachment, Channel, Header, McapRecord, Metadata, Schema
 
 from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.recording import bag_directory, cdr, mcap_file, mcap_scan
+from rigid_body_sim.recording import bag_directory, cdr, mcap_file, mcap_scan, mcap_summary
 from rigid_body_sim.recording.bag_copy import BagCopy
-from rigid_body_sim.recording.bag_writer import MANIFEST
+from rigid_body_sim.recording.bag_files import lone_file
+from rigid_body_sim.recording.bag_reader import SUSPECT
+from rigid_body_sim.recording.bag_writer import ENDING, MANIFEST
+from rigid_body_sim.recording.seal import (
+    ATTACHMENTS,
+    MESSAGES_CRC,
+    altered_files,
+    crc_text,
+    is_broken,
+)
 
-_STATE_TYPES = {cdr.Clock.TYPE, cdr.PoseStamped.TYPE, cdr.TwistStamped.TYPE}
+STATE_TYPES = {cdr.Clock.TYPE, cdr.PoseStamped.TYPE, cdr.TwistStamped.TYPE}
+_KINDS: dict[int, type[McapRecord]] = {
+    mcap_file.HEADER: Header,
+    mcap_file.SCHEMA: Schema,
+    mcap_file.CHANNEL: Channel,
+    mcap_file.METADATA: Metadata,
+    mcap_file.ATTACHMENT: Attachment,
+}
+_MOST_IDS = 65535  # channel ids and schema ids are 16 bits, from 1
+_MOST_REASONS = 5  # told of what was left out
 
 
 class Recovery(NamedTuple):
@@ -44,97 +67,195 @@ class Recovery(NamedTuple):
     problem: str
 
 
+@dataclass
+class _Survey:
+    """
+    What of a source is good.
+
+    header      : None where it cannot be read
+    seen        : good messages
+    whole       : of these, up to the last whole tick
+    problems    : why records were left out, or that the whole is not what was written
+    torn        : what ended the good part
+    """
+
+    declared: _Declared
+    header: Header | None = None
+    seen: int = 0
+    whole: int = 0
+    last_tick: int | None = None
+    manifest: dict[str, str] = field(default_factory=dict)
+    ending: dict[str, str] | None = None
+    crc: int = 0
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+    torn: mcap_scan.Torn | None = None
+    _tick: int = -1
+    _arrived: set[int] = field(default_factory=set)
+
+    def take(self, record: mcap_scan.Record, content: McapRecord | mcap_scan.Message) -> None:
+        """Count one good record."""
+        if isinstance(content, mcap_scan.Message):
+            self.seen += 1
+            self.crc = mcap_scan.message_crc(record, self.crc)
+            self._follow_ticks(content)
+        elif isinstance(content, Header):
+            self.header = content
+        elif isinstance(content, Attachment):
+            self.attachments[content.name] = content.data
+        elif isinstance(content, Metadata) and content.name == MANIFEST:
+            self.manifest = content.metadata
+        elif isinstance(content, Metadata) and content.name == ENDING:
+            self.ending = content.metadata
+
+    def _follow_ticks(self, message: mcap_scan.Message) -> None:
+        states = self.declared.states
+        if message.channel not in states:
+            return
+        if message.sequence != self._tick:
+            self._tick, self._arrived = message.sequence, set()
+        self._arrived.add(message.channel)
+        if self._arrived == states:
+            self.whole, self.last_tick = self.seen, self._tick
+
+    def close(self) -> None:
+        """Judge what was found."""
+        if not self.manifest or not self.declared.states:
+            self.whole, self.last_tick = self.seen, None
+        elif self.torn is None or self.ending is not None:  # whatever was lost, no message was
+            self.whole = self.seen if self.last_tick is not None else 0
+
+    @property
+    def copies_run(self) -> bool:
+        """Whether manifest and attachments are those that were recorded, as far as they tell."""
+        altered = altered_files(self.manifest.get(ATTACHMENTS), self.attachments)
+        return not is_broken(self.manifest) and not altered
+
+    @property
+    def suspicion(self) -> str:
+        """What shows that the source was altered and not only cut off; empty if nothing does."""
+        if not self.copies_run:
+            return 'the manifest or an attachment is not what was recorded'
+        if self.ending is not None and is_broken(self.ending):
+            return 'the ending record is not what was recorded'
+        stated = None if self.ending is None else self.ending.get(MESSAGES_CRC)
+        if stated is None:
+            return '; '.join(self.problems)
+        return '' if stated == crc_text(self.crc) else 'the messages are not what was recorded'
+
+
+class _Declared:
+    """
+    The schemas and channels of a source; those of a good summary are preferred, its CRC protects
+    them.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self.states: set[int] = set()
+        self._types: dict[str, str] = {}
+        try:
+            summary = mcap_summary.read_summary(stream)
+        except mcap_scan.Torn:
+            return
+        if summary.has_crc:
+            for record in (*summary.schemas.values(), *summary.channels.values()):
+                self.take(record)
+
+    def take(self, record: Schema | Channel) -> bool:
+        """Take a declaration; false where it contradicts another or there are too many."""
+        if isinstance(record, Schema):
+            good = record.id > 0 and len(self.schemas) < _MOST_IDS
+            return good and self.schemas.setdefault(record.id, record) == record
+        if record.id in self.channels:
+            return self.channels[record.id] == record
+        schema = self.schemas.get(record.schema_id)
+        kind = '' if schema is None else schema.name
+        lost = schema is None and record.schema_id != 0
+        if lost or self._types.setdefault(record.topic, kind) != kind:
+            return False
+        if len(self.channels) == _MOST_IDS:
+            return False
+        self.channels[record.id] = record
+        if kind in STATE_TYPES:
+            self.states.add(record.id)
+        return True
+
+
 def recover(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> Recovery:
     """
     Copy what is whole in `source` (bag directory or .mcap file) to the new bag directory `target`.
 
     UserError for paths that cannot be used; RunError when there is nothing to save.
     """
-    file = _locate(Path(source))
-    with file.open('rb') as stream:
-        found = _survey(stream, file)
+    file = lone_file(Path(source))
+    try:
+        stream = file.open('rb')
+    except OSError as error:
+        raise UserError(f'{file}: cannot be read ({error.strerror})') from error
+    with stream:
+        survey = _survey(stream, file)
+        problem = '; '.join([*survey.problems, *([str(survey.torn)] if survey.torn else [])])
+        found = Recovery(
+            survey.whole,
+            survey.seen - survey.whole,
+            survey.last_tick,
+            survey.torn.position if survey.torn else None,
+            problem,
+        )
         if found.messages == 0:
             raise RunError(
                 f'{file}: nothing to save: {found.dropped} whole messages, no whole tick '
-                f'({found.problem or "the recording is empty"})'
+                f'({problem or "the recording is empty"})'
             )
-        _copy(stream, found, Path(target))
+        _copy(stream, survey, found, Path(target))
     return found
 
 
-def _locate(path: Path) -> Path:
-    if not path.exists():
-        raise UserError(
-            f'{path}: no such file or directory; expected a bag directory or an .mcap file'
-        )
-    if not path.is_dir():
-        return path
-    files = sorted(path.glob('*.mcap'))
-    if len(files) != 1:
-        raise UserError(
-            f'{path}: holds {len(files)} .mcap files, expected one; name the file to recover'
-        )
-    return files[0]
-
-
-def _survey(stream: BinaryIO, file: Path) -> Recovery:
-    """Find out how many messages are good, and where the last whole tick ends."""
-    seen, whole, last_tick = 0, 0, None
-    tick, arrived = -1, set[int]()
-    state_channels, schemas, ours = set[int](), dict[int, str](), False
-    torn_at, problem = None, ''
+def _survey(stream: BinaryIO, file: Path) -> _Survey:
+    """Find out which records are good, and where the last whole tick ends."""
+    survey = _Survey(_Declared(stream))
     try:
-        for record in _good_records(stream):
-            if record.opcode == mcap_file.MESSAGE:
-                seen += 1
-                message = mcap_scan.message(record)
-                if message.channel not in state_channels:
-                    continue
-                if message.sequence != tick:
-                    tick, arrived = message.sequence, set()
-                arrived.add(message.channel)
-                if arrived == state_channels:
-                    whole, last_tick = seen, tick
-            elif record.opcode == mcap_file.SCHEMA:
-                schema = record.parse(Schema)
-                schemas[schema.id] = schema.name
-            elif record.opcode == mcap_file.CHANNEL:
-                channel = record.parse(Channel)
-                if schemas.get(channel.schema_id) in _STATE_TYPES:
-                    state_channels.add(channel.id)
-            elif record.opcode == mcap_file.METADATA:
-                ours = ours or record.parse(Metadata).name == MANIFEST
-            elif record.opcode == mcap_file.ATTACHMENT:
-                record.parse(Attachment)
+        for record, content in _good_records(stream, survey.declared, survey.problems):
+            survey.take(record, content)
+    except mcap_scan.WrongSum as error:
+        survey.problems.append(str(error))
     except mcap_scan.Torn as error:
         if error.position == 0:
             raise UserError(f'{file}: not a bag: {error}') from error
-        torn_at, problem = error.position, str(error)
-    if not ours or not state_channels:
-        whole, last_tick = seen, None
-    elif torn_at is None:
-        whole = seen if last_tick is not None else 0
-    return Recovery(whole, seen - whole, last_tick, torn_at, problem)
+        survey.torn = error
+    survey.close()
+    return survey
 
 
-def _copy(stream: BinaryIO, found: Recovery, target: Path) -> None:
+def _copy(stream: BinaryIO, survey: _Survey, found: Recovery, target: Path) -> None:
     """Write the good records, up to the last whole tick, to a new bag."""
     bag_directory.create(target)
+    note = {
+        'recovered': 'true',
+        'last_tick': '' if found.last_tick is None else str(found.last_tick),
+        'dropped': str(found.dropped),
+        'problem': found.problem,
+        **({SUSPECT: survey.suspicion} if survey.suspicion else {}),
+    }
+    left_out = set() if survey.copies_run else {MANIFEST, ENDING}
+    if survey.ending is not None and is_broken(survey.ending):
+        left_out.add(ENDING)
     try:
         with (target / bag_directory.file_name(target)).open('xb', buffering=0) as output:
-            copy = BagCopy(output, found.messages)
-            with suppress(mcap_scan.Torn):
-                for record in _good_records(stream):
-                    copy.take(record)
-            copy.finish(
-                target,
-                {
-                    'recovered': 'true',
-                    'last_tick': '' if found.last_tick is None else str(found.last_tick),
-                    'dropped': str(found.dropped),
-                    'problem': found.problem,
-                },
-            )
+            copy = BagCopy(output, survey.header, found.messages, left_out)
+            for schema in survey.declared.schemas.values():
+                copy.take(schema)
+            for channel in survey.declared.channels.values():
+                copy.take(channel)
+            try:
+                for _, content in _good_records(stream, survey.declared, []):
+                    if not isinstance(content, Schema | Channel):
+                        copy.take(content)
+            except mcap_scan.Torn:
+                pass  # the survey has told
+            copy.finish(target, note)
     except OSError as error:
         raise RunError(
             f'{target}: writing failed ({error.strerror}); the source is unchanged; '
@@ -142,8 +263,49 @@ def _copy(stream: BinaryIO, found: Recovery, target: Path) -> None:
         ) from error
 
 
-def _good_records(stream: BinaryIO) -> Iterator[mcap_scan.Record]:
-    """Yield the records of the data section, chunks unpacked; Torn where the good part ends."""
+def _good_records(
+    stream: BinaryIO, declared: _Declared, problems: list[str]
+) -> Iterator[tuple[mcap_scan.Record, McapRecord | mcap_scan.Message]]:
+    """
+    Yield what can be read of the data section, chunks unpacked; Torn where the good part ends.
+
+    Why a record was left out is appended to `problems`, each reason once.
+    """
+    told = set[str]()
+
+    def leave_out(reason: str) -> None:
+        if reason not in told and len(told) < _MOST_REASONS:
+            told.add(reason)
+            problems.append(reason)
+
+    for record in _unpacked(stream):
+        if record.opcode == mcap_file.MESSAGE:
+            message = mcap_scan.message(record)
+            if max(message.log_time, message.publish_time) > mcap_scan.MOST_TIME:
+                raise mcap_scan.Torn(record.position, f'a message at {message.log_time} ns')
+            if message.channel in declared.channels:
+                yield record, message
+            else:
+                leave_out(f'messages of channel {message.channel}, which is not declared')
+            continue
+        kind = _KINDS.get(record.opcode)
+        if kind is None:
+            continue
+        try:
+            content = record.parse(kind)
+        except mcap_scan.Torn as error:
+            leave_out(str(error))
+            continue
+        if isinstance(content, Schema | Channel) and not declared.take(content):
+            leave_out(
+                f'at byte {record.position}: {kind.__name__} {content.id} declared otherwise'
+            )
+            continue
+        yield record, content
+
+
+def _unpacked(stream: BinaryIO) -> Iterator[mcap_scan.Record]:
+    """Yield the records of the data section and those in its chunks."""
     for number, record in enumerate(mcap_scan.records(stream)):
         if number == 0 and record.opcode != mcap_file.HEADER:
             raise mcap_scan.Torn(record.position, 'the header is missing')

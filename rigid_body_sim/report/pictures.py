@@ -60,8 +60,13 @@ def picture(problem: Mapping[str, Any]) -> Figure | None:
     axes = axes_of(problem)
     figure = Figure(figsize=SIZE, layout='constrained')
     plot = figure.add_subplot()
-    figure.suptitle(problem['title'], fontsize=13, fontweight='bold')
-    plot.set_title(textwrap.fill(problem['description'], 112), fontsize=8.5, color='#333333')
+    figure.suptitle(problem['title'], fontsize=13, fontweight='bold', parse_math=False)
+    plot.set_title(
+        textwrap.fill(problem['description'], 112),
+        fontsize=8.5,
+        color='#333333',
+        parse_math=False,
+    )
     plot.set_xscale('log')
     plot.set_yscale('log')
     plot.set_xlabel(axes.x)

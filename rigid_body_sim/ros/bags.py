@@ -13,6 +13,7 @@ from pathlib import Path
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, TickOutput
+from rigid_body_sim.scene import regular_file
 
 
 class Bags:
@@ -62,14 +63,14 @@ class Bags:
 
 def need_free(path: Path) -> Path:
     """Return the path of a new bag; UserError if something is there."""
-    if path.exists():
+    if regular_file.exists(path):
         raise UserError(f'{path}: exists already; choose another record_path or remove it')
     return path
 
 
 def _free(path: Path) -> Path:
     """Return the path, or the first of path_2, path_3, … that nothing has."""
-    if not path.exists():
+    if not regular_file.exists(path):
         return path
     later = (path.with_name(f'{path.name}_{number}') for number in count(2))
     return next(candidate for candidate in later if not candidate.exists())

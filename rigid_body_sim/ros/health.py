@@ -7,7 +7,7 @@ How a run does: what /diagnostics says, and the sentence at the end. No message 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 from rigid_body_sim.physics.diagnostics.invariants import Drift
 from rigid_body_sim.runs.error_estimate import ErrorEstimate
@@ -110,8 +110,9 @@ class Health:
         if self.deepest_gap is not None:
             texts['deepest gap [m]'] = f'{self.deepest_gap:.3e}'
         if self.estimate is not None:
-            for name, value in asdict(self.estimate).items():
-                texts[f'estimated error: {name.replace("_", " ")}'] = f'{value:.3e}'
+            for name, value in self.estimate.figures().items():
+                text = f'{value:.3e}' if isinstance(value, float) else str(value)
+                texts[f'estimated error: {name.replace("_", " ")}'] = text
         texts |= {f'warning {i}': text for i, text in enumerate(self.warnings, start=1)}
         return texts | {f'refused: {reason}': str(n) for reason, n in self.refused.items()}
 

@@ -17,6 +17,8 @@ from typing import NamedTuple
 import rclpy
 from rclpy.context import Context
 from rclpy.duration import Duration
+from rclpy.exceptions import NameValidationException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
@@ -24,10 +26,12 @@ from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.topics import COMMAND_TYPES, Topic, body_topic
 from rigid_body_sim.ros import conversions, qos
+from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.runs.commands import Command
 
 MATCHING = 10.0  # [s] for a subscriber to be found; discovery takes up to 2.5 s on a quiet machine
 LOOK_EVERY = 0.02  # [s] between looks for it
+LONGEST = 255  # [-] letters of a topic that a message shows
 LAST_WORDS = 5.0  # [s] for the last message to arrive
 
 
@@ -43,6 +47,7 @@ class Sender:
     """A node that sends; use it in a `with`."""
 
     def __init__(self) -> None:
+        check_domain()
         self._context = Context()
         rclpy.init(args=[], context=self._context)
         # several senders at once are usual, hence a name of its own
@@ -68,9 +73,12 @@ class Sender:
         """Publish on these topics; RunError if after 10 s one of them has no listener."""
         for topic in topics:
             kind = conversions.MESSAGE_TYPES[topic.type]
-            self._publishers[topic.name] = self._node.create_publisher(
-                kind, topic.name, qos.of_commands()
-            )
+            try:
+                publisher = self._node.create_publisher(kind, topic.name, qos.of_commands())
+            except (NameValidationException, rclpy_implementation.RCLError) as error:
+                said = ' '.join(str(error).split()).partition(', at /')[0]
+                raise UserError(f'topic {topic.name[:LONGEST]!r}: {said}') from None
+            self._publishers[topic.name] = publisher
         deadline = time.monotonic() + MATCHING
         while lonely := [n for n, p in self._publishers.items() if not p.get_subscription_count()]:
             if time.monotonic() > deadline:

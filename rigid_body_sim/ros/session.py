@@ -22,6 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.ros.bags import Bags, need_free
+from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.node import SimNode
 from rigid_body_sim.ros.parameters import Settings
@@ -45,6 +46,7 @@ def run_node(words: Sequence[str], signals: Signals) -> None:
     Raises UserError and InvalidModel for what cannot be used, RunError and SimulationDiverged for
     what failed on the way.
     """
+    check_domain()
     context = Context()
     try:
         _session(words, context, signals)

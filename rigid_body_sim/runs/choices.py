@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from rigid_body_sim.errors import RunError
@@ -24,6 +24,7 @@ from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import RecordedMessage
 from rigid_body_sim.recording.topics import Topic
+from rigid_body_sim.runs.run import Run
 
 LEAF = 'integrator'
 MOST_TOLD = 5  # changes in a summary for people
@@ -33,6 +34,19 @@ def topic_of(namespace: str) -> Topic:
     """Topic of the changes of one run."""
     prefix = namespace.strip('/')
     return Topic(f'/{prefix}/{LEAF}' if prefix else f'/{LEAF}', cdr.Vector3Stamped.TYPE)
+
+
+def topics_of(run: Run) -> list[Topic]:
+    """Give the topic that a bag of a run needs for changes; none where there cannot be any."""
+    return [] if run.simulation.watch is None else [topic_of(run.settings.namespace)]
+
+
+def messages(run: Run, first: int) -> Iterator[RecordedMessage]:
+    """Yield the changes of a run from its choice number `first` on, as a bag holds them."""
+    topic, dt_ns = topic_of(run.settings.namespace).name, run.simulation.dt_ns
+    for choice in run.simulation.choices[first:]:
+        time_ns = choice.tick * dt_ns
+        yield RecordedMessage(topic, choice.tick, time_ns, encode(choice, dt_ns), time_ns)
 
 
 def encode(choice: Choice, dt_ns: int) -> bytes:

@@ -26,9 +26,11 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.topics import COMMAND_TYPES, body_topic
+from rigid_body_sim.scene import numerals, regular_file
 
 KINDS = tuple(COMMAND_TYPES)
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
+LATEST = 2.0**31  # [s] what a stamp holds
 CSV_COLUMNS = ('time', 'body', 'kind', 'frame', 'fx', 'fy', 'fz', 'tx', 'ty', 'tz')
 
 
@@ -143,15 +145,11 @@ def read_csv(path: Path, scene: Scene, *, dt_ns: int) -> list[tuple[int, Command
     returns : (tick, command), ascending; a command takes effect at the first tick boundary not
               before its time
     """
-    try:
-        with path.open(newline='', encoding='utf-8') as lines:
-            timed = list(_rows(path, lines, scene, dt_ns))
-    except OSError as error:
-        raise UserError(
-            f'{path}: cannot be read ({error.strerror}); give a CSV file of commands'
-        ) from None
-    except UnicodeDecodeError:
-        raise UserError(f'{path}: is not UTF-8 text; give a CSV file of commands') from None
+    timed = regular_file.rows(
+        path,
+        lambda where, lines: _rows(where, lines, scene, dt_ns),
+        wanted='a CSV file of commands',
+    )
     return sorted(timed, key=lambda item: item[0])
 
 
@@ -177,8 +175,10 @@ def _rows(
         }
         if row['kind'] not in KINDS:
             raise UserError(f'{where}: kind {row["kind"]!r}; allowed: {", ".join(KINDS)}')
-        if numbers['time'] < 0:
-            raise UserError(f'{where}: time {numbers["time"]:g} s; allowed: 0 and more')
+        if not 0.0 <= numbers['time'] < LATEST:
+            raise UserError(
+                f'{where}: time {numbers["time"]:g} s; allowed: 0 and more, below 2^31 s'
+            )
         frame = row.get('frame') or 'world'
         command = Command(
             body=row['body'],
@@ -197,10 +197,9 @@ def _rows(
 def _number(where: str, name: str, text: str | None) -> float:
     if not text:
         return 0.0
-    try:
-        number = float(text)
-    except ValueError:
-        raise UserError(f'{where}: {name} {text!r}; allowed: a number') from None
+    number = numerals.decimal(text.strip())
+    if number is None:
+        raise UserError(f'{where}: {name} {text!r}; allowed: a number{numerals.cure(text)}')
     if not math.isfinite(number):
         raise UserError(f'{where}: {name} {text!r}; allowed: a finite number')
     return number

@@ -1,21 +1,28 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-How wrong a run is, estimated while it runs by step doubling: a reference run takes every tick in
-twice as many steps.
+How wrong a run is, estimated while it runs by two finer runs beside it.
 
-A method of order p with step h errs by e = c h^p, and with h/2 by c (h/2)^p, so that
+A finer run y1 and a still finer one y2 begin with the run y0, are given the same commands at the
+same ticks, and are never set back: differences are those of the whole trajectories, grown as the
+motion makes errors grow. With r = |y2 - y1| / |y1 - y0|, by how much an error shrinks from one run
+to the next (2^-p for a method of order p), Aitken's limit of the three gives
 
-    e = d 2^p / (2^p - 1),   d : difference between the run and its reference
+    e = |y0 - y2| / (1 - r^2)
 
-(Richardson). The reference begins with the run, is given the same commands at the same ticks, and
-is never set back: the difference is that of the whole trajectories, grown as the motion makes
-errors grow. The reference of a method that controls its error has tolerances ten times as tight;
-one that is exact differs from its reference by round-off alone.
+so that the order is seen, and not taken from a table: on stiff scenes and at long steps it is not
+what the table says.
 
-Limits: while the step is so long that the error does not follow h^p, the estimate has the right
-size at best; on chaotic motion both lose the truth together and the difference saturates. It costs
-twice the run.
+The finer runs are of the same method in a half and a quarter of its steps. A method that controls
+its error has half and quarter ticks, so that it cannot take the same steps, and tolerances TIGHTER
+as well. Where the step does not resolve the motion, all steps of an implicit method lose it in the
+same way and agree with one another, not with the truth: there the finer runs are of `rk8`, in as
+many substeps as resolve the fastest spring, damper and spin (RESOLVED). What is left below the
+rounding of the state is given as that rounding, never as nothing.
+
+Limits: an estimate is not `reliable`, and says why (`doubt`), where the finer runs do not settle
+(r > SETTLED: chaotic motion, or a step far too long), or where the motion is faster than
+MOST_SUBSTEPS resolve. It costs six times the run, where the step resolves nothing more.
 """
 
 from __future__ import annotations
@@ -25,13 +32,25 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigid_body_sim.physics.integration.choose import Choice
-from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.orientation import ORIENTATION
 from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.physics.state.snapshot import State
 
-TIGHTER = 10.0  # [-] by how much the tolerances of the reference are tighter
+Array = NDArray[np.float64]
+
+TIGHTER = (30.0, 1000.0)  # [-] by how much the tolerances of the finer runs are tighter
+FINER = (2, 4)  # substeps of the finer runs for one of the run
+FINER_RK8 = (2, 3)  # the same of `rk8`, for half of what resolves the motion
+RK8_ORDER = 8
+UNRESOLVED = 0.5  # [-] h times a rate from which on a step is not trusted to see the motion
+RESOLVED = {'rotation': 0.25, 'oscillation': 1.0, 'relaxation': 2.0}  # [-] h times rate for rk8
+MOST_SUBSTEPS = 1000  # of rk8 in a step of the run
+SETTLED = 0.75  # [-] largest r; the least order, one, has 0.5
+ROUNDING = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
@@ -40,84 +59,190 @@ class ErrorEstimate:
     Estimated error of the body that errs most.
 
     position [m], angle [rad], velocity [m/s], angular_velocity [rad/s]
+    doubt : why the numbers are not reliable; empty where they are
     """
 
     position: float
     angle: float
     velocity: float
     angular_velocity: float
+    doubt: str = ''
 
+    @property
+    def reliable(self) -> bool:
+        """Whether the truth is expected within a factor of three."""
+        return not self.doubt
 
-def _half_steps(integrator: Integrator) -> dict[str, Any]:
-    """Options of the same method in half steps."""
-    options = dict(integrator.settings)
-    if integrator.controls_its_error:
-        options['rtol'] = max(options['rtol'] / TIGHTER, 1e-13)
-        options['atol'] = options['atol'] / TIGHTER
-    else:
-        options['substeps'] = 2 * integrator.substeps
-    return options
+    def figures(self) -> dict[str, Any]:
+        """Give the numbers by name, `reliable`, and the doubt if there is one."""
+        return {
+            'position': self.position,
+            'angle': self.angle,
+            'velocity': self.velocity,
+            'angular_velocity': self.angular_velocity,
+            'reliable': self.reliable,
+            **({'doubt': self.doubt} if self.doubt else {}),
+        }
 
 
 class ReferenceRun:
     """
-    The same simulation in half steps.
+    Two finer runs beside a simulation.
 
-    simulation : give it the same commands and steps
+    simulations : give them the same commands and steps
     """
 
     def __init__(self, of: Simulation) -> None:
         self._of = of
-        self._half_of = integrator = of.integrator
-        self.simulation = Simulation(
-            of.scene,
-            integrator=integrator.name,
-            integrator_options=_half_steps(integrator),
-            dt=of.dt,
-        )
-        self.simulation.prepare(commands_in_body_axes=True)
-        self.simulation.restore(tick=of.tick, state=of.state_bytes(), slots=of.held_slots)
+        self._began = of.tick
+        self._doubt = ''
+        self._finer_than = of.integrator
+        name, settings = self._finer()
+        self.simulations = tuple(self._beside(name, options) for options in settings)
 
     def step(self, ticks: int) -> None:
-        """Do the ticks that the run has done; where `auto` changed its method, change too."""
-        integrator = self._of.integrator
-        if integrator is not self._half_of:
-            self._half_of = integrator
-            changed = Choice(
-                integrator.name,
-                integrator.substeps,
-                math.nan,
-                'half of what the run takes',
-                options=_half_steps(integrator),
-                tick=self.simulation.tick,
-            )
-            self.simulation.follow_choices([changed])
-        self.simulation.step(ticks)
+        """
+        Advance both; SimulationDiverged where one leaves the finite numbers. Where `auto` has
+        changed the method of the run, they change too.
+        """
+        if self._of.integrator is not self._finer_than:
+            self._finer_than = self._of.integrator
+            name, settings = self._finer()
+            for simulation, options in zip(self.simulations, settings, strict=True):
+                steps, why = int(options['substeps']), 'finer than the run'
+                change = Choice(name, steps, math.nan, why, options=options, tick=simulation.tick)
+                simulation.follow_choices([change])
+        for simulation in self.simulations:
+            simulation.step(ticks)
 
-    def _factor(self) -> float:
+    def _finer(self) -> tuple[str, list[dict[str, Any]]]:
+        """Choose the method of the finer runs and the options of each."""
         integrator = self._of.integrator
+        same = dict(integrator.settings)
         if integrator.controls_its_error:
-            return 1.0 / (1.0 - 1.0 / TIGHTER)
+            return integrator.name, [
+                same
+                | {
+                    'substeps': finer * integrator.substeps,
+                    'rtol': max(same['rtol'] / tighter, 1e-13),
+                    'atol': max(same['atol'] / tighter, 1e-300),
+                }
+                for finer, tighter in zip(FINER, TIGHTER, strict=True)
+            ]
+        parts = self._parts_for_rk8()
+        if parts:
+            attitude = {key: same[key] for key in ORIENTATION if key in same}  # what is remembered
+            return 'rk8', [
+                attitude | {'substeps': math.ceil(finer * parts / 2) * integrator.substeps}
+                for finer in FINER_RK8
+            ]
+        return integrator.name, [
+            same | {'substeps': finer * integrator.substeps} for finer in FINER
+        ]
+
+    def _rates(self) -> dict[str, float]:
+        """Largest h times rate of the bodies, by kind, at this instant [-]."""
+        of, h = self._of, self._of.dt / self._of.integrator.substeps
+        rates = of.stability.rates(of.state)
+        return {kind: h * float(np.max(rates[kind], initial=0.0)) for kind in RESOLVED}
+
+    def _parts_for_rk8(self) -> int:
+        """
+        Count the parts of a step in which rk8 resolves what the step does not; 0 where the step
+        does, or the method is exact.
+        """
+        rates = self._rates()
+        integrator = self._of.integrator
+        order = integrator.free_order if self._nothing_acts() else integrator.order
+        if order > RK8_ORDER or max(rates.values()) <= UNRESOLVED:
+            return 0
+        parts = max(2, *(math.ceil(rate / RESOLVED[kind]) for kind, rate in rates.items()))
+        if parts > MOST_SUBSTEPS:
+            kind = max(rates, key=lambda each: rates[each] / RESOLVED[each])
+            self._doubt = (
+                f'its {kind} is {rates[kind]:.2g} rad a step, more than a finer run can resolve'
+            )
+            return 0
+        return parts
+
+    def _nothing_acts(self) -> bool:
         scene = self._of.scene
         steady = not any(body.pivot for body in scene.bodies) or not any(scene.gravity)
-        nothing_acts = steady and not scene.forces and not self._of.held_slots
-        order = integrator.free_order if nothing_acts else integrator.order
-        if math.isinf(order):
-            return 1.0
-        return 2.0**order / (2.0**order - 1.0)
+        return steady and not scene.forces and not self._of.held_slots
+
+    def _beside(self, name: str, options: dict[str, Any]) -> Simulation:
+        of = self._of
+        simulation = Simulation(of.scene, integrator=name, integrator_options=options, dt=of.dt)
+        simulation.prepare(commands_in_body_axes=True)
+        simulation.restore(tick=of.tick, state=of.state_bytes(), slots=of.held_slots)
+        return simulation
 
     def estimate(self) -> ErrorEstimate:
-        """Compare the two at the present tick."""
-        coarse, fine = self._of.state, self.simulation.state
-        factor = self._factor()
+        """Compare the three at the present tick."""
+        states = [self._of.state, *(each.state for each in self.simulations)]
+        floors = self._floors(states[0])
+        found: dict[str, float] = {}
+        settled = True
+        for name, floor in floors.items():
+            found[name], good = _limit(*(_apart(name, *pair) for pair in _pairs(states)), floor)
+            settled = settled and good
+        doubt = self._doubt
+        if not doubt and not settled:
+            doubt = 'finer steps do not settle it: the motion is chaotic, or the step too long'
+        return ErrorEstimate(**found, doubt=doubt)
 
-        def worst(difference: np.ndarray) -> float:
-            return factor * float(np.max(np.linalg.norm(difference, axis=1), initial=0.0))
+    def _floors(self, state: State) -> dict[str, tuple[float, float]]:
+        """
+        By quantity, the rounding of the state, and what a run may gather of it: errors below that
+        need not shrink.
+        """
+        finest = self.simulations[-1]
+        steps = (finest.tick - self._began) * finest.integrator.substeps
+        spread, spin = 1.0, float(np.max(np.abs(state.angular_velocity), initial=0.0))
+        for body in self._of.scene.bodies:
+            if body.inertia is not None and not body.fixed:
+                moments = np.linalg.eigvalsh(np.asarray(body.inertia, dtype=np.float64))
+                spread = max(spread, float(moments[-1] / moments[0]))
+        turned = 1.0 + spin * (finest.tick - self._began) * self._of.dt
+        sizes = {
+            'position': float(np.max(np.abs(state.position), initial=0.0)),
+            'angle': 1.0,
+            'velocity': float(np.max(np.abs(state.velocity), initial=0.0)),
+            'angular_velocity': spin,
+        }
+        gathered = 8.0 * ROUNDING * math.sqrt(1.0 + steps) * spread * turned
+        return {name: (0.5 * ROUNDING * x, gathered * x) for name, x in sizes.items()}
 
-        angles = angle_between(coarse.orientation, fine.orientation)
-        return ErrorEstimate(
-            position=worst(coarse.position - fine.position),
-            angle=factor * float(np.max(angles, initial=0.0)),
-            velocity=worst(coarse.velocity - fine.velocity),
-            angular_velocity=worst(coarse.angular_velocity - fine.angular_velocity),
-        )
+
+def _pairs(states: list[State]) -> tuple[tuple[State, State], ...]:
+    """The run and the finer one, the finer and the finest, the run and the finest."""
+    run, finer, finest = states
+    return (run, finer), (finer, finest), (run, finest)
+
+
+def _apart(name: str, a: State, b: State) -> Array:
+    """Distance of every body in one quantity (n,)."""
+    if name == 'angle':
+        return angle_between(a.orientation, b.orientation)
+    return np.linalg.norm(getattr(a, name) - getattr(b, name), axis=1)
+
+
+def _limit(
+    first: Array, second: Array, whole: Array, floor: tuple[float, float]
+) -> tuple[float, bool]:
+    """
+    Error of the body that errs most, and whether the differences shrink: Aitken's limit, not below
+    the rounding of the state.
+
+    first, second, whole : |y1 - y0|, |y2 - y1|, |y2 - y0| of each body
+    floor                : rounding of the state, and what a run may gather of it
+    """
+    rounding, gathered = floor
+    largest = float(np.max(whole, initial=0.0))
+    before, after = float(np.max(first, initial=0.0)), float(np.max(second, initial=0.0))
+    shrinks = after / before if before > 0.0 else (0.0 if after == 0.0 else math.inf)
+    settled = shrinks <= SETTLED or max(before, after) <= gathered
+    factor = 1.0 / (1.0 - min(shrinks, SETTLED) ** 2)
+    if not shrinks <= SETTLED:
+        largest, factor = max(largest, before, after), 1.0
+    return max(factor * largest, rounding), settled

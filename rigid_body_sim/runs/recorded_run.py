@@ -7,26 +7,29 @@ A recorded run: its scene, its start state, its settings and its commands, from 
 from __future__ import annotations
 
 import hashlib
-import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.recording.bag_reader import Bag, RecordedMessage
+from rigid_body_sim.recording.bag_reader import Bag, DamagedBag
+from rigid_body_sim.recording.topics import CLOCK_TOPIC, command_topics
 from rigid_body_sim.runs import choices
-from rigid_body_sim.runs.commands import Command, decode, topics_of
-from rigid_body_sim.runs.recorder import (
-    SCENE_FILE,
-    SCHEMA_VERSION,
-    START_FILE,
-    TICK_SEMANTICS,
-    held_from_json,
+from rigid_body_sim.runs.commands import Command, CommandRules, decode, topics_of
+from rigid_body_sim.runs.manifest_values import (
+    MOST_NS,
+    MOST_TICKS,
+    MOST_TIMEOUT_NS,
+    ManifestValues,
+    interpreting,
 )
+from rigid_body_sim.runs.recorder import SCENE_FILE, SCHEMA_VERSION, START_FILE, TICK_SEMANTICS
 from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 
 Warn = Callable[[str], None]
+
+MOST_UNSEEN = 100_000_000  # ticks between recorded states that a replay takes; a minute of work
 
 
 class RecordedRun:
@@ -43,27 +46,34 @@ class RecordedRun:
                 f'{wanted}; '
                 f'replay it with rigid_body_sim {manifest.get("package_version")}'
             )
-        source = self._attachment(SCENE_FILE, manifest['scene_sha256'])
-        names = json.loads(manifest['scene_files'])
-        self.scene = load_scene(
-            source, files={name: self._attachment(name, None) for name in names}
-        )
-        self.start_state = self._attachment(START_FILE, manifest['start_state_sha256'])
-        self.integrator = manifest['integrator']
-        self.integrator_options = json.loads(manifest.get('integrator_options', '{}'))
-        self.dt_ns = int(manifest['dt_ns'])
-        self.first_tick = int(manifest['first_tick'])
-        self.settings = RunSettings(
-            namespace=manifest['namespace'],
-            world_frame=manifest['world_frame'],
-            command_timeout_ns=int(manifest['command_timeout_ns']),
-            publish_every=int(manifest['publish_every']),
-            publish_contacts=json.loads(manifest.get('publish_contacts', 'false')),
-        )
-        self.last_tick = self._last_tick()
+        values = ManifestValues(path, 'manifest', manifest)
+        source = self._attachment(SCENE_FILE, values.text('scene_sha256'))
+        names = values.names('scene_files')
+        with interpreting(path):
+            self.scene = load_scene(
+                source, files={name: self._attachment(name, None) for name in names}
+            )
         bodies = [body.name for body in self.scene.bodies]
+        self.start_state = self._attachment(START_FILE, values.text('start_state_sha256'))
+        self.integrator = values.text('integrator')
+        self.integrator_options = values.mapping('integrator_options', '{}')
+        self.dt_ns = values.integer('dt_ns', 1, MOST_NS)
+        self.first_tick = values.integer('first_tick', 0, MOST_TICKS)
+        self.settings = RunSettings(
+            namespace=values.text('namespace'),
+            world_frame=values.text('world_frame'),
+            command_timeout_ns=values.integer('command_timeout_ns', 0, MOST_TIMEOUT_NS),
+            publish_every=values.integer('publish_every', 1, 2**63 - 1),
+            publish_contacts=values.yes('publish_contacts', 'false'),
+        )
+        self.look_every = values.integer('look_every', 0, 2**63 - 1, '0')
+        self.last_tick = self._last_tick()
+        self._held = values.held('held_at_start', len(bodies))
+        self._touching = values.places('touching_at_start', len(bodies), '[]')
         self._command_topics = topics_of(bodies, namespace=self.settings.namespace)
         self._choices_topic = choices.topic_of(self.settings.namespace).name
+        self._rules = CommandRules(self.scene, world_frame=self.settings.world_frame)
+        self._check_ticks()
 
     def _attachment(self, name: str, sha256: str | None) -> bytes:
         content = self.bag.attachments.get(name)
@@ -80,15 +90,41 @@ class RecordedRun:
         return content
 
     def _last_tick(self) -> int:
+        low, high = self.first_tick, MOST_TICKS
         ending = self.bag.ending
-        if ending is not None:
-            if ending.get('dropped', '0') != '0':
-                raise RunError(
-                    f'{self.bag.path}: {ending["dropped"]} messages were dropped while '
-                    'recording; it cannot be replayed'
-                )
-            return int(ending['last_tick'])
-        return int(self.bag.recovered['last_tick'])
+        if ending is None:
+            values = ManifestValues(self.bag.path, 'recovery record', self.bag.recovered)
+            return values.integer('last_tick', low, high)
+        values = ManifestValues(self.bag.path, 'ending record', ending)
+        dropped = values.integer('dropped', 0, 2**63, '0')
+        if dropped:
+            raise RunError(
+                f'{self.bag.path}: {dropped} messages were dropped while recording; it cannot be '
+                'replayed'
+            )
+        return values.integer('last_tick', low, high)
+
+    def _check_ticks(self) -> None:
+        """Refuse ticks that the recorded states contradict, before anything runs for as long."""
+        every = self.settings.publish_every
+        published = self.last_tick // every - self.first_tick // every
+        found = self.bag.counts.get(CLOCK_TOPIC, 0)
+        if found not in (published, published + 1):  # the state at the start is one more
+            raise DamagedBag(
+                f'{self.bag.path}: damaged: ticks {self.first_tick} to {self.last_tick}, one of '
+                f'{every} published, are {published} states; it holds {found}'
+            )
+        first = next(self.bag.messages([CLOCK_TOPIC]), None)
+        if first is not None and first.log_time != first.sequence * self.dt_ns:
+            raise DamagedBag(
+                f'{self.bag.path}: damaged: tick {first.sequence} of {self.dt_ns} ns stands at '
+                f'{first.log_time} ns'
+            )
+        if min(every, self.last_tick - self.first_tick) > MOST_UNSEEN:
+            raise UserError(
+                f'{self.bag.path}: its states are {every} ticks apart, nothing between them can '
+                f'be compared; replayed are at most {MOST_UNSEEN}; record at a higher rate'
+            )
 
     def commands(self) -> dict[int, list[Command]]:
         """
@@ -98,18 +134,15 @@ class RecordedRun:
         by_tick: dict[int, list[Command]] = {}
         for message in self.bag.messages(self._command_topics):
             body, kind = self._command_topics[message.topic]
-            by_tick.setdefault(message.sequence, []).append(decode(body, kind, message.data))
+            with interpreting(self.bag.path):
+                command = decode(body, kind, message.data)
+            reason = self._rules.refusal(command)
+            if reason is not None:
+                raise DamagedBag(
+                    f'{self.bag.path}: damaged: command of tick {message.sequence}: {reason}'
+                )
+            by_tick.setdefault(message.sequence, []).append(command)
         return by_tick
-
-    def outputs(self) -> Iterator[RecordedMessage]:
-        """Recorded messages that are not commands, in file order."""
-        return self.bag.messages(
-            [
-                name
-                for name in self.bag.topics
-                if name not in self._command_topics and name != self._choices_topic
-            ]
-        )
 
     def run_again(
         self,
@@ -118,14 +151,27 @@ class RecordedRun:
         dt: float | None = None,
         warn: Warn | None = None,
     ) -> Run:
-        """Make a run that stands where the recording began."""
+        """Make a run that stands where the recording began, compiled."""
+        with interpreting(self.bag.path):
+            run = self.stand_at_start(integrator=integrator, dt=dt, warn=warn)
+            run.simulation.prepare()
+        return run
+
+    def stand_at_start(
+        self,
+        *,
+        integrator: str | None = None,
+        dt: float | None = None,
+        warn: Warn | None = None,
+    ) -> Run:
+        """Make a run that stands where the recording began; nothing is compiled for it yet."""
         simulation = simulation_of(
             self.scene,
-            integrator=integrator or self.integrator,
+            integrator=self.integrator if integrator is None else integrator,
             integrator_options=self.integrator_options
             if integrator in (None, self.integrator)
             else None,
-            dt=dt or self.dt_ns / 1e9,
+            dt=self.dt_ns / 1e9 if dt is None else dt,
         )
         begin_ns = self.first_tick * self.dt_ns
         if begin_ns % simulation.dt_ns:
@@ -136,14 +182,29 @@ class RecordedRun:
         simulation.restore(
             tick=begin_ns // simulation.dt_ns,
             state=self.start_state,
-            slots=held_from_json(self.bag.manifest['held_at_start']),
+            slots=self._held,
         )
-        if integrator is None and simulation.dt_ns == self.dt_ns:
+        changes = self._choices_topic in self.bag.topics
+        if changes and integrator is None and simulation.dt_ns == self.dt_ns:
             made = self.bag.messages([self._choices_topic])
             simulation.follow_choices(choices.decoded(made, self.scene))
-        simulation.prepare()
         run = Run(simulation, self.settings, warn=warn)
         if run.contact_packer is not None:
-            touching = json.loads(self.bag.manifest['touching_at_start'])
-            run.contact_packer.touching = frozenset(touching)
+            run.contact_packer.touching = self._touching
+        self._check_topics(run)
         return run
+
+    def _check_topics(self, run: Run) -> None:
+        """Refuse a bag with topics that its run neither publishes nor takes."""
+        bodies = [body.name for body in self.scene.bodies]
+        expected = {
+            *run.topics,
+            *command_topics(bodies, namespace=self.settings.namespace),
+            choices.topic_of(self.settings.namespace),
+        }
+        other = sorted(set(self.bag.topics.values()) - expected)
+        if other:
+            raise DamagedBag(
+                f'{self.bag.path}: damaged: the topic {other[0].name!r} of type {other[0].type!r} '
+                'does not belong to its run'
+            )

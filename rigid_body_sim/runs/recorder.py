@@ -43,28 +43,40 @@ class RunRecorder:
     """
     Records one stretch of one run into one bag.
 
+    path       : of the bag; None: nothing is written, but manifest and ending are known
     background : write in a thread of its own, at least every half second; for a run in real time
+    look_every : ticks between looks at what should have stayed the same; 0: somebody else looks,
+                 and not at ticks that a replay could know
     """
 
-    def __init__(self, run: Run, path: Path, *, background: bool = False) -> None:
+    def __init__(
+        self, run: Run, path: Path | None, *, background: bool = False, look_every: int = 0
+    ) -> None:
         self.path = path
         self._run = run
+        self._look_every = look_every
         self._dropped = 0
         self._chain = hashlib.sha256()
         self._wall_start = datetime.now(timezone.utc)
         self._clock_start = time.monotonic()
-        scene = run.simulation.scene
-        names = [body.name for body in scene.bodies]
-        topics = [*run.topics, *command_topics(names, namespace=run.settings.namespace)]
         self._choices = len(run.simulation.choices)  # that need no message
-        if run.simulation.watch is not None:
-            topics.append(choices.topic_of(run.settings.namespace))
         start = run.simulation.state_bytes()
         self.first_tick = run.simulation.tick
-        self._writer = BagWriter(
+        self.manifest = self._manifest(start)
+        self._writer = None if path is None else self._open(path, start, background)
+
+    def _open(self, path: Path, start: bytes, background: bool) -> BagWriter:
+        run = self._run
+        scene = run.simulation.scene
+        names = [body.name for body in scene.bodies]
+        return BagWriter(
             path,
-            topics=topics,
-            manifest=self._manifest(start),
+            topics=[
+                *run.topics,
+                *command_topics(names, namespace=run.settings.namespace),
+                *choices.topics_of(run),
+            ],
+            manifest=self.manifest,
             attachments={SCENE_FILE: scene.source, START_FILE: start, **scene.files},
             background=background,
         )
@@ -98,6 +110,7 @@ class RunRecorder:
             'bodies': json.dumps([body.name for body in scene.bodies]),
             'command_kinds': json.dumps(KINDS),
             'gravity': json.dumps(scene.gravity),
+            **({'look_every': str(self._look_every)} if self._look_every else {}),
         }
 
     def record(self, output: TickOutput, *, tick: int) -> None:
@@ -106,23 +119,24 @@ class RunRecorder:
 
         Raises RunError when the disk takes no more; it says which ticks are safe.
         """
-        for topic, message in output.consumed:
-            self._writer.write_message(topic, tick, tick * self._run.simulation.dt_ns, message)
-        self._write_choices()
-        for batch in output.batches:
-            self._writer.write(batch)
+        if self._writer is not None:
+            for topic, message in output.consumed:
+                self._writer.write_message(topic, tick, tick * self._run.simulation.dt_ns, message)
+            self._write_choices()
+            for batch in output.batches:
+                self._writer.write(batch)
+        if self._look_every and output.tick % self._look_every == 0:
+            self._run.sample_drift()
         every = self._run.settings.publish_every
         if output.tick % (every * CHAIN_EVERY) == 0:
             self._chain.update(self._run.simulation.state_bytes())
 
     def _write_choices(self) -> None:
         """Write the changes of integrator since the last ones."""
-        dt_ns, made = self._run.simulation.dt_ns, self._run.simulation.choices
-        for choice in made[self._choices :]:
-            topic = choices.topic_of(self._run.settings.namespace).name
-            message = choices.encode(choice, dt_ns)
-            self._writer.write_message(topic, choice.tick, choice.tick * dt_ns, message)
-        self._choices = len(made)
+        assert self._writer is not None
+        for made in choices.messages(self._run, self._choices):
+            self._writer.write_message(made.topic, made.sequence, made.log_time, made.data)
+        self._choices = len(self._run.simulation.choices)
 
     def close(self, reason: str) -> None:
         """
@@ -130,36 +144,42 @@ class RunRecorder:
 
         reason : duration, stop_time, signal, stopped, reset, replayed, diverged, error
         """
+        ending = self.ending(reason)
+        if self._writer is not None:
+            self._write_choices()
+            self._writer.close(ending)
+
+    def ending(self, reason: str) -> dict[str, str]:
+        """Say how the run ended, if it ends here."""
         simulation = self._run.simulation
-        self._write_choices()
-        self._chain.update(simulation.state_bytes())
+        chain = self._chain.copy()
+        chain.update(simulation.state_bytes())
         self._run.sample_drift()
         estimate = self._run.error_estimate()
         looks = choices.looks_text(simulation)
         drift = asdict(self._run.sample_drift())
-        gap = self._run.deepest_gap()
-        self._writer.close(
-            {
-                **({'error_estimate': json.dumps(asdict(estimate))} if estimate else {}),
-                **{
-                    f'{law}_drift' if law != 'energy_rise' else law: repr(value)
-                    for law, value in drift.items()
-                    if value is not None
-                },
-                **({'integrator_looks': looks} if looks else {}),
-                **({'deepest_gap': repr(gap)} if gap is not None else {}),
-                'last_tick': str(simulation.tick),
-                'ticks': str(simulation.tick - self.first_tick),
-                'last_time_ns': str(simulation.tick * simulation.dt_ns),
-                'final_state_sha256': hashlib.sha256(simulation.state_bytes()).hexdigest(),
-                'state_chain_sha256': self._chain.hexdigest(),
-                'dropped': str(self._dropped),
-                'end_reason': reason,
-                'warnings': json.dumps(self._run.warnings, ensure_ascii=False),
-                'wall_start': self._wall_start.isoformat(timespec='seconds'),
-                'wall_seconds': f'{time.monotonic() - self._clock_start:.3f}',
-            }
-        )
+        gap, turned = self._run.deepest_gap(), self._run.orientation_drift()
+        return {
+            **({'error_estimate': json.dumps(estimate.figures())} if estimate else {}),
+            **{
+                f'{law}_drift' if law != 'energy_rise' else law: repr(value)
+                for law, value in drift.items()
+                if value is not None
+            },
+            **({'integrator_looks': looks} if looks else {}),
+            **({'deepest_gap': repr(gap)} if gap is not None else {}),
+            **({'orientation_drift': repr(turned)} if turned is not None else {}),
+            'last_tick': str(simulation.tick),
+            'ticks': str(simulation.tick - self.first_tick),
+            'last_time_ns': str(simulation.tick * simulation.dt_ns),
+            'final_state_sha256': hashlib.sha256(simulation.state_bytes()).hexdigest(),
+            'state_chain_sha256': chain.hexdigest(),
+            'dropped': str(self._dropped),
+            'end_reason': reason,
+            'warnings': json.dumps(self._run.warnings, ensure_ascii=False),
+            'wall_start': self._wall_start.isoformat(timespec='seconds'),
+            'wall_seconds': f'{time.monotonic() - self._clock_start:.3f}',
+        }
 
 
 def _touching(run: Run) -> list[int]:
@@ -168,16 +188,15 @@ def _touching(run: Run) -> list[int]:
 
 
 @contextmanager
-def recording(run: Run, path: Path | None, *, done: str) -> Iterator[RunRecorder | None]:
+def recording(
+    run: Run, path: Path | None, *, done: str, look_every: int = 0
+) -> Iterator[RunRecorder]:
     """
-    Record a run, if a bag is wanted, and close the bag however it ends.
+    Follow a run with a recorder, if `path` names a bag into one, and close it however it ends.
 
     done : the reason to write where nothing went wrong
     """
-    if path is None:
-        yield None
-        return
-    recorder, reason = RunRecorder(run, path), 'stopped'
+    recorder, reason = RunRecorder(run, path, look_every=look_every), 'stopped'
     try:
         yield recorder
         reason = done
@@ -194,11 +213,3 @@ def held_as_json(slots: Mapping[tuple[int, str], Slot]) -> list[list[object]]:
         [core, source, slot.force, slot.torque, slot.turns_with_body, slot.until]
         for (core, source), slot in sorted(slots.items())
     ]
-
-
-def held_from_json(text: str) -> dict[tuple[int, str], Slot]:
-    """Read what `held_as_json` gave."""
-    return {
-        (core, source): Slot(tuple(force), tuple(torque), turns, until)
-        for core, source, force, torque, turns, until in json.loads(text)
-    }

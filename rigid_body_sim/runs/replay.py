@@ -23,13 +23,15 @@ from numpy.typing import NDArray
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_diff import first_difference
 from rigid_body_sim.recording.bag_reader import RecordedMessage
-from rigid_body_sim.recording.batch import Batch
-from rigid_body_sim.recording.ulps import ulp_distance
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.runs.manifest_values import interpreting
+from rigid_body_sim.runs.recorded_facts import Fact, ending_differences, manifest_differences
 from rigid_body_sim.runs.recorded_run import RecordedRun, Warn
 from rigid_body_sim.runs.recorder import RunRecorder, recording
-from rigid_body_sim.runs.run import Run
+from rigid_body_sim.runs.run import Run, TickOutput
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -94,98 +96,117 @@ def compare(
     difference.
     """
     run = recorded.run_again(warn=warn)
-    with recording(run, output, done='replayed') as recorder:
+    look_every = recorded.look_every or _look_every(run, recorded.last_tick)
+    with (
+        interpreting(recorded.bag.path),
+        recording(run, output, done='replayed', look_every=look_every) as recorder,
+    ):
         return _compared(recorded, run, recorder, progress)
 
 
+def _look_every(run: Run, last_tick: int) -> int:
+    every = run.settings.publish_every
+    return every * max(1, last_tick // every // LOOKS)
+
+
 def _compared(
-    recorded: RecordedRun, run: Run, recorder: RunRecorder | None, progress: Progress
+    recorded: RecordedRun, run: Run, recorder: RunRecorder, progress: Progress
 ) -> Comparison:
     count = 0
-
-    def replayed() -> Iterator[tuple[str, bytes]]:
-        topics = [topic.name for topic in run.topics]
-        for batch in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
-            for channel, payload in batch.payloads():
-                yield topics[channel - 1], payload
-
-    difference = None
-    for theirs, ours in zip_longest(recorded.outputs(), replayed()):
-        if theirs is None or ours is None or (theirs.topic, theirs.data) != ours:
-            difference = _difference(recorded, run, theirs, ours)
-            break
-        count += 1
-    digest = hashlib.sha256(run.simulation.state_bytes()).hexdigest()
+    difference = _first(manifest_differences(recorded.bag.manifest, recorder.manifest), run)
+    if difference is None:
+        stream = _replayed(recorded, run, recorder, progress)
+        for theirs, ours in zip_longest(recorded.bag.messages(), stream):
+            if theirs != ours:
+                difference = _difference(recorded, run, theirs, ours)
+                break
+            count += 1
     ending = recorded.bag.ending
-    if difference is None and ending is not None and digest != ending['final_state_sha256']:
-        difference = Difference(
-            run.simulation.tick, '', 'final state', ending['final_state_sha256'], digest, None
-        )
+    if difference is None and ending is not None:
+        same_looks = recorded.look_every > 0
+        again = recorder.ending('replayed')
+        difference = _first(ending_differences(ending, again, same_looks=same_looks), run)
     return Comparison(
         ticks=recorded.last_tick - recorded.first_tick,
         messages=count,
-        final_state_sha256=digest,
+        final_state_sha256=hashlib.sha256(run.simulation.state_bytes()).hexdigest(),
         difference=difference,
         recovered=ending is None,
         warnings=tuple(run.warnings),
     )
 
 
+def _first(facts: Iterator[Fact], run: Run) -> Difference | None:
+    """Tell the first of the facts that differ."""
+    for name, said, is_ in facts:
+        return Difference(run.simulation.tick, '', name, said, is_, None)
+    return None
+
+
+def _replayed(
+    recorded: RecordedRun, run: Run, recorder: RunRecorder, progress: Progress
+) -> Iterator[RecordedMessage]:
+    """Run again; yield the messages as a recorder would have written them, commands too."""
+    topics = [topic.name for topic in run.topics]
+    dt_ns, changes = run.simulation.dt_ns, len(run.simulation.choices)
+    for tick, taken in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
+        for topic, message in taken.consumed:
+            yield RecordedMessage(topic, tick, tick * dt_ns, message, tick * dt_ns)
+        yield from choices.messages(run, changes)
+        changes = len(run.simulation.choices)
+        for batch in taken.batches:
+            for channel, sequence, log_time, publish_time, payload in batch.records():
+                yield RecordedMessage(
+                    topics[channel - 1], sequence, log_time, payload, publish_time
+                )
+
+
 def _advance(
     run: Run,
     commands: dict[int, list[Command]],
     last_tick: int,
-    recorder: RunRecorder | None,
+    recorder: RunRecorder,
     progress: Progress,
-) -> Iterator[Batch]:
-    """Advance to a tick, taking commands at theirs; yield what was packed."""
-    every = run.settings.publish_every
-    look_every = every * max(1, last_tick // every // LOOKS)
+) -> Iterator[tuple[int, TickOutput]]:
+    """Advance to a tick, taking commands at theirs; yield the first tick of each stretch."""
     for tick, taken in run.follow(commands, last_tick):
-        if run.simulation.tick % look_every == 0:
-            run.sample_drift()
-        if recorder is not None:
-            recorder.record(taken, tick=tick)
+        recorder.record(taken, tick=tick)
         progress(run.simulation.tick, last_tick)
-        yield from taken.batches
+        yield tick, taken
 
 
 def _difference(
     recorded: RecordedRun,
     run: Run,
     theirs: RecordedMessage | None,
-    ours: tuple[str, bytes] | None,
+    ours: RecordedMessage | None,
 ) -> Difference:
     if theirs is None:
         assert ours is not None
         return Difference(
-            run.simulation.tick, _body(recorded, ours[0]), 'message', 'missing', ours[0], None
+            run.simulation.tick,
+            _body(recorded, ours.topic),
+            'message',
+            'missing',
+            ours.topic,
+            None,
         )
     body = _body(recorded, theirs.topic)
-    if ours is None or ours[0] != theirs.topic:
-        return Difference(
-            theirs.sequence, body, 'message', theirs.topic, ours[0] if ours else 'missing', None
-        )
-    kind = recorded.bag.topics[theirs.topic].type
-    try:
-        old, new = (cdr.fields(cdr.decode(kind, data)) for data in (theirs.data, ours[1]))
-    except cdr.CdrError:
-        return Difference(theirs.sequence, body, 'message', theirs.data.hex(), ours[1].hex(), None)
+    if ours is None or ours.topic != theirs.topic:
+        again = ours.topic if ours else 'missing'
+        return Difference(theirs.sequence, body, 'message', theirs.topic, again, None)
     leaf = theirs.topic.rsplit('/', 1)[-1]
-    for name, value in old.items():
-        if isinstance(value, float):
-            distance = int(ulp_distance(value, new[name]))
-            if distance:
-                return Difference(
-                    theirs.sequence, body, f'{leaf}.{name}', repr(value), repr(new[name]), distance
-                )
-        elif value != new[name]:
-            return Difference(
-                theirs.sequence, body, f'{leaf}.{name}', repr(value), repr(new[name]), None
-            )
-    return Difference(
-        theirs.sequence, body, f'{leaf} padding', theirs.data.hex(), ours[1].hex(), None
-    )
+    for name in ('sequence', 'log_time', 'publish_time'):
+        said, is_ = getattr(theirs, name), getattr(ours, name)
+        if said != is_:
+            where = f'{leaf}, {name.replace("_", " ")} of the message'
+            return Difference(ours.sequence, body, where, str(said), str(is_), None)
+    kind = recorded.bag.topics[theirs.topic].type
+    name, said, is_, ulps = first_difference(kind, theirs.data, ours.data)
+    if name.startswith('byte '):
+        said, is_ = theirs.data.hex(), ours.data.hex()
+        return Difference(theirs.sequence, body, f'{leaf} padding', said, is_, None)
+    return Difference(theirs.sequence, body, f'{leaf}.{name}', repr(said), repr(is_), ulps)
 
 
 def _body(recorded: RecordedRun, topic: str) -> str:
@@ -204,13 +225,17 @@ def measure(
 ) -> tuple[Run, dict[str, Errors]]:
     """Run again with other settings and measure the distance from the recorded states; by body."""
     run = recorded.run_again(integrator=integrator, dt=dt, warn=warn)
-    with recording(run, output, done='replayed') as recorder:
+    end = recorded.last_tick * recorded.dt_ns // run.simulation.dt_ns
+    with (
+        interpreting(recorded.bag.path),
+        recording(run, output, done='replayed', look_every=_look_every(run, end)) as recorder,
+    ):
         errors = _measured(recorded, run, recorder, progress)
     return run, errors
 
 
 def _measured(
-    recorded: RecordedRun, run: Run, recorder: RunRecorder | None, progress: Progress
+    recorded: RecordedRun, run: Run, recorder: RunRecorder, progress: Progress
 ) -> dict[str, Errors]:
     simulation = run.simulation
     end_ns = recorded.last_tick * recorded.dt_ns
@@ -224,7 +249,7 @@ def _measured(
         if time_ns % simulation.dt_ns or time_ns > end_ns:
             continue
         target = time_ns // simulation.dt_ns
-        for _batch in _advance(run, commands, target, recorder, progress):
+        for _ in _advance(run, commands, target, recorder, progress):
             pass
         state = simulation.state
         for body, (pose, twist) in states.items():

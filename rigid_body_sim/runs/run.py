@@ -55,8 +55,8 @@ class RunSettings:
     world_frame        : name of the world axes
     command_timeout_ns : how long a held command lasts [ns]; 0: until changed
     publish_every      : ticks between publish ticks
-    estimate_error     : whether a reference run in half steps runs along to tell how wrong the
-                         run is; it changes no message
+    estimate_error     : whether finer runs go along to tell how wrong the run is; they change no
+                         message
     publish_contacts   : whether contacts are packed too
     """
 
@@ -68,10 +68,15 @@ class RunSettings:
     publish_contacts: bool = False
 
 
+RATES = (1e-9, 1e9)  # [Hz] of publishing; ticks are at least a nanosecond, runs less than 2^31 s
+MOST_TOPICS = 65535  # [-] channels of a recording: their numbers have 16 bits
+
+
 def publish_every(rate_hz: float, dt_ns: int) -> int:
-    """Count the ticks between published states; UserError unless the rate is positive."""
-    if not math.isfinite(rate_hz) or rate_hz <= 0:
-        raise UserError(f'publish rate {rate_hz:g} Hz; allowed: a positive number')
+    """Count the ticks between published states; UserError for a rate outside of RATES."""
+    least, most = RATES
+    if not least <= rate_hz <= most:
+        raise UserError(f'publish rate {rate_hz:g} Hz; allowed: {least:g} to {most:g} Hz')
     return max(1, round(1e9 / rate_hz / dt_ns))
 
 
@@ -113,6 +118,12 @@ class Run:
         self._index = {name: i for i, name in enumerate(names)}
         topics = topics_of(names, namespace=settings.namespace)
         self._command_topic = {body_and_kind: topic for topic, body_and_kind in topics.items()}
+        if len(topics) > MOST_TOPICS:
+            raise UserError(
+                f'scene {simulation.scene.name!r}: {len(names)} bodies take commands on '
+                f'{len(topics)} topics; a recording holds at most {MOST_TOPICS}; record fewer '
+                'bodies'
+            )
         self.packer = StatePacker(
             names,
             dt_ns=simulation.dt_ns,
@@ -128,6 +139,7 @@ class Run:
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
         self._commanded = bool(simulation.held_slots)
         self._deepest_gap = math.inf
+        self._orientation_drift = simulation.orientation_drift()
         if settings.estimate_error and self.has_contact:
             raise UserError(
                 f'error estimate of the scene {simulation.scene.name!r}: a reference run in half '
@@ -207,7 +219,8 @@ class Run:
             self._mean_force[:, self._index[command.body]] += mean_force
             self._any_impulse = True
         if self._reference is not None:
-            self._issue(command, self._reference.simulation)
+            for simulation in self._reference.simulations:
+                self._issue(command, simulation)
 
     def _issue(self, command: Command, simulation: Simulation) -> tuple[Vector, Vector] | None:
         """
@@ -362,6 +375,13 @@ class Run:
         """
         return self._deepest_gap if self._deepest_gap < math.inf else None
 
+    def orientation_drift(self) -> float | None:
+        """
+        How far the matrices of `orientation: matrix` were from rotations at any look so far, see
+        `physics.diagnostics.orthogonality`; None where the integrator keeps no matrices.
+        """
+        return self._orientation_drift
+
     def _note_depth(self, contacts: Contacts) -> None:
         self._deepest_gap = min(self._deepest_gap, float(np.min(contacts.gap, initial=math.inf)))
 
@@ -369,6 +389,10 @@ class Run:
         simulation = self.simulation
         if self.has_contact:
             self._note_depth(simulation.contacts())
+        if self._orientation_drift is not None:
+            self._orientation_drift = max(
+                self._orientation_drift, simulation.orientation_drift() or 0.0
+            )
         self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
 
     def reset(self) -> None:
@@ -379,6 +403,7 @@ class Run:
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
         self._deepest_gap = math.inf
+        self._orientation_drift = self.simulation.orientation_drift()
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time
         )

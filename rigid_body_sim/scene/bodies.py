@@ -7,10 +7,10 @@ Read one body: name, shape, mass properties, initial motion, contact material.
 tensor, so ixy is minus the integral of x y dm. `inertia` and `center_of_mass` replace what the
 shape gives, each on its own: a `center_of_mass` alone moves the centre and keeps the tensor of the
 uniform shape; where `mass` is given beside both, nothing is asked of the shape, and a mesh may be
-open. `density` is a number, or {at_origin: …, gradient: [x, y, z]} for one that varies along the
-axes of the shape. `mass_rate` (negative: loses) with `exhaust_velocity` and `final_mass`
-make a rocket: `exhaust_velocity` is that of the leaving mass relative to the body, three numbers
-in body axes (world axes for a particle), or its speed alone when it leaves along -z.
+open. `density` is a number, or a law over space (`scene/densities.py`). `mass_rate` (negative:
+loses) with `exhaust_velocity` and `final_mass` make a rocket: `exhaust_velocity` is that of the
+leaving mass relative to the body, three numbers in body axes (world axes for a particle), or its
+speed alone when it leaves along -z.
 
 `urdf` names a file that says shape and mass properties in their place (`scene/urdf.py`).
 Contact material: `restitution` and `friction` are numbers, `rolling_friction` and
@@ -19,7 +19,6 @@ Contact material: `restitution` and `friction` are numbers, `rolling_friction` a
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -27,25 +26,21 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import mass_properties, rotation
+from rigid_body_sim.physics.model.inertia_over_time import inertia_at_start
 from rigid_body_sim.physics.model.mass_properties import MassProperties
 from rigid_body_sim.physics.model.scene import Body, MassFlow, Material, Motion, Quaternion, Vector
 from rigid_body_sim.physics.model.shapes import Particle, Particles, Plane, Shape, Union
 from rigid_body_sim.physics.model.variable_mass import check_flow
+from rigid_body_sim.physics.validation import MATERIAL, check_name
+from rigid_body_sim.scene.densities import read_density
 from rigid_body_sim.scene.files import Files
+from rigid_body_sim.scene.inertia_over_time import read_inertia_over_time
 from rigid_body_sim.scene.pivots import with_pivot
 from rigid_body_sim.scene.repeat import repeated
 from rigid_body_sim.scene.shapes import read_shape
 from rigid_body_sim.scene.urdf import read_link
 from rigid_body_sim.scene.values import Value, shown
 
-NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*', re.ASCII)
-RESERVED = ('world', 'clock')  # the frame of the world and the topic of simulation time
-MATERIAL = {
-    'restitution': '-',
-    'friction': '-',
-    'rolling_friction': 'm',
-    'torsional_friction': 'm',
-}  # key: unit
 MASS = ('mass', 'density', 'inertia', 'center_of_mass')
 SUMS = (Particle, Particles, Union)  # shapes whose parts have masses of their own
 FLOW = ('mass_rate', 'exhaust_velocity', 'final_mass')
@@ -54,6 +49,7 @@ KEYS = (
     'shape',
     *MASS,
     *FLOW,
+    'inertia_over_time',
     'fixed',
     'pivot',
     'initial',
@@ -61,7 +57,7 @@ KEYS = (
     'urdf',
     'repeat',
 )
-SAID_BY_URDF = ('shape', *MASS, *FLOW)
+SAID_BY_URDF = ('shape', *MASS, *FLOW, 'inertia_over_time')
 SPINS = ('angular_velocity', 'angular_velocity_body')
 MOMENTS = ('ixx', 'iyy', 'izz')
 PRODUCTS = ('ixy', 'ixz', 'iyz')
@@ -128,13 +124,8 @@ def _of_urdf(name: str, value: Value, urdf: Value, files: Files) -> Body:
 
 def _name(value: Value) -> str:
     name = value.text('a name')
-    if not NAME.fullmatch(name) or '__' in name:
-        raise value.error(
-            f'got {shown(name)}; a body name is a letter, '
-            'then letters, digits and single underscores'
-        )
-    if name in RESERVED:
-        raise value.error(f'{name!r} is a reserved name ({", ".join(RESERVED)}); choose another')
+    with value.blamed():
+        check_name(name)
     return name
 
 
@@ -166,6 +157,14 @@ def _with_mass(body: Body, value: Value) -> Body:
                     'a particle is a point mass and does not rotate; remove this key, or the shape'
                 )
     inertia = None if inertia_value is None else _inertia(inertia_value)
+    over_time = value.find('inertia_over_time')
+    if over_time is not None:
+        if inertia_value is not None or isinstance(body.shape, Particle):
+            raise over_time.error(
+                'it says the inertia of a body that turns; remove inertia, or it'
+            )
+        body = replace(body, inertia_over_time=read_inertia_over_time(over_time))
+        inertia_value, inertia = over_time, inertia_at_start(body)
     center = None if center_value is None else center_value.vector(unit='m')
     if body.fixed and mass is None and density_value is None:
         return replace(
@@ -227,7 +226,7 @@ def _properties(
         raise value.error('mass is missing; mass [kg] or density [kg/m^3] is needed')
     if mass is None and density is None and isinstance(shape, Particle):
         raise value.error('mass is missing; mass [kg] is needed')
-    if whole and density is None and not isinstance(shape, SUMS):
+    if whole and density is None and not mass_properties.states_its_mass(shape):
         shape = Particle()
     with value.blamed():
         return mass_properties.of_shape(shape, mass=mass, density=density)
@@ -236,15 +235,13 @@ def _properties(
 def _of_varying_density(
     shape: Shape | None, value: Value, *, mass: float | None
 ) -> MassProperties:
-    """Return the mass properties for a density at_origin + gradient . x in shape coordinates."""
-    value.need_known(('at_origin', 'gradient'))
-    at_origin = value.at('at_origin', what='a density [kg/m^3]').number(unit='kg/m^3')
-    gradient = value.at('gradient', what='a list of three numbers [kg/m^4]').vector(unit='kg/m^4')
+    """Return the mass properties for a density that varies over the shape."""
+    law = read_density(value)
     if shape is None or mass is not None:
         raise value.error(
             'a density that varies needs a shape and gives its mass; remove mass, or give a shape'
         )
-    return mass_properties.of_linear_density(shape, at_origin=at_origin, gradient=gradient)
+    return law.of(shape)
 
 
 def _center_of_fixed(shape: Shape | None, value: Value) -> Vector:

@@ -4,7 +4,8 @@
 The text of a scene: YAML bytes to plain Python values, with the line of each value.
 
 Read by PyYAML's safe loader, and stricter: a key that stands twice in one mapping is an error, not
-a silent choice.
+a silent choice; what is no decimal number (`numerals`) stays text, where YAML 1.1 reads 010 as
+eight and 1:30 as ninety; and what is written, or repeated by aliases and merge keys, is bounded.
 """
 
 from __future__ import annotations
@@ -17,13 +18,19 @@ import numpy as np
 import yaml
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.scene.numerals import DECIMAL
 
 Path = tuple[str | int, ...]
 
 _SafeLoader = getattr(
     yaml, 'CSafeLoader', yaml.SafeLoader
 )  # the C parser is ten times as fast, where it is built in
-DEEPEST = 32  # [-] levels of nesting
+DEEPEST = 32  # [-] levels of nesting, aliases followed
+MOST_VALUES = 2_000_000  # [-] in one text: about 2 GB while it is read
+MOST_REPEATED = 200_000  # [-] values that aliases repeat; some hundred bytes can ask for 1e9
+LONGEST_WHOLE = 300  # [-] digits; longer ones are beyond the floats
+NOT_FINITE = ('inf', 'nan')
+ALIAS = b'*'
 MERGE = 'tag:yaml.org,2002:merge'
 
 
@@ -58,6 +65,8 @@ def read(text: bytes, *, name: str, with_lines: bool = True) -> Document:
         loader = _Loader(text)
         try:
             root = loader.get_single_node()
+            if root is not None and ALIAS in text:
+                _bound_aliases(root)
             content = None if root is None else loader.construct_document(root)
         finally:
             loader.dispose()
@@ -92,17 +101,23 @@ def write(mapping: Mapping[str, Any]) -> bytes:
 
 
 class _Loader(_SafeLoader):  # type: ignore[misc, valid-type]  # the base is chosen at run time
-    """A safe loader that refuses duplicate keys, and nesting on which the C parser would crash."""
+    """
+    A safe loader that refuses duplicate keys, nesting on which the C parser would crash, and more
+    values than the memory should hold.
+    """
 
     depth = 0
+    values = 0
 
     def descend_resolver(self, current_node: Any, current_index: Any) -> None:
         """Count the levels on the way in; called for every node."""
         self.depth += 1
+        self.values += 1
         if self.depth > DEEPEST:
+            raise _too_deep(current_node)
+        if self.values > MOST_VALUES:
             raise yaml.MarkedYAMLError(
-                problem=f'nested more than {DEEPEST} levels deep; a scene needs six',
-                problem_mark=getattr(current_node, 'start_mark', None),
+                problem=f'holds more than {MOST_VALUES} values; `repeat` makes many bodies of one'
             )
         super().descend_resolver(current_node, current_index)
 
@@ -124,6 +139,71 @@ class _Loader(_SafeLoader):  # type: ignore[misc, valid-type]  # the base is cho
                 )
             seen.add(key.value)
         return super().construct_mapping(node, deep)
+
+
+def _too_deep(node: Any) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(
+        problem=f'nested more than {DEEPEST} levels deep; a scene needs six',
+        problem_mark=getattr(node, 'start_mark', None),
+    )
+
+
+def _whole(loader: Any, node: yaml.ScalarNode) -> int | float | str:
+    """Construct what YAML 1.1 calls an integer: a number only where `numerals` calls it one."""
+    text = loader.construct_scalar(node)
+    if not isinstance(text, str) or not DECIMAL.fullmatch(text):
+        return text
+    is_plain = len(text) <= LONGEST_WHOLE and text.lstrip('+-').isdigit()
+    return int(text) if is_plain else float(text)
+
+
+def _decimal(loader: Any, node: yaml.ScalarNode) -> float | str:
+    """Construct what YAML 1.1 calls a float: a number only where `numerals` calls it one."""
+    text = loader.construct_scalar(node)
+    if isinstance(text, str) and text.lstrip('+-.').lower() in NOT_FINITE:
+        return float(text.replace('.', ''))
+    return float(text) if isinstance(text, str) and DECIMAL.fullmatch(text) else text
+
+
+_Loader.add_constructor('tag:yaml.org,2002:int', _whole)
+_Loader.add_constructor('tag:yaml.org,2002:float', _decimal)
+_Loader.add_constructor(
+    'tag:yaml.org,2002:timestamp', lambda loader, node: loader.construct_scalar(node)
+)
+
+
+def _bound_aliases(root: yaml.Node) -> None:
+    """Refuse a text that aliases make endless, too deep or too large."""
+    sizes: dict[int, tuple[int, int]] = {}  # values and levels, aliases followed
+    repeated = _sized(root, sizes, set())[0] - len(sizes)
+    if repeated > MOST_REPEATED:
+        raise yaml.MarkedYAMLError(
+            problem=f'its aliases repeat more than {MOST_REPEATED} values; write fewer of them',
+            problem_mark=root.start_mark,
+        )
+
+
+def _sized(node: yaml.Node, sizes: dict[int, tuple[int, int]], above: set[int]) -> tuple[int, int]:
+    """Count the values and levels below a node; each node is counted once and remembered."""
+    known = sizes.get(id(node))
+    if known is not None:
+        return known
+    if id(node) in above:
+        raise yaml.MarkedYAMLError(
+            problem='an alias stands inside of what it repeats', problem_mark=node.start_mark
+        )
+    above.add(id(node))
+    values, levels = 1, 0
+    children = node.value if isinstance(node, yaml.CollectionNode) else ()
+    for child in children:
+        for one in child if isinstance(child, tuple) else (child,):
+            more, deeper = _sized(one, sizes, above)
+            values, levels = values + more, max(levels, deeper)
+    above.discard(id(node))
+    if levels >= DEEPEST:
+        raise _too_deep(node)
+    sizes[id(node)] = values, levels + 1
+    return sizes[id(node)]
 
 
 class _Dumper(yaml.SafeDumper):

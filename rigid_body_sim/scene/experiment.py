@@ -18,15 +18,19 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Body, Origin, Scene
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
-from rigid_body_sim.scene import document
-from rigid_body_sim.scene.bodies import NAME, read_bodies
+from rigid_body_sim.physics.validation import LONGEST_TITLE, NAME, check_scene
+from rigid_body_sim.scene import document, regular_file
+from rigid_body_sim.scene.bodies import read_bodies
 from rigid_body_sim.scene.contact import read_contact
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.forces import read_force
+from rigid_body_sim.scene.refusal import refusal
+from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.scene.urdf import read_link
 from rigid_body_sim.scene.values import Value, shown
 
 VERSION = 1
+MOST_BODIES = 100_000  # [-] more are a slip of the pen, and would fill the memory
 KEYS = (
     'version',
     'name',
@@ -48,17 +52,33 @@ def load_scene(
     """
     Read and check a scene.
 
-    source : path of a YAML file, a mapping with the same keys, or the bytes of a YAML text; also
-             path of a URDF file: then the scene is that body alone, under `OF_URDF`
+    source : path of a YAML file, the name of a scene that comes with the package ('satellite'), a
+             mapping with the same keys, or the bytes of a YAML text; also path of a URDF file:
+             then the scene is that body alone, under `OF_URDF`
     files  : the bytes of the files that the scene names; without it they are read from the folder
              of the scene file (for a mapping or bytes: the current folder), with it the disk is
              not touched for them
+
+    Raises UserError, one line with place and cure, for what is no scene.
     """
+    if isinstance(source, str):
+        source = _path_of(source)
     if isinstance(source, str | Path) and Path(source).suffix.lower() == URDF_SUFFIX:
         return _scene_of_urdf(Path(source), files)
     text, name, folder = _text(source)
     origin = Origin(name, has_lines=not isinstance(source, Mapping))
     return _scene(origin, text=text, files=Files(folder=folder, given=files))
+
+
+def _path_of(text: str) -> Path:
+    """Return the path that a text is, or the path of the shipped scene that it names."""
+    if '\n' in text:
+        raise UserError(
+            f'scene: got a text of {len(text.splitlines())} lines; the path of a scene file or '
+            'the name of a shipped scene is needed (YAML itself is given as bytes: '
+            'load_scene(text.encode()))'
+        )
+    return find_scene(text)
 
 
 def _scene_of_urdf(path: Path, given: Mapping[str, bytes] | None) -> Scene:
@@ -92,12 +112,13 @@ def _text(source: str | Path | Mapping[str, Any] | bytes) -> tuple[bytes, str, P
         raise UserError(
             f'scene: got {type(source).__name__}; a path, a mapping or bytes of YAML are needed'
         )
+    path = Path(source)
     try:
-        return Path(source).read_bytes(), str(source), Path(source).parent
-    except (OSError, ValueError) as error:  # ValueError: a null byte in the name
-        reason = getattr(error, 'strerror', None) or error
+        return regular_file.read(path), str(path), path.parent
+    except (OSError, ValueError) as error:
         raise UserError(
-            f'{source}: cannot be read: {reason}; give the path of a scene file (YAML)'
+            f'{path}: cannot be read: {regular_file.reason(error)}; give the path of a scene file '
+            '(YAML)'
         ) from error
 
 
@@ -120,7 +141,7 @@ def _scene(origin: Origin, *, text: bytes, files: Files) -> Scene:
         if forces is None
         else tuple(read_force(item, names) for item in forces.items()),
     }
-    return Scene(
+    scene = Scene(
         name=_name(value),
         dt_ns=dt_ns,
         bodies=bodies,
@@ -130,6 +151,11 @@ def _scene(origin: Origin, *, text: bytes, files: Files) -> Scene:
         files=files.used,
         **{key: setting for key, setting in settings.items() if setting is not None},
     )
+    try:
+        check_scene(scene)
+    except InvalidModel as error:
+        raise refusal(scene, error) from error
+    return scene
 
 
 def _check_version(value: Value | None) -> None:
@@ -141,7 +167,10 @@ def _check_version(value: Value | None) -> None:
 
 def _name(value: Value) -> str:
     given = value.find('name')
-    return given.text('a name') if given is not None else Path(value.document.name).stem
+    if given is not None:
+        return given.text('a name')
+    stem = Path(value.document.name).stem[:LONGEST_TITLE]
+    return ''.join(letter if letter.isprintable() else '?' for letter in stem)
 
 
 def _tick(value: Value) -> int:
@@ -220,4 +249,6 @@ def _bodies(value: Value, files: Files) -> tuple[Body, ...]:
                     f'the name {body.name!r} is taken by an earlier body; names must differ'
                 )
             bodies[body.name] = body
+        if len(bodies) > MOST_BODIES:
+            raise value.error(f'more than {MOST_BODIES} bodies; make fewer copies')
     return tuple(bodies.values())

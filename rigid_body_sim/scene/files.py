@@ -21,6 +21,7 @@ import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.shapes import Mesh
+from rigid_body_sim.scene import regular_file
 
 PACKAGE = 'package://'
 MESH_FORMATS = ('off', 'stl', 'obj', 'ply')
@@ -80,11 +81,11 @@ class Files:
 
     def _disk_bytes(self, name: str) -> bytes:
         try:
-            return self._path(name).read_bytes()
-        except (OSError, ValueError) as error:  # ValueError: a null byte in the name
-            reason = getattr(error, 'strerror', None) or error
+            return regular_file.read(self._path(name))
+        except (OSError, ValueError) as error:
             raise InvalidModel(
-                f'{name!r} cannot be read: {reason}; the path is taken from the scene file'
+                f'{name!r} cannot be read: {regular_file.reason(error)}; the path is taken '
+                'from the scene file'
             ) from error
 
     def _path(self, name: str) -> Path:

@@ -47,7 +47,8 @@ def repeated(body: Body, value: Value) -> tuple[Body, ...]:
         i, rest = n % counts[0], n // counts[0]
         cell = np.array((i, rest % counts[1], rest // counts[1]))
         off = jitter * (2.0 * np.modf((n + 1) * EVENLY)[0] - 1.0)
-        x, y, z = np.array(body.initial.position) + cell * spacing + off
+        with np.errstate(over='ignore', invalid='ignore'):  # beyond the numbers: refused by name
+            x, y, z = np.array(body.initial.position) + cell * spacing + off
         initial = replace(body.initial, position=(float(x), float(y), float(z)))
         copies.append(replace(body, name=f'{body.name}_{n + 1}', initial=initial))
     return tuple(copies)

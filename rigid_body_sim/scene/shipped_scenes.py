@@ -15,7 +15,10 @@ import sys
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import choose_from
+from rigid_body_sim.scene import regular_file
 
+LONGEST = 200  # [-] letters of what was asked for that a message shows
 _FOLDER = Path('config') / 'scenes'
 
 
@@ -26,15 +29,18 @@ def find_scene(asked: str | os.PathLike[str]) -> Path:
     asked : a path, or the name of a shipped scene with or without `.yaml`
     """
     path = Path(asked)
-    if path.exists():
+    if regular_file.exists(path):
         return path
     shipped = shipped_scenes()
-    if path.name == str(asked) and path.name.removesuffix('.yaml') in shipped:
-        return shipped[path.name.removesuffix('.yaml')]
-    names = ', '.join(sorted(shipped)) or 'none was found'
+    is_bare = path.name == str(asked)
+    name = path.name.removesuffix('.yaml')
+    if is_bare and name in shipped:
+        return shipped[name]
+    word = f'{str(asked)[:LONGEST]!r}…' if len(str(asked)) > LONGEST else repr(str(asked))
+    near = choose_from(name if is_bare else None, sorted(shipped)).removeprefix('; ')
     raise UserError(
-        f'scene {str(asked)!r}: no such file; give the path of a scene file (YAML), '
-        f'or the name of a shipped scene: {names}'
+        f'scene {word}: no such file; give the path of a scene file (YAML), or the name of a '
+        f'shipped scene; {near}'
     )
 
 

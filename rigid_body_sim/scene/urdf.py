@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import mass_properties, rotation
+from rigid_body_sim.physics.model.plain_products import turned_tensor
 from rigid_body_sim.physics.model.scene import Quaternion, Vector
 from rigid_body_sim.physics.model.shapes import Box, Cylinder, Mesh, Part, Shape, Sphere, Union
 from rigid_body_sim.scene.files import Files
@@ -186,8 +187,7 @@ def _inertial(inertial: Any) -> dict[str, Any]:
     inertia = np.array(inertial.inertia)
     if turn != rotation.IDENTITY:
         matrix = rotation.matrix_from_quaternion(np.array(turn))
-        inertia = matrix @ inertia @ matrix.T
-        inertia = 0.5 * (inertia + inertia.T)
+        inertia = turned_tensor(matrix, inertia)
     if not inertial.mass > 0.0:
         raise InvalidModel(f'<mass> is {inertial.mass!r} kg; it must be positive')
     mass_properties.check_inertia(inertia)

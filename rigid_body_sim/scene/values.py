@@ -9,9 +9,7 @@ Every question either answers with a checked value or raises a UserError of one 
 
 from __future__ import annotations
 
-import difflib
 import math
-import re
 import reprlib
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -19,15 +17,11 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, choose_from, path_text
 from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.model.scene import Quaternion, Vector
+from rigid_body_sim.scene import numerals
 from rigid_body_sim.scene.document import Document, Path
-
-DECIMAL = re.compile(
-    r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?', re.ASCII
-)  # YAML 1.1 reads 1e-3 as a string
-LIKENESS = 0.5  # [-] how near a known key must be to be proposed in place of an unknown one
 
 
 @dataclass(frozen=True)
@@ -40,9 +34,7 @@ class Value:
 
     def error(self, message: str) -> UserError:
         """Return the error that names this place."""
-        place = ''.join(
-            f'[{key}]' if isinstance(key, int) else f'.{key}' for key in self.path
-        ).lstrip('.')
+        place = path_text(self.path)
         where = f'{self.document.name}: {place}: ' if place else f'{self.document.name}: '
         line = self.document.line(self.path)
         return UserError(where + message + (f' (line {line})' if line else ''))
@@ -85,7 +77,9 @@ class Value:
         number = _number(self.content)
         wanted = f'a {"positive " if positive else ""}number [{unit}]'
         if number is None:
-            raise self.error(f'got {shown(self.content)}; {wanted} is needed')
+            raise self.error(
+                f'got {shown(self.content)}; {wanted} is needed{numerals.cure(self.content)}'
+            )
         if not math.isfinite(number):
             raise self.error(f'got {shown(self.content)}; a finite number [{unit}] is needed')
         if positive and number <= 0.0:
@@ -108,6 +102,7 @@ class Value:
         if number is None or not (minimum <= number <= maximum and number == int(number)):
             raise self.error(
                 f'got {shown(self.content)}; a whole number from {minimum} to {maximum} is needed'
+                f'{numerals.cure(self.content)}'
             )
         return int(number)
 
@@ -139,8 +134,9 @@ class Value:
     def choice(self, known: Collection[str], *, what: str) -> str:
         """Return one of the known words."""
         if not isinstance(self.content, str) or self.content not in known:
-            word = shown(self.content)
-            raise self.error(f'{what} {word} is unknown{_cure(word, known)}')
+            raise self.error(
+                f'{what} {shown(self.content)} is unknown{choose_from(self.content, known)}'
+            )
         return self.content
 
     def truth(self) -> bool:
@@ -181,7 +177,7 @@ class Value:
             if key not in known:
                 word = key if isinstance(key, str) and key.isprintable() else shown(key)
                 place = Value(None, self.document, (*self.path, word))
-                raise place.error(f'unknown key{_cure(word, known)}')
+                raise place.error(f'unknown key{choose_from(word, known)}')
 
 
 def shown(content: Any) -> str:
@@ -199,17 +195,11 @@ def shown(content: Any) -> str:
 def _number(content: Any) -> float | None:
     if isinstance(content, bool):
         return None
-    if isinstance(content, str) and not DECIMAL.fullmatch(content):
-        return None
-    if isinstance(content, int | float | str):
+    if isinstance(content, str):  # YAML 1.1 reads 1e-3 as text
+        return numerals.decimal(content)
+    if isinstance(content, int | float):
         try:
             return float(content)
         except OverflowError:
             return math.inf
     return None
-
-
-def _cure(word: str, known: Collection[str]) -> str:
-    near = difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS)
-    proposal = f'; did you mean {near[0]!r}? allowed' if near else '; allowed'
-    return f'{proposal}: {", ".join(known)}'

@@ -5,9 +5,14 @@
 wrench that explains them.
 
 The new bag holds, for each body, its poses and `twist`, `accel` and `wrench` at the same instants,
-world axes. The wrench is what acts beside the uniform gravity of the scene, at the centre of mass;
-masses and inertias come from the scene that the bag carries, or from --scene; without either there
-is no wrench. With each quantity comes an estimate of its error.
+world axes, each with one standard deviation of every number as a message of the same type on
+`twist_std`, `accel_std` and `wrench_std`. The wrench is what acts beside the uniform gravity of
+the scene, at the centre of mass; masses and inertias come from the scene that the bag carries, or
+from --scene; without either there is no wrench.
+
+Where a force jumps is taken from the recorded commands and the scene (`analysis.jumps`); noisy
+poses are smoothed, and the bandwidth is told. What holds at the ends of the record may be given:
+--at-rest, --start-velocity, --end-velocity.
 """
 
 from __future__ import annotations
@@ -21,14 +26,17 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rigid_body_sim import __version__
-from rigid_body_sim.analysis.inverse_dynamics import Derived, Estimate, derive
+from rigid_body_sim.analysis.inverse_dynamics import Derived, Estimate, Smoothing, derive
+from rigid_body_sim.analysis.jumps import Jumps, jumps_of
+from rigid_body_sim.analysis.piecewise_spline import Break
 from rigid_body_sim.analysis.recorded_poses import Poses, from_bag, from_csv
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model.scene import Body, Scene
+from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, BagWriter
+from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
@@ -44,6 +52,11 @@ UNITS = {
     'angular_acceleration': 'rad/s^2',
     'force': 'N',
     'torque': 'N m',
+}
+DEVIATIONS = {
+    'twist': ('velocity', 'angular_velocity'),
+    'accel': ('acceleration', 'angular_acceleration'),
+    'wrench': ('force', 'torque'),
 }
 
 
@@ -61,28 +74,44 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--scene', metavar='SCENE', help='masses and inertias, default: the scene in the bag'
     )
+    parser.add_argument(
+        '--body', metavar='NAME', help='derive this body only, default: all of them'
+    )
+    parser.add_argument(
+        '--bandwidth',
+        type=float,
+        metavar='HZ',
+        help='take faster motion for noise; default: found from the samples',
+    )
+    for side in ('start', 'end'):
+        parser.add_argument(
+            f'--{side}-velocity',
+            type=float,
+            nargs=3,
+            metavar=('VX', 'VY', 'VZ'),
+            help=f'[m/s] known at the {side} of the record, of one body',
+        )
+    parser.add_argument(
+        '--at-rest', action='store_true', help='the bodies do not move at start and end'
+    )
     parser.add_argument('--json', action='store_true', help='print one JSON object')
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Derive and write; exit code 0."""
-    if arguments.output.exists():
-        raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
-    tracks, scene = _read(arguments)
-    bodies = {body.name: body for body in scene.bodies} if scene is not None else {}
+    check_new(arguments.output)
+    tracks, scene, jumps = _read(arguments)
+    tracks = _asked(arguments, tracks)
     found = {}
     for poses in tracks:
-        found[poses.prefix] = _derive(arguments.source, poses, bodies.get(poses.body), scene)
+        found[poses.prefix] = _derive(arguments, poses, scene, jumps)
     report = {
         'source': arguments.source.name,
         'scene': None if scene is None else scene.name,
+        'jumps_known': jumps is not None,
+        'jumps_not_known_of': [] if jumps is None else jumps.unknown,
         'bodies': {
-            poses.prefix.strip('/'): {
-                'samples': len(poses.time_ns),
-                'wrench': found[poses.prefix][0].force is not None,
-                'errors': {name: asdict(error) for name, error in found[poses.prefix][1].items()},
-            }
-            for poses in tracks
+            poses.prefix.strip('/'): _told(poses, *found[poses.prefix]) for poses in tracks
         },
     }
     _write(
@@ -95,38 +124,78 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({'bag': str(arguments.output), **report}))
     else:
-        _tell(arguments.output, tracks, found)
+        _tell(arguments.output, tracks, found, jumps)
     return 0
 
 
-def _read(arguments: argparse.Namespace) -> tuple[list[Poses], Scene | None]:
-    """Read the poses, and the scene if there is one."""
+def _told(poses: Poses, derived: Derived, errors: dict[str, Estimate]) -> dict[str, object]:
+    return {
+        'samples': len(poses.time_ns),
+        'wrench': derived.force is not None,
+        'errors': {name: asdict(error) for name, error in errors.items()},
+        'smoothing': {name: asdict(smoothing) for name, smoothing in derived.smoothing.items()},
+    }
+
+
+def _asked(arguments: argparse.Namespace, tracks: list[Poses]) -> list[Poses]:
+    """Choose the bodies that are asked for."""
+    names = ', '.join(poses.body for poses in tracks)
+    if arguments.body is not None:
+        tracks = [poses for poses in tracks if poses.body == arguments.body]
+        if not tracks:
+            raise UserError(
+                f'{arguments.source}: no poses of a body named {arguments.body!r}; it has: {names}'
+            )
+    for option in ('start_velocity', 'end_velocity'):
+        if getattr(arguments, option) is not None and len(tracks) > 1:
+            raise UserError(
+                f'{arguments.source}: --{option.replace("_", "-")} is of one body, and this holds '
+                f'{names}; choose one with --body NAME'
+            )
+    return tracks
+
+
+def _read(arguments: argparse.Namespace) -> tuple[list[Poses], Scene | None, Jumps | None]:
+    """Read the poses, the scene if there is one, and the jumps if they are known."""
     given = load_scene(find_scene(arguments.scene)) if arguments.scene else None
     if arguments.source.suffix.lower() == '.csv':
-        return from_csv(arguments.source), given
+        return from_csv(arguments.source), given, None
     bag = Bag(arguments.source)
     if given is None and SCENE_FILE in bag.attachments:
         files = dict(bag.attachments)
         given = load_scene(files.pop(SCENE_FILE), files=files)
-    return from_bag(bag), given
+    tracks = from_bag(bag)
+    return tracks, given, jumps_of(bag, given) if given is not None and bag.holds_run else None
 
 
 def _derive(
-    source: Path, poses: Poses, body: Body | None, scene: Scene | None
+    arguments: argparse.Namespace, poses: Poses, scene: Scene | None, jumps: Jumps | None
 ) -> tuple[Derived, dict[str, Estimate]]:
+    bodies = {} if scene is None else {body.name: body for body in scene.bodies}
+    body = bodies.get(poses.body)
     # times of a recorder may be those of the wall clock, whose seconds would cost nine digits
     start = 0 if scene is not None and poses.time_ns[0] < 10**18 else int(poses.time_ns[0])
+    breaks = [
+        [Break(b.instant - start, b.continuity) for b in table.get(poses.body, ())]
+        for table in (({}, {}) if jumps is None else (jumps.paths, jumps.turns))
+    ]
     try:
         return derive(
-            (poses.time_ns - start).astype(float) * 1e-9,
+            (poses.time_ns - start).astype(float),
             poses.position,
             poses.orientation,
             body=None if body is None or body.fixed else body,
             gravity=(0.0, 0.0, 0.0) if scene is None else scene.gravity,
-            breaks=[1e-9 * (jump - start) for jump in poses.jumps_ns],
+            breaks=breaks[0],
+            turning_breaks=breaks[1],
+            bandwidth=arguments.bandwidth,
+            start_velocity=arguments.start_velocity,
+            end_velocity=arguments.end_velocity,
+            at_rest=arguments.at_rest,
+            unit=1e-9,
         )
     except (UserError, InvalidModel) as error:
-        raise UserError(f'{source}: {poses.prefix}: {error}') from error
+        raise UserError(f'{arguments.source}: {poses.prefix}: {error}') from error
 
 
 def _write(
@@ -145,6 +214,12 @@ def _write(
         ]
         if found[poses.prefix].force is not None:
             topics.append(Topic(f'{poses.prefix}/wrench', cdr.WrenchStamped.TYPE))
+        if found[poses.prefix].deviation:
+            topics += [
+                Topic(f'{topic.name}_std', topic.type)
+                for topic in topics
+                if topic.name.rpartition('/')[0] == poses.prefix and topic.name[-5:] != '/pose'
+            ]
     attachments = {REPORT_FILE: json.dumps(report, indent=1).encode()}
     manifest = {
         DERIVED_BY: 'inverse',
@@ -173,6 +248,11 @@ def _messages(poses: Poses, derived: Derived) -> Iterator[tuple[int, int, str, b
     }
     if derived.force is not None and derived.torque is not None:
         columns['wrench'] = (cdr.WrenchStamped, derived.force, derived.torque)
+    if derived.deviation:
+        for leaf, names in DEVIATIONS.items():
+            if leaf in columns:
+                first, second = (derived.deviation[name] for name in names)
+                columns[f'{leaf}_std'] = (columns[leaf][0], first, second)
     lists = [
         (f'{poses.prefix}/{leaf}', kind, first.tolist(), second.tolist())
         for leaf, (kind, first, second) in columns.items()
@@ -187,7 +267,10 @@ def _messages(poses: Poses, derived: Derived) -> Iterator[tuple[int, int, str, b
 
 
 def _tell(
-    output: Path, tracks: list[Poses], found: dict[str, tuple[Derived, dict[str, Estimate]]]
+    output: Path,
+    tracks: list[Poses],
+    found: dict[str, tuple[Derived, dict[str, Estimate]]],
+    jumps: Jumps | None,
 ) -> None:
     for poses in tracks:
         derived, errors = found[poses.prefix]
@@ -198,6 +281,29 @@ def _tell(
             print(f'  {name.replace("_", " "):21} {sizes} {UNITS[name]}')
         if not errors:
             print('  too few samples to estimate an error')
+        for name, smoothing in derived.smoothing.items():
+            print(f'  {_sentence(name, smoothing)}')
         if derived.force is None:
             print('  no wrench: its mass is not known, or it is fixed; give --scene SCENE')
+    if jumps is None:
+        print('jumps: none known (no recorded commands): a force that jumps comes out smeared')
+    elif jumps.unknown:
+        print(
+            f'jumps: those by {" and ".join(jumps.unknown)} are not known: they come out smeared'
+        )
     print(f'bag: {output}')
+
+
+def _sentence(name: str, smoothing: Smoothing) -> str:
+    """Say what was done to the samples of a position or an orientation."""
+    unit = 'm' if name == 'position' else 'rad'
+    text = f'{name}: noise {smoothing.noise:.1e} {unit}, '
+    text += f'smoothed to {smoothing.bandwidth:.3g} Hz' if smoothing.smoothed else 'not smoothed'
+    if smoothing.breaks:
+        text += f', {smoothing.breaks} jump{"s" if smoothing.breaks > 1 else ""}'
+    if smoothing.dropped:
+        text += (
+            f'; {len(smoothing.dropped)} more come too fast for these samples, the first at '
+            f'{smoothing.dropped[0]:g} s'
+        )
+    return text

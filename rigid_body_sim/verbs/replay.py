@@ -18,8 +18,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.replay import Comparison, Errors, Progress, compare, measure
 from rigid_body_sim.runs.warning_lines import warning_printer
@@ -51,8 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Replay; exit code 0, or 3 where the replay differs from the recording."""
     warn_if_plain(warning_printer('replay'))
     recorded = RecordedRun(arguments.bag)
-    if arguments.output is not None and arguments.output.exists():
-        raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
+    if arguments.output is not None:
+        check_new(arguments.output)
     with tqdm(
         unit='tick',
         unit_scale=True,

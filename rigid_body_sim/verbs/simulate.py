@@ -9,7 +9,6 @@ import json
 import math
 import sys
 import time
-from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command, read_csv
 from rigid_body_sim.runs.longer_ticks import longer_dt
@@ -118,15 +118,15 @@ def run(arguments: argparse.Namespace) -> int:
         estimate_error=arguments.estimate_error,
         publish_contacts=arguments.contacts,
     )
-    if arguments.output.exists():
-        raise UserError(f'{arguments.output}: exists already; choose another name or remove it')
+    check_new(arguments.output)
     compiled = time.monotonic()
     turning = any(command.frame_id == command.body for _, command in timed)
     with _Note('compiling', shown=not arguments.json) as note:
         simulation.prepare(commands_in_body_axes=turning, progress=note.compiling)
     compiled = time.monotonic() - compiled
     whole = Run(simulation, settings, warn=warning_printer('simulate'))
-    recorder = RunRecorder(whole, arguments.output)
+    look_every = settings.publish_every * max(1, ticks // settings.publish_every // DRIFT_SAMPLES)
+    recorder = RunRecorder(whole, arguments.output, look_every=look_every)
     started = time.monotonic()
     reason, code = 'duration', 0
     try:
@@ -166,8 +166,6 @@ def _advance(
         tick: [command for _, command in group]
         for tick, group in groupby(timed, lambda item: item[0])
     }
-    every = whole.settings.publish_every
-    sample_every = every * max(1, ticks // every // DRIFT_SAMPLES)
     due = 0.0
     with tqdm(
         total=ticks,
@@ -178,8 +176,6 @@ def _advance(
     ) as bar:
         for tick, output in whole.follow(commands, ticks):
             recorder.record(output, tick=tick)
-            if simulation.tick % sample_every == 0:
-                whole.sample_drift()
             if not bar.disable and time.monotonic() > due:
                 bar.update(simulation.tick - bar.n)
                 due = time.monotonic() + PROGRESS_EVERY
@@ -189,7 +185,7 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
     """Count the ticks of a duration [s]; UserError unless positive and at least one."""
     if not math.isfinite(duration) or duration <= 0:
         raise UserError(f'--duration {duration:g} s; allowed: a positive number of seconds')
-    ticks = round(duration * 1e9 / simulation.dt_ns)
+    ticks = round(min(duration, 2.0**31) * 1e9 / simulation.dt_ns)
     if ticks < 1:
         raise UserError(
             f'--duration {duration:g} s is less than one tick of {simulation.dt:g} s; make it '
@@ -204,8 +200,10 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
 
 
 def _nanoseconds(seconds: float) -> int:
-    if not math.isfinite(seconds) or seconds < 0:
-        raise UserError(f'--command-timeout {seconds:g} s; allowed: 0 (until changed) or more')
+    if seconds != 0.0 and not 1e-9 <= seconds <= 1e9:
+        raise UserError(
+            f'--command-timeout {seconds:g} s; allowed: 0 (until changed), or 1e-09 to 1e+09 s'
+        )
     return round(seconds * 1e9)
 
 
@@ -255,13 +253,14 @@ def _report(
         'angular_momentum_drift': _finite(drift.angular_momentum),
         'energy_rise': _finite(drift.energy_rise),
         'deepest_gap': whole.deepest_gap(),
+        'orientation_drift': _finite(whole.orientation_drift()),
         'end_reason': reason,
         'warnings': whole.warnings,
     }
     result |= choices.facts(simulation)
     estimate = whole.error_estimate()
     if estimate is not None:
-        result['error_estimate'] = asdict(estimate)
+        result['error_estimate'] = estimate.figures()
     if arguments.json:
         print(json.dumps(result))
         return
@@ -274,6 +273,8 @@ def _report(
         print(f'  auto: {line}')
     for name in ('energy', 'momentum', 'angular_momentum'):
         print(f'  {name.replace("_", " ")} drift: {drift_text(getattr(drift, name))}')
+    if result['orientation_drift'] is not None:
+        print(f'  drift of the matrices: |R^T R - 1| up to {result["orientation_drift"]:.1e}')
     if whole.has_contact:
         _print_contact(result['energy_rise'], result['deepest_gap'])
     if estimate is not None:
@@ -282,7 +283,10 @@ def _report(
             'rad, '
             f'velocity {estimate.velocity:.1e} m/s, angular velocity '
             f'{estimate.angular_velocity:.1e} rad/s'
+            + (f'; not reliable: {estimate.doubt}' if estimate.doubt else '')
         )
+    elif arguments.estimate_error:
+        print('  estimated error: none, a finer run beside this one left the finite numbers')
     print(f'  bag: {arguments.output}')
 
 

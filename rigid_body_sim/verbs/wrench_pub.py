@@ -16,11 +16,13 @@ from pathlib import Path
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model.scene import Vector
+from rigid_body_sim.physics.validation import check_name
 from rigid_body_sim.ros.playback import play_bag, publish_command
 from rigid_body_sim.runs.commands import NO_VECTOR, Command
 
 SUMMARY = 'publish commands to a body, or those of a bag'
 TAKES_ROS_ARGUMENTS = True  # a launch file adds some; none means anything here
+LEAST, MOST = 1e-6, 1e9  # [Hz], [s], [-] of the options
 _NUMBER = re.compile(r'-(\d|\.\d|inf|nan)', re.IGNORECASE)
 
 
@@ -67,9 +69,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError('give either the name of a BODY or --bag BAG')
     for option in ('rate', 'seconds', 'rate_factor'):
         value = getattr(arguments, option)
-        if not (math.isfinite(value) and value > 0):
+        if not LEAST <= value <= MOST:
             name = {'seconds': 'for'}.get(option, option.replace('_', '-'))
-            raise UserError(f'--{name} {value:g}; allowed: a positive number')
+            raise UserError(f'--{name} {value:g}; allowed: {LEAST:g} to {MOST:g}')
     try:
         count = _play(arguments) if arguments.bag is not None else _publish(arguments)
     except KeyboardInterrupt:
@@ -87,6 +89,11 @@ def _play(arguments: argparse.Namespace) -> int:
 def _publish(arguments: argparse.Namespace) -> int:
     if not (arguments.force or arguments.torque):
         raise UserError('give --force X Y Z, --torque X Y Z, or both')
+    check_name(arguments.body)
+    for option in ('force', 'torque'):
+        numbers = getattr(arguments, option) or NO_VECTOR
+        if not all(map(math.isfinite, numbers)):
+            raise UserError(f'--{option} {" ".join(map(str, numbers))}; allowed: finite numbers')
     command = Command(
         arguments.body,
         'impulse' if arguments.impulse else 'wrench',

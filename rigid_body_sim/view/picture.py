@@ -36,7 +36,7 @@ def picture(motion: RecordedMotion, energy: EnergyHistory | None, *, title: str)
     """Draw the page; `energy` None: the bag does not say what the bodies weigh."""
     rows = 4 if motion.loads is None else 5
     figure = Figure(figsize=(SIZE[0], SIZE[1] * rows / 4), layout='constrained')
-    figure.suptitle(title, fontsize=13)
+    figure.suptitle(title, fontsize=13, parse_math=False)  # a name may hold a $
     grid = figure.add_gridspec(rows, 2, width_ratios=(1.05, 1.0))
     names = draw_trajectories(figure, grid[:-1, 0], motion)
     _legend(figure.add_subplot(grid[-1, 0]), names)
@@ -80,7 +80,7 @@ def _legend(axes: Axes, names: Sequence[str]) -> None:
     if more > 0:
         lines.append(Line2D([], [], **OTHERS, label=f'{more} more bodies, not named'))
     title = 'bodies' if more <= 0 else f'the first {NAMED_BODIES} of {len(names)} bodies'
-    axes.legend(
+    legend = axes.legend(
         handles=lines,
         title=title,
         loc='center',
@@ -88,6 +88,8 @@ def _legend(axes: Axes, names: Sequence[str]) -> None:
         handlelength=4.5,
         frameon=False,
     )
+    for text in legend.get_texts():
+        text.set_parse_math(False)
 
 
 def _speeds(

@@ -13,6 +13,7 @@ from .. import inside
 @pytest.fixture(autouse=True)
 def share_kernels(monkeypatch):
     """
-    Let all scenes know all pairs.
+    Let all scenes know all pairs, and all scenes with forces the same forces.
     """
     inside.know_all_pairs(monkeypatch)
+    inside.know_forces(monkeypatch, 'drag', 'gravity', 'spring', 'time')

@@ -23,7 +23,7 @@ from rigid_body_sim.physics.model.shapes import (
 )
 from rigid_body_sim.physics.simulation import Simulation
 
-from .touching import G, H, ball, box, ground, lean, motion
+from .touching import G, H, ball, box, ground, motion, scene
 
 
 def joined(name, parts, position, *, mass=1.0, fixed=False, material=None, **of_motion):
@@ -86,7 +86,7 @@ def upward(sim, body):
 
 
 def test_a_gallows_stands_on_its_foot_with_its_weight_below_its_centre_of_mass():
-    sim = Simulation(lean([ground(), gallows(0.2, (0, 0, 0))]))
+    sim = Simulation(scene([ground(), gallows(0.2, (0, 0, 0))]))
     center = sim.state.position[1].copy()
     assert 0.0 < center[0] < 0.1
     sim.step(1200)
@@ -102,7 +102,7 @@ def test_a_gallows_stands_on_its_foot_with_its_weight_below_its_centre_of_mass()
 
 @pytest.mark.parametrize(('reach', 'falls'), [(0.38, False), (0.42, True)])
 def test_a_gallows_topples_when_its_centre_of_mass_leaves_its_foot(reach, falls):
-    sim = Simulation(lean([ground(), gallows(reach, (0, 0, 0))]))
+    sim = Simulation(scene([ground(), gallows(reach, (0, 0, 0))]))
     center = sim.state.position[1].copy()
     assert (center[0] > 0.1) == falls
     sim.step(1200)
@@ -117,8 +117,8 @@ def test_halves_of_a_box_hit_as_the_whole_box_does():
     q /= np.linalg.norm(q)
     lively = {'restitution': 0.6}
     thrown = {'q': q, 'velocity': (0.5, 0.2, -2.0), 'turn': (1.0, 2.0, 3.0), 'material': lively}
-    whole = Simulation(lean([ground(), box('b', 0.2, (0, 0, 0.3), **thrown)]))
-    split = Simulation(lean([ground(), halves('b', (0, 0, 0.3), **thrown)]))
+    whole = Simulation(scene([ground(), box('b', 0.2, (0, 0, 0.3), **thrown)]))
+    split = Simulation(scene([ground(), halves('b', (0, 0, 0.3), **thrown)]))
     for sim in (whole, split):
         sim.step(24)  # one corner has hit
     assert whole.state.velocity[1, 2] > 0.0
@@ -128,8 +128,8 @@ def test_halves_of_a_box_hit_as_the_whole_box_does():
 
 
 def test_halves_of_a_box_slide_and_rest_as_the_whole_box_does():
-    whole = Simulation(lean([ground(), box('b', 0.2, (0, 0, 0.1), velocity=(2.0, 0, 0))]))
-    split = Simulation(lean([ground(), halves('b', (0, 0, 0.1), velocity=(2.0, 0, 0))]))
+    whole = Simulation(scene([ground(), box('b', 0.2, (0, 0, 0.1), velocity=(2.0, 0, 0))]))
+    split = Simulation(scene([ground(), halves('b', (0, 0, 0.1), velocity=(2.0, 0, 0))]))
     for sim in (whole, split):
         sim.step(480)
         distance = 2.0**2 / (2 * 0.5 * G)
@@ -142,7 +142,7 @@ def test_halves_of_a_box_slide_and_rest_as_the_whole_box_does():
 
 def test_a_dumbbell_that_lands_on_both_balls_bounces_straight_up():
     smooth = {'friction': 0.0, 'restitution': 0.8}
-    sim = Simulation(lean([ground(), dumbbell('d', (0, 0, 0.6), material=smooth)]))
+    sim = Simulation(scene([ground(), dumbbell('d', (0, 0, 0.6), material=smooth)]))
     sim.step(2)
     energy = sim.energy()
     while sim.state.velocity[1, 2] < 0.0:
@@ -160,7 +160,7 @@ def test_a_dumbbell_that_lands_on_one_ball_takes_the_impulse_of_its_lever():
     tilt = 0.3
     q = (math.sin(tilt / 2), 0.0, 0.0, math.cos(tilt / 2))
     fall = dumbbell('d', (0, 0, 0.3), q=q, velocity=(0.0, 0.0, -3.0), material=smooth)
-    sim = Simulation(lean([ground(), fall], gravity=(0.0, 0.0, 0.0)))
+    sim = Simulation(scene([ground(), fall], gravity=(0.0, 0.0, 0.0)))
     while sim.state.velocity[1, 2] == -3.0:
         sim.step()
     lever = 0.2 * math.cos(tilt)
@@ -173,7 +173,7 @@ def test_a_dumbbell_that_lands_on_one_ball_takes_the_impulse_of_its_lever():
 
 
 def test_a_sliding_dumbbell_ends_rolling_with_five_sevenths_of_its_speed():
-    sim = Simulation(lean([ground(), dumbbell('d', (0, 0, 0.1), velocity=(2.0, 0, 0))]))
+    sim = Simulation(scene([ground(), dumbbell('d', (0, 0, 0.1), velocity=(2.0, 0, 0))]))
     sim.step(240)
     # the balls are solved one after the other, which lets it turn by 1e-5 while it slides
     assert sim.state.velocity[1] == pytest.approx([10.0 / 7.0, 0.0, 0.0], abs=5e-5)
@@ -189,7 +189,7 @@ def test_two_wheels_on_an_axle_roll_on():
     parts = [(wheel, (0.0, side * 0.2, 0.0), turned) for side in (-1, 1)]
     parts.append((Cylinder(0.02, 0.35), (0.0, 0.0, 0.0), turned))
     cart = joined('w', parts, (0, 0, 0.1), velocity=(1.0, 0, 0), turn=(0, 10.0, 0))
-    sim = Simulation(lean([ground(), cart]))
+    sim = Simulation(scene([ground(), cart]))
     sim.step(480)
     # it sinks in at the start; what lifts it to rest, m g times some micrometres, is taken from
     # its motion: some 1e-5 J of 0.75 J
@@ -204,7 +204,7 @@ def test_compounds_that_meet_in_space_keep_momentum_and_angular_momentum():
         dumbbell('d', (0.5, 0.1, 0.2), velocity=(-1.0, 0.0, 0.1), turn=(0.0, -1.0, 2.0)),
         halves('h', (0.0, 0.5, 0.1), velocity=(0.0, -1.0, 0.0)),
     ]
-    sim = Simulation(lean(bodies, gravity=(0.0, 0.0, 0.0)))
+    sim = Simulation(scene(bodies, gravity=(0.0, 0.0, 0.0)))
     momentum, angular = sim.momentum(), sim.angular_momentum()
     velocity = sim.state.velocity.copy()
     energy = sim.energy()
@@ -234,7 +234,7 @@ def test_parts_that_overlap_do_not_push_each_other():
         'b', shape, 1.0, center_of_mass=tuple(of.center_of_mass.tolist()), inertia=of.inertia,
         initial=motion((0, 0, 20.0), turn=(1, 2, 3)),
     )  # fmt: skip
-    sim = Simulation(lean([ground(), body]))
+    sim = Simulation(scene([ground(), body]))
     sim.step(48)
     assert not len(sim.contacts())
     assert sim.state.velocity[1] == pytest.approx([0.0, 0.0, -G * 48 * sim.dt], abs=1e-12)
@@ -247,7 +247,7 @@ def test_a_bullet_does_not_pass_a_wall_of_parts():
     )  # fmt: skip
     for phase in range(5):
         shot = dumbbell('d', (-3.0 - 0.1 * phase, 0, 0.7), velocity=(300.0, 0, 0))
-        sim = Simulation(lean([wall, shot]))
+        sim = Simulation(scene([wall, shot]))
         sim.step(6)
         assert sim.state.position[1, 0] < 0.0
 
@@ -260,7 +260,7 @@ def test_two_hulls_make_a_mould_that_holds_a_ball():
     left = wedge * [-1.0, 1.0, 1.0]
     parts = [(ConvexHull(wedge), (0, 0, 0), NO_TURN), (ConvexHull(left), (0, 0, 0), NO_TURN)]
     trough = joined('trough', parts, (0, 0, 0), fixed=True)
-    sim = Simulation(lean([trough, ball('b', 0.1, (0.05, 0, 0.3), material={'friction': 0.0})]))
+    sim = Simulation(scene([trough, ball('b', 0.1, (0.05, 0, 0.3), material={'friction': 0.0})]))
     sim.step(960)
     # between planes at 45 degrees the centre lies at sqrt(2) R
     assert sim.state.position[1] == pytest.approx([0.0, 0.0, 0.1 * math.sqrt(2.0)], abs=2e-3)
@@ -277,7 +277,7 @@ def test_a_shuffled_heap_of_compounds_differs_by_rounding_alone_and_repeats_to_t
         )
         bodies.append(body)
     shuffled = [bodies[i] for i in np.random.default_rng(3).permutation(len(bodies))]
-    one, again, other = (Simulation(lean(given)) for given in (bodies, bodies, shuffled))
+    one, again, other = (Simulation(scene(given)) for given in (bodies, bodies, shuffled))
     for sim in (one, again, other):
         sim.step(240)
     assert one.state_bytes() == again.state_bytes()

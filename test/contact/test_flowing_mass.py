@@ -13,7 +13,7 @@ from rigid_body_sim.physics.model.scene import MassFlow
 from rigid_body_sim.physics.simulation import Simulation
 
 from .. import inside
-from .touching import G, H, ball, box, ground, lean
+from .touching import G, H, ball, box, ground, scene
 
 LEAK = MassFlow(-0.2)  # [kg/s] of 1 kg; what leaves goes with the speed of the body
 
@@ -24,7 +24,7 @@ def leaking(body, flow=LEAK):
 
 def test_the_ground_carries_what_is_left_of_a_leaking_box_and_of_what_it_carries():
     bodies = [ground(), leaking(box('b', 0.2, (0, 0, 0.1))), box('top', 0.2, (0, 0, 0.3))]
-    sim = Simulation(lean(bodies))
+    sim = Simulation(scene(bodies))
     sim.step(480)
     contacts = sim.contacts()
     of_ground = (contacts.bodies == 0).any(axis=1)
@@ -48,7 +48,7 @@ def test_a_central_impact_shares_the_momentum_of_the_masses_at_that_time(ticks):
         leaking(ball('a', 0.1, (0, 0, 0), velocity=(1.0, 0, 0), material=lively)),
         leaking(ball('b', 0.1, (away, 0, 0), material=lively), MassFlow(0.1, final_mass=1.2)),
     ]
-    sim = Simulation(lean(bodies, gravity=(0.0, 0.0, 0.0)))
+    sim = Simulation(scene(bodies, gravity=(0.0, 0.0, 0.0)))
     while sim.state.velocity[1, 0] == 0.0:
         sim.step()
     time = sim.time - 0.5 * sim.dt
@@ -62,7 +62,7 @@ def test_a_leaking_box_slides_as_far_as_any():
     Friction goes with the weight: the mass does not matter.
     """
     slider = box('b', 0.2, (0, 0, 0.1), velocity=(2.0, 0, 0))
-    sim = Simulation(lean([ground(), leaking(slider)]))
+    sim = Simulation(scene([ground(), leaking(slider)]))
     sim.step(480)
     distance = 2.0**2 / (2 * 0.5 * G)
     # it stops within a substep, at most mu g h^2 too late or too early
@@ -74,8 +74,8 @@ def test_an_off_centre_impact_turns_a_body_by_the_inertia_that_is_left():
     smooth = {'restitution': 1.0, 'friction': 0.0}
     wall = box('wall', 1.0, (0.0, 0.55, 0.0), fixed=True, material=smooth)
     rod = box('rod', (0.4, 0.1, 0.1), (-0.6, -2.0, 0.0), velocity=(0, 2.0, 0), material=smooth)
-    full = Simulation(lean([wall, rod], gravity=(0.0, 0.0, 0.0)))
-    leak = Simulation(lean([wall, leaking(rod)], gravity=(0.0, 0.0, 0.0)))
+    full = Simulation(scene([wall, rod], gravity=(0.0, 0.0, 0.0)))
+    leak = Simulation(scene([wall, leaking(rod)], gravity=(0.0, 0.0, 0.0)))
     for sim in (full, leak):
         sim.step(300)
         assert abs(sim.state.angular_velocity[1, 2]) > 1.0
@@ -86,17 +86,17 @@ def test_an_off_centre_impact_turns_a_body_by_the_inertia_that_is_left():
 
 
 def test_a_scene_in_which_no_mass_changes_keeps_nothing_for_it():
-    sim = Simulation(lean([ground(), box('b', 0.2, (0, 0, 0.1))]))
+    sim = Simulation(scene([ground(), box('b', 0.2, (0, 0, 0.1))]))
     assert not inside.flows(sim).size
 
 
 def test_a_restored_run_of_leaking_bodies_goes_on_to_the_bit():
     bodies = [ground(), leaking(box('b', 0.2, (0, 0, 0.3), turn=(1, 2, 3)))]
-    sim = Simulation(lean(bodies))
+    sim = Simulation(scene(bodies))
     sim.step(100)
     middle = sim.state_bytes()
     sim.step(100)
-    other = Simulation(lean(bodies))
+    other = Simulation(scene(bodies))
     other.restore(tick=100, state=middle, slots={})
     other.step(100)
     assert other.state_bytes() == sim.state_bytes()

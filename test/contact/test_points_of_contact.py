@@ -15,7 +15,7 @@ from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Body, Material
 from rigid_body_sim.physics.model.shapes import Box, Capsule, Cylinder, Plane, Sphere
 
-from .touching import ball, box, ground, lean, motion
+from .touching import ball, box, ground, motion, scene
 
 VELOCITY = np.array([0.5, 0.3, -0.2])  # [m/s]
 TURN = np.array([3.0, 4.0, 5.0])  # [rad/s]
@@ -87,7 +87,7 @@ def distance(shape, point):
 @pytest.mark.parametrize('h', [1.0 / 120.0, 1.0 / 480.0])
 def test_a_contact_point_lies_on_both_bodies_where_they_are_at_the_end_of_the_tick(h, substeps):
     bodies = meetings(h)
-    sim = Simulation(lean(bodies, dt=h, gravity=(0, 0, 0), substeps=substeps))
+    sim = Simulation(scene(bodies, dt=h, gravity=(0, 0, 0), substeps=substeps))
     sim.step()
     found, state = sim.contacts(), sim.state
     assert set(found.bodies.ravel()) == set(range(len(bodies)))
@@ -102,7 +102,7 @@ def test_the_gap_of_what_is_let_down_at_rest_is_that_of_its_place():
     """
     Each tick lifts the ball a little, and takes that back with its place (`energy.projection`).
     """
-    sim = Simulation(lean([ground(), ball('b', 0.1, (0, 0, 0.0985))], dt=0.004, slop=0.001))
+    sim = Simulation(scene([ground(), ball('b', 0.1, (0, 0, 0.0985))], dt=0.004, slop=0.001))
     sim.step(50)
     height = sim.state.position[1, 2] - 0.1
     assert height < -1e-3 and not sim.state.velocity[1].any()

@@ -25,7 +25,7 @@ from rigid_body_sim.physics.model.scene import Body, Material
 from rigid_body_sim.physics.model.shapes import Cylinder
 from rigid_body_sim.physics.simulation import Simulation
 
-from .touching import G, H, box, ground, lean, motion, scene
+from .touching import G, H, box, ground, motion, scene
 
 R = 0.1  # [m] radius of every wheel
 THIN = 1e-8 * R  # [m] thickness of a disc: THIN / (R LEAN) of what leans it would hold it up
@@ -51,7 +51,7 @@ SHARES = pytest.mark.parametrize('share', [0.4, 0.5, 1.0])
 def test_a_sliding_wheel_ends_up_rolling_at_the_speed_its_inertia_allows(share):
     mu = {'friction': 0.3}
     start = wheel(R, (0, 0, R), share=share, q=ON_ITS_SIDE, velocity=(1, 0, 0), material=mu)
-    sim = Simulation(lean([ground(material=mu), start]))
+    sim = Simulation(scene([ground(material=mu), start]))
     sim.step(480)
     v, turn = sim.state.velocity[1], sim.state.angular_velocity[1]
     # two points take turns at the friction of the slide and turn its heading by 3e-5: 1e-9 of v
@@ -72,7 +72,7 @@ def test_a_wheel_rolls_down_a_slope_and_slips_exactly_below_its_friction(share):
             R, (R * math.sin(slope), 0, R * math.cos(slope)), share=share, q=ON_ITS_SIDE,
             material=material,
         )  # fmt: skip
-        sim = Simulation(lean([ground(slope=slope, material=material), start]))
+        sim = Simulation(scene([ground(slope=slope, material=material), start]))
         sim.step(240)
         early = np.linalg.norm(sim.state.velocity[1])
         sim.step(240)
@@ -118,7 +118,7 @@ def _upright(angular_velocity, *, dt):
         THIN, (0, 0, -arm[2]), q=tuple(q), velocity=tuple(-np.cross(turn, arm)), turn=tuple(turn),
         material=ROUGH,
     )  # fmt: skip
-    return Simulation(lean([ground(material=ROUGH), start], dt=dt))
+    return Simulation(scene([ground(material=ROUGH), start], dt=dt))
 
 
 def _leans(sim, seconds):
@@ -172,7 +172,7 @@ def test_eulers_disc_goes_round_at_the_rate_of_its_inclination(degrees):
         THIN, (0, 0, R * math.sin(a) + 0.5 * THIN * math.cos(a)), q=tuple(q),
         turn=tuple(np.array((0, 0, rate)) - rate * math.cos(a) * axis), material=ROUGH,
     )  # fmt: skip
-    sim = Simulation(lean([ground(material=ROUGH), start], dt=1e-3))
+    sim = Simulation(scene([ground(material=ROUGH), start], dt=1e-3))
     headings, tilts = [], []
     for _ in range(100):
         sim.step(10)
@@ -198,7 +198,7 @@ def _coin(*, dt=1 / 240, tilt=0.5, thick=0.1 * R, friction=0.8, roll=0.0, bounce
     turn = rate * np.array((0, 0, 1)) - rate * math.cos(tilt) * rotation.rotate(q, (0.0, 0.0, 1.0))
     height = R * math.sin(tilt) + 0.5 * thick * math.cos(tilt) + drop
     start = wheel(thick, (0, 0, height), q=tuple(q), turn=tuple(turn), material=material)
-    return Simulation(lean([ground(material=material), start], dt=dt))
+    return Simulation(scene([ground(material=material), start], dt=dt))
 
 
 def test_a_coin_that_nothing_brakes_keeps_rolling_on_its_rim():

@@ -20,9 +20,11 @@ from .. import inside
 from .touching import H, ball, box, ground, heap, lean, scene
 
 RUN = """
-import sys; sys.path.insert(0, sys.argv[1])
+import sys; sys.path[:0] = sys.argv[1], sys.argv[1] + '/..'
+import inside, pytest
 from touching import heap, scene
 from rigid_body_sim.physics.simulation import Simulation
+inside.know_all_pairs(pytest.MonkeyPatch())
 sim = Simulation(scene(heap(3)))
 sim.step(100)
 print(sim.state_bytes().hex())
@@ -30,8 +32,9 @@ print(sim.state_bytes().hex())
 
 
 ROUND = """
-import sys; sys.path.insert(0, sys.argv[1])
-from touching import ball, box, lean, ground, motion
+import sys; sys.path[:0] = sys.argv[1], sys.argv[1] + '/..'
+import inside, pytest
+from touching import ball, box, ground, motion, scene
 from rigid_body_sim.physics.model.scene import Body
 from rigid_body_sim.physics.model.shapes import Capsule, Cylinder
 from rigid_body_sim.physics.simulation import Simulation
@@ -39,7 +42,8 @@ import numpy as np
 def solid(name, shape, x, turn):
     return Body(name, shape, 1.0, inertia=np.diag([.002, .002, .003]),
                 initial=motion((x, 0, 0.1), q=(0.3, 0.1, 0.2, 0.9273618495495703), turn=turn))
-sim = Simulation(lean([
+inside.know_all_pairs(pytest.MonkeyPatch())
+sim = Simulation(scene([
     ground(), box('floor', 0.1, (0, 0, -0.05), fixed=True),
     solid('coin', Cylinder(0.08, 0.01), 0.0, (2.0, 9.0, 1.0)),
     solid('coin on the ground', Cylinder(0.08, 0.01), 0.5, (2.0, 9.0, 1.0)),

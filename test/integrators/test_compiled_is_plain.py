@@ -107,21 +107,27 @@ def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
 
 
 @pytest.fixture(scope='module')
-def alone(tmp_path_factory):
-    return kind_and_bits('this', 'linked_bodies', cache=tmp_path_factory.mktemp('alone'))
+def cache_of_points(tmp_path_factory):
+    return tmp_path_factory.mktemp('points')
+
+
+@pytest.fixture(scope='module')
+def points(cache_of_points):
+    return kind_and_bits('this', 'linked_points', cache=cache_of_points)
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
-def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(alone, tmp_path):
-    kind, bits = kind_and_bits('unknown', 'linked_bodies', cache=tmp_path)
+def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(points, tmp_path):
+    kind, bits = kind_and_bits('unknown', 'linked_points', cache=tmp_path)
     assert kind == 'CPUDispatcher'
-    assert bits == alone[1]
+    assert bits == points[1]
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
-def test_what_an_earlier_scene_compiled_gives_the_same_bits_in_another(alone, tmp_path):
-    kind_and_bits('this', 'linked_points', cache=tmp_path)
-    assert kind_and_bits('this', 'linked_bodies', cache=tmp_path) == alone
+@pytest.mark.usefixtures('points')
+def test_what_an_earlier_scene_compiled_gives_the_same_bits_in_another(cache_of_points, tmp_path):
+    alone = kind_and_bits('this', 'linked_bodies', cache=tmp_path)
+    assert kind_and_bits('this', 'linked_bodies', cache=cache_of_points) == alone
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')

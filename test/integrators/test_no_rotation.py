@@ -41,7 +41,7 @@ ball = {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 1.0}
 sim = Simulation(scenes.scene([ball]), integrator='dmv6')
 sim.prepare()
 sim.step(2)
-for path in kernels.CACHE.rglob('*.nbi'):
+for path in kernels.CACHE.rglob('*.kernel'):
     print(path.name)
 """
 

@@ -37,7 +37,7 @@ SPEAK_ROS = {'ros', 'verbs.sim_node', 'verbs.wrench_pub'}
 FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go down
     'physics': (
         'errors', 'arrays', 'compile', 'vectors', 'model', 'state', 'forces', 'integration',
-        'diagnostics', 'contact', 'stepper', 'simulation',
+        'diagnostics', 'contact', 'validation', 'stepper', 'simulation',
     ),
     'physics.contact': (
         'settings', 'suited_integrators', 'tick_settings', 'tick_counts', 'array_groups',

@@ -50,7 +50,7 @@ def test_mcap_reads_it_in_order_with_its_crcs(record, mcap_of):
     directory = record(ticks=TICKS)
     messages = read_by_mcap(mcap_of(directory))
     assert len(messages) == EXPECTED
-    assert messages == [tuple(message) for message in Bag(directory).messages()]
+    assert messages == [tuple(message)[:4] for message in Bag(directory).messages()]
     assert [message[2] for message in messages] == sorted(message[2] for message in messages)
     with mcap_of(directory).open('rb') as stream:
         records = list(StreamReader(stream, validate_crcs=True).records)

@@ -164,3 +164,25 @@ def test_bad_command_files_are_refused_by_line(verb, tmp_path, text, expected):
     assert code == 2
     assert expected in err
     assert err.count('\n') == 1
+
+
+def test_the_drift_of_the_matrices_is_told_and_recorded(tmp_path, as_json, verb):
+    """Euler about a fixed axis: |R^T R - 1| = (1 + (h w)^2)^n - 1 after n steps."""
+    scene = tmp_path / 'spin.yaml'
+    text = 'dt: 0.01\nbodies: [{name: b, shape: {type: box, size: [1, 2, 3]}, mass: 1, '
+    text += 'initial: {angular_velocity: [0, 0, 1]}}]\nintegrator: explicit_euler\n'
+    kept = 'orientation: {representation: matrix, reorthonormalise: true}\n'
+    scene.write_text(text + kept)
+    code, result = as_json('simulate', scene, '-o', tmp_path / 'kept', '--duration', '1')
+    assert (code, result['orientation_drift'] < 1e-14) == (0, True)
+    scene.write_text(f'{text}orientation: matrix\n')
+    _, result = as_json('simulate', scene, '-o', tmp_path / 'drifts', '--duration', '1')
+    assert result['orientation_drift'] == pytest.approx((1 + 1e-4) ** 100 - 1, rel=1e-10)
+    ending = Bag(tmp_path / 'drifts').ending
+    assert float(ending['orientation_drift']) == result['orientation_drift']
+    _, out, _ = verb('simulate', scene, '-o', tmp_path / 'said', '--duration', '1')
+    assert 'drift of the matrices: |R^T R - 1| up to 1.0e-02' in out
+    scene.write_text(text)
+    _, result = as_json('simulate', scene, '-o', tmp_path / 'quaternions', '--duration', '1')
+    assert result['orientation_drift'] is None
+    assert 'orientation_drift' not in Bag(tmp_path / 'quaternions').ending

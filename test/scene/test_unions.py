@@ -54,6 +54,35 @@ def test_parts_without_a_mass_have_the_density_of_the_body():
     assert body[0].mass == pytest.approx(2 + 100 * 4 / 3 * math.pi * 1e-3)
 
 
+def test_a_union_of_unions_is_the_union_of_all_their_parts():
+    """Whose parts weigh something, or get the density of the nearest union that has one."""
+    turn = {'orientation': [0, 0, 1, 1]}  # a right angle about z
+    inner = {'type': 'union', 'parts': [{**BALL, 'mass': 1}, {**BALL, 'position': [1, 0, 0]}]}
+    middle = {'type': 'union', 'parts': [{'shape': inner, 'position': [0, 0, 2], **turn}]}
+    flat = (
+        {**BALL, 'mass': 1, 'position': [0, 5, 2]},
+        {**BALL, 'density': 300, 'position': [0, 6, 2]},
+        {**BALL, 'mass': 3},
+    )
+    expected = load_scene(union(*flat)).bodies[0]
+    part = {'shape': middle, 'position': [0, 5, 0]}
+    for nested in (
+        union({**part, 'density': 300}, {**BALL, 'mass': 3}),
+        union(part, {**BALL, 'mass': 3}, density=300),
+    ):
+        body = load_scene(nested).bodies[0]
+        assert body.mass == pytest.approx(expected.mass, rel=1e-14)
+        assert body.center_of_mass == pytest.approx(expected.center_of_mass, abs=1e-14)
+        assert body.inertia == pytest.approx(expected.inertia, abs=1e-12)
+
+
+def test_a_union_whose_mass_center_and_inertia_are_stated_needs_no_masses_of_parts():
+    stated = {'inertia': {'ixx': 1, 'iyy': 1, 'izz': 1}, 'center_of_mass': [0, 0, 0.1]}
+    body = load_scene(union(BALL, {**BALL, 'position': [0, 0, 1]}, mass=2, **stated)).bodies[0]
+    assert (body.mass, body.center_of_mass) == (2.0, (0, 0, 0.1))
+    assert np.array_equal(body.inertia, np.eye(3))
+
+
 def test_a_fixed_union_needs_no_mass():
     body = load_scene(union(BALL, {**BALL, 'position': [0, 0, 1]}, fixed=True)).bodies[0]
     assert body.center_of_mass == pytest.approx((0, 0, 0.5))
@@ -64,6 +93,14 @@ def test_a_fixed_union_needs_no_mass():
     [
         (union(), 'shape: parts is empty; a union needs at least one part'),
         (union(BALL), 'parts[0]: neither mass nor density is given'),
+        (
+            union({'shape': {'type': 'union', 'parts': [{**BALL, 'mass': 1}, BALL]}}),
+            'parts[0]: parts[1]: neither mass nor density is given',
+        ),
+        (
+            union({'shape': {'type': 'union', 'parts': [{**BALL, 'mass': 1}]}, 'mass': 2}),
+            'parts[0]: mass 2.0 kg is not the sum of the parts, 1.0 kg',
+        ),
         (union(BALL, mass=2), 'a mass of the whole is not shared out; give the part a mass [kg]'),
         (
             union({'shape': {'type': 'plane', 'normal': [0, 0, 1]}}),

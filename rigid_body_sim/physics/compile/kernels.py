@@ -20,9 +20,10 @@ work is in `numba_pipeline`.
 
 The compiled code is cached under a folder whose name is a digest of every kernel source, because
 numba itself does not see a change in a function that a cached kernel calls. The folder is, in this
-order: $RIGID_BODY_SIM_CACHE,
-$NUMBA_CACHE_DIR, $XDG_CACHE_HOME/rigid_body_sim, ~/.cache/rigid_body_sim. Where it cannot be
-written, kernels are compiled anew at each start: that costs time, not the run.
+order: $RIGID_BODY_SIM_CACHE, $NUMBA_CACHE_DIR, $XDG_CACHE_HOME/rigid_body_sim,
+~/.cache/rigid_body_sim. One that cannot be written, belongs to another user or may be written by
+others is passed over; where none is left, kernels are compiled anew at each start: that costs
+time, not the run. Damage is found and mended, see `kernel_files`.
 
 $RIGID_BODY_SIM_COMPILE=0 runs the plain source. Where numba is missing it runs, too, and is warned
 of once a process: measured on one core, plain against compiled, a tick takes 70 to 300 times as
@@ -45,6 +46,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernel_files import KernelFiles, is_ours, names_of
 
 try:
     import numba
@@ -87,11 +90,13 @@ def _cache_candidates() -> list[Path]:
     return candidates
 
 
-def _writable(folder: Path) -> bool:
+def _usable(folder: Path) -> bool:
+    """Whether kernels can be kept in a folder, and nobody else could have put some there."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            return True
+            return is_ours(folder.stat())
     except OSError:
         return False
 
@@ -102,7 +107,7 @@ def _choose_cache() -> Path | None:
     digest = _source_digest()
     for candidate in _cache_candidates():
         folder = candidate / f'kernels-{digest}'
-        if _writable(folder):
+        if _usable(folder):
             return folder
     return None
 
@@ -121,15 +126,34 @@ def _jit(function: Callable[..., Any], *, inline: bool) -> Callable[..., Any]:
         from rigid_body_sim.physics.compile.numba_pipeline import Kernel
 
         return Kernel(function, options, CACHE)
-    made = numba.njit(**options)(function)
+    made: Any = numba.njit(**options)(function)
     if CACHE is not None:
         before = _config.CACHE_DIR
         _config.CACHE_DIR = str(CACHE)  # read by numba in the next line
         try:
             made.enable_caching()
+            _keep_whole_files(made)
         finally:
             _config.CACHE_DIR = before
     return made
+
+
+def _keep_whole_files(made: Any) -> None:
+    """
+    Let what numba keeps of a function be checked when it is read; where its inside has no place
+    for that, keep nothing.
+    """
+    assert numba is not None
+    kept = made._cache
+    try:
+        own = KernelFiles(*names_of(kept), f'numba {numba.__version__}')
+    except AttributeError:
+        own = None
+    if own is None or not hasattr(kept, '_cache_file'):
+        uncached: Any = numba.njit(made.py_func)
+        made._cache = uncached._cache
+        return
+    kept._cache_file = own
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -61,10 +61,13 @@ from __future__ import annotations
 import gc
 import operator
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite
+import numba
 from numba.core import cgutils, ir, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import (
@@ -80,9 +83,12 @@ from numba.core.types.functions import BaseFunction
 from numba.core.typing.context import Context
 from numba.np import arrayobj
 
+from rigid_body_sim.physics.compile.kernel_files import KernelFiles, names_of
+
 _POWERS = {operator.pow, operator.ipow}  # of which numba knows some by their exponent
 _OPERATORS: dict[Any, Any] = {}
 
+_RELEASES = f'numba {numba.__version__} llvmlite {llvmlite.__version__}'
 _NOT_IN_KERNELS = {
     'InlineClosureLikes',
     'NopythonRewrites',  # of array expressions
@@ -131,11 +137,24 @@ class _Locator(UserProvidedCacheLocator):
         return super(UserProvidedCacheLocator, cls).from_function(py_func, py_file)
 
 
+class _Cache(FunctionCache):
+    """Keeps what is compiled of one function in files that are whole or not read."""
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self._cache_file = KernelFiles(*names_of(self), _RELEASES)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled, if there is room."""
+        with suppress(OSError):
+            super().save_overload(sig, data)
+
+
 @cache
 def _cache_in(folder: Path) -> Callable[[Any], FunctionCache]:
     locator = type('_LocatorOfFolder', (_Locator,), {'folder': folder})
     kept = type('_Kept', (CompileResultCacheImpl,), {'_locator_classes': [locator]})
-    return type('_CacheInFolder', (FunctionCache,), {'_impl_class': kept})
+    return type('_CacheInFolder', (_Cache,), {'_impl_class': kept})
 
 
 class _Called(CPUDispatcher):

@@ -3,7 +3,7 @@
 """
 Accelerations at one instant, from the forces that act then.
 
-    a = F/m,   alpha_B = I^-1 (T_B - omega_B x L_B),   alpha = q alpha_B q*
+    a = F/m,   alpha_B = I^-1 (T_B - omega_B x L_B - I' omega_B),   alpha = q alpha_B q*
 """
 
 from __future__ import annotations
@@ -15,10 +15,12 @@ from rigid_body_sim.physics.compile.kernels import argument
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.integration.schemes.steps import start_evaluation
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.inertia_over_time import rates_at
 from rigid_body_sim.physics.state.blocks import (
     ANGULAR_MOMENTUM,
     FORCE,
     INVERSE_MASS,
+    MOMENTS,
     ORIENTATION,
     ROTATION,
     TORQUE,
@@ -52,7 +54,13 @@ def accelerations_now(
         so3.rotate_back(q, gather(rotation, ROTATION, x, 3, n_rigid))
         for x in (ANGULAR_MOMENTUM, TORQUE)
     )
-    omega = momentum / layout.moments
-    angular = so3.rotate(q, (torque - np.cross(omega, momentum)) / layout.moments)
+    moments = gather(rotation, ROTATION, MOMENTS, 3, n_rigid)  # those of the instant
+    omega = momentum / moments
+    spin = torque - np.cross(omega, momentum)
+    for core in range(n_rigid):
+        law = layout.body(core).inertia_over_time
+        if law is not None:
+            spin[core] -= rates_at(law, time) * omega[core]
+    angular = so3.rotate(q, spin / moments)
     acting.pivots.accelerate(linear, angular, q, so3.rotate(q, omega))
     return linear, angular

@@ -4,7 +4,9 @@
 Whether the step of a run is within the limits of its integrator: rotation, springs, drag.
 
     rotation    : h |omega|  of each rigid body, at this instant
-    oscillation : h omega,   omega^2 <= S_a + S_b over the ties of a body, S_i = sum k w_i
+    oscillation : h omega,   omega^2 <= S_a + S_b over the ties of a body, S_i = sum k w_i; some
+                  methods have a limit of their own where a tie is bent: its force is not linear
+                  in the state, because it has a rest length or holds a body off its centre
     relaxation  : h k,       k <= S_a + S_b with the dampings in place of the stiffnesses
 
         h   : [s]       step: tick / substeps
@@ -21,7 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -126,6 +128,7 @@ class StabilityWatch:
             rates = self.rates(state)
             damped = self._h * rates['oscillation'] ** 2 <= rates['relaxation'] * ROUNDING
             oscillation[damped] = math.inf
+        oscillation[self._ties.bent] = np.minimum(oscillation[self._ties.bent], limits.bent)
         return {
             'rotation': rotation,
             'oscillation': oscillation,
@@ -148,7 +151,12 @@ class StabilityWatch:
             )
         elif kind == 'oscillation':
             said = f'{body!r} may swing at {rate:.3g} rad/s, h omega = {product} a step; {name} '
-            if self._integrator.limits.resists:
+            if limit == self._integrator.limits.bent:
+                said += (
+                    'is sure to keep the energy of springs that have a rest length or hold a body '
+                    f'off its centre only up to {limit:g}'
+                )
+            elif self._integrator.limits.resists:
                 said += f'lets it grow from {limit:g} on, unless damping c >= h k of its springs'
             else:
                 said += f'is stable only up to {limit:g}'
@@ -157,9 +165,10 @@ class StabilityWatch:
                 f'{body!r} is braked at up to {rate:.3g} 1/s, h k = {product} a step; '
                 f'{name} is stable only up to {limit:g}'
             )
-        return f'{said}; {self._cure(kind, self._h * rate, limit)}'
+        bent = kind == 'oscillation' and bool(self._ties.bent[core])
+        return f'{said}; {self._cure(kind, self._h * rate, limit, bent=bent)}'
 
-    def _cure(self, kind: str, product: float, limit: float) -> str:
+    def _cure(self, kind: str, product: float, limit: float, *, bent: bool) -> str:
         """Say what would be within the limit."""
         times = product / limit
         cures = []
@@ -174,6 +183,7 @@ class StabilityWatch:
             if (
                 name != self._integrator.name
                 and getattr(other.limits, kind) >= product
+                and (not bent or other.limits.bent >= product)
                 and other.refuses(self._scene) is None
             ):
                 cures.append(f'the integrator {name}')
@@ -196,6 +206,7 @@ class _Ties:
     a, b     : core index; -1: holds no moving body
     at_a, at_b : w of the two ends [1/kg], zero where nothing moves
     twist    : largest inverse moment of a [1/(kg m^2)]
+    bent     : (n_moving,) whether a tie of a body is not linear in the state
     """
 
     def __init__(self, ties: list[Tie], layout: Layout) -> None:
@@ -208,6 +219,11 @@ class _Ties:
         inverse = np.zeros(self._n)
         inverse[: layout.n_rigid] = 1.0 / layout.moments.min(axis=1, initial=np.inf)
         self.twist = inverse[self.a]
+        self.bent = np.zeros(self._n, dtype=bool)
+        for tie, both in zip(ties, ends, strict=True):
+            straight = tie.linear and not any(end.turns >= 0 and any(end.offset) for end in both)
+            if tie.stiffness and not straight:
+                self.bent[[end.index for end in both if end.index >= 0]] = True
         for name in ('stiffness', 'damping', 'quadratic', 'angular', 'angular_quadratic'):
             setattr(self, name, np.array([getattr(tie, name) for tie in ties], dtype=np.float64))
 
@@ -240,7 +256,7 @@ def _moves(body: str, layout: Layout) -> bool:
 
 
 def _turned(tie: Tie) -> Tie:
-    return Tie(tie.b, tie.a, stiffness=tie.stiffness, damping=tie.damping)
+    return replace(tie, a=tie.b, b=tie.a)
 
 
 def _yielding(places: list, layout: Layout) -> Array:

@@ -5,7 +5,7 @@ Everything that acts on the bodies of a scene, as tables of numbers and one kern
 
 The force elements of a type share one table; behind them follow the pivots, what is held and turns
 with the bodies, and the flows of mass. The chain of their kernels is evaluated in the order of
-`chain`; where an element begins or ends at an instant of its own, the schedule knows.
+`chain`; where an element begins, ends or has a kink at an instant of its own, the schedule knows.
 """
 
 from __future__ import annotations
@@ -18,10 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench, pivot, variable_mass
+from rigid_body_sim.physics.forces.elements import (
+    FORCES,
+    held_body_wrench,
+    inertia_over_time,
+    pivot,
+    variable_mass,
+)
+from rigid_body_sim.physics.forces.elements.inertia_over_time import rows as inertia_rows
 from rigid_body_sim.physics.forces.evaluator import derivatives, evaluator
 from rigid_body_sim.physics.forces.schedule import Schedule, Switch
 from rigid_body_sim.physics.forces.tables import stacked
+from rigid_body_sim.physics.model.inertia_over_time import changing
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.variable_mass import end_of_flow, flow_of
 from rigid_body_sim.physics.state.layout import Layout
@@ -36,7 +44,8 @@ class ActingElements:
     numbers, ranges     : what the kernels read: the tables, and where each begins and how many
                           rows it has
     arguments           : both as a kernel takes them
-    schedule            : instants at which an element begins or ends; None: there are none
+    schedule            : instants at which an element begins, ends or has a kink; None: there are
+                          none
     is_timed            : whether a wrench depends on time itself
     depends_on_velocity : whether one depends on velocities
     pivots              : bodies that turn about a fixed point
@@ -49,12 +58,26 @@ class ActingElements:
         self.pivots = pivot.Pivots(layout)
         self._ranges_of_pivots = [len(tables), self.pivots.count]
         self._tables = np.concatenate((tables, self.pivots.table.reshape(-1)))
+        self._ranges_of_inertia = self._take_inertias(scene, layout)
         flowing = [body for body in scene.bodies if flow_of(body) is not None]
         self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
         self._ends_of_flow = [end_of_flow(body) for body in flowing]
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
+        self.is_timed |= bool(self._ranges_of_inertia)
+        kinks = [f.kinks() for f in scene.forces if hasattr(f, 'kinks')]
+        self._kinks = np.unique(np.array([t for each in kinks for t in each], dtype=np.float64))
         self._evaluate: Callable[..., Any] | None = None
         self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
+
+    def _take_inertias(self, scene: Scene, layout: Layout) -> list[int]:
+        """Add the pieces of inertia over time to the tables; give where, or nothing."""
+        pieces = [piece for body in changing(scene) for piece in inertia_rows(body, layout)]
+        start = len(self._tables)
+        for number, (row, begin, end) in enumerate(pieces):
+            place = start + number * inertia_over_time.COLUMNS + inertia_over_time.SWITCH
+            self._switches.append(Switch(place, begin, end))
+            self._tables = np.concatenate((self._tables, row))
+        return [start, len(pieces)] if pieces else []
 
     def set_turning(self, table: Array) -> None:
         """Take over the table of what is held and turns with the bodies."""
@@ -67,15 +90,18 @@ class ActingElements:
             ranges = [*self._ranges_of_pivots, *ranges]
         ranges += [last, len(self._flows)] if self._flows else []
         ranges += self._ranges_of_pivots
+        ranges = [*self._ranges_of_inertia, *ranges]
         self.arguments = (argument(self.numbers), argument(np.array(ranges, dtype=np.int64)))
         places = range(last + variable_mass.SWITCH, len(self.numbers), variable_mass.COLUMNS)
         ends = [Switch(p, -math.inf, t) for p, t in zip(places, self._ends_of_flow, strict=True)]
-        self.schedule = Schedule([*self._switches, *ends]) if self.is_timed else None
+        switches = [*self._switches, *ends]
+        self.schedule = Schedule(switches, self._kinks) if self.is_timed else None
 
     @property
     def names(self) -> list[str]:
         """Name what depends on the state whatever is commanded."""
         names = [*self._types, *([variable_mass.NAME] if self._flows else [])]
+        names += [inertia_over_time.NAME] if self._ranges_of_inertia else []
         return names + ([pivot.NAME] if self.pivots.count else [])
 
     @property
@@ -93,13 +119,14 @@ class ActingElements:
             chain.append((variable_mass.NAME, variable_mass))
         if self.pivots.count:
             chain.append((pivot.NAME, pivot.LAST))
+        if self._ranges_of_inertia:
+            chain.insert(0, (inertia_over_time.NAME, inertia_over_time))
         return chain
 
     @property
     def kernel_name(self) -> str:
         """Tell the kernels for these elements from those for others."""
-        types = [name for name, _ in self.chain() if name != held_body_wrench.NAME]
-        return '_'.join(types) + ('_velocity' if self.depends_on_velocity else '')
+        return '_'.join(name for name, _ in self.chain() if name != held_body_wrench.NAME)
 
     def evaluate(self) -> Callable[..., Any]:
         """Make the kernel that adds up all forces and torques."""

@@ -87,6 +87,16 @@ def pushed(places: Places, body: str, point: Vector | None = None) -> Place:
     return place
 
 
+def need_two_ends(what: str, a: str, b: str) -> None:
+    """Refuse an element between two points of one body, or of the world: it moves nothing."""
+    if isinstance(a, str) and isinstance(b, str) and a == b:
+        raise InvalidModel(
+            f'both ends of this {what} are on {a!r}, and between two points that keep their '
+            'distance it moves nothing; name another body',
+            at=('b',),
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class BodyState:
     """
@@ -122,6 +132,7 @@ class Tie:
     quadratic         : [N s^2/m^2]    what |v| adds to that
     angular           : [N m s]        resistance to the rotation of a
     angular_quadratic : [N m s^2]      what |omega| adds to that
+    linear            : whether the force is linear in the positions of the ends
     """
 
     a: tuple[str, Vector | None]
@@ -131,6 +142,7 @@ class Tie:
     quadratic: float = 0.0
     angular: float = 0.0
     angular_quadratic: float = 0.0
+    linear: bool = False
 
 
 class ForceElement(Protocol):
@@ -191,5 +203,12 @@ class TimedElement(ForceElement, Protocol):
         """
         Give the instants [s] since the start of the scene at which it jumps from zero and to zero,
         or infinities.
+        """
+        ...
+
+    def kinks(self) -> tuple[float, ...]:
+        """
+        Give the instants [s] at which a derivative of it jumps; an element without any needs no
+        such method.
         """
         ...

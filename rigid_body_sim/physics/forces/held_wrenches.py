@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements import held_body_wrench
+from rigid_body_sim.physics.model.numbers import numbers, shown
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state.blocks import (
@@ -77,8 +78,10 @@ class HeldWrenches:
         numbers, a torque on a point mass.
         """
         core = self._layout.core(body)
-        if frame not in FRAMES:
-            raise InvalidModel(f"command to {body!r}: frame {frame!r}; allowed: 'world', 'body'")
+        if not isinstance(frame, str) or frame not in FRAMES:
+            raise InvalidModel(
+                f"command to {body!r}: frame {shown(frame)}; allowed: 'world', 'body'"
+            )
         force, torque = (
             checked_vector(body, 'force', force),
             checked_vector(body, 'torque', torque),
@@ -95,6 +98,12 @@ class HeldWrenches:
     ) -> None:
         """Put what one source asks of a body into its slot; see `Simulation.hold`."""
         core, force, torque = self.checked(body, force, torque, frame)
+        if not isinstance(source, str) or source not in SOURCES:
+            raise InvalidModel(
+                f'command to {body!r}: source {shown(source)}; allowed: {", ".join(SOURCES)}'
+            )
+        if not isinstance(until, int | np.integer):
+            raise InvalidModel(f'command to {body!r}: until {shown(until)}; a tick is needed')
         if frame == 'body':
             force = self._layout.principal_axes(body, force)
             torque = self._layout.principal_axes(body, torque)
@@ -160,10 +169,10 @@ class HeldWrenches:
 
 def checked_vector(body: str, what: str, values: Any) -> Vector:
     """Return three finite numbers of a command; InvalidModel for anything else."""
-    numbers = np.asarray(values, dtype=np.float64)
-    if numbers.shape != (3,) or not np.all(np.isfinite(numbers)):
+    try:
+        x, y, z = numbers(values, 3, unit='-')
+    except InvalidModel:
         raise InvalidModel(
-            f'command to {body!r}: {what} {values!r}; allowed: three finite numbers'
-        )
-    x, y, z = numbers.tolist()
+            f'command to {body!r}: {what} {shown(values)}; allowed: three finite numbers'
+        ) from None
     return (x, y, z)

@@ -1,9 +1,11 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Instants at which a wrench begins or ends: a table of forces that runs out, a burn-out.
+Instants at which a wrench begins, ends, or changes its course: a table of forces that runs out,
+its rows, a burn-out.
 
-Across a jump every integrator falls to order one. So a tick that holds such an instant is done in
+Across a jump every integrator falls to order one, across a kink to order two, across the row of a
+spline to order four. So a tick that holds such an instant is done in
 two steps with the instant between them, and what acts is switched on and off between steps: never
 by comparing times inside one, where rounding would decide on which side of the jump its last
 evaluation lies.
@@ -12,6 +14,7 @@ evaluation lies.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -40,27 +43,56 @@ class Switch(NamedTuple):
 
 
 class Schedule:
-    """The switches of one scene."""
+    """
+    The switches of one scene, and the kinks of what acts: instants [s], ascending, at which a
+    wrench goes on but changes its course. A kink matters inside a tick alone.
+    """
 
-    def __init__(self, switches: Sequence[Switch]) -> None:
+    def __init__(self, switches: Sequence[Switch], kinks: Array | None = None) -> None:
         self._switches = tuple(switches)
         instants = {t for s in switches for t in (s.begin, s.end) if math.isfinite(t)}
-        self._instants = sorted(instants)
+        self._instants = np.array(sorted(instants), dtype=np.float64)
+        self._kinks = np.zeros(0) if kinks is None else kinks
+        self._placed_for: tuple[float, float] | None = None
+        self._jumps: list[float] = []
+        self._bends: list[float] = []
 
     def cuts(self, tick: float, h: float) -> tuple[float, list[float]]:
         """
         Find the next instant after a tick boundary.
 
-            tick, h : boundary [tick], tick length [s] returns : whole ticks up to the instant
-            (infinity if there is none), and if they are none the instants inside
-                      the tick that begins here [tick]
+        tick, h : boundary [tick], tick length [s]
+        returns : whole ticks up to the instant, or to the tick that holds it (infinity if there
+                  is none), and if they are none the instants inside the tick that begins here
+                  [tick]
         """
-        places = [_snapped(t / h) for t in self._instants]
-        coming = [place for place in places if place > tick + SNAP]
+        self._place(tick, h)
+        coming = [places[k] for places, k in self._after(tick + SNAP) if k < len(places)]
         if not coming:
             return math.inf, []
-        whole = math.floor(coming[0] - tick)
-        return whole, [place for place in coming if place < tick + 1.0] if whole == 0 else []
+        whole = math.floor(min(coming) - tick)
+        if whole > 0:
+            return whole, []
+        inside = {
+            place
+            for places, first in self._after(tick + SNAP)
+            for place in places[first : bisect_left(places, tick + 1.0)]
+        }
+        return 0, sorted(inside)
+
+    def _after(self, place: float) -> tuple[tuple[list[float], int], ...]:
+        """Where in both lists the first place stands that lies behind another [tick]."""
+        return tuple((found, bisect_right(found, place)) for found in (self._jumps, self._bends))
+
+    def _place(self, tick: float, h: float) -> None:
+        """Find the places of the instants [tick], once for each tick length."""
+        offset = round(tick - math.floor(tick), 9)  # not zero where a recording has another dt
+        if self._placed_for != (h, offset):
+            self._placed_for = (h, offset)
+            self._jumps = _snapped(self._instants / h).tolist()
+            bends = _snapped(self._kinks / h)
+            from_boundary = np.abs(bends - offset - np.round(bends - offset))
+            self._bends = bends[from_boundary >= SNAP].tolist()
 
     def set(self, elements: Array, begin: float, end: float, h: float) -> None:
         """Switch for a step from one place to another [tick], between which no instant lies."""
@@ -69,6 +101,7 @@ class Schedule:
             elements[switch.place] = 1.0 if switch.begin < middle < switch.end else 0.0
 
 
-def _snapped(place: float) -> float:
-    nearest = round(place)
-    return float(nearest) if abs(place - nearest) < SNAP else place
+def _snapped(places: Array) -> Array:
+    """Put on tick boundaries what is as good as there."""
+    nearest = np.round(places)
+    return np.where(np.abs(places - nearest) < SNAP, nearest, places)

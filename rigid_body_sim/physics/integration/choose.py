@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.errors import InvalidModel, blaming
+from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from
 from rigid_body_sim.physics.integration.candidates import (
     MOST_SUBSTEPS,
     PRICES,
@@ -47,6 +47,7 @@ from rigid_body_sim.physics.integration.candidates import (
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.integration.options import Option, checked
+from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.snapshot import State
@@ -164,7 +165,7 @@ def resolve(
 
     Raises InvalidModel for an unknown integrator or option, and for one that refuses the scene.
     """
-    name = name or scene.integrator
+    name = scene.integrator if name is None else name
     if given is None:
         given = scene.integrator_options if name == scene.integrator else {}
     plan = None
@@ -191,10 +192,12 @@ def resolve(
 
 def integrator_of(name: str, given: Mapping[str, Any]) -> Integrator:
     """Configure an integrator; InvalidModel for an unknown one or an impossible option."""
-    if name not in INTEGRATORS:
-        allowed = ', '.join(sorted([*INTEGRATORS, NAME]))
+    if not isinstance(name, str) or name not in INTEGRATORS:
+        cure = choose_from(name, sorted([*INTEGRATORS, NAME]))
+        raise InvalidModel(f'integrator {shown(name)} is unknown{cure}', at=('integrator',))
+    if not isinstance(given, Mapping):
         raise InvalidModel(
-            f'integrator {name!r} is unknown; choose one of: {allowed}', at=('integrator',)
+            f'integrator_options: got {shown(given)}; a mapping of options by name is needed'
         )
     with blaming('integrator'):
         return INTEGRATORS[name].configured(given)

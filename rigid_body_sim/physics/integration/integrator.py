@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.forces.evaluator import Derivatives
 from rigid_body_sim.physics.integration.limits import Limits
 from rigid_body_sim.physics.integration.options import Option, checked
+from rigid_body_sim.physics.model.inertia_over_time import changing
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.layout import Layout
 
@@ -79,6 +80,28 @@ def no_refusal(_scene: Scene) -> str | None:
 
 
 @dataclass(frozen=True)
+class NeedsSteadyInertia:
+    """
+    The refusals of a method that does not follow an inertia over time (`model.inertia_over_time`).
+
+    name : of the method
+    own  : its other refusals
+    """
+
+    name: str
+    own: Callable[[Scene], str | None]
+
+    def __call__(self, scene: Scene) -> str | None:
+        """Tell why the method must not be used on a scene, or None."""
+        for body in changing(scene):
+            return (
+                f'the inertia of {body.name!r} changes over time, which {self.name} does not '
+                'follow; take lie_rk4, or a Runge–Kutta method with orientation: matrix'
+            )
+        return self.own(scene)
+
+
+@dataclass(frozen=True)
 class Integrator:
     """
     One time integration method.
@@ -104,6 +127,7 @@ class Integrator:
                    in place of coefficients; None where they hold it all
     is_reference : made for comparison: runs in Python, tick by tick, slowly
     limits       : its limits, in numbers
+    follows_inertia : whether its stages ask for the inertia of their instant
     """
 
     name: str
@@ -125,6 +149,7 @@ class Integrator:
     remembers: Callable[[Array], Array] | None = None
     is_reference: bool = False
     limits: Limits = field(default_factory=Limits)
+    follows_inertia: bool = False
 
     @property
     def controls_its_error(self) -> bool:
@@ -139,7 +164,10 @@ class Integrator:
         """
         settings = checked(self.name, self.options, given)
         configured = self if self.configure is None else self.configure(self, settings)
-        return replace(configured, settings=settings)
+        refuses = configured.refuses
+        if configured.follows_inertia and isinstance(refuses, NeedsSteadyInertia):
+            refuses = refuses.own
+        return replace(configured, settings=settings, refuses=refuses)
 
     @property
     def substeps(self) -> int:

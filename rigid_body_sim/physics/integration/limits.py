@@ -27,6 +27,9 @@ class Limits:
     oscillation : [rad] h omega of a spring without damping up to which it does not grow: the
                   largest z at which |R(i z)| <= 1, R the stability function; where there is none,
                   up to which the energy grows by less than 1 % over 5000 steps
+    bent        : [rad] the same where a force of a spring is not linear in the state: it has a
+                  rest length, or holds a body off its centre of mass. The largest step that kept
+                  the energy of random chains (`benchmark/stiff_chains.py`)
     resists     : that the latter holds: damping c >= h k makes such a spring stable
     relaxation  : [-] h k of linear drag, v' = -k v, up to which v does not grow: |R(-z)| <= 1
     """
@@ -35,6 +38,7 @@ class Limits:
     gyroscopic: bool = False
     matrix: float | None = None
     oscillation: float = math.inf
+    bent: float = math.inf
     resists: bool = False
     relaxation: float = math.inf
 

@@ -36,6 +36,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -94,6 +95,7 @@ class Steps(Protocol):
 
 
 Read = Callable[[], State]
+Shadow = Callable[[str, Mapping[str, Any]], Steps]
 
 
 @dataclass(frozen=True)
@@ -154,15 +156,30 @@ class Watch:
         """Whether the run, which diverged, goes on in another way."""
         return False
 
+    def attach(self, *, shadow: Shadow, change: Callable[[Choice], None]) -> None:
+        """
+        Watch one simulation.
+
+        shadow : (name, options) -> another run from the present state and commands; one may be
+                 given again
+        change : goes on with another choice
+        """
+        self._make_shadow, self._change = shadow, change
+
+    def __getstate__(self) -> dict[str, Any]:
+        attached = ('_make_shadow', '_change')
+        return {name: value for name, value in self.__dict__.items() if name not in attached}
+
+    def copied(self) -> Watch:
+        """Give a watch that goes on in the same way, to be attached to a copy of the run."""
+        return copy(self)
+
 
 class Lookout(Watch):
     """
     Watches one run.
 
     plan    : of the pilot
-    shadow  : (name, options) -> another run from the present state and commands; one may be given
-              again
-    change  : goes on with another choice
     failed  : exceptions with which a run diverges
     """
 
@@ -172,16 +189,12 @@ class Lookout(Watch):
         scene: Scene,
         *,
         dt_ns: int,
-        shadow: Callable[[str, Mapping[str, Any]], Steps],
-        change: Callable[[Choice], None],
         failed: type[Exception],
     ) -> None:
         assert plan.setting is not None and plan.spare is not None
         self._plan = plan
         self._scene = scene
         self._dt = dt_ns * 1e-9
-        self._make_shadow = shadow
-        self._change = change
         self._failed = failed
         self._first, self._spare = plan.setting, plan.spare
         self._window = max(LEAST_TICKS, min(WINDOW_TICKS, round(SECOND / self._dt)))
@@ -193,6 +206,12 @@ class Lookout(Watch):
     def settings(self) -> Sequence[tuple[str, Mapping[str, Any]]]:
         """Name and options of what it may go on with, to be compiled before the start."""
         return [(s.name, s.options) for s in dict.fromkeys((self._first, self._spare))]
+
+    def copied(self) -> Lookout:
+        """Give a watch that goes on in the same way, with a shadow of its own."""
+        other = copy(self)
+        other._shadow = copy(self._shadow)
+        return other
 
     def _begin(self, tick: int) -> None:
         """Watch from the start of the scene on."""
@@ -376,9 +395,8 @@ class RecordedChoices(Watch):
     choices : in the order of their ticks
     """
 
-    def __init__(self, choices: Sequence[Choice], *, change: Callable[[Choice], None]) -> None:
-        self._rest = sorted(choices, key=lambda choice: choice.tick)
-        self._change = change
+    def __init__(self, choices: Sequence[Choice]) -> None:
+        self._rest = tuple(sorted(choices, key=lambda choice: choice.tick))
         self._wait()
 
     def _wait(self) -> None:
@@ -392,5 +410,7 @@ class RecordedChoices(Watch):
     def meet(self, tick: int, read: Read) -> None:
         """Change where one was changed."""
         while self._rest and self._rest[0].tick <= tick:
-            self._change(self._rest.pop(0))
+            first, *rest = self._rest
+            self._rest = tuple(rest)
+            self._change(first)
         self._wait()

@@ -37,6 +37,7 @@ def oriented(integrator: Integrator, settings: Mapping[str, Any]) -> Integrator:
         scheme=replace(scheme, matrix=True, reorthonormalise=settings['reorthonormalise']),
         remembers=matrices,
         limits=integrator.limits.with_matrix(),
+        follows_inertia=True,
     )
 
 

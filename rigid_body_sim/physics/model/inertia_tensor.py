@@ -1,53 +1,21 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The inertia tensor alone: its principal axes, and whether a rigid body can have it.
+The inertia tensor alone: whether a rigid body can have it.
 
 Source: Goldstein, Classical Mechanics, sections 5.3 and 5.4.
 """
 
-import itertools
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from rigid_body_sim.physics.errors import InvalidModel
-
-Array = NDArray[np.float64]
+from rigid_body_sim.physics.model.principal_axes import principal_moments
 
 # Relative to the largest moment. Round-off of sums and turns is near 1e-15; a rod of 1 m must be
 # thinner than 0.8 um to be taken for a line. A larger value refuses thin bodies, a smaller one
 # lets a line of particles pass.
 MOMENT_TOLERANCE = 1e-12
-
-
-def principal_axes(inertia: ArrayLike) -> tuple[Array, Array]:
-    """
-    Return the principal moments and the principal axes.
-
-    I = V diag(moments) V^T
-        moments : (3,) [kg m^2]
-        V       : (3, 3) [-]  columns are the axes in the given axes; det V = +1
-
-    A tensor that is exactly diagonal is returned as it is with V = 1. Otherwise V is, of the 24
-    ways to number and direct the axes, one that is nearest to 1: a small tilt of the body is a
-    small turn of its axes.
-    """
-    inertia = np.asarray(inertia, dtype=np.float64)
-    if not np.any(inertia - np.diag(np.diag(inertia))):
-        return np.diag(inertia).copy(), np.eye(3)
-    moments, axes = np.linalg.eigh(inertia)
-    weight = np.abs(axes)
-    order = list(
-        max(
-            itertools.permutations(range(3)),
-            key=lambda p: weight[0, p[0]] + weight[1, p[1]] + weight[2, p[2]],
-        )
-    )
-    axes = axes[:, order]
-    axes = axes * np.where(np.diag(axes) < 0.0, -1.0, 1.0)
-    # det = +1 now: an improper matrix has a trace of at most 1, the best order of columns more.
-    return moments[order], axes
 
 
 def check_inertia(inertia: ArrayLike) -> None:
@@ -73,7 +41,7 @@ def check_inertia(inertia: ArrayLike) -> None:
             'the inertia tensor is not symmetric; Ixy = Iyx, Ixz = Izx and Iyz = Izy are needed'
         )
     scale = largest if largest > 0.0 else 1.0
-    moments = np.linalg.eigvalsh(inertia / scale)
+    moments = principal_moments(inertia / scale)
     slack = MOMENT_TOLERANCE * float(np.max(np.abs(moments)))
     shown = _shown(moments * scale)
     if moments[0] < -slack:

@@ -22,9 +22,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import quadrature, rotation
-from rigid_body_sim.physics.model.inertia_tensor import check_inertia, principal_axes
+from rigid_body_sim.physics.model.inertia_tensor import check_inertia
+from rigid_body_sim.physics.model.plain_products import dot, length, times, turned_tensor
+from rigid_body_sim.physics.model.principal_axes import principal_axes
+from rigid_body_sim.physics.model.self_overlap import need_single
 from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
@@ -42,6 +45,7 @@ from rigid_body_sim.physics.model.volume_integrals import (
     ROUND_OFF,
     hull_faces,
     need_closed,
+    second_moments,
     volume_integrals,
 )
 
@@ -57,6 +61,7 @@ __all__ = [
     'of_shape',
     'parallel_axes',
     'principal_axes',
+    'states_its_mass',
     'union',
 ]
 
@@ -113,6 +118,8 @@ def of_density(
     tolerance : [-] change of mass, centre (in radii of gyration) and inertia between the last two
                 quadratures; InvalidModel if it is not met: layers belong into a `union`
     """
+    if isinstance(shape, Mesh):
+        need_single(shape.vertices, shape.faces, name=shape.name)
     before = None
     change = math.inf
     for n in POINTS:
@@ -145,7 +152,7 @@ def of_linear_density(shape: Shape, *, at_origin: float, gradient: ArrayLike) ->
             f'the density falls to {least:.6g} kg/m^3 within the shape; '
             'it must stay zero or positive'
         )
-    return of_density(shape, lambda x: at_origin + x @ slope)
+    return of_density(shape, lambda x: at_origin + dot(x, slope))
 
 
 def parallel_axes(inertia: ArrayLike, *, mass: float, offset: ArrayLike) -> Array:
@@ -168,9 +175,15 @@ def moment_about(properties: MassProperties, *, point: ArrayLike, direction: Arr
         direction : (3,)      along the axis, of any length but zero
     """
     n = np.asarray(direction, dtype=np.float64)
-    n = n / np.linalg.norm(n)
+    size = float(np.max(np.abs(n)))
+    if n.shape != (3,) or not (0.0 < size < math.inf):
+        raise InvalidModel(
+            f'an axis needs a finite direction of non-zero length, got {np.asarray(direction)}'
+        )
+    n = n / size
+    n = n / length(n)
     lever = np.cross(n, properties.center_of_mass - np.asarray(point, dtype=np.float64))
-    return float(n @ properties.inertia @ n + properties.mass * (lever @ lever))
+    return float(dot(n, times(properties.inertia, n)) + properties.mass * dot(lever, lever))
 
 
 def moved(
@@ -183,8 +196,8 @@ def moved(
         orientation : (4,) [-]  unit quaternion xyzw, shape axes to new axes
     """
     r = rotation.matrix_from_quaternion(orientation)
-    center = np.asarray(position, dtype=np.float64) + r @ properties.center_of_mass
-    return MassProperties(properties.mass, center, _symmetric(r @ properties.inertia @ r.T))
+    center = np.asarray(position, dtype=np.float64) + times(r, properties.center_of_mass)
+    return MassProperties(properties.mass, center, turned_tensor(r, properties.inertia))
 
 
 def union(parts: Sequence[MassProperties]) -> MassProperties:
@@ -205,7 +218,9 @@ def _of_points(
     if isinstance(shape, Particle):
         if mass is None:
             raise InvalidModel('a particle needs a mass [kg]')
-        return MassProperties(_positive_mass(mass), np.zeros(3), np.zeros((3, 3)))
+        with blaming('mass'):
+            mass = _positive_mass(mass)
+        return MassProperties(mass, np.zeros(3), np.zeros((3, 3)))
     total, center, inertia = _sums(shape.masses, shape.positions)
     _need_agreement(mass, total, 'particles')
     return MassProperties(_positive_mass(total), center, inertia)
@@ -214,14 +229,18 @@ def _of_points(
 def _of_parts(shape: Union, *, mass: float | None, density: float | None) -> MassProperties:
     parts = []
     for number, part in enumerate(shape.parts):
-        of_whole = part.mass is None and not isinstance(part.shape, Particle | Particles)
-        own = density if of_whole and part.density is None else part.density
-        if of_whole and own is None:
-            raise InvalidModel(
-                f'parts[{number}]: neither mass nor density is given, and a mass of the whole is '
-                'not shared out; give the part a mass [kg], or the whole a density [kg/m^3]',
-                at=('shape',),
-            )
+        own = part.density
+        if part.mass is None and own is None and not isinstance(part.shape, Particle | Particles):
+            own = density
+            if own is None and not isinstance(
+                part.shape, Union
+            ):  # whose parts speak for themselves
+                raise InvalidModel(
+                    f'parts[{number}]: neither mass nor density is given, and a mass of the whole '
+                    'is not shared out; give the part a mass [kg], or the whole a density '
+                    '[kg/m^3]',
+                    at=('shape',),
+                )
         try:
             of = of_shape(part.shape, mass=part.mass, density=own)
         except InvalidModel as error:
@@ -230,6 +249,16 @@ def _of_parts(shape: Union, *, mass: float | None, density: float | None) -> Mas
     whole = union(parts)
     _need_agreement(mass, whole.mass, 'parts')
     return MassProperties(_positive_mass(whole.mass), whole.center_of_mass, whole.inertia)
+
+
+def states_its_mass(shape: Shape) -> bool:
+    """Tell whether particles, or all parts of a union, say what they weigh."""
+    if isinstance(shape, Union):
+        return all(
+            part.mass is not None or part.density is not None or states_its_mass(part.shape)
+            for part in shape.parts
+        )
+    return isinstance(shape, Particles)
 
 
 def _need_agreement(mass: float | None, total: float, of: str) -> None:
@@ -243,9 +272,9 @@ def _sums(masses: Array, positions: Array) -> tuple[float, Array, Array]:
     """Sum point masses, from coordinates shifted to their mean: a far origin costs no digits."""
     mass = float(np.sum(masses))
     origin = np.mean(positions, axis=0)
-    center = np.einsum('i,ij->j', masses, positions - origin) / mass
+    center = np.sum(masses[:, None] * (positions - origin), axis=0) / mass
     d = positions - origin - center
-    return mass, origin + center, _turned_out(np.einsum('i,ij,ik->jk', masses, d, d))
+    return mass, origin + center, _turned_out(second_moments(masses, d))
 
 
 def _solid(
@@ -270,6 +299,7 @@ def _solid(
             return volume_integrals(vertices, hull_faces(vertices))
         case Mesh(vertices=vertices, faces=faces, name=name):
             need_closed(faces, name=name)
+            need_single(vertices, faces, name=name)
             return volume_integrals(vertices, faces, name=f'mesh {name!r}')
 
 
@@ -288,8 +318,8 @@ def _by_quadrature(shape: Shape, density: Callable[[Array], Array], n: int) -> M
         origin = np.mean(points, axis=0) if origin is None else origin
         d, dm = points - origin, weights * values
         mass += float(np.sum(dm))
-        first += dm @ d
-        second += np.einsum('i,ij,ik->jk', dm, d, d)
+        first += np.sum(dm[:, None] * d, axis=0)
+        second += second_moments(dm, d)
     assert origin is not None
     mass = _positive_mass(mass)
     center = first / mass
@@ -301,9 +331,7 @@ def _by_quadrature(shape: Shape, density: Callable[[Array], Array], n: int) -> M
 def _change(a: MassProperties, b: MassProperties) -> float:
     """Largest relative change of mass, centre and inertia."""
     size = float(np.trace(b.inertia))
-    apart = float(np.linalg.norm(a.center_of_mass - b.center_of_mass)) / math.sqrt(
-        abs(size) / b.mass
-    )
+    apart = float(length(a.center_of_mass - b.center_of_mass)) / math.sqrt(abs(size) / b.mass)
     tensor = float(np.max(np.abs(a.inertia - b.inertia))) / abs(size)
     return max(abs(a.mass - b.mass) / b.mass, apart, tensor)
 
@@ -315,13 +343,13 @@ def _least(shape: Shape, slope: Array) -> float:
         case Sphere(radius=r):
             return -r * math.hypot(across, along)
         case Box(size=size):
-            return -0.5 * float(np.abs(slope) @ np.array(size))
+            return -0.5 * float(dot(np.abs(slope), size))
         case Cylinder(radius=r, length=h):
             return -r * across - 0.5 * h * along
         case Capsule(radius=r, length=h):
             return -r * math.hypot(across, along) - 0.5 * h * along
         case ConvexHull(vertices=vertices) | Mesh(vertices=vertices):
-            return float(np.min(vertices @ slope))
+            return float(np.min(dot(vertices, slope)))
         case _:
             return 0.0  # has no volume, and is refused for that
 
@@ -348,11 +376,13 @@ def _mass(volume: float, *, mass: float | None, density: float | None) -> float:
     if mass is not None and density is not None:
         raise InvalidModel('give either mass [kg] or density [kg/m^3], and not both')
     if mass is not None:
-        return _positive_mass(mass)
+        with blaming('mass'):
+            return _positive_mass(mass)
     assert density is not None
-    if not (math.isfinite(density) and density > 0.0):
-        raise InvalidModel(f'density is {density} kg/m^3; it must be positive and finite')
-    return _positive_mass(density * volume)
+    with blaming('density'):
+        if not (math.isfinite(density) and density > 0.0):
+            raise InvalidModel(f'density is {density} kg/m^3; it must be positive and finite')
+        return _positive_mass(density * volume)
 
 
 def _positive_mass(mass: float) -> float:

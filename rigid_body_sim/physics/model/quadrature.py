@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.plain_products import dot, product
 from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
@@ -143,11 +144,11 @@ def _fan(vertices: Array, faces: NDArray[np.int64], n: int) -> Iterator[Nodes]:
     shares = np.stack((first, grid[:, 0] - first - third, third), axis=1)
     middle = np.mean(vertices, axis=0)
     corners = (vertices - middle)[faces]
-    six_volumes = np.einsum('ij,ij->i', corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    six_volumes = dot(corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
     if np.sum(six_volumes) < 0.0:  # all triangles face inwards
         six_volumes = -six_volumes
     step = max(1, MOST_AT_ONCE // len(weights))
     for begin in range(0, len(faces), step):
         part = slice(begin, begin + step)
-        points = middle + np.einsum('ks,fsd->fkd', shares, corners[part]).reshape(-1, 3)
+        points = middle + product(shares, corners[part]).reshape(-1, 3)
         yield points, (six_volumes[part, None] * weights).reshape(-1)

@@ -9,15 +9,19 @@ order of factors. Not the kernels of the integrators: this is the plain form for
 reporting and testing.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.numbers import numbers
 
 Array = NDArray[np.float64]
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 UNIT_ULPS = 4  # [ulp] a length this near to one is kept: dividing would only move the last bits
+NEARLY_UNIT = UNIT_ULPS * float(np.finfo(np.float64).eps)  # of a squared length: half as wide
 
 
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:
@@ -85,6 +89,14 @@ def normalise(q: ArrayLike) -> Array:
         length = largest * scaled_length
     is_unit = np.abs(length - 1.0) <= UNIT_ULPS * np.finfo(np.float64).eps
     return np.where(is_unit, q, scaled / scaled_length)
+
+
+def unit_quaternion(values: Any) -> tuple[float, float, float, float]:
+    """Return the unit quaternion of four numbers of any length but zero; InvalidModel if none."""
+    x, y, z, w = numbers(values, 4, unit='-')
+    if not abs(x * x + y * y + z * z + w * w - 1.0) <= NEARLY_UNIT:
+        x, y, z, w = normalise((x, y, z, w)).tolist()
+    return x, y, z, w
 
 
 def matrix_from_quaternion(q: ArrayLike) -> Array:

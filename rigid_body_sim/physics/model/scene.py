@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.errors import blaming
+from rigid_body_sim.physics.model.rotation import IDENTITY, unit_quaternion
 from rigid_body_sim.physics.model.shapes import Shape
 
 Vector = tuple[float, float, float]
@@ -35,12 +37,19 @@ class Motion:
     orientation      : (4,) [-]      unit quaternion xyzw, body to world
     velocity         : (3,) [m/s]    centre of mass, world
     angular_velocity : (3,) [rad/s]  world axes
+
+    An orientation of another length is scaled to one, as that of a scene file is.
     """
 
     position: Vector = (0.0, 0.0, 0.0)
-    orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    orientation: Quaternion = IDENTITY
     velocity: Vector = (0.0, 0.0, 0.0)
     angular_velocity: Vector = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.orientation is not IDENTITY:
+            with blaming('orientation'):
+                object.__setattr__(self, 'orientation', unit_quaternion(self.orientation))
 
 
 @dataclass(frozen=True)
@@ -71,6 +80,20 @@ class MassFlow:
 
 
 @dataclass(frozen=True)
+class InertiaOverTime:
+    """
+    Principal moments that change over time while mass and axes stay, see
+    `model.inertia_over_time`.
+
+    table         : rows (time [s], ixx, iyy, izz [kg m^2]), times ascending
+    interpolation : 'smooth' or 'linear'
+    """
+
+    table: tuple[tuple[float, float, float, float], ...]
+    interpolation: str = 'smooth'
+
+
+@dataclass(frozen=True)
 class Pivot:
     """
     A point of a body that stays where it is: a ball joint to the world.
@@ -93,6 +116,7 @@ class Body:
     inertia        : (3, 3) [kg m^2]  about the centre of mass, body axes; None for a point mass
     fixed          : immovable: its inverse mass and inertia are zero
     mass_flow      : how the mass changes; then `mass` and `inertia` are those at the start
+    inertia_over_time : how the inertia changes; then `inertia` is that at the start, and diagonal
     pivot          : the point about which it turns; then `initial` tells its orientation and
                      angular velocity, and its position and velocity follow from them
     shape_position, shape_orientation : where the shape lies: (3,) [m] its origin in body
@@ -111,6 +135,7 @@ class Body:
     pivot: Pivot | None = None
     shape_position: Vector = (0.0, 0.0, 0.0)
     shape_orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    inertia_over_time: InertiaOverTime | None = None
 
     @property
     def is_point(self) -> bool:

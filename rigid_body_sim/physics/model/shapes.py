@@ -13,11 +13,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, blaming
+from rigid_body_sim.physics.model.numbers import is_number, numbers, shown
+from rigid_body_sim.physics.model.rotation import unit_quaternion
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,9 @@ class Box:
     size: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        for axis, edge in zip('xyz', self.size, strict=True):
+        with blaming('size'):
+            size = numbers(self.size, 3, unit='m')
+        for axis, edge in zip('xyz', size, strict=True):
             _need_positive(f'size along {axis}', edge)
 
 
@@ -96,7 +101,7 @@ class Mesh:
 
     def __post_init__(self) -> None:
         vertices = _points(f'mesh {self.name!r}: vertices', self.vertices, at_least=4)
-        faces = np.array(self.faces, dtype=np.int64)
+        faces = _whole(self.faces, name=self.name)
         if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) < 4:
             raise InvalidModel(
                 f'mesh {self.name!r}: faces have the shape {faces.shape}; '
@@ -121,7 +126,7 @@ class Particles:
 
     def __post_init__(self) -> None:
         positions = _points('positions', self.positions, at_least=1)
-        masses = np.array(self.masses, dtype=np.float64)
+        masses = _array('masses', self.masses)
         if masses.shape != (len(positions),):
             raise InvalidModel(
                 f'{len(positions)} positions need as many masses, got the shape {masses.shape}'
@@ -146,15 +151,17 @@ class Plane:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        x, y, z = self.normal
+        with blaming('normal'):
+            x, y, z = numbers(self.normal, 3, unit='-')
         largest = max(abs(x), abs(y), abs(z))
-        if not (math.isfinite(largest) and largest > 0.0 and math.isfinite(self.offset)):
+        if not (largest > 0.0 and is_number(self.offset)):
             raise InvalidModel(
                 f'normal {self.normal}, offset {self.offset} m: a plane needs a finite normal '
                 'of non-zero length and a finite offset'
             )
-        length = math.hypot(x / largest, y / largest, z / largest)
-        normal = (x / largest / length, y / largest / length, z / largest / length)
+        x, y, z = x / largest, y / largest, z / largest
+        length = math.sqrt(x * x + y * y + z * z)
+        normal = (x / length, y / length, z / length)
         object.__setattr__(self, 'normal', normal)
 
 
@@ -178,8 +185,18 @@ class Part:
     def __post_init__(self) -> None:
         if isinstance(self.shape, Plane):
             raise InvalidModel('a plane has no mass and is no part of a union; remove it')
+        if not isinstance(self.shape, Shape):
+            raise InvalidModel(f'got {shown(self.shape)}; a shape is needed', at=('shape',))
         if self.mass is not None and self.density is not None:
             raise InvalidModel('give either mass [kg] or density [kg/m^3], and not both')
+        for name, unit in (('mass', 'kg'), ('density', 'kg/m^3')):
+            given = getattr(self, name)
+            if given is not None:
+                _need_positive(name, given, unit=unit)
+        with blaming('position'):
+            numbers(self.position, 3, unit='m')
+        with blaming('orientation'):
+            object.__setattr__(self, 'orientation', unit_quaternion(self.orientation))
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,8 +210,11 @@ class Union:
     parts: tuple[Part, ...]
 
     def __post_init__(self) -> None:
-        if not self.parts:
+        if not isinstance(self.parts, list | tuple) or not self.parts:
             raise InvalidModel('parts is empty; a union needs at least one part')
+        for i, part in enumerate(self.parts):
+            if not isinstance(part, Part):
+                raise InvalidModel(f'got {shown(part)}; a Part is needed', at=('parts', i))
 
 
 Shape = (
@@ -203,12 +223,33 @@ Shape = (
 
 
 def _need_positive(what: str, value: float, *, unit: str = 'm') -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise InvalidModel(f'{what} is {value} {unit}; it must be positive and finite')
+    if not (is_number(value) and value > 0.0):
+        got = value if isinstance(value, float) else shown(value)
+        raise InvalidModel(f'{what} is {got} {unit}; it must be positive and finite')
+
+
+def _array(what: str, values: Any) -> NDArray[np.float64]:
+    try:
+        if np.asarray(values).dtype.kind in 'iuf':
+            return np.array(values, dtype=np.float64)
+    except ValueError:  # rows of different lengths
+        pass
+    raise InvalidModel(f'{what}: got {shown(values)}; an array of numbers is needed')
+
+
+def _whole(values: Any, *, name: str) -> NDArray[np.int64]:
+    found = _array(f'mesh {name!r}: faces', values)
+    with np.errstate(invalid='ignore'):
+        faces = found.astype(np.int64)
+    if not np.array_equal(faces, found):
+        raise InvalidModel(
+            f'mesh {name!r}: faces hold {shown(values)}; whole numbers of vertices are needed'
+        )
+    return faces
 
 
 def _points(what: str, points: object, *, at_least: int) -> NDArray[np.float64]:
-    array = np.array(points, dtype=np.float64)
+    array = _array(what, points)
     if array.ndim != 2 or array.shape[1] != 3 or len(array) < at_least:
         raise InvalidModel(
             f'{what} have the shape {array.shape}; (n, 3) is needed: at least {at_least} '

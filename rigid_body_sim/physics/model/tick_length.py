@@ -10,13 +10,20 @@ although no binary floating-point number equals 0.001; 1/3 is refused, not round
 from decimal import Decimal
 
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.numbers import is_number, shown
 
 NANOSECONDS = Decimal(1_000_000_000)  # [ns/s]
 LONGEST_NS = 2**63 - 1  # [ns] what a signed 64-bit stamp holds, 292 years
 
 
 def tick_nanoseconds(dt: float) -> int:
-    """Return dt [s] in nanoseconds; dt is read by the shortest decimal form of the number."""
+    """
+    Return dt [s] in nanoseconds; dt is read by the shortest decimal form of the number.
+
+    Raises InvalidModel for what is no number, not positive, or not a whole number of nanoseconds.
+    """
+    if not is_number(dt) and not isinstance(dt, float):
+        raise InvalidModel(f'got {shown(dt)}; dt is a finite number of seconds, such as 0.001')
     exact = Decimal(repr(float(dt))) * NANOSECONDS
     if not exact.is_finite() or exact <= 0:
         raise InvalidModel(

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.plain_products import dot, length
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -44,19 +45,28 @@ def volume_integrals(
     volumes = _volumes(corners)
     volume = float(np.sum(volumes))
     _need_thickness(volume, corners, name=name)
-    center = np.einsum('i,ijk->k', volumes, corners) / (4.0 * volume)
+    weights = np.repeat(volumes, 3)
+    center = np.sum(weights[:, None] * corners.reshape(-1, 3), axis=0) / (4.0 * volume)
     corners = corners - center
     volumes = _volumes(corners)  # about the centre: the large terms that would cancel are gone
     total = np.sum(corners, axis=1)
-    second = np.einsum('i,ijk,ijl->kl', volumes, corners, corners) + np.einsum(
-        'i,ik,il->kl', volumes, total, total
-    )
+    second = second_moments(np.repeat(volumes, 3), corners.reshape(-1, 3))
+    second += second_moments(volumes, total)
     second /= 20.0 * volume
     inertia = np.trace(second) * np.eye(3) - second
     inertia[np.abs(inertia) <= ROUND_OFF * np.trace(inertia)] = (
         0.0  # a symmetric solid gets an exactly diagonal tensor
     )
     return abs(volume), origin + center, 0.5 * (inertia + inertia.T)
+
+
+def second_moments(weights: Array, points: Array) -> Array:
+    """Return the sum of w x x^T (3, 3) of weights (n,) and points (n, 3), first term first."""
+    columns = [weights * points[:, j] for j in range(3)]
+    rows = [
+        [np.sum(columns[min(j, k)] * points[:, max(j, k)]) for k in range(3)] for j in range(3)
+    ]
+    return np.array(rows)
 
 
 def hull_faces(vertices: Array) -> Faces:
@@ -76,7 +86,7 @@ def hull_faces(vertices: Array) -> Faces:
         ) from error
     faces = hull.simplices.astype(np.int64)
     a, b, c = (shifted[faces[:, corner]] for corner in range(3))
-    inward = np.einsum('ij,ij->i', np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    inward = dot(np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
     faces[inward] = faces[inward][:, ::-1]
     return faces
 
@@ -113,12 +123,12 @@ def need_closed(faces: Faces, *, name: str) -> None:
 
 def _volumes(corners: Array) -> Array:
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    return np.einsum('ij,ij->i', a, np.cross(b, c)) / 6.0
+    return dot(a, np.cross(b, c)) / 6.0
 
 
 def _need_thickness(volume: float, corners: Array, *, name: str) -> None:
     edges = corners[:, 1:] - corners[:, :1]
-    area = 0.5 * float(np.sum(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)))
+    area = 0.5 * float(np.sum(length(np.cross(edges[:, 0], edges[:, 1]))))
     extent = float(np.max(np.abs(corners)))
     if not abs(volume) > FLAT * area * extent or not np.isfinite(volume):
         raise InvalidModel(

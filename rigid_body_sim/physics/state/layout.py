@@ -16,9 +16,12 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import rotation as so3
-from rigid_body_sim.physics.model.inertia_tensor import principal_axes
+from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
+from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.pivot import arm_of, check_pivot, inertia_of
 from rigid_body_sim.physics.model.place import WORLD, Place
+from rigid_body_sim.physics.model.plain_products import product, times
+from rigid_body_sim.physics.model.principal_axes import principal_axes
 from rigid_body_sim.physics.model.scene import Body, Scene, Vector
 from rigid_body_sim.physics.model.variable_mass import check_flow, end_of_flow, flow_of
 from rigid_body_sim.physics.state.blocks import (
@@ -68,6 +71,9 @@ class Layout:
             if body.mass_flow is not None:
                 with blaming('bodies', i):
                     check_flow(body)
+            if body.inertia_over_time is not None:
+                with blaming('bodies', i, 'inertia_over_time'):
+                    check_inertia_over_time(body)
             if body.pivot is not None:
                 with blaming('bodies', i, 'pivot'):
                     check_pivot(body, scene.contact)
@@ -92,9 +98,9 @@ class Layout:
         """Scene index of a body; InvalidModel for an unknown name."""
         try:
             return self._index[name]
-        except KeyError:
+        except (KeyError, TypeError):  # TypeError: a list or an array is no name
             known = ', '.join(self.names[:NAMED]) + (', …' if len(self.names) > NAMED else '')
-            raise InvalidModel(f'no body is named {name!r}; the scene has: {known}') from None
+            raise InvalidModel(f'no body is named {shown(name)}; the scene has: {known}') from None
 
     def core(self, name: str) -> int:
         """Core index of a moving body; InvalidModel for an unknown or a fixed one."""
@@ -120,7 +126,7 @@ class Layout:
             start = record.initial
             return Place(-1, -1, as_vector(start.position + so3.rotate(start.orientation, arm)))
         if core < self.n_rigid:
-            return Place(core, core, as_vector(self._axes[core].T @ arm))
+            return Place(core, core, as_vector(times(self._axes[core].T, arm)))
         if np.any(arm):
             raise InvalidModel(
                 f'{body!r} is a point mass and has no point {tuple(point or ())}; leave the '
@@ -135,14 +141,14 @@ class Layout:
 
     def arm(self, core: int) -> Vector:
         """Arm from the pivot of a body to its centre of mass [m], principal axes."""
-        return as_vector(self._axes[core].T @ arm_of(self.body(core)))
+        return as_vector(times(self._axes[core].T, arm_of(self.body(core))))
 
     def principal_axes(self, body: str, vector: Vector) -> Vector:
         """Turn a vector from the axes of a body into its principal axes."""
         core = self.core(body)
         if core >= self.n_rigid:
             raise InvalidModel(f'{body!r} is a point mass and has no axes; use the frame world')
-        return as_vector(self._axes[core].T @ np.asarray(vector))
+        return as_vector(times(self._axes[core].T, vector))
 
     def mass(self, body: str) -> tuple[float, float, float]:
         """
@@ -162,7 +168,7 @@ class Layout:
         Turn matrices (n_rigid, 3, 3) from principal axes to world into those from body axes to
         world.
         """
-        return matrices @ np.swapaxes(self._axes, 1, 2)
+        return product(matrices, np.swapaxes(self._axes, 1, 2))
 
     def translation(self) -> Array:
         """Make the translation blocks at the start of the scene."""

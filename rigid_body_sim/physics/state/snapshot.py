@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import argument, kernel
+from rigid_body_sim.physics.model.inertia_over_time import moments_at
 from rigid_body_sim.physics.model.pivot import arm_of
 from rigid_body_sim.physics.model.variable_mass import flow_of, masses_at
 from rigid_body_sim.physics.state import blocks
@@ -114,7 +115,7 @@ def _move_to_centers(count, pivots, values):
 @dataclass(frozen=True, eq=False)
 class State:
     """
-    The bodies of a scene at one instant: a copy, in scene order.
+    The bodies of a scene at one instant: a copy, in scene order, that cannot be written to.
 
     values : (n, COLUMNS)  rows of `body`
     masses : (n,) [kg]  zero for fixed bodies; None where the mass of no body changes
@@ -122,6 +123,12 @@ class State:
 
     values: Array
     masses: Array | None = None
+
+    def __post_init__(self) -> None:
+        self.values.flags.writeable = False  # views of it are then read-only too
+
+    def __repr__(self) -> str:
+        return f'<State of {len(self.values)} bodies: position, orientation, velocity, …>'
 
     @property
     def position(self) -> Array:
@@ -172,6 +179,11 @@ class StateReader:
         self._scene_index = argument(layout.moving)
         self._flowing = np.array([flow_of(body) is not None for body in layout.bodies])
         self._bodies = layout.bodies
+        self._changing = [
+            (core, body.inertia_over_time)
+            for core, body in ((c, layout.body(c)) for c in range(layout.n_rigid))
+            if body.inertia_over_time is not None
+        ]
         rows = [
             (layout.moving[core], *arm_of(layout.body(core)), layout.body(core).mass)
             for core in layout.pivoted
@@ -181,6 +193,12 @@ class StateReader:
     def read(self, translation: Array, rotation: Array, *, time: float) -> State:
         """Read the state of all bodies, `time` [s] after the start of the scene."""
         values = self._still.copy()
+        for core, law in self._changing:
+            moments = moments_at(law, time)  # the blocks may hold those of the last stage
+            block, lane = divmod(core, LANES)
+            blocks.rows(rotation, ROTATION, blocks.INVERSE_MOMENTS, 3)[block, :, lane] = (
+                1.0 / moments
+            )
         _read(
             *self._sizes,
             argument(translation),
@@ -195,6 +213,7 @@ class StateReader:
             return State(values)
         masses = masses_at(self._bodies, time)
         assert masses is not None
+        masses.flags.writeable = False
         # the blocks hold the momenta of the mass at the start
         for i in np.flatnonzero(self._flowing):
             values[i, MOMENTUM:COLUMNS] *= masses[i] / self._bodies[i].mass

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE, SPHERE
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, AS_IT_IS, BALL, CENTRED_BALL
+from rigid_body_sim.physics.model.plain_products import length, times
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -58,11 +59,11 @@ def symmetry_of(kinds: list[int], local_poses: Array) -> tuple[float, Array]:
         if kinds[0] == SPHERE:
             return BALL if offsets.any() else CENTRED_BALL, turns[0, :, 2]
         return float(about), turns[0, :, 2]
-    centers = -np.einsum('mij,mj->mi', turns, offsets)  # of the parts, principal axes
+    centers = -times(turns, offsets)  # of the parts, principal axes
     far = STRAIGHT * float(np.max(np.abs(centers)))
     directions = [
         *(turn[:, 2] for kind, turn in zip(kinds, turns, strict=True) if kind != SPHERE),
-        *(center / np.linalg.norm(center) for center in centers if np.abs(center).max() > far),
+        *(center / length(center) for center in centers if np.abs(center).max() > far),
     ]
     if not set(kinds) <= {SPHERE, CAPSULE, CYLINDER}:
         return AS_IT_IS, turns[0, :, 2]

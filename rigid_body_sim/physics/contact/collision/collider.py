@@ -40,6 +40,8 @@ from rigid_body_sim.physics.contact.collision.aabb import extent
 from rigid_body_sim.physics.contact.collision.solids import solids
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.plain_products import dot, product, times
+from rigid_body_sim.physics.model.plain_products import length as length_of
 from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.physics.model.shapes import (
     Box,
@@ -142,7 +144,7 @@ class Colliders:
             bounds.append(_bounds(body, kind))
             turn = np.eye(3)
             if 0 <= place < layout.n_rigid:
-                turn = to_principal[place] @ _shape_axes(body)
+                turn = product(to_principal[place], _shape_axes(body))
             local_poses.append((*_center_in_shape(body), *turn.ravel()))
             poses.append(_pose(body))
             material = body.material
@@ -243,8 +245,8 @@ def _parameters(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
             return _record(shape, hulls)
         case Plane(normal=normal, offset=offset):
             placed = _pose(body)
-            turned = placed[pose.ROW_X :].reshape(3, 3) @ np.asarray(normal)
-            return np.array([*turned, offset + turned @ placed[: pose.ROW_X]])
+            turned = times(placed[pose.ROW_X :].reshape(3, 3), normal)
+            return np.array([*turned, offset + dot(turned, placed[: pose.ROW_X])])
         case _:
             return np.zeros(1)
 
@@ -280,15 +282,15 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
     radius = float(np.sqrt(np.sum(half * half))) + rounding
     match body.shape:
         case Cylinder(radius=of_side, length=length):
-            radius = float(np.hypot(of_side, 0.5 * length))
+            radius = float(length_of((of_side, 0.5 * length)))
         case ConvexHull(vertices=vertices) | Mesh(vertices=vertices):
             radius = float(np.sqrt(np.max(np.sum((vertices - center) ** 2, axis=1))))
     return (*center.tolist(), *half.tolist(), rounding, radius)
 
 
 def _pose(body: Body) -> Array:
-    turn = so3.matrix_from_quaternion(body.initial.orientation) @ _shape_axes(body)
-    origin = np.asarray(body.initial.position) - turn @ _center_in_shape(body)
+    turn = product(so3.matrix_from_quaternion(body.initial.orientation), _shape_axes(body))
+    origin = np.asarray(body.initial.position) - times(turn, _center_in_shape(body))
     return np.concatenate((origin, turn.ravel()))
 
 
@@ -299,7 +301,7 @@ def _shape_axes(body: Body) -> Array:
 
 def _center_in_shape(body: Body) -> Array:
     """Centre of mass seen from the origin of the shape, shape axes [m]."""
-    return np.subtract(body.center_of_mass, body.shape_position) @ _shape_axes(body)
+    return times(_shape_axes(body).T, np.subtract(body.center_of_mass, body.shape_position))
 
 
 @inline

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.collision import collider_record
 from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
+from rigid_body_sim.physics.model.plain_products import dot
 from rigid_body_sim.physics.model.scene import Scene
 
 Indices = NDArray[np.int64]
@@ -28,7 +29,7 @@ def order(scene: Scene, colliders: Colliders) -> Indices:
     starts = np.array([scene.bodies[i].initial.position for i in indices])
     velocities = np.array([scene.bodies[i].initial.velocity for i in indices])
     down = np.asarray(scene.gravity)
-    height = -(starts @ down)
+    height = -dot(starts, down)
     planes = colliders.types != PLANE
     moves = colliders.bodies >= 0
     keys = [

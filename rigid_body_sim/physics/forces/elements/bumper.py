@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.forces.body_point import apply_force, locate, point_field
-from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key
+from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, need_two_ends
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.vectors import dot, negate, scale, subtract
 
@@ -69,6 +69,9 @@ class Bumper:
     TYPE = 'bumper'
     COLUMNS = SIZE
     accumulate = staticmethod(accumulate)
+
+    def __post_init__(self) -> None:
+        need_two_ends(self.TYPE, self.a, self.b)
 
     def row(self, places: Places) -> tuple[float, ...]:
         """Both ends, then stiffness and length."""

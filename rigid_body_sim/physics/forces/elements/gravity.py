@@ -23,6 +23,7 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.element import BodyState, Places, key
+from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.state.blocks import add_force, position
 from rigid_body_sim.physics.vectors import add, dot, load, scale, subtract
 
@@ -94,9 +95,12 @@ class Gravity:
     accumulate = staticmethod(accumulate)
 
     def __post_init__(self) -> None:
-        if len(set(self.among)) != len(self.among) or len(self.among) < 2:
+        names = self.among if isinstance(self.among, list | tuple) else ()
+        if not all(isinstance(name, str) for name in names):
+            names = ()
+        if len(set(names)) != len(names) or len(names) < 2:
             raise InvalidModel(
-                f'gravity among {self.among}; at least two bodies are needed, each once'
+                f'gravity among {shown(self.among)}; at least two bodies are needed, each once'
             )
 
     def row(self, places: Places) -> tuple[float, ...]:

@@ -35,7 +35,7 @@ from rigid_body_sim.physics.forces.derivatives import (
     add_between_points,
     add_turning_arm,
 )
-from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key
+from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, need_two_ends
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.vectors import add, dot, negate, scale, subtract
 
@@ -185,6 +185,9 @@ class Spring:
     accumulate = staticmethod(accumulate)
     linearise = staticmethod(linearise)
 
+    def __post_init__(self) -> None:
+        need_two_ends(self.TYPE, self.a, self.b)
+
     def row(self, places: Places) -> tuple[float, ...]:
         """Both ends, then stiffness, damping, rest length."""
         a = places.place(self.a, self.a_point)
@@ -194,7 +197,8 @@ class Spring:
     def tie(self) -> Tie:
         """Its stiffness and damping."""
         ends = ((self.a, self.a_point), (self.b, self.b_point))
-        return Tie(*ends, stiffness=self.stiffness, damping=self.damping)
+        linear = self.rest_length == 0.0
+        return Tie(*ends, stiffness=self.stiffness, damping=self.damping, linear=linear)
 
     def bodies(self) -> tuple[str, ...]:
         """Both ends."""

@@ -6,14 +6,15 @@ A force and torque on one body given over time by a table, in world axes or in t
     F(t) = c0 + c1 s + c2 s^2 + c3 s^3,   s = t - t_i,   t_i <= t < t_i+1; likewise the torque
     F acts at a point of the body: torque about the centre of mass = arm x F + torque
 
-linear : straight from row to row; a kink at a row lowers an integrator to order two, unless it
-         lies on a tick boundary
+linear : straight from row to row
 cubic  : the twice continuously differentiable spline through the rows (not-a-knot; scipy's
          CubicSpline)
 
 Time counts from the start of the scene. Before the first and after the last row the wrench is
-zero, or with `outside: hold` that of the nearest row. It takes and gives energy from outside: none
-is conserved.
+zero, or with `outside: hold` that of the nearest row. At a row the wrench has a kink, or its third
+derivative jumps: a tick is cut at the rows inside it (`forces.schedule`), so that a method keeps
+its order. Rows much denser than ticks cost as many steps. It takes and gives energy from outside:
+none is conserved.
 """
 
 from __future__ import annotations
@@ -26,10 +27,12 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.forces import body_point
 from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
+from rigid_body_sim.physics.model.numbers import is_number, shown
+from rigid_body_sim.physics.model.plain_products import product
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
 from rigid_body_sim.physics.vectors import add, cross, load
@@ -50,6 +53,8 @@ BEGIN = interval.number('s', 'when it begins')
 FORCE = interval.numbers(COMPONENTS * CUBIC, 'N s^-n', 'coefficients of Fx, then of Fy, of Fz')
 TORQUE = interval.numbers(COMPONENTS * CUBIC, 'N m s^-n', 'coefficients of the torque, likewise')
 SIZE = interval.size
+
+LISTS = (list, tuple, np.ndarray)  # what a table and its rows may be
 
 
 @inline
@@ -125,6 +130,12 @@ class TimeTable:
     accumulate = staticmethod(accumulate)
 
     def __post_init__(self) -> None:
+        with blaming('table'):
+            self._check_table()
+
+    def _check_table(self) -> None:
+        if not isinstance(self.table, LISTS) or not all(map(_is_row, self.table)):
+            raise InvalidModel(f'got {shown(self.table)}; a list of rows of numbers is needed')
         widths = {len(row) for row in self.table}
         if (
             len(self.table) < 2
@@ -136,7 +147,7 @@ class TimeTable:
                 'at least two rows are needed, '
                 'all of (t, fx, fy, fz) or all of (t, fx, fy, fz, tx, ty, tz)'
             )
-        numbers = np.array(self.table)
+        numbers = np.array(self.table, dtype=np.float64)
         if not np.all(np.isfinite(numbers)):
             raise InvalidModel('the table holds NaN or infinity; every number must be finite')
         late = np.flatnonzero(np.diff(numbers[:, 0]) <= 0.0)
@@ -175,9 +186,7 @@ class TimeTable:
             )
         if self.frame == 'body':
             axes = np.array([places.principal_axes(self.body, _unit(i)) for i in range(3)])
-            turned = [
-                np.einsum('ji,kjl->kil', axes, part) for part in np.split(coefficients, 2, axis=1)
-            ]
+            turned = [product(axes.T, part) for part in np.split(coefficients, 2, axis=1)]
             coefficients = np.concatenate(turned, axis=1)
         intervals = np.concatenate((t[:-1, None], coefficients.reshape(-1, SIZE - 1)), axis=1)
         in_body = 1.0 if self.frame == 'body' else 0.0
@@ -197,6 +206,10 @@ class TimeTable:
             return (-math.inf, math.inf)
         return (self.table[0][0], self.table[-1][0])
 
+    def kinks(self) -> tuple[float, ...]:
+        """The times of its rows [s]."""
+        return tuple(row[0] for row in self.table)
+
     def bodies(self) -> tuple[str, ...]:
         """The one body; whatever pushes it is not in the scene."""
         return (self.body,)
@@ -212,6 +225,11 @@ class TimeTable:
     def potential_energy(self, state: BodyState) -> float:
         """A force over time stores nothing."""
         return 0.0
+
+
+def _is_row(row: object) -> bool:
+    """Tell whether something is a row of numbers, perhaps not finite."""
+    return isinstance(row, LISTS) and all(isinstance(x, float) or is_number(x) for x in row)
 
 
 def _unit(axis: int) -> Vector:

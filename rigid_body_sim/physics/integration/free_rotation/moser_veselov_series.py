@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.model.plain_products import power
 from rigid_body_sim.physics.state.blocks import LANES
 
 Array = NDArray[np.float64]
@@ -63,15 +64,15 @@ def series(moments: Array, order: int) -> Array:
         returns : (n, 2 series_rows): s of A, H; A^2, A H, H^2; A^3, A^2 H, …; then d of the same
     """
     # in units of a power of two near the middle moment: the same bits, and no overflow of D^4
-    unit = 2.0 ** np.round(np.log2(np.median(moments, axis=1, keepdims=True)))
-    sums = _sums(*(moments / unit).T)
+    exponent = np.frexp(np.median(moments, axis=1))[1]
+    sums = _sums(*np.ldexp(moments, -exponent[:, None]).T)
     of_s, of_d = [], []
     for degree, coefficients in enumerate(_DEGREES[: order // 2 - 1], start=1):
         s, d = coefficients(sums)
         for place, (one, other) in enumerate(zip(s, d)):
             power = 2 * degree - place  # of the unit: A^(degree - place) H^place
-            of_s.append(one / unit[:, 0] ** power)
-            of_d.append(other / unit[:, 0] ** (power + 1))
+            of_s.append(np.ldexp(one, -exponent * power))
+            of_d.append(np.ldexp(other, -exponent * (power + 1)))
     return np.array(of_s + of_d, dtype=np.float64).reshape(2 * series_rows(order), len(moments)).T
 
 
@@ -99,7 +100,9 @@ class _Sums(NamedTuple):
 
 def _sums(i1: Array, i2: Array, i3: Array) -> _Sums:
     def cyclic(p: int, q: int) -> Array:
-        return (i1**p + i2**p) / i3**q + (i2**p + i3**p) / i1**q + (i3**p + i1**p) / i2**q
+        of_p, of_q = [[power(x, n) for x in (i1, i2, i3)] for n in (p, q)]
+        (p1, p2, p3), (q1, q2, q3) = of_p, of_q
+        return (p1 + p2) / q3 + (p2 + p3) / q1 + (p3 + p1) / q2
 
     s1 = i1 + i2 + i3
     x1 = 1 / i1 + 1 / i2 + 1 / i3
@@ -107,12 +110,12 @@ def _sums(i1: Array, i2: Array, i3: Array) -> _Sums:
         product=i1 * i2 * i3,
         s1=s1,
         s2=i1 * i1 + i2 * i2 + i3 * i3,
-        s3=i1**3 + i2**3 + i3**3,
-        s4=i1**4 + i2**4 + i3**4,
+        s3=power(i1, 3) + power(i2, 3) + power(i3, 3),
+        s4=power(i1, 4) + power(i2, 4) + power(i3, 4),
         x1=x1,
         x2=1 / (i1 * i1) + 1 / (i2 * i2) + 1 / (i3 * i3),
-        x3=1 / i1**3 + 1 / i2**3 + 1 / i3**3,
-        x4=1 / i1**4 + 1 / i2**4 + 1 / i3**4,
+        x3=1 / power(i1, 3) + 1 / power(i2, 3) + 1 / power(i3, 3),
+        x4=1 / power(i1, 4) + 1 / power(i2, 4) + 1 / power(i3, 4),
         q11=s1 * x1 - 3,
         q12=cyclic(1, 2),
         q13=cyclic(1, 3),
@@ -161,14 +164,14 @@ def _seventh(of: _Sums) -> Terms:
     q11, q12, q21 = of.q11, of.q12, of.q21
     return (
         [
-            (17 * s3 - 15 * product * q11 + 4 * product) / (2520 * product**3),
+            (17 * s3 - 15 * product * q11 + 4 * product) / (2520 * power(product, 3)),
             (9 * s1 + 10 * product * x2 - 6 * q21) / (420 * product**2),
             (53 * s2 - 100 * product * x1 + 6 * product * q12) / (2520 * product**2),
             (15 - product * x3 - 2 * q11) / (630 * product),
         ],
         [
-            (34 * product * x1 - 19 * s2) / (2520 * product**3),
-            (s3 + 2 * product * q11 - 85 * product) / (1260 * product**3),
+            (34 * product * x1 - 19 * s2) / (2520 * power(product, 3)),
+            (s3 + 2 * product * q11 - 85 * product) / (1260 * power(product, 3)),
             (47 * s1 + 13 * q21 - 38 * product * x2) / (2520 * product**2),
             (9 * product * x1 + product * q12 - 11 * s2) / (1260 * product**2),
         ],
@@ -184,9 +187,9 @@ def _ninth(of: _Sums) -> Terms:
     return (
         [
             (62 * s4 - 94 * product * q21 + 66 * product**2 * x2 + 81 * product * s1)
-            / (45360 * product**4),
+            / (45360 * power(product, 4)),
             (-77 * q31 + 75 * product * q12 + 214 * s2 - 240 * product * x1)
-            / (22680 * product**3),
+            / (22680 * power(product, 3)),
             (
                 26 * product * q22
                 + 55 * s3
@@ -194,16 +197,17 @@ def _ninth(of: _Sums) -> Terms:
                 - 50 * product**2 * x3
                 - 59 * product * q11
             )
-            / (7560 * product**3),
+            / (7560 * power(product, 3)),
             (137 * product * x2 - product * q13 + 3 * s1 - 69 * q21) / (11340 * product**2),
             (2 * product**2 * x4 + 5 * product * q12 - 171 * product * x1 + 159 * s2)
             / (45360 * product**2),
         ],
         [
-            (60 * product * q11 - 61 * s3 - 247 * product) / (45360 * product**4),
+            (60 * product * q11 - 61 * s3 - 247 * product) / (45360 * power(product, 4)),
             (54 * product * s1 - s4 + 218 * product * q21 - 426 * product**2 * x2)
-            / (45360 * product**4),
-            (125 * product * x1 - 5 * q31 - 130 * s2 + 4 * product * q12) / (7560 * product**3),
+            / (45360 * power(product, 4)),
+            (125 * product * x1 - 5 * q31 - 130 * s2 + 4 * product * q12)
+            / (7560 * power(product, 3)),
             (
                 67 * s3
                 - 735 * product
@@ -211,7 +215,7 @@ def _ninth(of: _Sums) -> Terms:
                 + 87 * product * q11
                 + 34 * product**2 * x3
             )
-            / (22680 * product**3),
+            / (22680 * power(product, 3)),
             (165 * s1 - product * q13 - 9 * q21 - 145 * product * x2) / (45360 * product**2),
         ],
     )

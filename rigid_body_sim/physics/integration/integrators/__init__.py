@@ -14,7 +14,7 @@ from dataclasses import replace
 from importlib import import_module
 from pkgutil import iter_modules
 
-from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.integrator import Integrator, NeedsSteadyInertia
 from rigid_body_sim.physics.integration.options import SUBSTEPS
 
 
@@ -30,7 +30,11 @@ class Registry(Mapping[str, Integrator]):
         known = self._found[name]
         if known is None:
             integrator: Integrator = import_module(f'{__name__}.{name}').INTEGRATOR
-            known = replace(integrator, options={**integrator.options, 'substeps': SUBSTEPS})
+            refuses = integrator.refuses
+            if not integrator.follows_inertia:
+                refuses = NeedsSteadyInertia(name, refuses)
+            options = {**integrator.options, 'substeps': SUBSTEPS}
+            known = replace(integrator, options=options, refuses=refuses)
             self._found[name] = known
         return known
 

@@ -16,5 +16,6 @@ INTEGRATOR = Integrator(
     '(0.25 but for a thin rod); springs: h omega <= 2.82; drag: h k <= 2.78',
     source='Celledoni, Marthinsen & Owren, Future Gener. Comput. Syst. 19 (2003)',
     scheme=LieRungeKutta4(),
+    follows_inertia=True,
     limits=Limits(rotation=0.05, oscillation=2.82, relaxation=2.78),
 )

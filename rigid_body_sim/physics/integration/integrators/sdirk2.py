@@ -8,6 +8,10 @@ SDIRK2 on (r, p, q, omega_body): two implicit Euler stages, L-stable and of orde
 Attitudes are composed of Cayley rotations, q1 = q0 cayley((1 - g) h omega_Y) cayley(g h omega_1):
 the commutator left out
 is of order h^3, as the error of the method.
+
+The order is that of steps which resolve the springs. On stiffer ones, h omega >> 1, which hold a
+body off its centre of mass, the first stage is of order one and so is the trajectory, until the
+step resolves them (order reduction; Hairer & Wanner II, IV.15).
 """
 
 import math

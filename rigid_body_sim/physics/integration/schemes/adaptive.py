@@ -262,8 +262,8 @@ class EmbeddedPair:
     ) -> Callable[..., Any]:
         """Make the kernel for the force elements of a scene, named by `scene`."""
         tableau = self._tableau()
-        name = with_orientation(name, self._space, reorthonormalise=self.reorthonormalise)
         of_points = substeps_of(POINTS, name=name, tableau=tableau)
+        name = with_orientation(name, self._space)
         of_rotation = substeps_of(self._space, name=name, tableau=tableau)
         return specialise(
             _advance,

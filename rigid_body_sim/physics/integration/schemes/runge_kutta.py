@@ -111,10 +111,10 @@ def coupled_kernel(
 ) -> Callable[..., Any]:
     """Make the kernel that advances points, and rotations in a state space."""
     of_points = stages_of(POINTS, name=name, tableau=tableau)
-    of_rotation = stages_of(space, name=name, tableau=tableau)
+    of_rotation = stages_of(space, name=with_orientation(name, space), tableau=tableau)
     return specialise(
         _advance_coupled,
-        name=f'{name}__{scene}',
+        name=f'{with_orientation(name, space)}__{scene}',
         offered=tableau,
         POINTS_WORK=POINTS.work_size(tableau['STAGES']),
         evaluate=evaluate,
@@ -139,11 +139,9 @@ def free_kernel(
     )
 
 
-def with_orientation(name: str, space: StateSpace, *, reorthonormalise: bool) -> str:
+def with_orientation(name: str, space: StateSpace) -> str:
     """Name a method after the state space of its rotation."""
-    if space is not MATRICES:
-        return name
-    return f'{name}_matrix{"_reorthonormalised" if reorthonormalise else ""}'
+    return f'{name}_matrix' if space is MATRICES else name
 
 
 @dataclass(frozen=True)
@@ -221,10 +219,8 @@ class RungeKutta:
         self, name: str, *, scene: str, evaluate: Callable[..., Any], velocity_dependent: bool
     ) -> Callable[..., Any]:
         """Make the kernel for the force elements of a scene, named by `scene`."""
-        space = self._space
-        name = with_orientation(name, space, reorthonormalise=self.reorthonormalise)
         return coupled_kernel(
-            space, name=name, scene=scene, evaluate=evaluate, tableau=self._tableau()
+            self._space, name=name, scene=scene, evaluate=evaluate, tableau=self._tableau()
         )
 
     def workspace(self, blocks: int) -> int:

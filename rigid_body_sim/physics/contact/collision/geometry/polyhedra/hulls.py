@@ -26,6 +26,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.polygons import Topology, polygons
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.plain_products import dot, length, product
+from rigid_body_sim.physics.model.principal_axes import spread_axes
 from rigid_body_sim.physics.model.shapes import Mesh
 from rigid_body_sim.physics.model.volume_integrals import volume_integrals
 
@@ -63,13 +65,12 @@ class Polyhedron:
     @property
     def radius(self) -> float:
         """Largest distance of a vertex from the centre [m]."""
-        x, y, z = self.vertices.T
-        return float(np.max(np.hypot(np.hypot(x, y), z)))
+        return float(np.max(length(self.vertices)))
 
     @property
     def half_width(self) -> float:
         """Half of the least distance between a face and what lies opposite [m]."""
-        least = [np.min(self.vertices @ normal) for normal in self.planes[:, :-1]]
+        least = [np.min(dot(self.vertices, normal)) for normal in self.planes[:, :-1]]
         return 0.5 * float(np.min(self.planes[:, -1] - np.array(least)))
 
     @property
@@ -82,7 +83,7 @@ class Polyhedron:
     def volume(self) -> float:
         """Volume [m^3]."""
         corners = self.vertices[self.triangles]
-        return float(np.sum(np.linalg.det(corners))) / 6.0
+        return float(np.sum(dot(corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))) / 6.0
 
 
 _FOUND: WeakKeyDictionary[Mesh, Polyhedron] = WeakKeyDictionary()  # as long as the mesh is used
@@ -179,11 +180,11 @@ def _spans(points: Array) -> tuple[Array, Array]:
     Return the principal axes (columns) of a set of points and its extents along them, largest
     first.
     """
-    _, _, rows = np.linalg.svd(points - np.mean(points, axis=0), full_matrices=True)
-    along = points @ rows.T
+    axes = spread_axes(points - np.mean(points, axis=0))
+    along = product(points, axes)
     spans = np.max(along, axis=0) - np.min(along, axis=0)
     order = np.argsort(-spans, kind='stable')
-    return rows.T[:, order], spans[order]
+    return axes[:, order], spans[order]
 
 
 def _topology(points: Array, axes: Array, spans: Array, tolerance: float, name: str) -> Topology:
@@ -191,7 +192,7 @@ def _topology(points: Array, axes: Array, spans: Array, tolerance: float, name: 
     # A quarter of a second to import: only for the scenes that have a hull.
     from scipy.spatial import ConvexHull, QhullError
 
-    stretched = (points @ axes) / spans
+    stretched = product(points, axes) / spans
     tries = [points, stretched] if spans[2] > THIN * spans[0] else [stretched]
     for coordinates in tries:
         try:
@@ -220,7 +221,7 @@ def _polyhedron(center: Array, points: Array, topology: Topology) -> Polyhedron:
     near = tuple(number[topology.near[i]] for i in used)
     near = tuple(around[around >= 0] for around in near)
     normals = np.array([_normal(vertices[loop]) for loop in loops])
-    offsets = np.array([np.max(vertices @ normal) for normal in normals])
+    offsets = np.array([np.max(dot(vertices, normal)) for normal in normals])
     return Polyhedron(center, vertices, np.column_stack((normals, offsets)), loops, edges, near)
 
 
@@ -239,4 +240,4 @@ def _normal(corners: Array) -> Array:
             'polyhedron: a face narrower than 1e-300 of its length has no normal; make it wider'
         )
     area = np.ldexp(area, -math.frexp(largest)[1])  # exact, and now its square is no subnormal
-    return area / np.linalg.norm(area)
+    return area / length(area)

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.model.plain_products import dot
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
@@ -121,7 +123,7 @@ def _outward(points: Array, triangles: Indices, neighbours: Indices) -> Indices 
     seed = int(np.argmax(np.sum(areas**2, axis=1)))
     middle = np.mean(points[np.unique(triangles)], axis=0)
     oriented = triangles.copy()
-    if (points[triangles[seed, 0]] - middle) @ areas[seed] < 0.0:
+    if dot(points[triangles[seed, 0]] - middle, areas[seed]) < 0.0:
         oriented[seed] = oriented[seed, ::-1]
     done = {seed}
     waiting = [seed]
@@ -150,13 +152,14 @@ def _groups(points: Array, triangles: Indices, neighbours: Indices, tolerance: f
             continue
         groups[seed] = seed
         normal = areas[seed] / sizes[seed]
-        height = points @ normal - points[triangles[seed, 0]] @ normal
+        height = dot(points, normal)
+        height = height - height[triangles[seed, 0]]
         waiting = [seed]
         while waiting:
             for other in neighbours[waiting.pop()].tolist():
                 if groups[other] >= 0 or np.any(np.abs(height[triangles[other]]) > tolerance):
                     continue
-                if areas[other] @ normal < -0.5 * sizes[other] and sizes[other] > tolerance:
+                if dot(areas[other], normal) < -0.5 * sizes[other] and sizes[other] > tolerance:
                     continue  # the other side of a thin solid
                 groups[other] = seed
                 waiting.append(other)
@@ -210,9 +213,9 @@ def _without_midpoints(points: Array, loops: list[list[int]], tolerance: float) 
         at = loop.index(point)
         before, after = points[loop[at - 1]], points[loop[(at + 1) % len(loop)]]
         along = after - before
-        length = float(np.sqrt(along @ along))
+        length = float(np.sqrt(dot(along, along)))
         off = np.cross(points[point] - before, along)
-        if length > 0.0 and float(np.sqrt(off @ off)) <= tolerance * length:
+        if length > 0.0 and float(np.sqrt(dot(off, off))) <= tolerance * length:
             for face in owners:
                 kept[face].remove(point)
     return kept

@@ -1,0 +1,268 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+First and second derivatives of noisy samples, the bandwidth that suits them, and how wrong they
+are.
+
+    error^2 = sigma^2 v + b^2
+        sigma : noise of the samples (`noise_level`)
+        v     : what the linear map makes of white noise of variance one, from noise drawn with a
+                fixed seed
+        b     : what the spline cannot follow: its distance to the judge, of a degree two higher,
+                less the share of noise in that distance
+
+The bandwidth is the one with the least estimated error of the second derivative, of a ladder that
+goes down from the samples themselves. Samples that are exact but for rounding are not smoothed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.analysis.noise_level import noise_level
+from rigid_body_sim.analysis.piecewise_spline import (
+    DEGREE,
+    FEWEST,
+    Layout,
+    Spline,
+    Undetermined,
+    orders,
+)
+
+Array = NDArray[np.float64]
+
+RUNG = 2.0**-0.5  # [-] from one bandwidth of the ladder to the next
+EPSILON = float(np.finfo(float).eps)
+ROUNDING = 100 * EPSILON  # [-] of the largest sample: such noise is rounding, not white
+HOPELESS = 30.0  # [-] mean square of what is lost, in that of the best: further down is no better
+TRIES = 3  # hopeless rungs in a row before the ladder is left
+DRAWS = 24  # of noise, for each sample
+MOST_DRAWN = 400_000  # numbers drawn in all
+SEED = 20_260_101  # of the noise that is drawn: the same samples give the same bands
+NEVER = (np.inf, np.inf, None)  # estimated errors of what cannot be
+DOUBT = 2.0  # a distance to the judge below so many times that by noise tells of noise alone
+WINDOW = 3.0  # [knots] over which what is lost is averaged
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """
+    One spline through samples, and what is known of its errors; lists are by order of derivative.
+
+    own, judge   : (n, d) each; values are as the samples
+    response     : (n,) variance that noise of variance one has in the derivative
+    disagreement : (n,) the same in the distance of own and judge
+    free         : coefficients that are free
+    judged       : (n,) whether the judge is another spline there
+    span         : (n,) how long the piece lasts in which a sample lies
+    smooths      : whether it has fewer coefficients than samples
+    """
+
+    own: list[Array]
+    judge: list[Array]
+    response: list[Array]
+    disagreement: list[Array]
+    free: int
+    judged: NDArray[np.bool_]
+    span: Array
+    smooths: bool
+
+
+def fit(layout: Layout, samples: Array, fraction: float, fewest: int = FEWEST) -> Fit:
+    """
+    Fit with so many coefficients for each sample, and so many at least in each piece; Undetermined
+    where that cannot be.
+    """
+    chosen = [orders(piece, fraction, fewest) for piece in layout.pieces]
+    counts = [piece.samples for piece in layout.pieces]
+    own, above = (Spline(layout, [pair[i] for pair in chosen]) for i in (0, 1))
+    noise = _drawn(len(samples))
+    own_noise = own.derivatives(noise, tied=False)
+    judge_noise = above.derivatives(noise, tied=False)
+    origin = samples[0]  # what lies near zero is rounded less
+    found = [spline.derivatives(samples - origin) for spline in (own, above)]
+    for derivatives in found:
+        derivatives[0] += origin
+    return Fit(
+        *found,
+        [np.mean(np.square(n), axis=1) for n in own_noise],
+        [np.mean(np.square(a - b), axis=1) for a, b in zip(own_noise, judge_noise)],
+        own.free,
+        np.repeat([pair[0].judged for pair in chosen], counts),
+        np.repeat([piece.finish - piece.begin for piece in layout.pieces], counts),
+        fraction < 1.0,
+    )
+
+
+def _drawn(count: int) -> Array:
+    draws = int(max(4, min(DRAWS, MOST_DRAWN // count)))
+    return np.random.default_rng(SEED).standard_normal((count, draws))
+
+
+def fractions(layout: Layout) -> Iterator[float]:
+    """Ladder of coefficients for each sample, from one down to a parabola in each piece."""
+    longest = max(piece.samples for piece in layout.pieces)
+    fraction = 1.0
+    while fraction * longest > FEWEST / RUNG:
+        yield fraction
+        fraction *= RUNG
+    yield FEWEST / longest
+
+
+def noise_of(layout: Layout, samples: Array) -> Array:
+    """Noise (d,) of samples: at least the rounding of what they change by."""
+    edges = [piece.first for piece in layout.pieces] + [len(samples)]
+    level = noise_level(layout.time, samples, edges)
+    return np.maximum(level, 0.25 * EPSILON * np.ptp(samples, axis=0))
+
+
+def only_rounding(samples: Array, noise: Array) -> bool:
+    """Whether noise (d,) may be rounding, which is not white as it adds up in a run."""
+    return bool(np.all(noise <= ROUNDING * np.max(np.abs(samples), axis=0)))
+
+
+def choose(layout: Layout, samples: Array, noise: Array, *, fraction: float | None = None) -> Fit:
+    """
+    Fit with the bandwidth that has the least estimated error of the second derivative.
+
+        noise    : (d,) standard deviations of the samples' columns
+        fraction : coefficients for each sample; None: found
+    """
+    if fraction is not None or only_rounding(samples, noise):
+        return _fit_if_possible(layout, samples, 1.0 if fraction is None else fraction)
+    tried: dict[tuple[int, int], tuple[float, float, Fit | None]] = {}
+    ladder = list(fractions(layout))
+
+    def look(rung: int, fewest: int) -> tuple[float, float, Fit | None]:
+        """Estimated mean square, and that of what is lost, of one choice."""
+        place = rung, fewest
+        if place not in tried and 0 <= rung < len(ladder) and fewest >= FEWEST:
+            tried[place] = _judged_fit(layout, samples, noise, ladder[rung], fewest)
+        return tried.get(place, NEVER)
+
+    best, hopeless = (0, DEGREE + 1), 0
+    for rung in range(len(ladder)):
+        total, lost, _ = look(rung, DEGREE + 1)
+        least = look(*best)[0]
+        best = (rung, DEGREE + 1) if total < least else best
+        hopeless = hopeless + 1 if lost > HOPELESS * least else 0
+        if hopeless == TRIES:
+            break
+    while True:
+        rung, fewest = best
+        near = [best, (rung, fewest - 1), (rung + 1, fewest), (rung - 1, fewest)]
+        better = min(near, key=lambda place: look(*place)[0])
+        if better == best:
+            break
+        best = better
+    found = look(*best)[2]
+    if found is None:
+        raise Undetermined('the samples do not determine the spline')
+    return found
+
+
+def _judged_fit(
+    layout: Layout, samples: Array, noise: Array, fraction: float, fewest: int
+) -> tuple[float, float, Fit | None]:
+    try:
+        found = fit(layout, samples, fraction, fewest)
+    except Undetermined:
+        return NEVER
+    lost = lost_square(found, 2, noise)
+    return lost + float(np.mean(noise_square(found, 2, noise))), lost, found
+
+
+def _fit_if_possible(layout: Layout, samples: Array, fraction: float) -> Fit:
+    """Fit, with fewer coefficients where that many are not determined."""
+    for rung in fractions(layout):
+        if rung > fraction * RUNG and rung < 1.0:
+            continue
+        try:
+            return fit(layout, samples, min(rung, fraction))
+        except Undetermined:
+            continue
+    return fit(layout, samples, 0.0)
+
+
+def noise_square(found: Fit, order: int, noise: Array) -> Array:
+    """Mean square (n,) of what noise does to a derivative, all columns together."""
+    return found.response[order] * np.sum(np.square(noise))
+
+
+def lost_square(found: Fit, order: int, noise: Array) -> float:
+    """Mean square of what the spline cannot follow in a derivative."""
+    distance = np.square(found.own[order] - found.judge[order])
+    by_noise = found.disagreement[order][:, None] * np.square(noise)
+    return float(np.mean(np.sum(_lost(found, distance - DOUBT * by_noise), axis=1)))
+
+
+def _lost(found: Fit, excess: Array) -> Array:
+    """Mean square of what is lost about each sample, from squares of distances less noise."""
+    return np.maximum(_averaged(excess, WINDOW * len(excess) / max(1, found.free)), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """
+    How wrong a quantity (n, 3) is.
+
+    deviation : (n, 3) one standard deviation of each component
+    rms       : root of the mean square of the vector's error
+    largest   : where the error is largest
+    """
+
+    deviation: Array
+    rms: float
+    largest: float
+
+
+def errors(
+    found: Fit, time: Array, own: Array, judge: Array, by_noise: Array, in_distance: Array
+) -> Errors:
+    """
+    Join what noise does to a quantity with what the spline cannot follow.
+
+        own, judge  : (n, 3) the quantity from the spline and from its judge
+        by_noise    : (n, 3) variance of its components by noise
+        in_distance : (n, 3) variance by noise of the distance of own and judge
+    """
+    square = np.square(own - judge)
+    if not np.all(found.judged):
+        square = _filled(found, square, time, own)
+    noisy = bool(np.any(in_distance))
+    lost = _lost(found, square - DOUBT * in_distance) if noisy else square
+    rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
+    # the largest of so many normal numbers, on top of what is lost
+    reach = np.sqrt(2.0 * np.log(3.0 * len(time)))
+    peak = np.sqrt(np.sum(lost, axis=1)) + reach * np.sqrt(np.max(by_noise, axis=1))
+    return Errors(np.sqrt(lost + by_noise), float(rms), float(np.max(peak)))
+
+
+def _filled(found: Fit, square: Array, time: Array, own: Array) -> Array:
+    """
+    Where a piece has no judge its motion is a parabola. What that cannot follow is how much the
+    quantity strays from its mean in as long a time nearby.
+    """
+    inside = np.flatnonzero(found.judged[1:] & found.judged[:-1])
+    if not len(inside):
+        return square
+    rates = np.diff(own, axis=0)[inside] / np.diff(time)[inside, None]
+    blind = np.flatnonzero(~found.judged)
+    after = np.clip(np.searchsorted(inside, blind), 0, len(inside) - 1)
+    near = np.maximum(np.abs(rates[after]), np.abs(rates[np.maximum(after - 1, 0)]))
+    filled = square.copy()
+    filled[blind] += np.square(near * found.span[blind, None]) / 12.0
+    return filled
+
+
+def _averaged(values: Array, window: float) -> Array:
+    """Running means (n, 3) over so many samples, fewer at the ends."""
+    half = max(1, round(0.5 * window))
+    sums = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)))
+    at = np.arange(len(values))
+    low, high = np.maximum(at - half, 0), np.minimum(at + half + 1, len(values))
+    return (sums[high] - sums[low]) / (high - low)[:, None]

@@ -1,0 +1,432 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Derivatives of a sampled motion by least squares on splines that are cut where the motion is known
+to be less smooth.
+
+    min sum_i |y_i - s(t_i)|^2   over splines s in pieces of degree d, knots inside each piece
+    at a break of continuity c   s, s', ..., s^(c) have no jump: c = 1 where a force jumps,
+                                 c = 0 where an impulse strikes
+    at the ends                  s^(j) = given value, or s^(j)(end) = s^(j)(start), or nothing
+
+The samples, the breaks and the number of coefficients alone decide the linear map from samples to
+derivatives. With as many coefficients as samples the spline goes through them; with fewer it
+smooths. Knots are averages of the samples' times, or of as many times spread over them as there
+are coefficients (de Boor's aptknt: not-a-knot ends where samples are even). Half the free
+coefficients per second is the bandwidth [Hz]: faster motion is not followed.
+
+A piece may have few samples or none: what it lacks comes from its neighbours through the
+continuity, and its degree is as high as that allows (`shares`). A break that leaves its piece less
+than a parabola is given up, and told.
+
+At a break derivatives are those from there on; the first one is also told as it was up to there.
+
+Source: de Boor, A Practical Guide to Splines, chapters XIII and XIV; the equations of least squares
+with equality constraints (Bjoerck, Numerical Methods for Least Squares Problems, section 5.1),
+refined in residual form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.interpolate import BSpline
+from scipy.sparse.linalg import splu
+
+Array = NDArray[np.float64]
+
+DEGREE = 5  # two derivatives keep order four; a higher one rings more on noise
+JUDGE = 7  # degree of the spline that tells the error
+FEWEST = 3  # coefficients of a piece: a parabola, an acceleration that does not change
+LONG = JUDGE + 1  # samples from which a piece needs nothing of its neighbours
+ORDERS = 3  # value, first and second derivative
+BEFORE = 3  # behind them: the first derivative up to a break
+NEAR = 1e-6  # [sample spacing] a break this near to a sample, or to another, is at it
+APART = 4  # samples between breaks of rates: nearer ones do more harm than good
+CROWD, CROWDED = 6, 2  # jumps of forces in a row, with fewer samples for each, are none
+REFINEMENTS = 2  # of the solution: the normal equations square the condition of the samples
+
+
+class Undetermined(ArithmeticError):
+    """The samples do not determine the spline."""
+
+
+@dataclass(frozen=True, order=True)
+class Break:
+    """
+    An instant, in the unit of the samples' times, at which a motion is less smooth.
+
+    continuity : how many derivatives of the position do not jump: 0 an impulse, 1 a force,
+                 2 the rate of a force
+    """
+
+    instant: float
+    continuity: int = 1
+
+
+@dataclass(frozen=True)
+class End:
+    """
+    A condition at an end: derivative `order` is `value` (d,); `side` 0 is the first sample, -1 the
+    last. Where `value` is None it is the same at both ends (`side` says nothing).
+    """
+
+    order: int
+    value: Array | None
+    side: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """
+    What lies between two breaks.
+
+    first, end    : of its samples
+    begin, finish : instants
+    cap           : coefficients that samples and neighbours allow
+    extra         : end conditions at its begin and its finish
+    """
+
+    first: int
+    end: int
+    begin: float
+    finish: float
+    cap: int
+    extra: tuple[int, int] = (0, 0)
+
+    @property
+    def samples(self) -> int:
+        """How many samples lie in it."""
+        return self.end - self.first
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """
+    Samples cut into pieces.
+
+    breaks  : between the pieces
+    dropped : breaks that were given up: too few samples tell of them
+    """
+
+    time: Array
+    pieces: tuple[Piece, ...]
+    breaks: tuple[Break, ...]
+    dropped: tuple[Break, ...]
+    ends: tuple[End, ...]
+
+
+def cut(time: Array, breaks: Sequence[Break] = (), ends: Sequence[End] = ()) -> Layout:
+    """Cut samples (n,), ascending, at the breaks inside them."""
+    kept, dropped = _told_apart(time, _merged(time, breaks))
+    extra = _extra(ends)
+    while True:
+        edges = [0, *(int(np.searchsorted(time, b.instant)) for b in kept), len(time)]
+        sampled = [bool(time[i] == b.instant) for i, b in zip(edges[1:], kept)]
+        caps = shares(np.diff(edges).tolist(), [b.continuity for b in kept], sampled, extra)
+        poor = [i for i, cap in enumerate(caps) if cap < FEWEST]
+        if not poor or not kept:
+            break
+        dropped.append(kept.pop(_nearest_break(poor[0], edges)))
+    instants = [float(time[0]), *(b.instant for b in kept), float(time[-1])]
+    last = len(kept)
+    pieces = tuple(
+        Piece(
+            edges[i],
+            edges[i + 1],
+            instants[i],
+            instants[i + 1],
+            caps[i],
+            (extra[0] if i == 0 else 0, extra[1] if i == last else 0),
+        )
+        for i in range(last + 1)
+    )
+    return Layout(time, pieces, tuple(kept), tuple(sorted(dropped)), tuple(ends))
+
+
+def _merged(time: Array, breaks: Sequence[Break]) -> list[Break]:
+    """Breaks between the first sample and the last, one at each instant, at samples if near."""
+    merged: dict[float, int] = {}
+    last = -np.inf
+    for b in sorted(breaks):
+        if not time[0] < b.instant < time[-1] or b.continuity >= DEGREE:
+            continue
+        i = int(np.clip(np.searchsorted(time, b.instant), 1, len(time) - 1))
+        spacing = float(time[i] - time[i - 1])
+        near = (float(time[i - 1]), float(time[i]), last)
+        instant = min(near, key=lambda t: abs(t - b.instant))
+        if abs(instant - b.instant) > NEAR * spacing:
+            instant = b.instant
+        last = instant
+        merged[instant] = min(b.continuity, merged.get(instant, DEGREE))
+    inside = [t for t in sorted(merged) if time[0] < t < time[-1]]
+    return [Break(instant, merged[instant]) for instant in inside]
+
+
+def _told_apart(time: Array, breaks: list[Break]) -> tuple[list[Break], list[Break]]:
+    """
+    Leave out breaks of rates that lie near others, and of forces where they come in a crowd: as
+    often as the samples, they are no jumps to a spline. What is left out of the second kind is
+    told.
+    """
+    places = np.searchsorted(time, [b.instant for b in breaks])
+    strong = [i for i, b in enumerate(breaks) if b.continuity <= 1]
+    crowd = {
+        strong[k]
+        for k in range(len(strong))
+        if (hood := strong[max(0, k - CROWD // 2) : k + CROWD // 2 + 1])
+        and len(hood) > CROWD // 2 + 1
+        and places[hood[-1]] - places[hood[0]] < CROWDED * (len(hood) - 1)
+    }
+    taken = [places[i] for i in strong if i not in crowd]
+    kept, last = [], -APART
+    for i, b in enumerate(breaks):
+        near = np.searchsorted(taken, places[i])
+        around = [abs(int(t) - int(places[i])) for t in taken[max(0, near - 1) : near + 1]]
+        if b.continuity <= 1:
+            if i not in crowd:
+                kept.append(b)
+        elif min([*around, int(places[i]) - last]) >= APART:
+            kept.append(b)
+            last = int(places[i])
+    return kept, [breaks[i] for i in sorted(crowd)]
+
+
+def _extra(ends: Sequence[End]) -> tuple[int, int]:
+    """Conditions at the start and at the end; what links both counts half for each."""
+    linked = sum(end.value is None for end in ends)
+    first = sum(end.value is not None and end.side == 0 for end in ends)
+    return first + (linked + 1) // 2, len(ends) - first - (linked + 1) // 2
+
+
+def shares(
+    samples: list[int], continuity: list[int], sampled: list[bool], extra: tuple[int, int]
+) -> list[int]:
+    """
+    How many coefficients each piece may have so that all of them are determined.
+
+    A piece has its samples, and of the equations at a break a short one beside a long one has all,
+    two short ones half each. A sample at the break belongs to the piece after it; by the equation
+    of the values it tells as much to the piece before it, which so has this one. Who then has less
+    than a parabola takes what it lacks from neighbours that have more.
+
+        continuity, sampled : of each break, and whether a sample lies there
+    """
+    doubled = [2 * n for n in samples]
+    for i, (c, at_sample) in enumerate(zip(continuity, sampled)):
+        left, right = samples[i] < LONG, samples[i + 1] < LONG
+        shared = 2 * (c if at_sample else c + 1)
+        before = shared if left and not right else 0 if right and not left else shared // 2
+        doubled[i] += before + (2 if at_sample and left else 0)
+        doubled[i + 1] += shared - before
+    doubled[0] += 2 * extra[0]
+    doubled[-1] += 2 * extra[1]
+    for i, has in enumerate(doubled):
+        for giver in (i - 1, i + 1):
+            lack = 2 * FEWEST - doubled[i]
+            if has < 2 * FEWEST and lack > 0 and 0 <= giver < len(doubled):
+                given = max(0, min(lack, doubled[giver] - 2 * FEWEST))
+                doubled[giver] -= given
+                doubled[i] += given
+    return [has // 2 for has in doubled]
+
+
+def _nearest_break(piece: int, edges: list[int]) -> int:
+    """The break between a piece and its neighbour with fewer samples."""
+    sizes = np.diff(edges)
+    if piece == 0:
+        return 0
+    if piece == len(sizes) - 1 or sizes[piece - 1] <= sizes[piece + 1]:
+        return piece - 1
+    return piece
+
+
+@dataclass(frozen=True)
+class Order:
+    """
+    Degree and coefficients of the spline of one piece.
+
+    judged : whether the judge of this piece is another spline
+    """
+
+    degree: int
+    coefficients: int
+    judged: bool = True
+
+
+def orders(piece: Piece, fraction: float, fewest: int = FEWEST) -> tuple[Order, Order]:
+    """
+    Choose the spline of a piece and the one that judges it, of a higher degree: by two where it
+    goes through the samples and these allow it.
+
+        fraction : coefficients for each sample, at most 1: then it goes through the samples
+        fewest   : coefficients of a piece, where its samples allow it
+    """
+    n, extra = piece.samples, sum(piece.extra)
+    through = fraction == 1.0
+    cap = piece.cap if n < LONG else min(piece.cap, n + extra)
+    least = max(FEWEST, extra)
+    own = max(least, min(max(round(fraction * n) + extra, DEGREE + 1 if through else fewest), cap))
+    degree = min(DEGREE, own - 1)
+    more = 2 if through else 1  # the more, the more noise in the judge
+    above = min(own + more, cap)
+    if above == own and own <= JUDGE and own > least:  # one polynomial has all: the judge
+        own -= 1
+        degree = min(DEGREE, own - 1)
+    judge = Order(min(degree + more, above - 1), above)
+    return Order(degree, own, judge.degree > degree), judge
+
+
+class Spline:
+    """
+    The linear map from samples to value and derivatives of the least-squares spline.
+
+    free : coefficients less the equations of continuity and of the ends
+    """
+
+    def __init__(self, layout: Layout, chosen: Sequence[Order]) -> None:
+        self._layout = layout
+        self._sizes = [order.coefficients for order in chosen]
+        self._knots = [_knots(layout.time, *pair) for pair in zip(layout.pieces, chosen)]
+        self._degrees = [order.degree for order in chosen]
+        self._starts = np.concatenate(([0], np.cumsum(self._sizes)))
+        self._at_samples = [self._rows(order) for order in range(ORDERS)]
+        self._conditions = self._equations()
+        self.free = int(self._starts[-1]) - self._conditions.shape[0]
+        value, tied = self._at_samples[0], self._conditions
+        upper = value.T @ value + tied.T @ tied
+        self._before = self._rates_before()
+        matrix = sparse.bmat([[upper, tied.T], [tied, None]], format='csc')
+        try:
+            self._factors = splu(matrix)
+        except RuntimeError as error:
+            raise Undetermined('the samples do not determine the spline') from error
+
+    def derivatives(self, samples: Array, *, tied: bool = True) -> list[Array]:
+        """
+        Value, first and second derivative at the samples, and the first one up to them.
+
+            samples : (n, d)
+            tied    : whether the end conditions have their values; else zero, as for what is added
+                      to samples
+            returns : four arrays (n, d); the last two differ where an impulse strikes at a sample
+        """
+        value, conditions = self._at_samples[0], self._conditions
+        wanted = np.zeros((conditions.shape[0], samples.shape[1]))
+        if tied:
+            self._give(wanted)
+        size = int(self._starts[-1])
+        found = np.zeros((size + len(wanted), samples.shape[1]))
+        for _ in range(1 + REFINEMENTS):
+            coefficients, forces = found[:size], found[size:]
+            left = wanted - conditions @ coefficients
+            upper = value.T @ (samples - value @ coefficients) + conditions.T @ (left - forces)
+            found = found + self._factors.solve(np.concatenate((upper, left)))
+        coefficients = found[:size]
+        if not np.all(np.isfinite(coefficients)):
+            raise Undetermined('the samples do not determine the spline')
+        results = [rows @ coefficients for rows in self._at_samples]
+        results.append(results[1].copy())
+        for sample, row in self._before:
+            results[BEFORE][sample] = row @ coefficients
+        return results
+
+    def _rows(self, order: int) -> sparse.csr_array:
+        """Map coefficients to derivative `order` at the samples, that from there on."""
+        blocks = [
+            _design(self._layout.time[p.first : p.end], knots, degree, order)
+            for p, knots, degree in zip(self._layout.pieces, self._knots, self._degrees)
+        ]
+        return sparse.block_diag(blocks, format='csr')
+
+    def _row_at(self, piece: int, instant: float, order: int) -> sparse.csr_array:
+        row = _design(np.array([instant]), self._knots[piece], self._degrees[piece], order).tocoo()
+        columns = row.col + self._starts[piece]
+        return sparse.csr_array((row.data, (row.row, columns)), shape=(1, int(self._starts[-1])))
+
+    def _equations(self) -> sparse.csr_array:
+        rows, layout = [], self._layout
+        for i, b in enumerate(layout.breaks):
+            for order in range(b.continuity + 1):
+                step = self._step(i, i + 1) ** order
+                difference = self._row_at(i + 1, b.instant, order) - self._row_at(
+                    i, b.instant, order
+                )
+                rows.append(step * difference)
+        last = len(layout.pieces) - 1
+        for end in layout.ends:
+            step = self._step(0, last) ** end.order
+            first = self._row_at(0, layout.pieces[0].begin, end.order)
+            final = self._row_at(last, layout.pieces[-1].finish, end.order)
+            if end.value is None:
+                rows.append(step * (final - first))
+            else:
+                rows.append(step * (first if end.side == 0 else final))
+        if not rows:
+            return sparse.csr_array((0, int(self._starts[-1])))
+        return sparse.vstack(rows, format='csr')
+
+    def _give(self, wanted: Array) -> None:
+        """Write the values of the end conditions."""
+        ends, last = self._layout.ends, len(self._layout.pieces) - 1
+        for row, end in zip(wanted[len(wanted) - len(ends) :], ends):
+            if end.value is not None:
+                row[:] = self._step(0, last) ** end.order * end.value
+
+    def _step(self, *pieces: int) -> float:
+        """Distance of knots near a break: makes the equations of all orders alike."""
+        return min(
+            (self._layout.pieces[i].finish - self._layout.pieces[i].begin) / self._sizes[i]
+            for i in pieces
+        )
+
+    def _rates_before(self) -> list[tuple[int, sparse.csr_array]]:
+        """First derivatives up to impulses that strike at samples."""
+        found = []
+        for i, b in enumerate(self._layout.breaks):
+            sample = self._layout.pieces[i + 1].first
+            if b.continuity == 0 and self._layout.time[sample] == b.instant:
+                found.append((sample, self._row_at(i, b.instant, 1)))
+        return found
+
+
+def _knots(time: Array, piece: Piece, order: Order) -> Array:
+    """Knots of one piece, ends repeated."""
+    degree, inner = order.degree, order.coefficients - order.degree - 1
+    ends = np.repeat(piece.begin, degree + 1), np.repeat(piece.finish, degree + 1)
+    if inner == 0:
+        return np.concatenate(ends)
+    own = time[piece.first : piece.end]
+    sites = np.concatenate(
+        (np.repeat(own[0], piece.extra[0]), own, np.repeat(own[-1], piece.extra[1]))
+    )
+    if order.coefficients != len(sites):
+        place = np.linspace(0.0, len(sites) - 1.0, order.coefficients)
+        sites = np.interp(place, np.arange(len(sites)), sites)
+    sums = np.cumsum(np.concatenate(([0.0], sites - sites[0])))
+    middle = sites[0] + (sums[1 + degree : -1] - sums[1 : -degree - 1]) / degree
+    return np.concatenate((ends[0], middle, ends[1]))
+
+
+def _design(x: Array, knots: Array, degree: int, order: int) -> sparse.csr_array:
+    """Map the coefficients of a spline to its derivative at x."""
+    size = len(knots) - degree - 1
+    if order > degree:
+        return sparse.csr_array((len(x), size))
+    lower = sparse.eye_array(size, format='csr')
+    for _ in range(order):
+        size, width = size - 1, knots[degree + 1 : -1] - knots[1 : -degree - 1]
+        scale = sparse.diags_array(degree / width)
+        lower = (
+            scale
+            @ (sparse.eye_array(size, size + 1, k=1) - sparse.eye_array(size, size + 1))
+            @ lower
+        )
+        knots, degree = knots[1:-1], degree - 1
+    if not len(x):
+        return sparse.csr_array((0, lower.shape[1]))
+    return sparse.csr_array(BSpline.design_matrix(x, knots, degree)) @ lower

@@ -1,0 +1,74 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a record or a command calls a number: a finite int or float of Python or numpy.
+
+Neither text, nor a truth value, nor a whole number beyond the floats is one.
+"""
+
+from __future__ import annotations
+
+import math
+import reprlib
+from typing import Any
+
+import numpy as np
+
+from rigid_body_sim.physics.errors import InvalidModel
+
+NUMBERS = (int, float, np.integer, np.floating)
+COUNTS = {3: 'three', 4: 'four'}
+
+
+def is_number(value: object) -> bool:
+    """Tell whether something is a finite number."""
+    if type(value) is not float:
+        if isinstance(value, bool) or not isinstance(value, NUMBERS):
+            return False
+        try:
+            value = float(value)
+        except OverflowError:  # an integer beyond the floats
+            return False
+    return math.isfinite(value)
+
+
+def number(
+    value: Any, *, unit: str, minimum: float | None = None, maximum: float | None = None
+) -> float:
+    """
+    Return a finite number as a float; InvalidModel for anything else.
+
+    unit             : for the message
+    minimum, maximum : limits, themselves allowed
+    """
+    is_right = (
+        is_number(value)
+        and (minimum is None or value >= minimum)
+        and (maximum is None or value <= maximum)
+    )
+    if not is_right:
+        least = '' if minimum is None else f', at least {minimum!r}'
+        most = '' if maximum is None else f', at most {maximum!r}'
+        raise InvalidModel(f'got {shown(value)}; a finite number [{unit}]{least}{most} is needed')
+    return float(value)
+
+
+def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
+    """Return so many finite numbers as floats; InvalidModel for anything else."""
+    is_array = isinstance(value, np.ndarray) and value.ndim == 1
+    is_list = is_array or isinstance(value, list | tuple)
+    items = tuple(value) if is_list else ()
+    if len(items) != count or not all(map(is_number, items)):
+        raise InvalidModel(
+            f'got {shown(value)}; {COUNTS.get(count, count)} finite numbers [{unit}] are needed'
+        )
+    return tuple(map(float, items))
+
+
+def shown(value: object) -> str:
+    """Write anything in one short line."""
+    try:
+        text = reprlib.repr(value)
+    except Exception:  # whatever a foreign repr raises; an integer of more digits than are printed
+        text = f'a {type(value).__name__}'
+    return ' '.join(text.split())

@@ -1,0 +1,30 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Whether something new can be written at a path: asked before a run, not after it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from rigid_body_sim.errors import UserError
+
+LONGEST_SHOWN = 200  # [-] letters of a path that a message shows
+
+
+def check_new(path: Path) -> None:
+    """Refuse a path that is taken, that no file can have, or whose folder does not exist."""
+    name = str(path)
+    shown = name if len(name) <= LONGEST_SHOWN else f'{name[:LONGEST_SHOWN]}…'
+    try:
+        os.lstat(path)
+    except FileNotFoundError:
+        if not path.parent.is_dir():
+            raise UserError(
+                f'{shown}: the folder {path.parent} does not exist; create it first'
+            ) from None
+    except (OSError, ValueError) as error:  # ValueError: a null byte in it
+        reason = getattr(error, 'strerror', None) or error
+        raise UserError(f'{shown}: nothing can be written there: {reason}') from error
+    else:
+        raise UserError(f'{shown}: exists already; choose another name or remove it')

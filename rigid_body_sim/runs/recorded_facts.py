@@ -1,0 +1,83 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Compares what a bag says of its run, in manifest and ending, with what the run itself says when it
+is run again.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+NOT_OF_THE_RUN = {'package_version', 'software', 'platform', 'integrator_choice'}
+EXACT = ('last_tick', 'ticks', 'last_time_ns', 'final_state_sha256', 'state_chain_sha256')
+NOT_DERIVED = {'end_reason', 'warnings', 'wall_start', 'wall_seconds', 'dropped', 'error_estimate'}
+UNEVEN_ENDINGS = {'diverged', 'error'}  # within a tick: the last look was not at its boundary
+RELATIVE = 1e-6  # sums over bodies are rounded otherwise on other processors
+ABSOLUTE = 1e-12  # of a drift relative to the largest value: such a rounding of it
+
+
+class Fact(NamedTuple):
+    """A value that the recording states otherwise than the run."""
+
+    name: str
+    recorded: str
+    replayed: str
+
+
+def manifest_differences(recorded: Mapping[str, str], again: Mapping[str, str]) -> Iterator[Fact]:
+    """Compare manifests: what both state and the run decides."""
+    for key in again.keys() & recorded.keys() - NOT_OF_THE_RUN:
+        if recorded[key] != again[key] and _parsed(recorded[key]) != _parsed(again[key]):
+            yield Fact(f'manifest, {_words(key)}', recorded[key], again[key])
+
+
+def ending_differences(
+    recorded: Mapping[str, str], again: Mapping[str, str], *, same_looks: bool
+) -> Iterator[Fact]:
+    """
+    Compare endings: ticks and hashes exactly; figures, where both looked at the same ticks, up to
+    rounding.
+    """
+    for key in EXACT:
+        if key in recorded and recorded[key] != again[key]:
+            yield Fact(_words(key), recorded[key], again[key])
+    if not same_looks or recorded.get('end_reason') in UNEVEN_ENDINGS:
+        return
+    for key in sorted(again.keys() & recorded.keys() - {*EXACT, *NOT_DERIVED}):
+        if not _alike(_parsed(recorded[key]), _parsed(again[key])):
+            yield Fact(_words(key), recorded[key], again[key])
+
+
+def _parsed(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return _number(text)
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _alike(a: Any, b: Any) -> bool:
+    """Whether two values are equal, numbers in them up to rounding."""
+    if isinstance(a, dict) and isinstance(b, dict):
+        return a.keys() == b.keys() and all(_alike(a[key], b[key]) for key in a)
+    if isinstance(a, list) and isinstance(b, list):
+        return len(a) == len(b) and all(map(_alike, a, b))
+    if isinstance(a, int | float) and isinstance(b, int | float):
+        return (
+            a == b or math.isclose(a, b, rel_tol=RELATIVE, abs_tol=ABSOLUTE) or (a != a and b != b)
+        )
+    return a == b
+
+
+def _words(key: str) -> str:
+    return key.removesuffix('_sha256').replace('_', ' ')
