@@ -5,11 +5,11 @@ Is the error that `inverse` tells the error that it makes?
 
     python benchmark/inverse_estimates.py --cases 200 --seed 1
 
-Draws bodies at random: mass and inertia, smooth forces and torques of several frequencies, wrenches
-in world and body axes that begin and end between or at samples, impulses; integrates them with
-scipy's DOP853 at 1e-13, samples them at 20 Hz to 1 kHz, adds white noise from none to 1 mm (and
-mrad), and compares force and torque found with those applied. Prints quantiles of estimated by true
-error (rms over the samples), and every case beyond a factor of three.
+Draws bodies at random: mass and inertia, smooth forces and torques of several frequencies,
+wrenches in world and body axes that begin and end between or at samples, impulses; integrates them
+with scipy's DOP853 at 1e-13, samples them at 20 Hz to 1 kHz, adds white noise from none to 1 mm
+(and mrad), and compares force and torque found with those applied. Prints quantiles of estimated
+by true error (rms over the samples), and every case beyond a factor of three.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import argparse
 import sys
 from collections import defaultdict
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,7 +122,7 @@ def motion(case: Case, time: Array) -> tuple[Array, Array, Array]:
         instants |= {push.begin, push.end}
     edges = sorted(t for t in instants | set(case.strikes) if t <= time[-1] + 1e-6)
     state, states, forces = case.start.copy(), [], []
-    for begin, end in zip(edges, edges[1:]):
+    for begin, end in pairwise(edges):
         if begin in case.strikes:
             linear, angular = case.strikes[begin]
             state[7:10] += linear / case.mass

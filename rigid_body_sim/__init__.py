@@ -8,11 +8,17 @@ Rigid body simulation for ROS 2: scenes, integrators, recordings that can be pro
 
 TYPE_CHECKING = False  # to those who run it: importing `typing` for the name takes its time
 if TYPE_CHECKING:
+    from rigid_body_sim.analysis.inverse_kinematics import inverse_kinematics
     from rigid_body_sim.physics.simulation import Simulation
     from rigid_body_sim.scene import load_scene
 
 __version__ = '0.1.0'
-__all__ = ['Simulation', '__version__', 'load_scene']
+__all__ = ['Simulation', '__version__', 'inverse_kinematics', 'load_scene']
+
+
+def __dir__() -> list[str]:
+    """Name also what is imported only when it is asked for."""
+    return sorted({*globals(), *__all__})
 
 
 def __getattr__(name: str):
@@ -25,4 +31,8 @@ def __getattr__(name: str):
         from rigid_body_sim.scene import load_scene
 
         return load_scene
+    if name == 'inverse_kinematics':
+        from rigid_body_sim.analysis.inverse_kinematics import inverse_kinematics
+
+        return inverse_kinematics
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

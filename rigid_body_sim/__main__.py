@@ -4,10 +4,16 @@
 The verbs: `python -m rigid_body_sim VERB …`, each also an executable of its own for `ros2 run
 rigid_body_sim VERB`.
 
-Exit codes: 0 done; 1 failed while running; 2 bad scene, parameter or argument; 3 replay differs.
+Exit codes: 0 done; 1 failed while running; 2 bad scene, parameter or argument; 3 replay differs;
+130, 143, 129 stopped by SIGINT, SIGTERM, SIGHUP (`stop_signals`).
 """
 
 from __future__ import annotations
+
+from rigid_body_sim.stop_signals import STOP, WORKING, Stopped, say
+
+if __name__ == '__main__':  # before the rest is imported: a signal may come at any moment
+    STOP.listen(owns_process=True)
 
 import argparse
 import importlib
@@ -17,6 +23,7 @@ from collections.abc import Sequence
 
 from rigid_body_sim import __version__
 from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.terminal import clean_output
 
 VERBS = {
     'sim_node': 'the ROS 2 node: wrenches in, poses and twists out, a bag on request',
@@ -51,8 +58,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     return run_verb(words[0], words[1:])
 
 
+@clean_output()
 def run_verb(verb: str, words: Sequence[str]) -> int:
     """Run one verb with its own words; turn what it raises into one line and an exit code."""
+    listens = STOP.listen(owns_process=False)
+    STOP.verb = verb
+    try:
+        return _run_verb(verb, words)
+    finally:
+        if listens:
+            STOP.restore()
+
+
+def _run_verb(verb: str, words: Sequence[str]) -> int:
     _take_any_terminal()
     try:
         module = importlib.import_module(f'rigid_body_sim.verbs.{verb}')
@@ -69,6 +87,7 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
     known.ros_arguments = for_ros
     from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 
+    STOP.stage = WORKING
     try:
         return module.run(known)
     except (UserError, RunError) as error:
@@ -78,6 +97,9 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
     except BrokenPipeError:  # whoever read our output has seen enough
         sys.stdout = open(os.devnull, 'w')  # noqa: PTH123, SIM115  (until the process ends)
         return 0
+    except Stopped as stopped:
+        say(f'rigid_body_sim {verb}: stopped by {STOP.name} {stopped}')
+        return STOP.exit_code
     except (SimulationDiverged, OSError) as error:
         return _fail(verb, str(error), 1)
     except MemoryError:
@@ -112,7 +134,7 @@ def _fail(verb: str, message: str, code: int) -> int:
     line = ''.join(
         letter if letter.isprintable() else ascii(letter)[1:-1] for letter in message.strip()
     )
-    print(f'rigid_body_sim {verb}: error: {line}', file=sys.stderr)
+    say(f'rigid_body_sim {verb}: error: {line}')
     return code
 
 
@@ -130,50 +152,60 @@ def _overview() -> str:
     )
 
 
+def _process(verb: str) -> int:
+    """Run one verb as all that this process does."""
+    STOP.listen(owns_process=True)
+    code = run_verb(verb, sys.argv[1:])
+    STOP.ignore()
+    return code
+
+
 def sim_node() -> int:
     """Entry point of the executable `sim_node`."""
-    return run_verb('sim_node', sys.argv[1:])
+    return _process('sim_node')
 
 
 def simulate() -> int:
     """Entry point of the executable `simulate`."""
-    return run_verb('simulate', sys.argv[1:])
+    return _process('simulate')
 
 
 def replay() -> int:
     """Entry point of the executable `replay`."""
-    return run_verb('replay', sys.argv[1:])
+    return _process('replay')
 
 
 def bag() -> int:
     """Entry point of the executable `bag`."""
-    return run_verb('bag', sys.argv[1:])
+    return _process('bag')
 
 
 def inspect() -> int:
     """Entry point of the executable `inspect`."""
-    return run_verb('inspect', sys.argv[1:])
+    return _process('inspect')
 
 
 def view() -> int:
     """Entry point of the executable `view`."""
-    return run_verb('view', sys.argv[1:])
+    return _process('view')
 
 
 def report() -> int:
     """Entry point of the executable `report`."""
-    return run_verb('report', sys.argv[1:])
+    return _process('report')
 
 
 def inverse() -> int:
     """Entry point of the executable `inverse`."""
-    return run_verb('inverse', sys.argv[1:])
+    return _process('inverse')
 
 
 def wrench_pub() -> int:
     """Entry point of the executable `wrench_pub`."""
-    return run_verb('wrench_pub', sys.argv[1:])
+    return _process('wrench_pub')
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    exit_code = main()
+    STOP.ignore()
+    sys.exit(exit_code)

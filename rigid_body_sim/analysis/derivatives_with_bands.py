@@ -36,6 +36,7 @@ from rigid_body_sim.analysis.piecewise_spline import (
 Array = NDArray[np.float64]
 
 RUNG = 2.0**-0.5  # [-] from one bandwidth of the ladder to the next
+TINY = np.finfo(float).tiny
 EPSILON = float(np.finfo(float).eps)
 ROUNDING = 100 * EPSILON  # [-] of the largest sample: such noise is rounding, not white
 HOPELESS = 30.0  # [-] mean square of what is lost, in that of the best: further down is no better
@@ -44,7 +45,8 @@ DRAWS = 24  # of noise, for each sample
 MOST_DRAWN = 400_000  # numbers drawn in all
 SEED = 20_260_101  # of the noise that is drawn: the same samples give the same bands
 NEVER = (np.inf, np.inf, None)  # estimated errors of what cannot be
-DOUBT = 2.0  # a distance to the judge below so many times that by noise tells of noise alone
+DOUBT = 1.5  # a distance to the judge below so many times that by noise tells of noise alone,
+MORE_DOUBT, MOST_DOUBT = 0.02, 9.0  # the more, the noisier the judge is beside the spline
 WINDOW = 3.0  # [knots] over which what is lost is averaged
 
 
@@ -84,11 +86,12 @@ def fit(layout: Layout, samples: Array, fraction: float, fewest: int = FEWEST) -
     own_noise = own.derivatives(noise, tied=False)
     judge_noise = above.derivatives(noise, tied=False)
     origin = samples[0]  # what lies near zero is rounded less
-    found = [spline.derivatives(samples - origin) for spline in (own, above)]
-    for derivatives in found:
+    at_samples = [spline.derivatives(samples - origin) for spline in (own, above)]
+    for derivatives in at_samples:
         derivatives[0] += origin
     return Fit(
-        *found,
+        at_samples[0],
+        at_samples[1],
         [np.mean(np.square(n), axis=1) for n in own_noise],
         [np.mean(np.square(a - b), axis=1) for a, b in zip(own_noise, judge_noise)],
         own.free,
@@ -173,6 +176,7 @@ def _judged_fit(
     except Undetermined:
         return NEVER
     lost = lost_square(found, 2, noise)
+    lost += float(np.mean(np.square(blind_spots(found, layout.time, found.own[2]))))
     return lost + float(np.mean(noise_square(found, 2, noise))), lost, found
 
 
@@ -197,11 +201,19 @@ def lost_square(found: Fit, order: int, noise: Array) -> float:
     """Mean square of what the spline cannot follow in a derivative."""
     distance = np.square(found.own[order] - found.judge[order])
     by_noise = found.disagreement[order][:, None] * np.square(noise)
-    return float(np.mean(np.sum(_lost(found, distance - DOUBT * by_noise), axis=1)))
+    return float(np.mean(np.sum(_lost(found, distance - by_noise), axis=1)))
+
+
+def _doubt(found: Fit) -> Array:
+    """How many times the distance by noise is taken for noise, a column."""
+    ratio = found.disagreement[2] / np.maximum(found.response[2], TINY)
+    return np.clip(DOUBT + MORE_DOUBT * ratio, DOUBT, MOST_DOUBT)[:, None]
 
 
 def _lost(found: Fit, excess: Array) -> Array:
     """Mean square of what is lost about each sample, from squares of distances less noise."""
+    if not found.smooths:
+        return np.maximum(excess, 0.0)
     return np.maximum(_averaged(excess, WINDOW * len(excess) / max(1, found.free)), 0.0)
 
 
@@ -221,7 +233,12 @@ class Errors:
 
 
 def errors(
-    found: Fit, time: Array, own: Array, judge: Array, by_noise: Array, in_distance: Array
+    found: Fit,
+    own: Array,
+    judge: Array,
+    by_noise: Array,
+    in_distance: Array,
+    blind: Array,
 ) -> Errors:
     """
     Join what noise does to a quantity with what the spline cannot follow.
@@ -229,34 +246,34 @@ def errors(
         own, judge  : (n, 3) the quantity from the spline and from its judge
         by_noise    : (n, 3) variance of its components by noise
         in_distance : (n, 3) variance by noise of the distance of own and judge
+        blind       : (n, 3) what it may be wrong by where a piece has no judge (`blind_spots`)
     """
-    square = np.square(own - judge)
-    if not np.all(found.judged):
-        square = _filled(found, square, time, own)
-    noisy = bool(np.any(in_distance))
-    lost = _lost(found, square - DOUBT * in_distance) if noisy else square
+    square = np.square(own - judge) + np.square(blind)
+    lost = _lost(found, square - _doubt(found) * in_distance)
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost
-    reach = np.sqrt(2.0 * np.log(3.0 * len(time)))
+    reach = np.sqrt(2.0 * np.log(3.0 * len(own)))
     peak = np.sqrt(np.sum(lost, axis=1)) + reach * np.sqrt(np.max(by_noise, axis=1))
     return Errors(np.sqrt(lost + by_noise), float(rms), float(np.max(peak)))
 
 
-def _filled(found: Fit, square: Array, time: Array, own: Array) -> Array:
+def blind_spots(found: Fit, time: Array, second: Array) -> Array:
     """
-    Where a piece has no judge its motion is a parabola. What that cannot follow is how much the
-    quantity strays from its mean in as long a time nearby.
+    How far a second derivative (n, 3) may stray where its piece has no judge, zero elsewhere.
+
+    Such a piece is a parabola: of a steady change of the second derivative, taken from the pieces
+    nearby, it may be wrong by two thirds of that over the piece, at its far end.
     """
+    strays = np.zeros_like(second)
     inside = np.flatnonzero(found.judged[1:] & found.judged[:-1])
-    if not len(inside):
-        return square
-    rates = np.diff(own, axis=0)[inside] / np.diff(time)[inside, None]
     blind = np.flatnonzero(~found.judged)
+    if not len(inside) or not len(blind):
+        return strays
+    rates = np.abs(np.diff(second, axis=0)[inside] / np.diff(time)[inside, None])
     after = np.clip(np.searchsorted(inside, blind), 0, len(inside) - 1)
-    near = np.maximum(np.abs(rates[after]), np.abs(rates[np.maximum(after - 1, 0)]))
-    filled = square.copy()
-    filled[blind] += np.square(near * found.span[blind, None]) / 12.0
-    return filled
+    near = np.maximum(rates[after], rates[np.maximum(after - 1, 0)])
+    strays[blind] = near * found.span[blind, None] * 2.0 / 3.0
+    return strays
 
 
 def _averaged(values: Array, window: float) -> Array:

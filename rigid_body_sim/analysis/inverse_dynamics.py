@@ -9,7 +9,7 @@ them.
     w  = 2 vec(s' s*) / |s|^2                                       [rad/s], world axes
     w' = 2 vec(s'' s*) / |s|^2 - 2 (s . s') / |s|^2 w               [rad/s^2]
     F  = m a - m g                                                  [N]
-    torque = d/dt (R I R^T w) = R (I w'_B + w_B x I w_B)            [N m]
+    torque = d/dt (R I R^T w) = R (I w'_B + w_B x I w_B + I' w_B)   [N m]
 
 The wrench is what acts beside the uniform gravity g: at the centre of mass, world axes. For a body
 whose mass flows it is that of the model in `model.variable_mass`, thrust included.
@@ -34,6 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 from rigid_body_sim.analysis.derivatives_with_bands import (
     Errors,
     Fit,
+    blind_spots,
     choose,
     errors,
     noise_of,
@@ -41,6 +42,7 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
 from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, cut
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.inertia_over_time import moments_at, rates_at
 from rigid_body_sim.physics.model.scene import Body, Vector
 from rigid_body_sim.physics.model.variable_mass import mass_at
 
@@ -167,11 +169,10 @@ def _ends(
 ) -> tuple[list[End], list[End]]:
     """Conditions of the path and of the turn."""
     path = []
-    for side, what, velocity in ((0, 'start', start), (-1, 'end', end)):
-        if velocity is None:
-            velocity = np.zeros(3) if at_rest else None
-        elif at_rest and np.any(velocity):
-            raise UserError(f'{what} velocity {velocity} of a body at rest; give one of them')
+    for side, what, given in ((0, 'start', start), (-1, 'end', end)):
+        velocity = np.zeros(3) if given is None and at_rest else given
+        if at_rest and np.any(velocity):
+            raise UserError(f'{what} velocity {given} of a body at rest; give one of them')
         if velocity is not None:
             path.append(End(1, unit * vector_of(f'{what} velocity', velocity), side))
     turn = [End(1, np.zeros(4), side) for side in (0, -1)] if at_rest else []
@@ -282,7 +283,10 @@ def _quantities(
     if body.inertia is not None:
         q = s / np.sqrt(square)
         w, turning = so3.rotate_back(q, omega), so3.rotate_back(q, alpha)
-        torque = so3.rotate(q, turning @ body.inertia + np.cross(w, w @ body.inertia))
+        inertia, rate = _inertia(body, time, unit)
+        momentum = np.einsum('kij,kj->ki', inertia, w)
+        changing = np.einsum('kij,kj->ki', inertia, turning) + np.einsum('kij,kj->ki', rate, w)
+        torque = so3.rotate(q, changing + np.cross(w, momentum))
     force = body.mass * (acceleration - np.asarray(gravity))
     return found | {'force': share * force, 'torque': share * torque}
 
@@ -292,6 +296,18 @@ def _mass_share(body: Body, time: Array, unit: float) -> Array:
     if body.mass_flow is None:
         return np.ones((len(time), 1))
     return np.array([mass_at(body, t * unit) / body.mass for t in time.tolist()])[:, None]
+
+
+def _inertia(body: Body, time: Array, unit: float) -> tuple[Array, Array]:
+    """Inertia at each sample and its rate from there on, both (k, 3, 3), body axes."""
+    law = body.inertia_over_time
+    if body.inertia is None or law is None:
+        inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia
+        same = np.broadcast_to(inertia, (len(time), 3, 3))
+        return same, np.zeros_like(same)
+    seconds = (time * unit).tolist()
+    now = np.array([np.diag(moments_at(law, t)) for t in seconds])
+    return now, np.array([np.diag(rates_at(law, t)) for t in seconds])
 
 
 def _errors(
@@ -306,29 +322,38 @@ def _errors(
     """What noise does to each quantity, and in its distance to the judge."""
 
     def told(
-        name: str, followed: _Followed, order: int, factor: Array, gyroscopic: Array | float = 0.0
+        name: str,
+        followed: _Followed,
+        order: int,
+        factor: Array,
+        second: Array,
+        gyroscopic: Array | float = 0.0,
     ) -> Errors:
         fit = followed.fit
-        parts = [
+        blind = blind_spots(fit, time, second)
+        if order != 2:
+            blind *= 0.5 * unit * fit.span[:, None]
+        by_noise, in_distance = (
             spread[order][:, None] * factor / (unit**4 if order == 2 else unit**2)
             + spread[1][:, None] * gyroscopic / unit**2
             for spread in (fit.response, fit.disagreement)
-        ]
-        return errors(fit, time, found[name], judge[name], *parts)
+        )
+        return errors(fit, found[name], judge[name], by_noise, in_distance, blind)
 
     one = np.ones((len(time), 3))
     along, about = np.square(path.noise) * one, np.square(turn.smoothing.noise) * one
+    linear, angular = found['acceleration'], found['angular_acceleration']
     result = {
-        'velocity': told('velocity', path, BEFORE, along),
-        'angular_velocity': told('angular_velocity', turn, BEFORE, about),
-        'acceleration': told('acceleration', path, 2, along),
-        'angular_acceleration': told('angular_acceleration', turn, 2, about),
+        'velocity': told('velocity', path, BEFORE, along, linear),
+        'angular_velocity': told('angular_velocity', turn, BEFORE, about, angular),
+        'acceleration': told('acceleration', path, 2, along, linear),
+        'angular_acceleration': told('angular_acceleration', turn, 2, about, angular),
     }
     if body is None:
         return result
     share = np.square(_mass_share(body, time, unit))
-    result['force'] = told('force', path, 2, along * share * body.mass**2)
-    inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia
+    result['force'] = told('force', path, 2, along * share * body.mass**2, body.mass * linear)
+    inertia, _ = _inertia(body, time, unit)
     matrices = so3.matrix_from_quaternion(
         turn.fit.own[0] / np.linalg.norm(turn.fit.own[0], axis=1, keepdims=True)
     )
@@ -339,6 +364,7 @@ def _errors(
         turn,
         2,
         about * share * np.sum(np.square(in_world), axis=2),
+        np.einsum('kij,kj->ki', in_world, angular),
         about * share * np.sum(np.square(by_rate), axis=2),
     )
     return result

@@ -7,6 +7,7 @@ Instants at which the motion of a recorded run is less smooth, told by its comma
     held command that begins, changes, runs out  the force jumps
     table over time that begins or ends; burnout the force jumps
     row of a linear table                        the rate of the force jumps
+    row of an inertia over time                  the angular acceleration or its rate jumps
 
 A held command in body axes turns with the body: that is smooth. What jumps at one body is felt by
 those that share a force with it, one derivative later where the force depends on velocity, two
@@ -25,18 +26,20 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rigid_body_sim.analysis.piecewise_spline import DEGREE, Break
-from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements.bumper import Bumper
 from rigid_body_sim.physics.forces.elements.time import TimeTable
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.variable_mass import end_of_flow, flow_of
 from rigid_body_sim.physics.state.layout import Layout
-from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.runs.commands import Command, CommandRules, decode, topics_of
-from rigid_body_sim.runs.recorder import held_from_json
+from rigid_body_sim.runs.manifest_values import (
+    MOST_NS,
+    MOST_TIMEOUT_NS,
+    ManifestValues,
+)
+from rigid_body_sim.runs.reading_guard import interpreting
 
 PATH, TURN = 'path', 'turn'  # of the centre of mass, of the orientation
 IMPULSE, FORCE, RATE = 0, 1, 2  # derivatives of the position that do not jump
@@ -63,18 +66,16 @@ def jumps_of(bag: Bag, scene: Scene) -> Jumps:
     """
     Find the jumps in a run of this package; without commands where the bag holds none.
 
-    Raises UserError where a recorded command cannot be read, or is none that the scene takes.
+    Raises DamagedBag where a recorded command cannot be read, or is none that the scene takes.
     """
     events: Events = {}
     couplings = _couplings(scene)
     for instant, place, continuity in _of_scene(scene):
         _note(events, instant, place, continuity)
     if bag.holds_run:
-        try:
+        with interpreting(bag.path):
             for instant, place, continuity in _of_commands(bag, scene, couplings):
                 _note(events, instant, place, continuity)
-        except (InvalidModel, cdr.CdrError, KeyError, ValueError, TypeError) as error:
-            raise UserError(f'{bag.path}: its commands cannot be read: {error}') from error
     found = Jumps(unknown=_unknown(scene))
     for instant in sorted(events):
         for (body, part), continuity in _felt(events[instant], couplings).items():
@@ -101,6 +102,10 @@ def _of_scene(scene: Scene) -> Iterator[tuple[int, Place, int]]:
         if flow_of(body) is not None and math.isfinite(end):
             yield round(end * 1e9), (body.name, PATH), FORCE
             yield round(end * 1e9), (body.name, TURN), RATE
+        if body.inertia_over_time is not None:  # omega' jumps with I', its rate with I''
+            smooth = body.inertia_over_time.interpolation == 'smooth'
+            for row in body.inertia_over_time.table:
+                yield round(row[0] * 1e9), (body.name, TURN), RATE if smooth else FORCE
 
 
 def _of_table(table: TimeTable) -> Iterator[tuple[int, int]]:
@@ -123,13 +128,14 @@ def _of_commands(
     bag: Bag, scene: Scene, couplings: list[tuple[frozenset[Place], int]]
 ) -> Iterator[tuple[int, Place, int]]:
     """Follow what is held, as the run did."""
-    manifest = bag.manifest
-    dt_ns, timeout_ns = int(manifest['dt_ns']), int(manifest['command_timeout_ns'])
+    values = ManifestValues(bag.path, 'manifest', bag.manifest)
+    dt_ns = values.integer('dt_ns', 1, MOST_NS)
+    timeout_ns = values.integer('command_timeout_ns', 0, MOST_TIMEOUT_NS)
     lasts = FOREVER if timeout_ns == 0 else -(-timeout_ns // dt_ns)
-    rules = CommandRules(scene, world_frame=manifest['world_frame'])
+    rules = CommandRules(scene, world_frame=values.text('world_frame'))
     layout = Layout(scene)
     held = HeldWrenches(layout, scene.gravity)
-    held.slots |= held_from_json(manifest['held_at_start'])
+    held.slots |= values.held('held_at_start', layout.n_moving)
     turned: set[str] = set()
     for tick, commands in _by_tick(bag, scene):
         while held.next_expiry() < tick:
@@ -173,7 +179,7 @@ def _changed(
     for command in commands:
         reason = rules.refusal(command)
         if reason is not None:
-            raise InvalidModel(reason)
+            raise ValueError(f'command of tick {tick}: {reason}')
         if command.kind == 'impulse':
             for part, vector in ((PATH, command.force), (TURN, command.torque)):
                 if any(vector):
@@ -221,9 +227,11 @@ def _couplings(scene: Scene) -> list[tuple[frozenset[Place], int]]:
             continue
         if len(places) > 1:
             found.append((frozenset(places), 1 if element.depends_on_velocity() else 2))
-    for body in movable.values():
-        if body.pivot is not None:
-            found.append((frozenset({(body.name, PATH), (body.name, TURN)}), 0))
+    found += [
+        (frozenset({(body.name, PATH), (body.name, TURN)}), 0)
+        for body in movable.values()
+        if body.pivot is not None
+    ]
     return found
 
 

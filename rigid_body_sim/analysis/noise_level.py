@@ -18,6 +18,7 @@ of noise: Hall, Kay and Titterington, Biometrika 77 (1990) 521.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +42,7 @@ def noise_level(time: Array, samples: Array, edges: Sequence[int]) -> Array:
     for order in range(2, HIGHEST + 1):
         parts = [
             _differences(time[begin:end], samples[begin:end], order)
-            for begin, end in zip(edges, edges[1:])
+            for begin, end in pairwise(edges)
             if end - begin > order
         ]
         if parts and sum(map(len, parts)) >= FEWEST:
@@ -64,4 +65,7 @@ def _differences(time: Array, samples: Array, order: int) -> Array:
     weights = 1.0 / np.prod(gaps, axis=2)
     weights /= np.linalg.norm(weights, axis=1, keepdims=True)
     middle = samples[order // 2 : order // 2 + count]  # near values: their difference is exact
-    return sum(weights[:, j, None] * (samples[j : j + count] - middle) for j in range(order + 1))
+    found = np.zeros_like(middle)
+    for j in range(order + 1):
+        found += weights[:, j, None] * (samples[j : j + count] - middle)
+    return found

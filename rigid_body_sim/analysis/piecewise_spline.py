@@ -21,15 +21,16 @@ than a parabola is given up, and told.
 
 At a break derivatives are those from there on; the first one is also told as it was up to there.
 
-Source: de Boor, A Practical Guide to Splines, chapters XIII and XIV; the equations of least squares
-with equality constraints (Bjoerck, Numerical Methods for Least Squares Problems, section 5.1),
-refined in residual form.
+Source: de Boor, A Practical Guide to Splines, chapters XIII and XIV; least squares with equality
+constraints: Bjoerck, Numerical Methods for Least Squares Problems, section 5.1; refined in
+residual form.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,7 @@ from scipy.interpolate import BSpline
 from scipy.sparse.linalg import splu
 
 Array = NDArray[np.float64]
+Matrix = Any  # sparse, of scipy, whose stubs know too little of it
 
 DEGREE = 5  # two derivatives keep order four; a higher one rings more on noise
 JUDGE = 7  # degree of the spline that tells the error
@@ -335,7 +337,7 @@ class Spline:
             results[BEFORE][sample] = row @ coefficients
         return results
 
-    def _rows(self, order: int) -> sparse.csr_array:
+    def _rows(self, order: int) -> Matrix:
         """Map coefficients to derivative `order` at the samples, that from there on."""
         blocks = [
             _design(self._layout.time[p.first : p.end], knots, degree, order)
@@ -343,12 +345,15 @@ class Spline:
         ]
         return sparse.block_diag(blocks, format='csr')
 
-    def _row_at(self, piece: int, instant: float, order: int) -> sparse.csr_array:
-        row = _design(np.array([instant]), self._knots[piece], self._degrees[piece], order).tocoo()
+    def _row_at(self, piece: int, instant: float, order: int) -> Matrix:
+        rows: Matrix = _design(
+            np.array([instant]), self._knots[piece], self._degrees[piece], order
+        )
+        row = rows.tocoo()
         columns = row.col + self._starts[piece]
         return sparse.csr_array((row.data, (row.row, columns)), shape=(1, int(self._starts[-1])))
 
-    def _equations(self) -> sparse.csr_array:
+    def _equations(self) -> Matrix:
         rows, layout = [], self._layout
         for i, b in enumerate(layout.breaks):
             for order in range(b.continuity + 1):
@@ -384,7 +389,7 @@ class Spline:
             for i in pieces
         )
 
-    def _rates_before(self) -> list[tuple[int, sparse.csr_array]]:
+    def _rates_before(self) -> list[tuple[int, Matrix]]:
         """First derivatives up to impulses that strike at samples."""
         found = []
         for i, b in enumerate(self._layout.breaks):
@@ -412,12 +417,12 @@ def _knots(time: Array, piece: Piece, order: Order) -> Array:
     return np.concatenate((ends[0], middle, ends[1]))
 
 
-def _design(x: Array, knots: Array, degree: int, order: int) -> sparse.csr_array:
+def _design(x: Array, knots: Array, degree: int, order: int) -> Matrix:
     """Map the coefficients of a spline to its derivative at x."""
     size = len(knots) - degree - 1
     if order > degree:
         return sparse.csr_array((len(x), size))
-    lower = sparse.eye_array(size, format='csr')
+    lower: Matrix = sparse.eye_array(size, format='csr')
     for _ in range(order):
         size, width = size - 1, knots[degree + 1 : -1] - knots[1 : -degree - 1]
         scale = sparse.diags_array(degree / width)

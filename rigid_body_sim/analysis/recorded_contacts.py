@@ -9,7 +9,6 @@ movable bodies is told on both topics; it counts twice.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE, GAP, LEAF, cloud_points
+from rigid_body_sim.recording.record_values import RecordValues
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,8 @@ class ContactSummary:
 
 def scene_has_contact(bag: Bag) -> bool:
     """Whether the bodies of the recorded run met; false in bags of other recorders."""
-    return json.loads(bag.manifest.get('contact', '{}')).get('mode', 'none') != 'none'
+    contact = RecordValues(bag.path, 'manifest', bag.manifest).mapping('contact', '{}')
+    return contact.get('mode', 'none') != 'none'
 
 
 def contact_topics(bag: Bag) -> dict[str, str]:

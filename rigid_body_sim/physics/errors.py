@@ -1,6 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The two ways in which physics says no: before a run, and during one."""
+"""The ways in which physics says no: before a run, and during one."""
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -38,8 +38,9 @@ def choose_from(word: object, known: Collection[str]) -> str:
     """Write the cure for an unknown word: the nearest known one, and all that are allowed."""
     import difflib  # only for who made a slip
 
-    is_near = isinstance(word, str) and len(word) <= LONGEST_WORD
-    near = difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS) if is_near else []
+    near: list[str] = []
+    if isinstance(word, str) and len(word) <= LONGEST_WORD:
+        near = difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS)
     proposal = f'; did you mean {near[0]!r}? allowed' if near else '; allowed'
     listed = [*known][:MOST_NAMED]
     more = f', … ({len(known)} in all)' if len(known) > len(listed) else ''
@@ -70,3 +71,14 @@ class SimulationDiverged(RuntimeError):
         self.body = body
         self.tick = tick
         self.cause = cause
+
+
+class SimulationBusy(RuntimeError):
+    """A simulation was asked for something while a step of it was under way."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            'this Simulation is in a step, of another thread or of the code that was interrupted '
+            'for this call; one simulation belongs to one thread at a time: wait for its step, or '
+            'give each thread a Simulation of its own'
+        )

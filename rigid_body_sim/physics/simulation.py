@@ -11,13 +11,21 @@ A scene that moves: whole ticks, commands at tick boundaries, and what can be as
 Time is tick * dt_ns in integers. `step(1000)` and a thousand times `step()` give the same bits.
 Forces over time and the flow of mass count from the start of the scene: from tick 0, or from the
 last reset.
+
+An interrupt (KeyboardInterrupt) anywhere leaves tick and state that belong together: what a call
+had done in whole chunks of ticks is counted, the rest is put back. One simulation belongs to one
+thread at a time; what comes in the middle of a step raises SimulationBusy.
 """
 
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
+from reprlib import repr as shortened
+from threading import get_ident
 from typing import Any
 
 import numpy as np
@@ -28,13 +36,14 @@ from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.orthogonality import orthogonality_defect
 from rigid_body_sim.physics.diagnostics.point_motion import PointMotion, motion_of
 from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
-from rigid_body_sim.physics.errors import SimulationDiverged
+from rigid_body_sim.physics.errors import InvalidModel, SimulationBusy, SimulationDiverged
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.integration.lookout import Lookout, RecordedChoices, Watch
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.body_axis import moment_of_body
+from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
@@ -65,7 +74,7 @@ class Simulation:
     `auto` saw on the way (`integration.lookout`).
 
     A copy, a deep copy and a pickle each stand for a simulation of their own, which goes on bit
-    for bit from where this one stood.
+    for bit from where this one stood; its `contacts` are told from its first tick on.
 
     Raises InvalidModel for a scene that a scene file could not say (`validation`), an unknown
     integrator or option, an integrator that refuses the scene, or an impossible dt.
@@ -96,7 +105,7 @@ class Simulation:
         self.choices: tuple[choose.Choice, ...] = () if plan is None else (plan.choice,)
         self.watch: Watch | None = None
         self._shadows: dict[Any, Simulation] = {}
-        self.tick = 0
+        self._stepping: dict[str, int] = {}  # 'thread': which one is in a step
         self.invariants = Invariants(scene)
         self._layout = Layout(scene)
         self._reader = StateReader(self._layout)
@@ -109,6 +118,7 @@ class Simulation:
         self._out_of_mass = min(
             ((end_of_mass(body), body.name) for body in scene.bodies), default=(math.inf, '')
         )
+        self._loses_mass = self._out_of_mass[0] < math.inf
         if plan is not None and plan.setting is not None:
             self.watch = Lookout(plan, scene, dt_ns=self.dt_ns, failed=SimulationDiverged)
             self.watch.attach(shadow=self._shadow, change=self._go_on_with)
@@ -146,6 +156,12 @@ class Simulation:
             )
         shadow.restore(tick=self.tick, state=self._bytes(), slots=self.held_slots)
         return shadow
+
+    @property
+    def tick(self) -> int:
+        """Count of the ticks that were done; those of `state`."""
+        undo = self._stepper.undo  # of a step that is under way in another thread, or broke off
+        return self._stepper.tick if undo is None else undo[0]
 
     def __repr__(self) -> str:
         return (
@@ -191,11 +207,10 @@ class Simulation:
     @property
     def _scene_tick(self) -> float:
         """Ticks since the start of the scene, not whole where a recording has another dt."""
+        tick = self._stepper.tick
         if not (self._start_ns and self._stepper.is_timed):
-            return (
-                self.tick
-            )  # an integer, also after a reset: a float has its kernel compiled anew
-        return (self.tick * self.dt_ns - self._start_ns) / self.dt_ns
+            return tick  # an integer, also after a reset: a float has its kernel compiled anew
+        return (tick * self.dt_ns - self._start_ns) / self.dt_ns
 
     @property
     def dt(self) -> float:
@@ -205,6 +220,8 @@ class Simulation:
     @property
     def state(self) -> State:
         """Position, orientation and velocities of every body, scene order: a copy."""
+        if self._read is None:
+            self._settle()
         return self._read_state()
 
     def _read_state(self) -> State:
@@ -236,30 +253,81 @@ class Simulation:
         """
         Advance by whole ticks.
 
-        Raises SimulationDiverged when a state leaves the finite numbers; `tick` and `state` are
-        then the last good ones.
+        ticks : 0 or more; of seconds, round(seconds / dt)
+
+        Raises InvalidModel for anything but a whole number of at least 0, SimulationBusy while a
+        step is under way in another thread, SimulationDiverged when a state leaves the finite
+        numbers; `tick` and `state` are then the last good ones. After KeyboardInterrupt, which may
+        come at any moment, they belong together too: whole chunks of ticks are counted (1000
+        ticks; fewer where many bodies meet), the rest is put back, and `contacts` are none until
+        the next tick.
         """
-        end, watch = self.tick + ticks, self.watch
-        while self.tick < end:
-            if watch is not None:
-                watch.meet(self.tick, self._read_state)
-            self._take_held()
-            chunk = (
-                min(end, self._held.next_expiry()) - self.tick
-                if self._held.slots
-                else end - self.tick
-            )
-            if watch is not None:
-                chunk = int(min(chunk, watch.next_tick - self.tick))
+        stepper, me, stepping = self._stepper, get_ident(), self._stepping
+        try:
+            if stepping.setdefault('thread', me) != me:
+                raise SimulationBusy
+            if stepper.undo is not None:
+                self._return()
+            end, watch = stepper.tick + _whole(ticks), self.watch
+            while stepper.tick < end:
+                if watch is not None:
+                    watch.meet(stepper.tick, self._read_state)
+                if self._held_changed or self._held.slots:
+                    self._take_held()
+                chunk = end - stepper.tick
+                if self._held.slots:
+                    chunk = min(chunk, self._held.next_expiry() - stepper.tick)
+                if watch is not None:
+                    chunk = int(min(chunk, watch.next_tick - stepper.tick))
+                self._read = None
+                if self._loses_mass and self._out_of_mass[0] <= self.scene_time + chunk * self.dt:
+                    chunk = self._ticks_with_mass()
+                done = stepper.advance(chunk, self._scene_tick, self.dt)
+                if watch is not None:
+                    watch.follow(stepper.tick)
+                if done < chunk and not (watch is not None and watch.rescue(stepper.tick)):
+                    raise self._diverged()
+        except BaseException:  # no call before the last one: an interrupt could come after it
+            if 'thread' in stepping and stepping['thread'] == me:
+                try:
+                    self._return()
+                finally:
+                    stepping.clear()
+            raise
+        else:
+            stepping.clear()
+
+    def _settle(self) -> None:
+        """Put back what broke off; SimulationBusy while a step is under way."""
+        if self._stepping:
+            raise SimulationBusy
+        if self._stepper.undo is not None:
+            self._return()
+
+    def _return(self) -> None:
+        """Return to before what broke off, if something did."""
+        undo = self._stepper.undo
+        if undo is not None:
             self._read = None
-            if self.scene_time + chunk * self.dt >= self._out_of_mass[0]:
-                chunk = self._ticks_with_mass()
-            done = self._stepper.advance(chunk, self._scene_tick, self.dt)
-            self.tick += done
-            if watch is not None:
-                watch.follow(self.tick)
-            if done < chunk and not (watch is not None and watch.rescue(self.tick)):
-                raise self._diverged()
+            more = undo[2]
+            if more is not None:
+                self._held_changed = True
+                self._start_ns, self._held.slots = more
+            self._stepper.put_back()
+
+    @contextmanager
+    def _all_or_nothing(self) -> Iterator[None]:
+        """Change the state as a whole: an exception puts everything back."""
+        self._settle()
+        try:
+            undo = self._stepper.begin((self._start_ns, dict(self._held.slots)))
+            yield
+            self._held_changed = True
+            self._read = None
+            self._stepper.end(undo)
+        except BaseException:
+            self._return()
+            raise
 
     def _ticks_with_mass(self) -> int:
         """Count the whole ticks before a body is out of mass; SimulationDiverged if none."""
@@ -284,8 +352,9 @@ class Simulation:
             self._held_changed = False
 
     def _drop_expired(self) -> None:
-        if self._held.slots and self._held.drop_expired(self.tick):
-            self._held_changed = True
+        if self._held.slots and self._held.next_expiry() <= self._stepper.tick:
+            self._held_changed = True  # before it is so: an interrupt may come in between
+            self._held.drop_expired(self._stepper.tick)
 
     def _diverged(self) -> SimulationDiverged:
         core = self._stepper.first_diverged()
@@ -330,10 +399,11 @@ class Simulation:
         source : 'force', 'torque' or 'wrench'
         until  : [tick] first tick on which it no longer acts
         """
-        asked: dict[str, Any] = {'force': force, 'torque': torque, 'frame': frame, 'until': until}
-        self._held.put(body, source, **asked)
-        self._held_changed = True
+        self._settle()
+        self._held_changed = True  # before it is so: an interrupt may come in between
+        self._held.put(body, source, force=force, torque=torque, frame=frame, until=until)
         if self.watch is not None:
+            asked = {'force': force, 'torque': torque, 'frame': frame, 'until': until}
             self.watch.hold(self.tick, body, source, **asked)
 
     def apply_impulse(
@@ -351,6 +421,7 @@ class Simulation:
         angular : (3,) [N m s]
         returns : both in world axes
         """
+        self._settle()
         core, linear, angular = self._held.checked(body, linear, angular, frame)
         if frame == 'body':
             self._layout.principal_axes(body, linear)  # refuses a point mass
@@ -359,8 +430,8 @@ class Simulation:
             angular = as_vector(so3.rotate(q, angular))
         record = self._layout.body(core)
         ratio = record.mass / mass_at(record, self.scene_time)  # 1.0 unless its mass changes
-        self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
         self._read = None
+        self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
         if self.watch is not None:
             self.watch.strike(self.tick, body, linear=linear, angular=angular)
         return linear, angular
@@ -372,6 +443,7 @@ class Simulation:
 
         returns : (n, 3) and (n, 3), scene order, world axes; without gravity and force elements
         """
+        self._settle()
         self._drop_expired()
         force, torque, table = self._held.sums()
         of_scene = np.zeros((2, len(self.scene.bodies), 3))
@@ -409,6 +481,7 @@ class Simulation:
         returns : linear (n, 3) [m/s^2] of the centres of mass and angular (n, 3) [rad/s^2], scene
                   order, world axes
         """
+        self._settle()
         self._take_held()
         found = np.zeros((2, len(self.scene.bodies), 3))
         linear, angular = self._stepper.accelerations(self._scene_tick, self.dt)
@@ -447,7 +520,11 @@ class Simulation:
         return orthogonality_defect(memory.reshape(-1, 3, 3))
 
     def energy(self) -> float:
-        """Kinetic and potential energy [J]."""
+        """
+        Kinetic and potential energy [J].
+
+        Infinity where a part is beyond the largest number; NaN where parts of both signs are.
+        """
         return self.invariants.energy(self.state)
 
     def momentum(self) -> Array:
@@ -471,16 +548,19 @@ class Simulation:
         return self._stepper.warnings()
 
     def contacts(self) -> Contacts:
-        """Where bodies touched in the last tick, and the impulses that acted there."""
+        """
+        Where bodies touched in the last tick, and the impulses that acted there; none after
+        something that was put back.
+        """
+        self._settle()
         return self._stepper.contacts()
 
     def reset(self) -> None:
         """Put every body back to the start of the scene, without commands; time goes on."""
-        self._stepper.reset()
-        self._start_ns = self.tick * self.dt_ns
-        self._held.slots.clear()
-        self._held_changed = True
-        self._read = None
+        with self._all_or_nothing():
+            self._stepper.reset()
+            self._start_ns = self._stepper.tick * self.dt_ns
+            self._held.slots = {}
         if self.watch is not None:
             self.watch.reset(self.tick)
 
@@ -515,6 +595,7 @@ class Simulation:
         What the integrator remembers follows, if anything, and the impulses of contacts; then,
         where a wrench depends on time, the start of the scene [ns] as int64.
         """
+        self._settle()
         return self._bytes()
 
     def _bytes(self) -> bytes:
@@ -523,19 +604,29 @@ class Simulation:
         return state + self._start_ns.to_bytes(8, 'little') if self._stepper.is_timed else state
 
     def restore(self, *, tick: int, state: bytes, slots: dict[tuple[int, str], Slot]) -> None:
-        """Go on from a tick, a state of `state_bytes` and the commands that held then."""
-        if self._stepper.is_timed:
-            state, start = state[:-8], state[-8:]
-            self._start_ns = int.from_bytes(start, 'little')
-        size = self._layout.state_size
-        self._layout.set_state_bytes(
-            state[:size], self._stepper.translation, self._stepper.rotation
-        )
-        self._stepper.recall(np.frombuffer(state[size:], dtype='<f8'))
-        self.tick = tick
-        self._held.slots = dict(slots)
-        self._held_changed = True
-        self._read = None
+        """
+        Go on from a tick, a state of `state_bytes` and the commands that held then.
+
+        Raises InvalidModel for a state that is none of this scene.
+        """
+        if not isinstance(tick, int | np.integer) or tick < 0:
+            raise InvalidModel(f'tick {shown(tick)}; a whole number of at least 0 is needed')
+        if not isinstance(state, bytes | bytearray) or len(state) % 8:
+            raise InvalidModel('a state is bytes as `state_bytes` gives them, eight for a number')
+        with self._all_or_nothing():
+            if self._stepper.is_timed:
+                state, start = state[:-8], state[-8:]
+                self._start_ns = int.from_bytes(start, 'little')
+            size = self._layout.state_size
+            self._layout.set_state_bytes(
+                state[:size], self._stepper.translation, self._stepper.rotation
+            )
+            try:
+                self._stepper.recall(np.frombuffer(state[size:], dtype='<f8'))
+            except (ValueError, IndexError) as error:
+                raise InvalidModel(f'the state does not fit this scene: {error}') from error
+            self._stepper.tick = tick
+            self._held.slots = dict(slots)
         if self.watch is not None:
             self.watch.resume(tick)
 
@@ -543,6 +634,20 @@ class Simulation:
     def steps_taken(self) -> float:
         """Steps that an integrator which chooses them tried so far; 0 with any other."""
         return self._stepper.steps_taken
+
+
+def _whole(ticks: object) -> int:
+    """Return a number of ticks; InvalidModel unless it is whole and at least 0."""
+    try:
+        count = operator.index(ticks)  # type: ignore[arg-type]  # which is what it tells
+    except TypeError:
+        count = -1
+    if count < 0:
+        raise InvalidModel(
+            f'step: {shortened(ticks)} ticks; allowed: a whole number of at least 0; to advance '
+            'by seconds, step(round(seconds / sim.dt))'
+        )
+    return count
 
 
 def _pilot(

@@ -8,6 +8,11 @@ A scene in which nothing depends on the state (commands in world axes, uniform g
 free kernel; forces between bodies, drag, or a command in body axes take the coupled one. Where a
 force begins, ends or has a kink at an instant of its own, the ticks are cut there
 (`forces.schedule`).
+
+The state and the count of its ticks belong together, whatever breaks off the work between: before
+anything of them changes, `undo` gets what they were, and it is emptied when both are new. An
+exception in between (KeyboardInterrupt comes anywhere) leaves it full, and `put_back` returns to
+it.
 """
 
 from __future__ import annotations
@@ -16,6 +21,7 @@ import itertools
 from collections import deque
 from collections.abc import Callable
 from functools import partial
+from operator import setitem
 from typing import Any
 
 import numpy as np
@@ -23,6 +29,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument, left_the_numbers
 from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
+from rigid_body_sim.physics.errors import SimulationBusy
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.schedule import SNAP
 from rigid_body_sim.physics.integration.integrator import Integrator
@@ -51,13 +58,22 @@ from rigid_body_sim.physics.state.layout import Layout
 Array = NDArray[np.float64]
 
 METHOD, WORKSPACE = 4, 5  # their places among the arguments of a kernel
-CHUNK = 1000  # [tick] between two copies of the state, to which a diverging run returns
+CHUNK = 1000  # [tick] between two copies of the state, to which a run returns that goes wrong
+# [body tick] the same where bodies meet; more: an interrupt waits longer and costs more ticks
+CHUNK_IN_CONTACT = 20_000
+
+
+# what a step began from: tick, what `Stepper._snapshot` gave, what the caller wants back beside
+Undo = tuple[int, tuple[Any, ...], Any]
 
 
 class Stepper:
     """
     State and kernels of one run.
 
+    tick                  : [tick] the count of ticks that the state has
+    undo                  : what to return to if the work under way breaks off; None: nothing is
+                            under way
     translation, rotation : blocks, see `state.blocks`
     cause                 : why the last advance stopped early; empty: a state left the finite
                             numbers
@@ -74,6 +90,11 @@ class Stepper:
         self.is_timed = self._elements.is_timed
         self._method = self._blocks_of(self._method_rows())
         self.contact = _contact_world(scene, layout, integrator)
+        self.tick = 0
+        self.undo: Undo | None = None
+        self._chunk = CHUNK
+        if self.contact is not None:
+            self._chunk = max(1, min(CHUNK, CHUNK_IN_CONTACT // max(1, layout.n_moving)))
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         # methods that differ in how they turn bodies share one kernel where nothing turns
@@ -83,6 +104,7 @@ class Stepper:
         self._workspace[: len(integrator.constants)] = integrator.constants
         self._scene = scene
         self._workspace_step: float | None = None
+        self._turning = 0  # commands that turn with their bodies, in the arguments of the kernels
         self.cause = ''
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
@@ -130,14 +152,35 @@ class Stepper:
         return (self.translation, self.rotation, self._method)
 
     def _snapshot(self) -> tuple[Any, ...]:
-        contact = () if self.contact is None else (self.contact.snapshot(),)
-        return (*(array.copy() for array in self._state), *contact)
+        arrays = (self.translation.copy(), self.rotation.copy())
+        if self._integrator.remembers is not None:
+            arrays = (*arrays, self._method.copy())
+        return arrays if self.contact is None else (*arrays, self.contact.snapshot())
 
     def _return_to(self, snapshot: tuple[Any, ...]) -> None:
         for array, values in zip(self._state, snapshot, strict=False):
             array[:] = values
         if self.contact is not None:
             self.contact.return_to(snapshot[-1])
+
+    def begin(self, more: Any = None) -> Undo:
+        """Note what to return to; from here to `end` the state is nobody's."""
+        self.undo = undo = (self.tick, self._snapshot(), more)
+        return undo
+
+    def end(self, undo: Undo, ticks: int = 0) -> None:
+        """Count the ticks that were done since `begin`; SimulationBusy if another began too."""
+        if self.undo is not undo:
+            raise SimulationBusy
+        self.tick += ticks
+        self.undo = None
+
+    def put_back(self) -> None:
+        """Return to what `begin` noted, if the work broke off; can itself be broken off."""
+        if self.undo is not None:
+            self.tick, arrays, _ = self.undo
+            self._return_to(arrays)
+            self.undo = None
 
     def warnings(self) -> tuple[str, ...]:
         """Give what the contact of the scene warns of, whatever the state."""
@@ -193,9 +236,10 @@ class Stepper:
         """
         Take over what is held: `table` turns with the bodies, the rest is in the blocks already.
         """
-        if table.size or self._elements.turning:
+        if table.size or self._turning:
             self._elements.set_turning(table)
             self._take_arguments()
+            self._turning = len(table)  # last: an interrupt before it lets all be done again
         held = rows(self.translation, TRANSLATION, HELD_FORCE, 3)
         rows(self.translation, TRANSLATION, FORCE, 3)[:] = held
         held = rows(self.rotation, ROTATION, HELD_TORQUE, 3)
@@ -255,13 +299,13 @@ class Stepper:
         """Work out what the integrator wants to know of the scene at this step."""
         if self._integrator.plan is not None and h != self._workspace_step:
             self._workspace = self._integrator.plan(self._scene, self._layout, h)
-            self._workspace_step = h
             workspace = argument(self._workspace)
             self._arguments = (
                 *self._arguments[:WORKSPACE],
                 workspace,
                 *self._arguments[WORKSPACE + 1 :],
             )
+            self._workspace_step = h
 
     def prepare(
         self, *, commands_in_body_axes: bool, progress: Callable[[str], None] | None
@@ -316,36 +360,39 @@ class Stepper:
         """Advance over one tick in pieces between instants; on failure return to its start."""
         elements = self._elements
         assert elements.schedule is not None
-        before = self._snapshot()
+        before = self.begin()
         for begin, end in itertools.pairwise([tick, *cuts, tick + 1.0]):
             elements.schedule.set(elements.numbers, begin, end, h)
             piece = (end - begin) * h
             if not self._call(kernel, 1, begin * h / piece, piece):
-                self._bad = self._copy_back(before)
+                self._copy_back()
                 return False
+        self.end(before, 1)
         return True
 
     def _advance(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> int:
         """Advance over ticks between which nothing begins or ends."""
         done = 0
         while done < ticks:
-            chunk = min(CHUNK, ticks - done)
-            before = self._snapshot()
+            chunk = min(self._chunk, ticks - done)
+            before = self.begin()
             if not self._call(kernel, chunk, tick + done, h):
-                self._bad = self._copy_back(before)
+                self._copy_back()
                 if chunk == 1:
                     return done
                 return done + self._creep(kernel, chunk, tick + done, h)
+            self.end(before, chunk)
             done += chunk
         return done
 
     def _creep(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> int:
         """Advance tick by tick up to the one that fails."""
         for done in range(ticks):
-            before = self._snapshot()
+            before = self.begin()
             if not self._call(kernel, 1, tick + done, h):
-                self._bad = self._copy_back(before)
+                self._copy_back()
                 return done
+            self.end(before, 1)
         return ticks
 
     def _call(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> bool:
@@ -360,17 +407,15 @@ class Stepper:
                 raise
             return False
 
-    def _copy_back(self, before: tuple[Any, ...]) -> int:
-        """Return to an earlier state; tell which body left the finite numbers."""
+    def _copy_back(self) -> None:
+        """Return to an earlier state; note which body left the finite numbers."""
         points = gather(self.translation, TRANSLATION, 0, 6, self._layout.n_moving)
         turns = gather(self.rotation, ROTATION, 0, 7, self._layout.n_rigid)
         bad = ~np.isfinite(points).all(axis=1)
         bad[: self._layout.n_rigid] |= ~np.isfinite(turns).all(axis=1)
-        self._return_to(before)
         culprits = np.flatnonzero(bad)
-        if not culprits.size:
-            return 0
-        return int(min(culprits, key=lambda core: self._layout.moving[core]))
+        self._bad = int(min(culprits, key=lambda core: self._layout.moving[core], default=0))
+        self.put_back()
 
     def first_diverged(self) -> int:
         """Core index of the first body, in scene order, that left the finite numbers."""
@@ -382,9 +427,14 @@ class Stepper:
         if core < self._layout.n_rigid:
             q = self.orientation(core)
             linear, angular = self._elements.pivots.about_pivot(core, linear, angular, q)
-        rows(self.translation, TRANSLATION, MOMENTUM, 3)[block, :, lane] += linear
+        place = (block, slice(None), lane)
+        momentum = rows(self.translation, TRANSLATION, MOMENTUM, 3)
+        new = [(momentum, place, momentum[place] + linear)]
         if core < self._layout.n_rigid:
-            rows(self.rotation, ROTATION, ANGULAR_MOMENTUM, 3)[block, :, lane] += angular
+            momentum = rows(self.rotation, ROTATION, ANGULAR_MOMENTUM, 3)
+            new.append((momentum, place, momentum[place] + angular))
+        # in one call of C: an interrupt comes before both or after both
+        deque(itertools.starmap(setitem, new), maxlen=0)
 
     def orientation(self, core: int) -> Array:
         """Quaternion (4,) of the principal axes of a rigid body."""

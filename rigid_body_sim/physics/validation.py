@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from, path_text
+from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
 from rigid_body_sim.physics.model.numbers import number, numbers, shown
 from rigid_body_sim.physics.model.pivot import check_pivot
@@ -27,6 +28,7 @@ from rigid_body_sim.physics.model.place import WORLD
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import (
     Body,
+    InertiaOverTime,
     MassFlow,
     Material,
     Motion,
@@ -79,7 +81,7 @@ def check_record(scene: Scene) -> None:
 
 
 def check_name(name: object) -> None:
-    """Refuse what is no name of a body: it becomes part of the names of topics."""
+    """Refuse what is no name of a body in a scene file: it becomes part of names of topics."""
     if not isinstance(name, str) or not NAME.fullmatch(name) or '__' in name:
         raise InvalidModel(
             f'got {shown(name)}; a body name is a letter, '
@@ -90,11 +92,15 @@ def check_name(name: object) -> None:
             f'got {shown(name)}, {len(name)} letters; a body name has at most {LONGEST_NAME}'
         )
     if name in RESERVED:
-        raise InvalidModel(f'{name!r} is a reserved name ({", ".join(RESERVED)}); choose another')
+        raise InvalidModel(_reserved(name))
+
+
+def _reserved(name: str) -> str:
+    return f'{name!r} is a reserved name ({", ".join(RESERVED)}); choose another'
 
 
 def check_title(name: object) -> None:
-    """Refuse what is no name of a scene: one line of text."""
+    """Refuse what is no name of a scene, nor of a body without topics: one line of text."""
     if not isinstance(name, str) or not name:
         raise InvalidModel(f'got {shown(name)}; a name is needed, as text')
     if len(name) > LONGEST_TITLE or not name.isprintable():
@@ -111,7 +117,9 @@ def check_body(body: Body, *, knows_inertia: bool = False) -> None:
     """
     _need(body, Body, 'a Body')
     with blaming('name'):
-        check_name(body.name)
+        check_title(body.name)
+        if body.name in RESERVED:
+            raise InvalidModel(_reserved(body.name))
     if body.shape is not None:
         with blaming('shape'):
             _need(body.shape, Shape, 'a shape')
@@ -131,6 +139,9 @@ def check_body(body: Body, *, knows_inertia: bool = False) -> None:
     if body.mass_flow is not None:
         with blaming('mass_flow'):
             _check_flow(body, body.mass_flow)
+    if body.inertia_over_time is not None:
+        with blaming('inertia_over_time'):
+            _check_inertia_over_time(body, body.inertia_over_time)
 
 
 def check_mass(body: Body) -> None:
@@ -149,7 +160,7 @@ def _need(value: object, kind: Any, what: str) -> None:
         raise InvalidModel(f'got {shown(value)}; {what} is needed')
 
 
-def _check_ticks(dt_ns: object) -> None:
+def _check_ticks(dt_ns: Any) -> None:
     is_whole = isinstance(dt_ns, int | np.integer) and not isinstance(dt_ns, bool)
     if not is_whole or not 1 <= dt_ns <= LONGEST_NS:
         raise InvalidModel(
@@ -222,14 +233,9 @@ def _check_inertia(body: Body, *, is_known: bool) -> None:
         raise InvalidModel('a particle is a point mass and does not rotate; leave it out')
     if is_known:
         return
-    try:
-        inertia = np.asarray(body.inertia)
-        is_tensor = inertia.dtype.kind in 'iuf'
-    except ValueError:  # rows of different lengths
-        is_tensor = False
-    if not is_tensor:
+    if not isinstance(body.inertia, np.ndarray) or body.inertia.dtype.kind not in 'iuf':
         raise InvalidModel(f'got {shown(body.inertia)}; a (3, 3) array of numbers is needed')
-    check_inertia(inertia)
+    check_inertia(body.inertia)
 
 
 def _check_motion(body: Body) -> None:
@@ -240,12 +246,27 @@ def _check_motion(body: Body) -> None:
             numbers(getattr(motion, field), 3, unit=unit)
     with blaming('orientation'):
         _check_attitude(motion.orientation)
+    if not body.fixed:
+        _check_momenta(body)
     if body.fixed and any((*motion.velocity, *motion.angular_velocity)):
         raise InvalidModel('a fixed body does not move; remove its velocities, or fixed')
     if body.is_point and (any(motion.angular_velocity) or motion.orientation != IDENTITY):
         raise InvalidModel(
             f'{body.name!r} is a point mass and does not rotate; remove orientation and '
             'angular_velocity, or give it a shape and an inertia'
+        )
+
+
+def _check_momenta(body: Body) -> None:
+    """Refuse a motion whose momentum is beyond the largest number."""
+    with np.errstate(over='ignore', invalid='ignore'):
+        momenta = [float(body.mass) * np.asarray(body.initial.velocity, dtype=np.float64)]
+        if body.inertia is not None and any(body.initial.angular_velocity):
+            momenta.append(body.inertia @ np.asarray(body.initial.angular_velocity))
+    if not np.all(np.isfinite(momenta)):
+        raise InvalidModel(
+            'the momentum, mass times velocity, is beyond the largest number; check the units '
+            '(m, kg, s)'
         )
 
 
@@ -267,6 +288,15 @@ def _check_flow(body: Body, flow: Any) -> None:
         with blaming('final_mass'):
             number(flow.final_mass, unit='kg')
     check_flow(body)
+
+
+def _check_inertia_over_time(body: Body, law: Any) -> None:
+    _need(law, InertiaOverTime, 'an InertiaOverTime')
+    with blaming('table'):
+        _need(law.table, list | tuple, 'a tuple of rows')
+        for row in law.table:
+            numbers(row, 4, unit='s, kg m^2')
+    check_inertia_over_time(body)
 
 
 def _check_pivot(body: Body) -> None:

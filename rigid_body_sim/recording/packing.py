@@ -11,6 +11,8 @@ Records of the published tick k, in file order (dt_ns: tick length [ns]):
 
     applied wrenches      sequence k      stamp, log time k dt_ns        held from k to k + 1
     clock, poses, twists  sequence k + 1  stamp, log time (k + 1) dt_ns  the state reached
+
+Before the first tick, number s, there are clock, poses and twists of sequence s alone.
 """
 
 from __future__ import annotations
@@ -148,6 +150,23 @@ class StatePacker:
         )
         return Batch(self._layout, bytes(self._block), (time_ns,), tick)
 
+    def pack_states(
+        self,
+        tick: int,
+        *,
+        position: Array,
+        orientation: Array,
+        velocity: Array,
+        angular_velocity: Array,
+    ) -> Batch:
+        """Pack clock, poses and twists at tick * dt_ns, without the wrenches of a tick before."""
+        time_ns = tick * self._dt_ns
+        self._views.fill_states(
+            self._after.set(tick, time_ns), (position, orientation, velocity, angular_velocity)
+        )
+        states = bytes(self._block[self._wrench_rows.size :])
+        return Batch(self._states_layout, states, (time_ns,), tick)
+
     def split(self, batch: Batch) -> tuple[Batch, Batch]:
         """
         Cut a batch of `pack` into the wrenches of the tick and the states after it: what belongs
@@ -247,6 +266,9 @@ class _Views:
         self, before: NDArray[np.void], after: NDArray[np.void], arrays: tuple[Array, ...]
     ) -> None:
         self._before[...] = before
+        self.fill_states(after, arrays)
+
+    def fill_states(self, after: NDArray[np.void], arrays: tuple[Array, ...]) -> None:
         for stamp in self._after:
             stamp[...] = after
         for target, array in zip(self._arrays, arrays):

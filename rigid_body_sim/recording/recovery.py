@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
@@ -40,8 +41,6 @@ from rigid_body_sim.recording.seal import (
 STATE_TYPES = {cdr.Clock.TYPE, cdr.PoseStamped.TYPE, cdr.TwistStamped.TYPE}
 _KINDS: dict[int, type[McapRecord]] = {
     mcap_file.HEADER: Header,
-    mcap_file.SCHEMA: Schema,
-    mcap_file.CHANNEL: Channel,
     mcap_file.METADATA: Metadata,
     mcap_file.ATTACHMENT: Attachment,
 }
@@ -148,23 +147,40 @@ class _Declared:
     """
     The schemas and channels of a source; those of a good summary are preferred, its CRC protects
     them.
+
+    problems : which declarations were left out, and why
     """
 
     def __init__(self, stream: BinaryIO) -> None:
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}
         self.states: set[int] = set()
+        self.problems: list[str] = []
         self._types: dict[str, str] = {}
-        try:
+        with suppress(mcap_scan.Torn):
             summary = mcap_summary.read_summary(stream)
-        except mcap_scan.Torn:
-            return
-        if summary.has_crc:
-            for record in (*summary.schemas.values(), *summary.channels.values()):
-                self.take(record)
+            if summary.has_crc:
+                for stated in (*summary.schemas.values(), *summary.channels.values()):
+                    self._take(stated)
+        with suppress(mcap_scan.Torn):
+            for record in _unpacked(stream):
+                if record.opcode in (mcap_file.SCHEMA, mcap_file.CHANNEL):
+                    self._read(record)
 
-    def take(self, record: Schema | Channel) -> bool:
-        """Take a declaration; false where it contradicts another or there are too many."""
+    def _read(self, record: mcap_scan.Record) -> None:
+        try:
+            content = record.parse(Schema if record.opcode == mcap_file.SCHEMA else Channel)
+        except mcap_scan.Torn as error:
+            problem = str(error)
+        else:
+            if self._take(content):
+                return
+            problem = f'at byte {record.position}: a declaration contradicts another'
+        if len(self.problems) < _MOST_REASONS:
+            self.problems.append(problem)
+
+    def _take(self, record: Schema | Channel) -> bool:
+        """Keep a declaration; false where it contradicts another or there are too many."""
         if isinstance(record, Schema):
             good = record.id > 0 and len(self.schemas) < _MOST_IDS
             return good and self.schemas.setdefault(record.id, record) == record
@@ -215,9 +231,10 @@ def recover(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> R
 
 def _survey(stream: BinaryIO, file: Path) -> _Survey:
     """Find out which records are good, and where the last whole tick ends."""
-    survey = _Survey(_Declared(stream))
+    declared = _Declared(stream)
+    survey = _Survey(declared, problems=list(declared.problems))
     try:
-        for record, content in _good_records(stream, survey.declared, survey.problems):
+        for record, content in _good_records(stream, declared, survey.problems):
             survey.take(record, content)
     except mcap_scan.WrongSum as error:
         survey.problems.append(str(error))
@@ -249,12 +266,9 @@ def _copy(stream: BinaryIO, survey: _Survey, found: Recovery, target: Path) -> N
                 copy.take(schema)
             for channel in survey.declared.channels.values():
                 copy.take(channel)
-            try:
+            with suppress(mcap_scan.Torn):  # the survey has told
                 for _, content in _good_records(stream, survey.declared, []):
-                    if not isinstance(content, Schema | Channel):
-                        copy.take(content)
-            except mcap_scan.Torn:
-                pass  # the survey has told
+                    copy.take(content)
             copy.finish(target, note)
     except OSError as error:
         raise RunError(
@@ -267,7 +281,8 @@ def _good_records(
     stream: BinaryIO, declared: _Declared, problems: list[str]
 ) -> Iterator[tuple[mcap_scan.Record, McapRecord | mcap_scan.Message]]:
     """
-    Yield what can be read of the data section, chunks unpacked; Torn where the good part ends.
+    Yield messages, metadata and attachments that can be read, chunks unpacked; Torn where the good
+    part ends.
 
     Why a record was left out is appended to `problems`, each reason once.
     """
@@ -295,11 +310,6 @@ def _good_records(
             content = record.parse(kind)
         except mcap_scan.Torn as error:
             leave_out(str(error))
-            continue
-        if isinstance(content, Schema | Channel) and not declared.take(content):
-            leave_out(
-                f'at byte {record.position}: {kind.__name__} {content.id} declared otherwise'
-            )
             continue
         yield record, content
 

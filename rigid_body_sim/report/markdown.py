@@ -73,7 +73,11 @@ def markdown(report: Row, *, pictures: str = '') -> str:
             'problem.',
             *map(as_markdown, tables),
         ]
-    for problem in report['problems']:
+    last = ''
+    for problem in results.in_parts(report['problems']):
+        if problem.get('heading', '') != last:
+            last = problem['heading']
+            parts.append(f'# {last}')
         parts += _problem(problem, pictures)
     points = [point for problem in report['problems'] for point in problem['points']]
     run = [f'**{engine}** {version}: {how}' for engine, version, how in peers.how_run(points)]

@@ -151,6 +151,8 @@ def said(failure: Exception) -> str:
 
 def _error(problem: Problem, runner: Runner) -> float:
     """Error of the end, or the worst of several instants."""
+    if problem.error_of_run is not None and isinstance(runner, OurRunner):
+        return problem.error_of_run(runner.simulation)
     if problem.error_on_way is None or not isinstance(runner, OurRunner):
         return problem.error(runner.final())
     return max(problem.error_on_way(instant, state) for instant, state in enumerate(runner.passed))

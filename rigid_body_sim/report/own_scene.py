@@ -9,9 +9,11 @@ that came closest is the reference. Its own error is that last move, or what the
 method disagrees by, if more. What is to be judged by it must err by more.
 
 The error of a run is the largest distance [m] or angle [rad] of any body from the reference, at
-any of INSTANTS instants: a scene that comes to rest would forgive everything at its end. Limits:
-chaotic motion makes every reference wrong in time, and its own error says so; commands are not
-part of a scene.
+any of INSTANTS instants: a scene that comes to rest would forgive everything at its end.
+
+Every method is tried that the scene takes. Ticks longer than the publishing period are not: nobody
+would hear of the scene, nor the scene of commands, as often as was asked. Limits: chaotic motion
+makes every reference wrong in time, and its own error says so; commands are not part of a scene.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ import numpy as np
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact.attitude import angle_between
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.report.measure import Progress
@@ -34,22 +37,13 @@ from rigid_body_sim.report.point import OK, Point
 from rigid_body_sim.report.problem import Final, Problem
 
 REFERENCES = ('linear_propagator', 'rk8', 'exact_rotor', 'rk4', 'dmv6', 'sdirk2')
-METHODS = (
-    'semi_implicit_euler',
-    'dmv6',
-    'dmv10',
-    'exact_rotor',
-    'blanes_moan4',
-    'blanes_moan4:drift=exact',
-    'rk4',
-    'rk45',
-    'rk8',
-    'sdirk2',
-    'linear_propagator',
-)
+VARIANTS = ('blanes_moan4:drift=exact',)
+METHODS = (*(name for name, each in INTEGRATORS.items() if not each.is_reference), *VARIANTS)
 MOST_BODY_STEPS = 400_000  # of the finest run of the reference, and of a sweep
 MULTIPLES = (100, 50, 20, 10, 5, 2, 1)  # [tick] steps longer than the scene's
 SUBSTEPS = (2, 5, 10, 20, 50, 100, 200, 500)
+PUBLISH_RATE = 100.0  # [Hz] that of a run if nothing else is said
+ROUNDED = 1e-9  # [-] of a period that is a whole number of ticks
 INSTANTS = 10  # at which runs are compared; the duration is so many times any step
 CLOSE = 1e-12  # [m, rad] near enough: finer steps would only round
 IDLE = 0.8  # [-] a move not shorter than this of the one before: round-off, or no convergence
@@ -149,11 +143,27 @@ def _states(scene: Scene, name: str, ticks: int, substeps: int) -> list[Final] |
     return states
 
 
-def problem_of(scene: Scene, duration: float, against: Reference, *, tolerance: float) -> Problem:
-    """Make a problem of a scene, in which errors far below the tolerance are not asked for."""
+def problem_of(
+    scene: Scene,
+    duration: float,
+    against: Reference,
+    *,
+    tolerance: float,
+    publish_rate: float = PUBLISH_RATE,
+) -> Problem:
+    """
+    Make a problem of a scene, in which errors far below the tolerance are not asked for.
+
+    publish_rate : [Hz] no tick is longer than its period, but for that of the scene
+    """
     tick = scene.dt_ns / 1e9
     ticks = round(duration / tick)
-    longer = [tick * many for many in MULTIPLES if ticks % (INSTANTS * many) == 0]
+    longer = [
+        tick * many
+        for many in MULTIPLES
+        if ticks % (INSTANTS * many) == 0
+        and (many == 1 or tick * many * publish_rate <= 1.0 + ROUNDED)
+    ]
     moved = max(distance(Simulation(scene).state, state) for state in against.states)
     return Problem(
         name=scene.name,
@@ -178,7 +188,12 @@ def problem_of(scene: Scene, duration: float, against: Reference, *, tolerance: 
 
 
 def recommendation(
-    points: Sequence[Point], problem: Problem, *, tolerance: float, against: Reference
+    points: Sequence[Point],
+    problem: Problem,
+    *,
+    tolerance: float,
+    against: Reference,
+    publish_rate: float = PUBLISH_RATE,
 ) -> str:
     """Say in one line what to use."""
     best = cheapest(points, tolerance)
@@ -200,7 +215,9 @@ def recommendation(
     more = '' if (best.error or 0.0) > 10 * against.error else ' (as far as the reference tells)'
     return (
         f'use {_use(best, problem)}: error {best.error:.0e} {UNIT}{more} at '
-        f'{micro(best.cost)} per simulated second'
+        f'{micro(best.cost)} per simulated second; of all methods that take the scene, with ticks '
+        f'up to {max(problem.tick, problem.longest_tick):g} s (states are published and commands '
+        f'taken {publish_rate:g} times a second: --publish-rate)'
     )
 
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import html
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from string import Template
 from typing import Any
 
-from rigid_body_sim.report import peers
+from rigid_body_sim.report import peers, results
 from rigid_body_sim.report.losses import LIMITS, losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import Series, axes_of, front_of, series_of
@@ -44,7 +44,7 @@ def write(report: Row, folder: Path) -> Path:
 
 def page(report: Row) -> str:
     """Make the page."""
-    problems = report['problems']
+    problems = results.in_parts(report['problems'])
     return Template(_asset('page.html')).substitute(
         title=TITLE,
         lead=LEAD,
@@ -55,7 +55,7 @@ def page(report: Row) -> str:
             f'<a href="#{_escaped(p["name"])}">{_escaped(p["title"])}</a>' for p in problems
         ),
         summary=_summary(report),
-        problems='\n'.join(map(_problem, problems)),
+        problems='\n'.join(_under_headings(problems)),
         absent=_engines(report) + _absent(report['absent']),
         footer=_footer(report),
         data=_script_safe({p['name']: plot(p) for p in problems}),
@@ -111,6 +111,17 @@ def _summary(report: Row) -> str:
 def _list(title: str, lines: Sequence[str], none: str) -> str:
     items = ''.join(f'<li>{_escaped(line)}</li>' for line in lines)
     return f'<h3>{_escaped(title)}</h3>' + (f'<ul>{items}</ul>' if lines else f'<p>{none}</p>')
+
+
+def _under_headings(problems: Sequence[Row]) -> Iterator[str]:
+    """Give the sections, a heading before the first of each part."""
+    last = ''
+    for problem in problems:
+        heading = problem.get('heading', '')
+        if heading != last:
+            yield f'<h1>{_escaped(heading)}</h1>'
+        last = heading
+        yield _problem(problem)
 
 
 def _problem(problem: Row) -> str:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.exact.attitude import angle_between
 from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.scene import load_scene
 
 Array = NDArray[np.float64]
@@ -26,6 +27,7 @@ Array = NDArray[np.float64]
 WORK_PRECISION, THROUGHPUT = 'work_precision', 'throughput'
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)  # at which methods and engines are compared
 CONTACT_ERRORS = (1e-1, 1e-2, 1e-3, 1e-4)
+LECTURE = 'The lecture'  # heading of problems that show what a lecture on mechanics tells
 QUICK_BODIES = 1_000
 SEED = 1  # of whatever a problem draws at random
 
@@ -55,6 +57,7 @@ class Problem:
     One problem with an exact answer.
 
     title        : a few words, for a heading
+    heading      : of the part of the report it belongs to; without, it stands before all parts
     description  : what moves, in one sentence, with its numbers
     shows        : what the problem tells methods apart by, in one sentence
     document     : the scene as a mapping, or read; its dt does not count
@@ -62,6 +65,8 @@ class Problem:
     error        : end of a run -> error, in `error_unit`
     instants     : at how many instants ours is compared, evenly spaced, the end included
     error_on_way : (instant from 0, state) -> error, where there are several
+    error_of_run : simulation at the end of a run -> error, where a state does not tell it; then
+                   other engines are not asked
     reference    : where the exact end comes from
     useless      : error from which on a result says nothing; such points are "not accurate"
     integrators  : methods that suit, measured by default: see `report.method`
@@ -102,6 +107,14 @@ class Problem:
     instants: int = 1
     error_on_way: Callable[[int, Final], float] | None = None
     most_steps: int = 100_000
+    heading: str = ''
+    error_of_run: Callable[[Simulation], float] | None = None
+
+    def error_at_end(self, simulation: Simulation) -> float:
+        """Give the error of a run of ours that has come to its end."""
+        if self.error_of_run is not None:
+            return self.error_of_run(simulation)
+        return self.error(simulation.state)
 
     def bodies_for(self, *, quick: bool) -> list[int]:
         """Give the numbers of bodies; only small ones if it is to be quick."""

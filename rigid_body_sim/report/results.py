@@ -46,6 +46,7 @@ def problem_results(problem: Problem, points: Sequence[Point]) -> dict[str, Any]
     return {
         'name': problem.name,
         'title': problem.title,
+        'heading': problem.heading,
         'kind': problem.kind,
         'description': problem.description,
         'shows': problem.shows,
@@ -60,6 +61,12 @@ def problem_results(problem: Problem, points: Sequence[Point]) -> dict[str, Any]
         if many
         else verdict(points, problem.error_unit, problem.errors),
     }
+
+
+def in_parts(problems: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Order problems by the parts of the report, those without a heading first."""
+    headings = list(dict.fromkeys(['', *(problem.get('heading', '') for problem in problems)]))
+    return sorted(problems, key=lambda problem: headings.index(problem.get('heading', '')))
 
 
 def report(

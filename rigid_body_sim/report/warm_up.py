@@ -26,6 +26,9 @@ from rigid_body_sim.report.problems import PROBLEMS
 COMPILED = 0.5  # [s] a kernel that takes longer to be ready was not in the cache
 
 
+_helpers: list[subprocess.Popen[bytes]] = []
+
+
 def warm_up(problems: Sequence[str], methods: Sequence[str], progress: Progress) -> None:
     """
     Make every kernel ready.
@@ -35,19 +38,24 @@ def warm_up(problems: Sequence[str], methods: Sequence[str], progress: Progress)
     if not kernels.COMPILED:
         return
     work = [(name, text) for name in problems for text in methods or PROBLEMS[name].integrators]
-    helper: subprocess.Popen[bytes] | None = None
     try:
         for done, (problem, text) in enumerate(work, 1):
             progress(f'kernels, {done} of {len(work)}: {text} for {problem}')
             begin = time.monotonic()
             make_ready(problem, text)
             is_new = time.monotonic() - begin > COMPILED
-            if helper is None and is_new and kernels.CACHE is not None:
-                helper = _helper(work[done + 1 :])
+            if not _helpers and is_new and kernels.CACHE is not None:
+                _helpers.append(_helper(work[done + 1 :]))
     finally:
-        if helper is not None:
-            helper.terminate()
-            helper.wait()
+        end_helpers()
+
+
+def end_helpers() -> None:
+    """End the second process, if there is one; also for a process that ends in the middle."""
+    while _helpers:
+        helper = _helpers.pop()
+        helper.terminate()
+        helper.wait()
 
 
 def make_ready(problem: str, text: str) -> None:

@@ -38,7 +38,7 @@ class Bags:
     def start(self) -> Path:
         """Open the next bag at the present tick; UserError if its path is taken."""
         path = self._next_path()
-        self._recorder = RunRecorder(self._run, path, background=True)
+        self._recorder = RunRecorder(self._run, path)
         self.path = path
         return path
 

@@ -28,6 +28,7 @@ from rigid_body_sim.recording.topics import COMMAND_TYPES, Topic, body_topic
 from rigid_body_sim.ros import conversions, qos
 from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.runs.commands import Command
+from rigid_body_sim.stop_signals import STOP
 
 MATCHING = 10.0  # [s] for a subscriber to be found; discovery takes up to 2.5 s on a quiet machine
 LOOK_EVERY = 0.02  # [s] between looks for it
@@ -86,6 +87,7 @@ class Sender:
                     f'nobody listens to {", ".join(lonely)} after {MATCHING:g} s; is the node '
                     'running, with this body, in this namespace and ROS_DOMAIN_ID?'
                 )
+            STOP.check(lambda: 'before anything was sent')
             time.sleep(LOOK_EVERY)
 
     def send(self, topic: str, data: bytes) -> None:
@@ -97,7 +99,8 @@ class Sender:
         start = time.monotonic()
         count = 0
         for message in messages:
-            time.sleep(max(0.0, start + message.time - time.monotonic()))
+            STOP.sleep(start + message.time - time.monotonic())
+            STOP.check(lambda: f'after {count} messages')  # noqa: B023  (called at once)
             self.send(message.topic, message.data)
             count += 1
         return count
@@ -124,11 +127,11 @@ def publish_command(command: Command, *, namespace: str, rate_hz: float, seconds
                 Message(k / rate_hz, topic.name, _stamped(command, sender)) for k in range(ticks)
             )
             if held:
-                time.sleep(1 / rate_hz)
-        finally:  # also when interrupted
+                STOP.sleep(1 / rate_hz)
+        finally:  # also when stopped
             if held:
                 sender.send(topic.name, _stamped(Command(command.body, command.kind), sender))
-        sender.finish()
+            sender.finish()
     return ticks + held
 
 

@@ -24,7 +24,9 @@ from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.pacer import Pacer
 from rigid_body_sim.ros.requests import Answer, Request, RequestQueue
 from rigid_body_sim.runs import choices
+from rigid_body_sim.runs.pace import Pace
 from rigid_body_sim.runs.run import Run
+from rigid_body_sim.stop_signals import STOP
 
 LONGEST_SLEEP = 20_000_000  # [ns] without looking at requests
 BREATH_EVERY = (
@@ -32,6 +34,7 @@ BREATH_EVERY = (
 )
 BREATH = 1e-4  # [s] that is long enough for one of them to take it
 BURST = 1000  # [tick] in one go; more delays commands, requests and the end
+REPEAT = 1_000_000_000  # [ns] between two times that a paused run tells the states of its start
 NEVER = 2**62  # [tick]
 
 
@@ -54,7 +57,10 @@ class RunLoop:
 
     publish : takes each packed batch
     report  : takes the figures, every `report_period` seconds
-    stop    : set it to end the run as by a signal; a plain attribute, so that a signal handler may
+    stop    : set it to end the run as by a signal; a signal ends it too
+
+    The states where it begins, at t = 0 or at a reset, are published before the first tick; while
+    it is paused there, again every second, for whoever came later.
     """
 
     def __init__(
@@ -82,7 +88,11 @@ class RunLoop:
         self._report_period = round(report_period * 1e9)
         self._paused = paused
         self._rerecord = rerecord
+        self._pace = Pace()
+        self._start: tuple[Batch, ...] = ()
+        self._start_tick = run.simulation.tick
         now = time.monotonic_ns()
+        self._next_repeat = now
         self._next_report = now + self._report_period
         self._pacer = Pacer(dt_ns=run.simulation.dt_ns, factor=factor, now=now)
         self._stop_tick = self._tick_of(stop_time)
@@ -111,7 +121,8 @@ class RunLoop:
         self._pacer.restart(time.monotonic_ns())
         breath = 0
         requests, simulation, pacer = self.requests, self._run.simulation, self._pacer
-        while not self.stop:
+        self._publish_start()
+        while not self._stopped:
             if requests.waiting:
                 self._serve()
             if simulation.tick >= self._stop_tick:
@@ -121,7 +132,8 @@ class RunLoop:
                 self._tell(now)
                 self._next_report = now + self._report_period
             if self._paused:
-                self._doze(now, self._next_report)
+                self._repeat_start(now)
+                self._doze(now, min(self._next_report, self._next_repeat))
             elif not pacer.factor:
                 pacer.begin(self._advance(self._stop_tick - simulation.tick), now)
                 if now >= breath:
@@ -132,6 +144,24 @@ class RunLoop:
             else:
                 self._doze(now, pacer.deadline)
         return 'signal'
+
+    @property
+    def _stopped(self) -> bool:
+        return self.stop or STOP.number != 0
+
+    def _publish_start(self) -> None:
+        """Publish the states where the run stands, before the first tick from there."""
+        self._start, self._start_tick = self._run.start(), self._run.simulation.tick
+        self._repeat_start(time.monotonic_ns(), at_once=True)
+
+    def _repeat_start(self, now: int, *, at_once: bool = False) -> None:
+        """Publish them again if it is time and no tick was done since."""
+        if self._run.simulation.tick != self._start_tick:
+            self._next_repeat = NEVER
+        elif at_once or now >= self._next_repeat:
+            for batch in self._start:
+                self._publish(batch)
+            self._next_repeat = now + REPEAT
 
     def _doze(self, now: int, until: int) -> None:
         """Sleep up to a time, less if a request comes."""
@@ -151,7 +181,9 @@ class RunLoop:
         """
         run, tick = self._run, self._run.simulation.tick
         commands = self._inbox.take()
-        output = run.advance(1 if commands else min(ticks, BURST), commands)
+        begin = time.perf_counter()
+        output = run.advance(1 if commands else min(ticks, BURST, self._pace.ticks), commands)
+        self._pace.note(output.tick - tick, time.perf_counter() - begin)
         self._bags.record(output, tick)
         for batch in output.batches:
             self._publish(batch)
@@ -207,7 +239,7 @@ class RunLoop:
             return Answer(False, 'not paused: call ~/pause with true first')
         simulation = self._run.simulation
         end = min(simulation.tick + ticks, self._stop_tick)
-        while simulation.tick < end and not self.stop:
+        while simulation.tick < end and not self._stopped:
             self._advance(end - simulation.tick)
         return Answer(simulation.tick == end, f'at {self._where()}')
 
@@ -221,6 +253,7 @@ class RunLoop:
             said += f'; closed {self._bags.path}'
         if recorded and self._rerecord:
             said += f'; recording to {self._bags.start()}'
+        self._publish_start()
         return Answer(True, said)
 
     def _record(self, wanted: bool) -> Answer:

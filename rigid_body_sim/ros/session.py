@@ -27,19 +27,20 @@ from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.node import SimNode
 from rigid_body_sim.ros.parameters import Settings
 from rigid_body_sim.ros.run_loop import Ending, RunLoop
-from rigid_body_sim.ros.signals import Signals, Stopped
-from rigid_body_sim.runs.run import Run, RunSettings, publish_every
+from rigid_body_sim.runs.run import Run, RunSettings, publish_every, rate_note
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
+from rigid_body_sim.stop_signals import STOP
 
 SPIN = 0.1  # [s] between looks whether the run has ended or a signal came
 SWITCH_INTERVAL = 5e-4  # [s] that a thread may keep the interpreter; Python's 5 ms make ticks late
 
 
-def run_node(words: Sequence[str], signals: Signals) -> None:
+def run_node(words: Sequence[str]) -> None:
     """
-    Run the node to its end: stop_time, or a signal.
+    Run the node to its end: stop_time, or a signal. Before it has a scene that is ready to run, a
+    signal ends the process at once.
 
     words : arguments for ROS, from --ros-args on
 
@@ -49,35 +50,39 @@ def run_node(words: Sequence[str], signals: Signals) -> None:
     check_domain()
     context = Context()
     try:
-        _session(words, context, signals)
-    except Stopped:
-        pass
+        _session(words, context)
     finally:
         context.try_shutdown()
 
 
-def _session(words: Sequence[str], context: Context, signals: Signals) -> None:
+def _session(words: Sequence[str], context: Context) -> None:
     node = _make_node(words, context)
-    log = node.get_logger()
     try:
-        run = _make_run(node, signals)
-        inbox = Inbox(run.rules)
-        bags = Bags(run, _record_path(node.settings))
-        node.open_topics(run.topics, [body.name for body in run.simulation.scene.bodies], inbox)
-        if node.settings.record:
-            bags.start()
-        loop = _make_loop(node, run, inbox, bags)
-        node.serve(loop, bags)
-        signals.watch(loop)
-        log.info(_ready_line(node, run, bags))
-        ending = _spin(node, loop, context)
-        log.info(f'{ending.reason}: {node.last_words()}')
-        if bags.path is not None:
-            log.info(f'recorded: {bags.path}')
+        run = _make_run(node)
+        STOP.keep()
+        ending = _serve(node, run, context)
     finally:
         node.destroy_node()
     if ending.problem is not None:
         raise ending.problem
+
+
+def _serve(node: SimNode, run: Run, context: Context) -> Ending:
+    """Let the run meet its topics, services and bags, up to its end."""
+    log = node.get_logger()
+    inbox = Inbox(run.rules)
+    bags = Bags(run, _record_path(node.settings))
+    node.open_topics(run.topics, [body.name for body in run.simulation.scene.bodies], inbox)
+    if node.settings.record:
+        bags.start()
+    loop = _make_loop(node, run, inbox, bags)
+    node.serve(loop, bags)
+    log.info(_ready_line(node, run, bags))
+    ending = _spin(node, loop, context)
+    log.info(f'{ending.reason}: {node.last_words()}')
+    if bags.path is not None:
+        log.info(f'recorded: {bags.path}')
+    return ending
 
 
 def _make_node(words: Sequence[str], context: Context) -> SimNode:
@@ -97,21 +102,17 @@ def _record_path(settings: Settings) -> Path | None:
     return Path(settings.record_path) if settings.record_path else None
 
 
-def _make_run(node: SimNode, signals: Signals) -> Run:
+def _make_run(node: SimNode) -> Run:
     """Read the scene and compile what it needs, so that no tick has to wait for it."""
     warn_if_plain(node.warn)
     settings = node.settings
     scene = load_scene(find_scene(settings.scene))
 
-    def choosing(text: str) -> None:
-        signals.check()
-        node.get_logger().info(text)
-
     simulation = simulation_of(
         scene,
         integrator=settings.integrator or None,
         dt=settings.dt or None,
-        progress=choosing,
+        progress=node.get_logger().info,
     )
     every = publish_every(settings.publish_rate, simulation.dt_ns)
     path = _record_path(settings)
@@ -119,12 +120,10 @@ def _make_run(node: SimNode, signals: Signals) -> Run:
         need_free(path)
 
     def progress(text: str) -> None:
-        signals.check()
         node.get_logger().info(f'preparing: {text} (compiled once per machine)')
 
     simulation.prepare(commands_in_body_axes=True, progress=progress)
-    signals.check()
-    return Run(
+    run = Run(
         simulation,
         RunSettings(
             namespace=node.get_namespace(),
@@ -136,6 +135,10 @@ def _make_run(node: SimNode, signals: Signals) -> Run:
         ),
         warn=node.warn,
     )
+    note = rate_note(settings.publish_rate, simulation.dt_ns)
+    if note is not None:
+        node.warn(note)
+    return run
 
 
 def _make_loop(node: SimNode, run: Run, inbox: Inbox, bags: Bags) -> RunLoop:

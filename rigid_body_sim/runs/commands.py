@@ -199,7 +199,7 @@ def _number(where: str, name: str, text: str | None) -> float:
         return 0.0
     number = numerals.decimal(text.strip())
     if number is None:
-        raise UserError(f'{where}: {name} {text!r}; allowed: a number{numerals.cure(text)}')
+        raise UserError(f'{where}: {name} {text!r}; allowed: a finite number{numerals.cure(text)}')
     if not math.isfinite(number):
         raise UserError(f'{where}: {name} {text!r}; allowed: a finite number')
     return number

@@ -184,7 +184,8 @@ class ReferenceRun:
         found: dict[str, float] = {}
         settled = True
         for name, floor in floors.items():
-            found[name], good = _limit(*(_apart(name, *pair) for pair in _pairs(states)), floor)
+            first, second, whole = (_apart(name, *pair) for pair in _pairs(states))
+            found[name], good = _limit(first, second, whole, floor)
             settled = settled and good
         doubt = self._doubt
         if not doubt and not settled:

@@ -15,7 +15,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.recovery import STATE_TYPES
 from rigid_body_sim.recording.topics import CLOCK_TOPIC
-from rigid_body_sim.runs.manifest_values import interpreting
+from rigid_body_sim.runs.reading_guard import interpreting
 from rigid_body_sim.runs.recorded_facts import manifest_differences
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.recorder import RunRecorder

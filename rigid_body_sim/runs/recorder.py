@@ -3,9 +3,9 @@
 """
 A run on disk: a bag that is a complete experiment.
 
-It holds the scene and the files it names, the state at the first recorded tick, what was held
-then, every command with the tick on which it first acted, and every published message. `replay`
-needs nothing else.
+It holds the scene and the files it names, the state at the first recorded tick (exact, and as
+messages), what was held then, every command with the tick on which it first acted, and every
+published message. `replay` needs nothing else.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from rigid_body_sim.recording.topics import command_topics
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import KINDS
 from rigid_body_sim.runs.run import Run, TickOutput
+from rigid_body_sim.stop_signals import STOP, Stopped
 
 SCENE_FILE = 'scene.yaml'
 START_FILE = 'start_state.bin'
@@ -43,15 +44,15 @@ class RunRecorder:
     """
     Records one stretch of one run into one bag.
 
+    The states where the run stands are in the file when it is made, and what comes after them half
+    a second (wall) later at most: a thread of its own writes.
+
     path       : of the bag; None: nothing is written, but manifest and ending are known
-    background : write in a thread of its own, at least every half second; for a run in real time
     look_every : ticks between looks at what should have stayed the same; 0: somebody else looks,
                  and not at ticks that a replay could know
     """
 
-    def __init__(
-        self, run: Run, path: Path | None, *, background: bool = False, look_every: int = 0
-    ) -> None:
+    def __init__(self, run: Run, path: Path | None, *, look_every: int = 0) -> None:
         self.path = path
         self._run = run
         self._look_every = look_every
@@ -63,13 +64,13 @@ class RunRecorder:
         start = run.simulation.state_bytes()
         self.first_tick = run.simulation.tick
         self.manifest = self._manifest(start)
-        self._writer = None if path is None else self._open(path, start, background)
+        self._writer = None if path is None else self._open(path, start)
 
-    def _open(self, path: Path, start: bytes, background: bool) -> BagWriter:
+    def _open(self, path: Path, start: bytes) -> BagWriter:
         run = self._run
         scene = run.simulation.scene
         names = [body.name for body in scene.bodies]
-        return BagWriter(
+        writer = BagWriter(
             path,
             topics=[
                 *run.topics,
@@ -78,8 +79,12 @@ class RunRecorder:
             ],
             manifest=self.manifest,
             attachments={SCENE_FILE: scene.source, START_FILE: start, **scene.files},
-            background=background,
+            background=True,
         )
+        for batch in run.start():
+            writer.write(batch)
+        writer.flush()
+        return writer
 
     def _manifest(self, start: bytes) -> dict[str, str]:
         run, simulation = self._run, self._run.simulation
@@ -104,6 +109,7 @@ class RunRecorder:
             'command_timeout_ns': str(run.command_timeout_ns),
             'contact': json.dumps(dict(scene.contact)),
             'publish_contacts': json.dumps(settings.publish_contacts),
+            'publish_start': json.dumps(settings.publish_start),
             'touching_at_start': json.dumps(_touching(run)),
             'namespace': settings.namespace,
             'world_frame': settings.world_frame,
@@ -192,14 +198,19 @@ def recording(
     run: Run, path: Path | None, *, done: str, look_every: int = 0
 ) -> Iterator[RunRecorder]:
     """
-    Follow a run with a recorder, if `path` names a bag into one, and close it however it ends.
+    Follow a run with a recorder, if `path` names a bag into one, and close it however it ends; a
+    signal waits until then.
 
     done : the reason to write where nothing went wrong
     """
-    recorder, reason = RunRecorder(run, path, look_every=look_every), 'stopped'
+    STOP.keep()
+    recorder, reason = RunRecorder(run, path, look_every=look_every), 'error'
     try:
         yield recorder
         reason = done
+    except Stopped:
+        reason = 'signal'
+        raise
     except SimulationDiverged:
         reason = 'diverged'
         raise

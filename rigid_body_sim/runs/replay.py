@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
@@ -25,13 +25,15 @@ from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_diff import first_difference
 from rigid_body_sim.recording.bag_reader import RecordedMessage
+from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command
-from rigid_body_sim.runs.manifest_values import interpreting
+from rigid_body_sim.runs.reading_guard import interpreting
 from rigid_body_sim.runs.recorded_facts import Fact, ending_differences, manifest_differences
 from rigid_body_sim.runs.recorded_run import RecordedRun, Warn
 from rigid_body_sim.runs.recorder import RunRecorder, recording
 from rigid_body_sim.runs.run import Run, TickOutput
+from rigid_body_sim.stop_signals import STOP
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -149,16 +151,21 @@ def _replayed(
     """Run again; yield the messages as a recorder would have written them, commands too."""
     topics = [topic.name for topic in run.topics]
     dt_ns, changes = run.simulation.dt_ns, len(run.simulation.choices)
+
+    def packed(batches: Iterable[Batch]) -> Iterator[RecordedMessage]:
+        for batch in batches:
+            for channel, sequence, log_time, publish_time, payload in batch.records():
+                yield RecordedMessage(
+                    topics[channel - 1], sequence, log_time, payload, publish_time
+                )
+
+    yield from packed(run.start())
     for tick, taken in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
         for topic, message in taken.consumed:
             yield RecordedMessage(topic, tick, tick * dt_ns, message, tick * dt_ns)
         yield from choices.messages(run, changes)
         changes = len(run.simulation.choices)
-        for batch in taken.batches:
-            for channel, sequence, log_time, publish_time, payload in batch.records():
-                yield RecordedMessage(
-                    topics[channel - 1], sequence, log_time, payload, publish_time
-                )
+        yield from packed(taken.batches)
 
 
 def _advance(
@@ -169,10 +176,15 @@ def _advance(
     progress: Progress,
 ) -> Iterator[tuple[int, TickOutput]]:
     """Advance to a tick, taking commands at theirs; yield the first tick of each stretch."""
+
+    def how_far() -> str:
+        return f'at {run.simulation.time:g} s of {last_tick * run.simulation.dt:g} s'
+
     for tick, taken in run.follow(commands, last_tick):
         recorder.record(taken, tick=tick)
         progress(run.simulation.tick, last_tick)
         yield tick, taken
+        STOP.check(how_far)
 
 
 def _difference(
@@ -238,7 +250,7 @@ def _measured(
     recorded: RecordedRun, run: Run, recorder: RunRecorder, progress: Progress
 ) -> dict[str, Errors]:
     simulation = run.simulation
-    end_ns = recorded.last_tick * recorded.dt_ns
+    begin_ns, end_ns = (k * recorded.dt_ns for k in (recorded.first_tick, recorded.last_tick))
     commands: dict[int, list[Command]] = {}
     for tick, taken in recorded.commands().items():
         commands.setdefault(-(-tick * recorded.dt_ns // simulation.dt_ns), []).extend(taken)
@@ -246,8 +258,8 @@ def _measured(
     index = {body.name: i for i, body in enumerate(recorded.scene.bodies)}
     compared = 0
     for time_ns, states in _recorded_states(recorded):
-        if time_ns % simulation.dt_ns or time_ns > end_ns:
-            continue
+        if time_ns % simulation.dt_ns or not begin_ns < time_ns <= end_ns:
+            continue  # at the start both are the same
         target = time_ns // simulation.dt_ns
         for _ in _advance(run, commands, target, recorder, progress):
             pass

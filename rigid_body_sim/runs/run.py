@@ -11,6 +11,9 @@ Tick k, from k dt to (k + 1) dt:
     all bodies, else the wrenches of the bodies whose command changed at k, so that the first
     message with a new value names the tick on which it first acted
 
+Before the first of its ticks the states where a run stands are published too (`start`): those of
+t = 0, or of the instant of a reset.
+
 The node, `simulate` and `replay` all run through `Run`; the recorder sees the same bytes that are
 published.
 """
@@ -18,6 +21,7 @@ published.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -37,6 +41,7 @@ from rigid_body_sim.recording.contact_packing import ContactPacker
 from rigid_body_sim.recording.packing import StatePacker
 from rigid_body_sim.runs.commands import Command, CommandRules, topics_of
 from rigid_body_sim.runs.error_estimate import ErrorEstimate, ReferenceRun
+from rigid_body_sim.runs.pace import Pace
 
 if TYPE_CHECKING:
     from rigid_body_sim.physics.state.contacts import Contacts
@@ -58,6 +63,7 @@ class RunSettings:
     estimate_error     : whether finer runs go along to tell how wrong the run is; they change no
                          message
     publish_contacts   : whether contacts are packed too
+    publish_start      : whether the states before the first tick are; not in old recordings
     """
 
     namespace: str = ''
@@ -66,6 +72,7 @@ class RunSettings:
     publish_every: int = 10
     estimate_error: bool = False
     publish_contacts: bool = False
+    publish_start: bool = True
 
 
 RATES = (1e-9, 1e9)  # [Hz] of publishing; ticks are at least a nanosecond, runs less than 2^31 s
@@ -78,6 +85,33 @@ def publish_every(rate_hz: float, dt_ns: int) -> int:
     if not least <= rate_hz <= most:
         raise UserError(f'publish rate {rate_hz:g} Hz; allowed: {least:g} to {most:g} Hz')
     return max(1, round(1e9 / rate_hz / dt_ns))
+
+
+def rate_note(rate_hz: float, dt_ns: int) -> str | None:
+    """
+    Say in a line what a publish rate becomes where ticks of dt_ns do not hit it; None where they
+    do.
+    """
+    every = publish_every(rate_hz, dt_ns)
+    reached = 1e9 / (every * dt_ns)
+    if math.isclose(reached, rate_hz, rel_tol=1e-3):
+        return None
+    return (
+        f'states are published at {reached:g} Hz in place of {rate_hz:g} Hz: every '
+        f'{"tick" if every == 1 else f"{every} ticks"} of {dt_ns * 1e-9:g} s; dt and publish rate '
+        'agree where 1 / rate is a whole number of ticks'
+    )
+
+
+def start_alone_note(every: int, ticks: int, dt_ns: int) -> str | None:
+    """Say in a line that a run of so many ticks ends before its first published tick."""
+    if ticks >= every:
+        return None
+    return (
+        f'the run of {ticks * dt_ns * 1e-9:g} s ends before its first published state at '
+        f'{every * dt_ns * 1e-9:g} s: the bag will hold the state of its start alone; raise the '
+        'publish rate, or make the run longer'
+    )
 
 
 @dataclass(frozen=True)
@@ -96,7 +130,8 @@ class TickOutput:
 
 class Run:
     """
-    Takes commands, advances, packs. Knows neither clock nor file nor ROS.
+    Takes commands, advances, packs. Knows neither file nor ROS, and no clock but for `follow`,
+    which does no more at once than a signal may wait for.
 
     warnings : what is wrong with the scene from the start (`Simulation.scene_warnings`), and where
                the run was seen beyond a limit of its integrator (`diagnostics.step_limits`), at
@@ -160,6 +195,10 @@ class Run:
         for violation in self.simulation.stability.check(state, self._warned):
             self._warned.setdefault(violation.kind, set()).update(violation.bodies)
             self._emit_warning(violation.text)
+
+    def add_warning(self, text: str) -> None:
+        """Warn of what the caller knows of this run."""
+        self._emit_warning(text)
 
     def _emit_warning(self, text: str) -> None:
         self.warnings.append(text)
@@ -247,6 +286,21 @@ class Run:
         ticks = -(-self.command_timeout_ns // self.simulation.dt_ns)
         return self.simulation.tick + ticks
 
+    def start(self) -> tuple[Batch, ...]:
+        """Pack the states where the run stands; nothing where they are not to be published."""
+        if not self.settings.publish_start:
+            return ()
+        state = self.simulation.state
+        return (
+            self.packer.pack_states(
+                self.simulation.tick,
+                position=state.position,
+                orientation=state.orientation,
+                velocity=state.velocity,
+                angular_velocity=state.angular_velocity,
+            ),
+        )
+
     def advance(self, ticks: int, commands: Sequence[Command] = ()) -> TickOutput:
         """
         Take commands, then advance over ticks up to the next publish tick or expiry of a command,
@@ -267,7 +321,7 @@ class Run:
         changed = self._changed_since(held) if changing else _NOBODY
         every = self.settings.publish_every
         stop = min(tick + ticks, (tick // every + 1) * every)
-        if self._any_impulse or changed.size:
+        if changing:  # where a look at the drift falls must not depend on what is done at once
             stop = tick + 1
         stop = min(stop, max(tick + 1, simulation.next_expiry))
         if stop % every == 0 and stop > tick + 1:
@@ -293,14 +347,17 @@ class Run:
         Advance to a tick, taking commands at theirs; yield the first tick of each stretch and what
         came of it.
         """
-        simulation = self.simulation
+        simulation, pace = self.simulation, Pace()
         pending = sorted((k for k in commands if simulation.tick <= k < last_tick), reverse=True)
         while simulation.tick < last_tick:
             tick = simulation.tick
             if pending and pending[-1] == tick:
                 pending.pop()
             stop = pending[-1] if pending else last_tick
-            yield tick, self.advance(stop - tick, commands.get(tick, ()))
+            begin = time.perf_counter()
+            output = self.advance(min(stop - tick, pace.ticks), commands.get(tick, ()))
+            pace.note(output.tick - tick, time.perf_counter() - begin)
+            yield tick, output
 
     def _update_applied(self, changing: bool) -> None:
         """Renew the applied wrenches where they may be others than before."""

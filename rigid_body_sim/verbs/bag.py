@@ -14,6 +14,8 @@ from rigid_body_sim.recording.bag_check import check
 from rigid_body_sim.recording.bag_diff import Difference, compare
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.recovery import recover
+from rigid_body_sim.runs.reading_guard import reads_recording
+from rigid_body_sim.terminal import printable
 
 SUMMARY = 'look after recordings: info, check, recover, diff'
 
@@ -46,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action.add_argument('--json', action='store_true', help='print one JSON object')
 
 
+@reads_recording('bag')
 def run(arguments: argparse.Namespace) -> int:
     """Do what was asked; returns the exit code."""
     return arguments.do(arguments)
@@ -62,7 +65,8 @@ def _info(arguments: argparse.Namespace) -> int:
     _print_contacts(bag, facts['contacts'])
     if bag.attachments:
         print(
-            'attached:   ' + ', '.join(f'{n} ({s} bytes)' for n, s in facts['attachments'].items())
+            'attached:   '
+            + ', '.join(f'{printable(n)} ({s} bytes)' for n, s in facts['attachments'].items())
         )
     for title, content in (
         ('manifest', bag.manifest),
@@ -70,10 +74,11 @@ def _info(arguments: argparse.Namespace) -> int:
         ('recovered', bag.recovered),
     ):
         _print_map(title, content)
-    width = max((len(name) for name in bag.topics), default=0)
+    width = max((len(printable(name)) for name in bag.topics), default=0)
     print('topics:')
     for name, topic in bag.topics.items():
-        print(f'  {name:<{width}}  {topic.type:<32}  {bag.counts[name]:>9}')
+        count = bag.counts[name]
+        print(f'  {printable(name):<{width}}  {printable(topic.type):<32}  {count:>9}')
     return 0
 
 
@@ -107,7 +112,7 @@ def _print_contacts(bag: Bag, contacts: dict[str, Any] | None) -> None:
         if (extreme := contacts[key]) is not None:
             print(
                 f'  {key.replace("_", " ") + ":":<16}{extreme["value"]:.4g} {unit} on '
-                f'{extreme["body"]} at {extreme["time"]:g} s'
+                f'{printable(extreme["body"])} at {extreme["time"]:g} s'
             )
 
 
@@ -115,10 +120,10 @@ def _print_map(title: str, content: dict[str, str]) -> None:
     if not content:
         return
     print(f'{title}:')
-    width = max(map(len, content))
+    width = max(len(printable(key)) for key in content)
     for key, value in content.items():
         line = ' '.join(value.split())
-        print(f'  {key:<{width}}  {line if len(line) <= 80 else line[:77] + "..."}')
+        print(f'  {printable(key):<{width}}  {line if len(line) <= 80 else line[:77] + "..."}')
 
 
 def _check(arguments: argparse.Namespace) -> int:
@@ -130,7 +135,7 @@ def _check(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({'bag': arguments.bag, 'findings': findings}))
     else:
-        print('\n'.join(findings) if findings else f'{arguments.bag}: whole')
+        print('\n'.join(map(printable, findings)) if findings else f'{arguments.bag}: whole')
     return 1 if findings else 0
 
 
@@ -157,7 +162,7 @@ def _diff(arguments: argparse.Namespace) -> int:
         distance = '' if difference.ulps is None else f' ({difference.ulps} ulps)'
         print(
             f'differ after {comparison.equal} equal messages: tick {difference.tick}, '
-            f'{difference.topic}, {difference.field}: '
+            f'{printable(difference.topic)}, {difference.field}: '
             f'{difference.a!r} and {difference.b!r}{distance}'
         )
     return 0 if difference is None else 3

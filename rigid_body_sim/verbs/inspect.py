@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import asdict
 from itertools import groupby
@@ -33,11 +34,13 @@ from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 
 SUMMARY = 'mass, inertia and axes of every body; what each integrator may do at this dt'
+NUMBER = re.compile(r'-[\d.]')
 STEPS = {'rotation': 'h|w|', 'oscillation': 'h w', 'relaxation': 'h k'}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command line."""
+    parser._negative_number_matcher = NUMBER  # argparse's own takes -1e-3 for an option
     parser.add_argument(
         'scene', help='scene file (YAML), URDF file of one link, or the name of a shipped scene'
     )

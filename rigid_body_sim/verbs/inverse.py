@@ -38,6 +38,7 @@ from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, BagWriter
 from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.recording.topics import Topic
+from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 
@@ -97,6 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--json', action='store_true', help='print one JSON object')
 
 
+@reads_recording('source')
 def run(arguments: argparse.Namespace) -> int:
     """Derive and write; exit code 0."""
     check_new(arguments.output)

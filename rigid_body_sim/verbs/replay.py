@@ -23,6 +23,7 @@ from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.replay import Comparison, Errors, Progress, compare, measure
 from rigid_body_sim.runs.warning_lines import warning_printer
+from rigid_body_sim.terminal import printable
 
 SUMMARY = 're-run a bag from its own scene and commands and compare bit by bit'
 DIFFERS = 3
@@ -116,8 +117,8 @@ def _tell(recorded: RecordedRun, outcome: Comparison, *, as_json: bool) -> int:
         ulps = '' if difference.ulps is None else f' ({difference.ulps} ulp)'
         body = f', body {difference.body!r}' if difference.body else ''
         print(f'differs first in tick {difference.tick}{body}, {difference.field}{ulps}')
-        print(f'  recorded {difference.recorded}')
-        print(f'  replayed {difference.replayed}')
+        print(f'  recorded {printable(difference.recorded)}')
+        print(f'  replayed {printable(difference.replayed)}')
     return DIFFERS if difference is not None else 0
 
 

@@ -33,10 +33,11 @@ from rigid_body_sim.report.point import Point
 from rigid_body_sim.report.problem import SEED, Problem
 from rigid_body_sim.report.problems import PROBLEMS
 from rigid_body_sim.report.publish import publish
-from rigid_body_sim.report.warm_up import warm_up
+from rigid_body_sim.report.warm_up import end_helpers, warm_up
 from rigid_body_sim.runs.warning_lines import warning_printer
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
+from rigid_body_sim.stop_signals import STOP, say
 
 SUMMARY = 'speed against error: tables, plots, one HTML page'
 ALL = 'all'
@@ -84,6 +85,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f'with --scene: error allowed at the end [m or rad], default {TOLERANCE:g}',
     )
     parser.add_argument(
+        '--publish-rate',
+        type=float,
+        metavar='HZ',
+        help='with --scene: how often states are to be published and commands taken; no longer '
+        f'tick is tried; default {own_scene.PUBLISH_RATE:g}',
+    )
+    parser.add_argument(
         '--quick', action='store_true', help='short runs, few bodies, three repetitions'
     )
     parser.add_argument(
@@ -96,16 +104,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measure problem after problem; exit code 0, or 1 where it was interrupted."""
+    """Measure problem after problem; exit code 0, or that of the signal that stopped it."""
     warn_if_plain(warning_printer('report'))
     wanted = _wanted(arguments)
     about = made(repetitions=wanted.repetitions, quick=wanted.quick, seed=SEED)
     done: list[dict[str, Any]] = []
+
+    def interrupted() -> str:
+        end_helpers()
+        about['interrupted'] = True
+        publish(results.report(about, done, wanted.absent), wanted.output)
+        return f'; {len(done)} of {len(wanted.problems)} problems are in {wanted.output}'
+
+    STOP.before_leaving = interrupted
     begin = time.monotonic()
     try:
         if arguments.scene:
             done.append(_own_scene(arguments, wanted))
-            publish(results.report(about, done, wanted.absent), wanted.output)
+            _publish(about, done, wanted)
         else:
             with _Progress('report') as progress:
                 warm_up(wanted.problems, wanted.methods, progress.show)
@@ -114,19 +130,18 @@ def run(arguments: argparse.Namespace) -> int:
                     problem = PROBLEMS[name]
                     points = _measured(problem, wanted, progress)
                 done.append(results.problem_results(problem, points))
-                publish(results.report(about, done, wanted.absent), wanted.output)
+                _publish(about, done, wanted)
                 print(f'{name}: {done[-1]["verdict"]}', flush=True)
-    except KeyboardInterrupt:
-        about['interrupted'] = True
-        publish(results.report(about, done, wanted.absent), wanted.output)
-        print(
-            f'rigid_body_sim report: interrupted; {len(done)} of {len(wanted.problems)} problems '
-            f'are in {wanted.output}',
-            file=sys.stderr,
-        )
-        return 1
+    except KeyboardInterrupt:  # in a program that calls this verb
+        say(f'rigid_body_sim report: stopped by {STOP.name}{interrupted()}')
+        return STOP.exit_code
     print(f'measured in {time.monotonic() - begin:.0f} s: {wanted.output}')
     return 0
+
+
+def _publish(about: dict[str, Any], done: list[dict[str, Any]], wanted: _Wanted) -> None:
+    with STOP.kept():
+        publish(results.report(about, done, wanted.absent), wanted.output)
 
 
 @dataclass(frozen=True)
@@ -147,8 +162,8 @@ def _wanted(arguments: argparse.Namespace) -> _Wanted:
     for other in ('problems', 'peers'):
         if arguments.scene and getattr(arguments, other) is not None:
             raise UserError(f'--scene and --{other}: give one of them')
-    for name in ('duration', 'tolerance'):
-        value = getattr(arguments, name)
+    for name in ('duration', 'tolerance', 'publish-rate'):
+        value = getattr(arguments, name.replace('-', '_'))
         if value is not None and not arguments.scene:
             raise UserError(f'--{name} goes with --scene: problems have theirs')
         if value is not None and not (math.isfinite(value) and value > 0.0):
@@ -195,7 +210,7 @@ def _measured(problem: Problem, wanted: _Wanted, progress: _Progress) -> list[Po
     return measure(
         problem,
         wanted.methods or problem.integrators,
-        peers=wanted.peers,
+        peers=wanted.peers if problem.error_of_run is None else [],
         repetitions=wanted.repetitions,
         quick=wanted.quick,
         progress=progress.show,
@@ -207,14 +222,17 @@ def _own_scene(arguments: argparse.Namespace, wanted: _Wanted) -> dict[str, Any]
     scene = load_scene(find_scene(arguments.scene))
     duration = own_scene.whole_duration(scene, arguments.duration or DURATION)
     tolerance = arguments.tolerance or TOLERANCE
+    publish_rate = arguments.publish_rate or own_scene.PUBLISH_RATE
     with _Progress(scene.name) as progress:
         against = own_scene.reference(scene, duration, progress.show)
-        problem = own_scene.problem_of(scene, duration, against, tolerance=tolerance)
+        problem = own_scene.problem_of(
+            scene, duration, against, tolerance=tolerance, publish_rate=publish_rate
+        )
         points = _measured(problem, wanted, progress)
     found = results.problem_results(problem, points)
     found['reference_error'] = against.error
     found['recommendation'] = own_scene.recommendation(
-        points, problem, tolerance=tolerance, against=against
+        points, problem, tolerance=tolerance, against=against, publish_rate=publish_rate
     )
     print(own_scene.table(points))
     print(f'reference: {problem.reference}')

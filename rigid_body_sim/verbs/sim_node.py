@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 
 from rigid_body_sim.ros.parameters import help_text
-from rigid_body_sim.ros.signals import Signals
+from rigid_body_sim.stop_signals import STOP
 
 SUMMARY = 'the ROS 2 node: wrenches in, poses and twists out, a bag on request'
 TAKES_ROS_ARGUMENTS = True
@@ -27,13 +27,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the node until stop_time, SIGINT or SIGTERM."""
-    signals = Signals()
-    try:
-        # takes most of the start; a signal meanwhile is kept
-        from rigid_body_sim.ros.session import run_node
+    """Run the node until stop_time, SIGINT, SIGTERM or SIGHUP."""
+    STOP.quits, STOP.stage = 0, 'before it was ready'
+    # takes most of the start
+    from rigid_body_sim.ros.session import run_node
 
-        run_node(arguments.ros_arguments, signals)
-    finally:
-        signals.restore()
+    run_node(arguments.ros_arguments)
     return 0

@@ -9,6 +9,7 @@ import json
 import math
 import sys
 import time
+from contextlib import nullcontext, suppress
 from itertools import groupby
 from pathlib import Path
 
@@ -24,18 +25,26 @@ from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command, read_csv
 from rigid_body_sim.runs.longer_ticks import longer_dt
 from rigid_body_sim.runs.recorder import RunRecorder
-from rigid_body_sim.runs.run import Run, RunSettings, publish_every
+from rigid_body_sim.runs.run import (
+    Run,
+    RunSettings,
+    publish_every,
+    rate_note,
+    start_alone_note,
+)
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.runs.warning_lines import warning_printer
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.experiment import URDF_SUFFIX
 from rigid_body_sim.scene.shipped_scenes import find_scene
+from rigid_body_sim.stop_signals import STOP, say
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
 DRIFT_SAMPLES = (
     256  # looks at the invariants over a run: enough to catch an oscillation, cheap beside the run
 )
 PROGRESS_EVERY = 0.2  # [s] wall
+PUBLISH_RATE = 100.0  # [Hz] unless one is given
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,9 +83,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--publish-rate',
         type=float,
-        default=100.0,
         metavar='HZ',
-        help='recorded states per second, default 100',
+        help=f'recorded states per second, default {PUBLISH_RATE:g}; rounded to whole ticks',
     )
     parser.add_argument(
         '--estimate-error',
@@ -93,7 +101,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Simulate; exit code 0, or 1 for a run that diverged (its bag is closed and readable)."""
+    """
+    Simulate; exit code 0, 1 for a run that diverged, or that of the signal that stopped it; the
+    bag is closed and can be replayed.
+    """
+    STOP.stage = 'while the scene was read; nothing is recorded'
     scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
     warn_if_plain(warning_printer('simulate'))
     with _Note('reading the scene', shown=not arguments.json) as note:
@@ -112,37 +124,64 @@ def run(arguments: argparse.Namespace) -> int:
     timed = (
         read_csv(arguments.commands, scene, dt_ns=simulation.dt_ns) if arguments.commands else []
     )
+    rate = PUBLISH_RATE if arguments.publish_rate is None else arguments.publish_rate
+    every = publish_every(rate, simulation.dt_ns)
     settings = RunSettings(
         command_timeout_ns=_nanoseconds(arguments.command_timeout),
-        publish_every=publish_every(arguments.publish_rate, simulation.dt_ns),
+        publish_every=every,
         estimate_error=arguments.estimate_error,
         publish_contacts=arguments.contacts,
     )
     check_new(arguments.output)
+    STOP.stage = 'while compiling; nothing is recorded'
     compiled = time.monotonic()
     turning = any(command.frame_id == command.body for _, command in timed)
     with _Note('compiling', shown=not arguments.json) as note:
         simulation.prepare(commands_in_body_axes=turning, progress=note.compiling)
     compiled = time.monotonic() - compiled
     whole = Run(simulation, settings, warn=warning_printer('simulate'))
-    look_every = settings.publish_every * max(1, ticks // settings.publish_every // DRIFT_SAMPLES)
+    asked = arguments.publish_rate is not None or arguments.dt is not None
+    rounded = rate_note(rate, simulation.dt_ns) if asked else None
+    for note in (rounded, start_alone_note(every, ticks, simulation.dt_ns)):
+        if note is not None:
+            whole.add_warning(note)
+    STOP.keep()
+    return _record(whole, arguments, ticks, timed, compiled=compiled)
+
+
+def _record(
+    whole: Run,
+    arguments: argparse.Namespace,
+    ticks: int,
+    timed: list[tuple[int, Command]],
+    *,
+    compiled: float,
+) -> int:
+    """Run to the end, or to a signal, and close the bag whatever comes; return the exit code."""
+    simulation = whole.simulation
+    every = whole.settings.publish_every
+    look_every = every * max(1, ticks // every // DRIFT_SAMPLES)
     recorder = RunRecorder(whole, arguments.output, look_every=look_every)
     started = time.monotonic()
-    reason, code = 'duration', 0
+    reason, code = 'error', 0
     try:
         _advance(whole, recorder, ticks, timed, quiet=arguments.json)
+        reason = 'duration' if simulation.tick == ticks else 'signal'
     except SimulationDiverged as diverged:
         reason, code = 'diverged', 1
-        print(
-            f'rigid_body_sim simulate: error: {diverged}; the bag holds the ticks before',
-            file=sys.stderr,
-        )
-    except KeyboardInterrupt:
-        reason, code = 'signal', 0
+        say(f'rigid_body_sim simulate: error: {diverged}; the bag holds the ticks before')
     finally:
         recorder.close(reason)
     wall = time.monotonic() - started
-    _report(whole, arguments, wall=wall, compiled=compiled, reason=reason)
+    if reason == 'signal':
+        code = STOP.exit_code
+        say(
+            f'rigid_body_sim simulate: stopped by {STOP.name} at {simulation.time:.9g} s of '
+            f'{ticks * simulation.dt:.9g} s; the bag is whole up to there'
+        )
+    with suppress(OSError) if reason == 'signal' else nullcontext():  # the terminal may be gone
+        _report(whole, arguments, wall=wall, compiled=compiled, reason=reason)
+        sys.stdout.flush()
     return code
 
 
@@ -161,6 +200,7 @@ def _load_scene(path: Path, *, quiet: bool) -> Scene:
 def _advance(
     whole: Run, recorder: RunRecorder, ticks: int, timed: list[tuple[int, Command]], *, quiet: bool
 ) -> None:
+    """Follow the run up to `ticks`, or to a signal."""
     simulation = whole.simulation
     commands = {
         tick: [command for _, command in group]
@@ -176,8 +216,11 @@ def _advance(
     ) as bar:
         for tick, output in whole.follow(commands, ticks):
             recorder.record(output, tick=tick)
+            if STOP.number:
+                return
             if not bar.disable and time.monotonic() > due:
-                bar.update(simulation.tick - bar.n)
+                with suppress(OSError):  # a terminal that hung up; its signal is on the way
+                    bar.update(simulation.tick - bar.n)
                 due = time.monotonic() + PROGRESS_EVERY
 
 
@@ -244,6 +287,7 @@ def _report(
         'dt': simulation.dt,
         'bodies': bodies,
         'ticks': simulation.tick,
+        'publish_rate': 1e9 / (whole.settings.publish_every * simulation.dt_ns),
         'sim_time': simulation.time,
         'wall_time': wall,
         'compile_time': compiled,

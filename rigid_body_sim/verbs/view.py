@@ -13,7 +13,11 @@ from pathlib import Path
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.mcap_scan import MOST_TIME
+from rigid_body_sim.recording.record_values import RecordValues
+from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene
+from rigid_body_sim.stop_signals import STOP
 from rigid_body_sim.view.energy_history import energy_history
 from rigid_body_sim.view.picture import picture
 from rigid_body_sim.view.playback_page import playback_page
@@ -41,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+@reads_recording('bag')
 def run(arguments: argparse.Namespace) -> int:
     """Draw the picture or the page; returns the exit code."""
     _check_output(arguments.output)
@@ -59,7 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.output.suffix == '.html':
         title = _title(bag, None if scene is None else scene.name)
         content = playback_page(motion, scene, title=title, picture=content, bag=bag).encode()
-    arguments.output.write_bytes(content)
+    with STOP.kept():  # half a picture looks like a whole one
+        arguments.output.write_bytes(content)
     print(f'{arguments.output}: {len(motion.tracks)} bodies')
     return 0
 
@@ -77,10 +83,11 @@ def _check_output(output: Path) -> None:
 def _title(bag: Bag, scene: str | None) -> str:
     """Scene, integrator and tick length, as far as the bag tells."""
     parts = [scene or bag.path.name]
-    if integrator := bag.manifest.get('integrator'):
-        parts.append(f'integrator {integrator.split()[0]}')
-    if dt_ns := bag.manifest.get('dt_ns'):
-        parts.append(f'dt = {int(dt_ns) * 1e-9:g} s')
+    values = RecordValues(bag.path, 'manifest', bag.manifest)
+    if integrator := values.text('integrator', '').split():
+        parts.append(f'integrator {integrator[0]}')
+    if dt_ns := values.integer('dt_ns', 0, MOST_TIME, '0'):
+        parts.append(f'dt = {dt_ns * 1e-9:g} s')
     if not bag.complete and bag.manifest:
         parts.append('run cut off')
     return ', '.join(parts)

@@ -19,6 +19,7 @@ from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.validation import check_name
 from rigid_body_sim.ros.playback import play_bag, publish_command
 from rigid_body_sim.runs.commands import NO_VECTOR, Command
+from rigid_body_sim.stop_signals import STOP
 
 SUMMARY = 'publish commands to a body, or those of a bag'
 TAKES_ROS_ARGUMENTS = True  # a launch file adds some; none means anything here
@@ -72,10 +73,8 @@ def run(arguments: argparse.Namespace) -> int:
         if not LEAST <= value <= MOST:
             name = {'seconds': 'for'}.get(option, option.replace('_', '-'))
             raise UserError(f'--{name} {value:g}; allowed: {LEAST:g} to {MOST:g}')
-    try:
-        count = _play(arguments) if arguments.bag is not None else _publish(arguments)
-    except KeyboardInterrupt:
-        return 0
+    STOP.keep()  # who is pushed gets a zero wrench at the end, however it comes
+    count = _play(arguments) if arguments.bag is not None else _publish(arguments)
     print(f'{count} messages sent')
     return 0
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.inertia_over_time import along
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.variable_mass import mass_at, masses_at
 from rigid_body_sim.physics.state.snapshot import COLUMNS, State
@@ -122,7 +123,9 @@ def _states(scene: Scene, tracks: dict[str, Track], time: Array) -> list[State]:
         if body.inertia is not None:
             w_body = so3.rotate_back(q, w)
             out[:, 13:16] = w_body
-            out[:, 19:22] = so3.rotate(q, w_body @ body.inertia) * (mass / body.mass)
+            changing = along(body, time)
+            spin = w_body @ body.inertia if changing is None else w_body * changing[0]
+            out[:, 19:22] = so3.rotate(q, spin) * (mass / body.mass)
     return [
         State(row, masses_at(scene.bodies, now))
         for row, now in zip(values, time.tolist(), strict=True)

@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.forces.schedule import Schedule
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 # those whose error the tick length sets, not a tolerance
@@ -78,6 +79,33 @@ def test_a_force_that_jumps_in_and_out_within_ticks_keeps_the_order(name):
         return  # exact for cubics: nothing left to converge
     # the parts of a cut tick are shorter than h: the slope wobbles by their share of the whole
     assert math.log2(error(coarse) / error(fine)) > order - 2 * SLOPE
+
+
+@pytest.mark.parametrize('name', ['rk4', 'rk8'])
+def test_rows_inside_ticks_cost_no_digit(name):
+    """Between rows the path is a cubic, which both methods follow: no row is stepped over."""
+    times = np.array([0.0137, 0.0514, 0.0521, 0.1203, 0.2999, 0.4507, 0.6])
+    rows = np.column_stack([times, np.sin(9.0 * times), np.cos(7.0 * times), 40.0 * times])
+    pushed = scene(force(rows), dt=0.01)
+    sim, single = Simulation(pushed, integrator=name), Simulation(pushed, integrator=name)
+    sim.step(60)
+    for _ in range(60):
+        single.step()
+    steps = np.diff(times)[:, None] / 2.0
+    velocity, moved = np.zeros(3), np.zeros(3)
+    for h, before, after in zip(2.0 * steps, rows[:-1, 1:], rows[1:, 1:], strict=True):
+        moved = moved + h * velocity + h * h * (2.0 * before + after) / 12.0
+        velocity = velocity + h * (before + after) / 4.0
+    assert sim.state.velocity[0] == pytest.approx(velocity, rel=ROUND_OFF, abs=ROUND_OFF)
+    assert sim.state.position[0] == pytest.approx(moved, rel=ROUND_OFF, abs=ROUND_OFF)
+    assert sim.state_bytes() == single.state_bytes()
+
+
+def test_rows_on_tick_boundaries_cut_no_tick():
+    at_ticks = Schedule([], 0.01 * np.arange(1.0, 500.0))
+    assert at_ticks.cuts(0.0, 0.01) == (math.inf, [])
+    assert at_ticks.cuts(7.0, 0.02) == (0, [7.5])
+    assert Schedule([], np.array([0.055])).cuts(2.0, 0.01) == (3, [])
 
 
 def test_forces_over_time_superpose():

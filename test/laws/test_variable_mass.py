@@ -286,7 +286,7 @@ def test_a_run_stops_before_the_last_of_the_mass_is_gone():
         (MassFlow(-1.0, final_mass=11.0), 'cannot be reached'),
         (MassFlow(1.0, final_mass=9.0), 'cannot be reached'),
         (MassFlow(-1.0, final_mass=-2.0), 'must be positive'),
-        (MassFlow(math.nan), 'must be finite'),
+        (MassFlow(math.nan), r'mass_flow.rate: got nan; a finite number \[kg/s\] is needed'),
     ],
 )
 def test_an_impossible_flow_is_refused(flow, said):

@@ -298,3 +298,18 @@ def test_browser_needs_no_scrolling_sideways(tab, width):
     assert math.isclose(
         box, tab.evaluate('document.querySelector("figure.plot").clientWidth'), abs_tol=1
     )
+
+
+def test_problems_of_a_part_stand_under_its_heading(report):
+    top, throughput = report['problems']
+    parted = {**report, 'problems': [{**top, 'heading': 'The <lecture>'}, throughput]}
+    text = page.page(parted)
+    before, heading, after = (
+        text.index(x)
+        for x in ('id="throughput"', '<h1>The &lt;lecture&gt;</h1>', 'id="torque_free_top"')
+    )
+    assert before < heading < after
+    lines = markdown.markdown(parted).splitlines()
+    assert lines.count('# The <lecture>') == 1
+    assert lines.index('# The <lecture>') < lines.index(f'## {top["title"]}')
+    assert lines.index(f'## {throughput["title"]}') < lines.index('# The <lecture>')

@@ -19,6 +19,7 @@ from rigid_body_sim.__main__ import main
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact import free_asymmetric_top
 from rigid_body_sim.exact.attitude import angle_between
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.report import own_scene, results
 from rigid_body_sim.report.entry import Setting, our_entry
 from rigid_body_sim.report.measure import measure, run_once
@@ -191,8 +192,8 @@ def test_an_interrupted_report_leaves_what_is_done(tmp_path):
     assert run.stdout.readline().startswith('projectile: ')
     run.send_signal(signal.SIGINT)  # throughput takes seconds
     _, said = run.communicate(timeout=HANGING)
-    assert run.returncode == 1
-    assert 'interrupted; 1 of 2 problems' in said and 'Traceback' not in said
+    assert run.returncode == 130
+    assert 'stopped by Ctrl-C' in said and '; 1 of 2 problems' in said and 'Traceback' not in said
     read = results.read(tmp_path)
     assert read['made']['interrupted']
     assert [problem['name'] for problem in read['problems']] == ['projectile']
@@ -247,6 +248,19 @@ def test_a_scene_that_comes_to_rest_is_judged_on_the_way():
     entry = our_entry(problem, method('rk4'), Setting(0.1), scene=scene)
     point, runner, _ = run_once(problem, entry)
     assert problem.error(runner.final()) < 1e-9 < 1e-5 < point.error
+
+
+@pytest.mark.parametrize(('rate', 'longest'), [(100.0, 0.01), (10.0, 0.1), (1000.0, 0.002)])
+def test_every_method_is_tried_with_ticks_up_to_the_publishing_period(rate, longest):
+    """The tick of the scene, 2 ms, stands where it is longer than the period."""
+    ball = {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 1.0}
+    head = {'version': 1, 'name': 'tried', 'dt': 0.002}
+    scene = load_scene(head | {'bodies': [ball]})
+    stands_for = own_scene.Reference([Simulation(scene).state] * own_scene.INSTANTS, 0.0, 'it')
+    problem = own_scene.problem_of(scene, 10.0, stands_for, tolerance=1e-6, publish_rate=rate)
+    assert problem.tick == max(problem.steps) == pytest.approx(longest)
+    ours = {name for name, each in INTEGRATORS.items() if not each.is_reference}
+    assert ours <= set(problem.integrators)
 
 
 def test_the_commands_of_the_readme_are_understood():

@@ -145,6 +145,8 @@ def test_a_reset_ends_the_bag_and_begins_another(start_node, meet, run_verb):
     assert (first.ending['end_reason'], first.ending['last_tick']) == ('reset', '25')
     assert (second.ending['end_reason'], second.manifest['first_tick']) == ('signal', '25')
     assert second.ending['last_tick'] == '50'
+    for bag, begins in ((first, 0), (second, 25)):  # with the states of their first instant
+        assert next(m.sequence for m in bag.messages(['/clock'])) == begins
     assert replayed(run_verb, second.path)['identical']
 
 
@@ -179,7 +181,7 @@ def test_stop_time_ends_the_run_with_a_whole_bag(start_node):
     assert node.wait() == 0
     bag = Bag(node.folder / 'all')
     assert (bag.ending['end_reason'], bag.ending['last_tick']) == ('stop_time', '2000')
-    assert bag.counts['/clock'] == 200
+    assert bag.counts['/clock'] == 201  # with that of t = 0
 
 
 def test_a_full_disk_ends_the_run_with_1_and_says_what_is_safe(start_node):
@@ -211,4 +213,4 @@ def test_a_run_that_diverges_ends_with_1_and_a_readable_bag(start_node, tmp_path
     bag = Bag(node.folder / 'wild')
     assert len(json.loads(bag.ending['warnings'])) == 1
     assert bag.ending['end_reason'] == 'diverged'
-    assert bag.counts['/clock'] == int(bag.ending['last_tick']) > 0
+    assert bag.counts['/clock'] == 1 + int(bag.ending['last_tick']) > 1

@@ -21,15 +21,17 @@ from .conftest import SCENES
 FACTOR = 3.0  # what the estimate promises
 
 
-def finished(scene, *, integrator, seconds, commands=None):
-    simulation = Simulation(load_scene(scene), integrator=integrator)
+def finished(scene, *, integrator, seconds, commands=None, **options):
+    simulation = Simulation(
+        load_scene(scene), integrator=integrator, integrator_options=options or None
+    )
     run = Run(simulation, RunSettings(estimate_error=True))
     for _ in run.follow(commands or {}, round(seconds / simulation.dt)):
         pass
     return run
 
 
-def spring(dt):
+def spring(dt, stiffness=4.0, damping=0.2):
     return {
         'version': 1,
         'name': 'spring',
@@ -43,7 +45,13 @@ def spring(dt):
             }
         ],
         'forces': [
-            {'type': 'spring', 'a': 'ball', 'b': 'world', 'stiffness': 4.0, 'damping': 0.2}
+            {
+                'type': 'spring',
+                'a': 'ball',
+                'b': 'world',
+                'stiffness': stiffness,
+                'damping': damping,
+            }
         ],
     }
 
@@ -80,13 +88,48 @@ def test_estimate_on_a_free_top_is_within_a_factor_of_three(integrator, dt):
     assert error / FACTOR <= run.error_estimate().angle <= error * FACTOR
 
 
+@pytest.mark.parametrize(('dt', 'rtol'), [(0.2, 1e-3), (0.05, 1e-5)])
+def test_a_tick_shorter_than_the_tolerance_asks_for_is_no_reason_to_see_no_error(dt, rtol):
+    scene = spring(dt, damping=0.0)
+    run = finished(scene, integrator='rk45', seconds=10.0, rtol=rtol, atol=1e-3 * rtol)
+    exact = oscillator.oscillation(10.0, mass=1.0, stiffness=4.0, position=1.0)
+    error = abs(run.simulation.state.position[0, 0] - float(exact.position[0]))
+    assert error / FACTOR <= run.error_estimate().position <= error * FACTOR
+
+
+def test_what_a_step_damps_away_is_an_error_that_is_seen():
+    """h omega = 10: every step that long loses the oscillation, and all of them agree."""
+    scene = spring(0.1, stiffness=1e4, damping=0.0)
+    run = finished(scene, integrator='implicit_euler', seconds=2.0)
+    exact = oscillator.oscillation(2.0, mass=1.0, stiffness=1e4, position=1.0)
+    error = abs(run.simulation.state.position[0, 0] - float(exact.position[0]))
+    estimate = run.error_estimate()
+    assert error > 0.1
+    assert error / FACTOR <= estimate.position <= error * FACTOR
+    assert estimate.reliable
+
+
+def test_what_no_finer_run_resolves_is_said_to_be_unreliable():
+    scene = spring(0.1, stiffness=1e12, damping=0.0)
+    run = finished(scene, integrator='implicit_euler', seconds=0.2)
+    estimate = run.error_estimate()
+    assert not estimate.reliable
+    assert 'oscillation' in estimate.doubt
+
+
+def test_estimate_is_never_nothing():
+    run = finished(spring(0.001, damping=0.0), integrator='rk8', seconds=0.005)
+    assert 0.0 < run.error_estimate().position < 1e-12
+    assert 0.0 < run.error_estimate().velocity < 1e-12
+
+
 def test_estimate_follows_commands():
     push = Command('ball', 'force', force=(1.0, 0, 0))
     strike = Command('ball', 'impulse', force=(0.3, 0, 0))
     run = finished(
         spring(0.01), integrator='rk4', seconds=5.0, commands={100: [push], 200: [strike]}
     )
-    # the reference run got both: what is left is the error of rk4, far below what a missed
+    # the finer runs got both: what is left is the error of rk4, far below what a missed
     # command would leave
     assert 0 < run.error_estimate().position < 1e-6
 

@@ -96,6 +96,10 @@ def test_the_moment_about_an_axis(dumbbell, as_json, verb):
         (('--axis', 'four', 'x', '0', '0'), 'three numbers'),
         (('--axis', 'floor', '0', '0', '1'), "'floor' is fixed"),
         (('--point', '0', '0', '1'), 'give --axis'),
+        (
+            ('--axis', 'four', '-1e-3', '0', '0', '--point', '0', '1e200', '0'),
+            'beyond all numbers',
+        ),
         (('--dt', '0'), 'dt'),
     ):
         code, out, err = verb('inspect', dumbbell, *bad)

@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
+from rigid_body_sim import load_scene
+from rigid_body_sim.__main__ import main
+from rigid_body_sim.analysis.jumps import jumps_of
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.bag_writer import BagWriter
 
 SCENE = """
 version: 1
@@ -165,8 +169,8 @@ def test_a_bag_without_poses_and_an_existing_target_are_refused(recorded, tmp_pa
 def test_people_read_the_estimated_errors(recorded, tmp_path, verb):
     code, out, _ = verb('inverse', recorded, '-o', tmp_path / 'new')
     assert code == 0
-    assert 'box: 120 samples; estimated error, mean (largest):' in out
-    assert 'post: 120 samples' in out and 'no wrench' in out
+    assert 'box: 121 samples; estimated error, mean (largest):' in out
+    assert 'post: 121 samples' in out and 'no wrench' in out
 
 
 def test_the_new_bag_is_whole_and_says_that_it_holds_no_run(recorded, tmp_path, verb):
@@ -175,3 +179,160 @@ def test_the_new_bag_is_whole_and_says_that_it_holds_no_run(recorded, tmp_path, 
     code, _, err = verb('replay', tmp_path / 'new')
     assert code == 2
     assert f'holds no run of rigid_body_sim, but what inverse derived from {recorded.name}' in err
+
+
+JUMPY = """
+version: 1
+dt: 0.001
+gravity: [0, 0, -9.81]
+integrator: rk8
+bodies:
+  - name: box
+    shape: {type: box, size: [0.3, 0.2, 0.1]}
+    mass: 1.5
+    initial: {velocity: [0.3, -0.2, 2], angular_velocity: [1.0, 2.0, 0.5]}
+"""
+JUMPY_COMMANDS = """time,body,kind,frame,fx,fy,fz,tx,ty,tz
+0.2503,box,wrench,world,1,2,-1,0.01,0.02,0
+0.5,box,wrench,body,0.5,-1,2,0.01,-0.01,0.02
+0.8,box,force,world,3,0,0,0,0,0
+0.9,box,impulse,body,0.3,0,0.1,0.001,0,0.002
+"""
+
+
+@pytest.fixture(scope='module')
+def jumpy(tmp_path_factory):
+    """A run with jumps in both axes between and at samples, published at 1 kHz, and its truth."""
+    folder = tmp_path_factory.mktemp('jumpy')
+    (folder / 'scene.yaml').write_text(JUMPY)
+    (folder / 'commands.csv').write_text(JUMPY_COMMANDS)
+    words = ['simulate', folder / 'scene.yaml', '-o', folder / 'run', '--duration', 1.2]
+    words += ['--publish-rate', 1000, '--commands', folder / 'commands.csv']
+    assert main([str(word) for word in words]) == 0
+    return folder / 'run'
+
+
+def thinned(bag, path, every):
+    """The same run published every so many ticks."""
+    old = Bag(bag)
+    writer = BagWriter(
+        path,
+        topics=list(old.topics.values()),
+        manifest=old.manifest | {'publish_every': str(every)},
+        attachments=old.attachments,
+    )
+    for message in old.messages():
+        kept = not message.topic.endswith(('/pose', '/twist')) or message.sequence % every == 0
+        if kept:
+            writer.write_message(message.topic, message.sequence, message.log_time, message.data)
+    writer.close({})
+    return path
+
+
+def by_time(bag, topic):
+    times = [message.log_time for message in bag.messages([topic])]
+    return dict(zip(times, column(bag, topic), strict=True))
+
+
+@pytest.mark.parametrize(('every', 'within'), [(1, 1e-5), (10, 1e-4), (20, 2e-3)])
+def test_every_jump_of_the_wrench_is_seen_at_its_tick(jumpy, tmp_path, as_json, every, within):
+    """World axes, body axes, two sources at once, an impulse; between samples and at them."""
+    source = thinned(jumpy, tmp_path / 'thin', every)
+    code, result = as_json('inverse', source, '-o', tmp_path / 'new')
+    assert code == 0 and result['jumps_known']
+    new = Bag(tmp_path / 'new')
+    true, found = by_time(Bag(jumpy), '/box/applied_wrench'), by_time(new, '/box/wrench')
+    struck = 900_000_000  # there the applied wrench holds the impulse, spread over its tick
+    stamps = [stamp for stamp in found if stamp in true and stamp != struck]
+    wrong = np.array([found[stamp] - true[stamp] for stamp in stamps])
+    assert np.max(np.abs(wrong)) < within  # of 3 N; truncation, or rounding at 1 kHz
+    told = result['bodies']['box']['errors']['force']['rms']
+    assert told < 2.0 * within
+    twist, derived = by_time(Bag(jumpy), '/box/twist'), by_time(new, '/box/twist')
+    assert max(np.max(np.abs(derived[t] - twist[t])) for t in derived) < within  # also at the blow
+
+
+def test_a_command_that_runs_out_ends_at_its_tick(jumpy):
+    bag, scene = Bag(jumpy), load_scene(Bag(jumpy).attachments['scene.yaml'])
+    bag.manifest['command_timeout_ns'] = '100000000'
+    found = jumps_of(bag, scene).paths['box']
+    strong = [round(b.instant * 1e-6) for b in found if b.continuity <= 1]
+    assert strong == [251, 351, 500, 600, 800, 900]  # [ms]; the last runs out as the blow strikes
+    assert [b.continuity for b in found if b.instant == 9e8] == [0]
+
+
+def test_what_one_body_feels_of_anothers_jump_is_smoother():
+    scene = load_scene(
+        {
+            'dt': 0.001,
+            'bodies': [
+                {'name': n, 'shape': {'type': 'particle'}, 'mass': 1} for n in ('a', 'b', 'c')
+            ],
+            'forces': [
+                {'type': 'spring', 'a': 'a', 'b': 'b', 'stiffness': 1, 'damping': 1},
+                {'type': 'spring', 'a': 'b', 'b': 'c', 'stiffness': 1},
+                {
+                    'type': 'time',
+                    'body': 'a',
+                    'table': [[1, 1, 0, 0], [2, 2, 0, 0], [3, 3, 0, 0], [4, 0, 0, 0]],
+                },
+            ],
+        }
+    )
+
+    class Nothing:
+        holds_run = False
+
+    found = jumps_of(Nothing(), scene).paths
+    at = {body: {b.instant * 1e-9: b.continuity for b in found.get(body, ())} for body in 'abc'}
+    assert at['a'] == {1.0: 1, 3.0: 2, 4.0: 2}  # it begins, it bends; the row at 2 s is straight
+    assert at['b'] == {1.0: 2, 3.0: 3, 4.0: 3}
+    assert at['c'] == {}
+
+
+def test_noise_is_smoothed_and_its_band_is_written(tmp_path, as_json, verb):
+    random = np.random.default_rng(5)
+    lines = ['time,body,px,py,pz']
+    for k in range(1000):
+        t = k * 1e-3
+        place = np.array([np.sin(3 * t), t, 0.0]) + 1e-6 * random.standard_normal(3)
+        lines.append(','.join([f'{t:.3f}', 'box', *map(repr, place.tolist())]))
+    (tmp_path / 'poses.csv').write_text('\n'.join(lines) + '\n')
+    (tmp_path / 'still.yaml').write_text(JUMPY.replace('-9.81', '0'))
+    words = ['inverse', tmp_path / 'poses.csv', '--scene', tmp_path / 'still.yaml']
+    code, result = as_json(*words, '-o', tmp_path / 'new')
+    assert code == 0 and not result['jumps_known']
+    smoothing = result['bodies']['box']['smoothing']['position']
+    assert smoothing['noise'] == pytest.approx(1e-6, rel=0.1) and smoothing['smoothed']
+    new = Bag(tmp_path / 'new')
+    wrench, band = column(new, '/box/wrench'), column(new, '/box/wrench_std')
+    true = np.zeros((1000, 3))
+    true[:, 0] = -1.5 * 9.0 * np.sin(3e-3 * np.arange(1000))
+    wrong = wrench[:, :3] - true
+    rms = np.sqrt(np.mean(np.sum(np.square(wrong), axis=1)))
+    assert rms < 0.02  # [N]; unsmoothed 12 N
+    told = result['bodies']['box']['errors']['force']['rms']
+    assert rms / 3 < told < 3 * rms
+    assert np.mean(np.abs(wrong) < 2.0 * band[:, :3]) > 0.85
+    code, out, _ = verb(*words, '-o', tmp_path / 'wide', '--bandwidth', 50)
+    assert code == 0 and 'smoothed to 50' in out and 'jumps: none known' in out
+
+
+def test_what_is_known_of_the_ends_is_kept(jumpy, tmp_path, as_json, verb):
+    words = ['inverse', jumpy, '-o']
+    ends = ['--start-velocity', 1, 2, 3, '--end-velocity', 4, 5, 6]
+    assert as_json(*words, tmp_path / 'given', *ends, '--body', 'box')[0] == 0
+    twist = column(Bag(tmp_path / 'given'), '/box/twist')
+    assert twist[0, :3] == pytest.approx([1, 2, 3]) and twist[-1, :3] == pytest.approx([4, 5, 6])
+    assert as_json(*words, tmp_path / 'rest', '--at-rest')[0] == 0
+    twist = column(Bag(tmp_path / 'rest'), '/box/twist')
+    assert np.max(np.abs(twist[[0, -1]])) < 1e-9
+    for wrong, said in (
+        (['--bandwidth', 0], 'allowed: a positive number'),
+        (['--bandwidth', 'nan'], 'allowed: a positive number'),
+        (['--at-rest', *ends], 'at rest'),
+        (['--start-velocity', 'nan', 0, 0], 'three finite numbers'),
+        (['--body', 'ball'], "no poses of a body named 'ball'; it has: box"),
+    ):
+        code, _, err = verb(*words, tmp_path / 'none', *wrong)
+        assert code == 2 and said in err and err.count('\n') == 1

@@ -63,7 +63,7 @@ def test_a_bag_of_free_fall_holds_the_parabola(verb, tmp_path):
     assert verb('simulate', scene, '-o', tmp_path / 'b', '--duration', 1)[0] == 0
     bag = Bag(tmp_path / 'b')
     poses = list(bag.messages(['/ball/pose']))
-    assert len(poses) == 100
+    assert len(poses) == 101  # with that of t = 0
     for message in poses:
         pose = cdr.decode(bag.topics[message.topic].type, message.data)
         t = message.log_time * 1e-9

@@ -7,7 +7,7 @@ ours, or is not read.
     file = MAGIC | sha256(key | payload) | payload
 
 The key names the signature, the processor, the code of the function, its source file and the
-releases of Python, numba and llvmlite; its digest is in the name of the file, so that no list has
+releases of Python, numba and LLVM; its digest is in the name of the file, so that no list has
 to agree with what lies there, and two processes that compile at once write either the same kernel
 or another file. A file is written beside its place and moved there. One that is cut short,
 changed, moved to another name, of another release or of another user counts as absent: its kernel

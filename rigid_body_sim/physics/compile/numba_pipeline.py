@@ -66,7 +66,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import llvmlite
 import numba
 from numba.core import cgutils, ir, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
@@ -88,7 +87,7 @@ from rigid_body_sim.physics.compile.kernel_files import KernelFiles, names_of
 _POWERS = {operator.pow, operator.ipow}  # of which numba knows some by their exponent
 _OPERATORS: dict[Any, Any] = {}
 
-_RELEASES = f'numba {numba.__version__} llvmlite {llvmlite.__version__}'
+_RELEASES = f'numba {numba.__version__} LLVM {ll.llvm_version_info}'
 _NOT_IN_KERNELS = {
     'InlineClosureLikes',
     'NopythonRewrites',  # of array expressions

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.numbers import shown
 
 MODE = 'timestep'
 
@@ -69,12 +70,14 @@ class ContactSettings:
 
     def __post_init__(self) -> None:
         if self.mode != MODE:
-            raise InvalidModel(f'contact.mode: got {self.mode!r}; allowed: none, {MODE}')
+            raise InvalidModel(f'contact.mode: got {shown(self.mode)}; allowed: none, {MODE}')
         for setting in fields(self):
             if setting.metadata:
                 self._check_number(setting.name, setting.metadata)
         if not isinstance(self.sleeping, bool):
-            raise InvalidModel(f'contact.sleeping: got {self.sleeping!r}; true or false is needed')
+            raise InvalidModel(
+                f'contact.sleeping: got {shown(self.sleeping)}; true or false is needed'
+            )
 
     def _check_number(self, name: str, known: Mapping[str, Any]) -> None:
         value = getattr(self, name)
@@ -83,14 +86,14 @@ class ContactSettings:
             is_whole = isinstance(value, int) and not isinstance(value, bool)
             if not is_whole or not least <= value <= most:
                 raise InvalidModel(
-                    f'contact.{name}: got {value!r}; a whole number from {least} to {most} is '
+                    f'contact.{name}: got {shown(value)}; a whole number from {least} to {most} is '
                     'needed'
                 )
             return
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         if not is_number or not least <= value < math.inf:
             raise InvalidModel(
-                f'contact.{name}: got {value!r}; a finite number [{unit}], not negative, is needed'
+                f'contact.{name}: got {shown(value)}; a finite number [{unit}], not negative, is needed'
             )
 
     @classmethod
@@ -99,5 +102,7 @@ class ContactSettings:
         allowed = [field.name for field in fields(cls)]
         for key in given:
             if key not in allowed:
-                raise InvalidModel(f'contact has no key {key!r}; allowed: {", ".join(allowed)}')
+                raise InvalidModel(
+                    f'contact has no key {shown(key)}; allowed: {", ".join(allowed)}'
+                )
         return cls(**given)

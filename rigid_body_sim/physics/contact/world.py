@@ -126,6 +126,7 @@ class ContactWorld:
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
         cache, sleepers = snapshot
+        self.arrays.forget()
         if self._sleepers is not None:
             self._sleepers.return_to(sleepers)
         self._restart_from(cache)

@@ -160,6 +160,17 @@ class WorldArrays:
         counts[tick_counts.CACHE_ROOM] = len(self.cache)
         self.arguments = tuple(argument(getattr(self, name)) for name in step.ARRAYS)
 
+    def forget(self) -> None:
+        """
+        Begin anew but for the cache: the last tick was broken off anywhere, in a piece of it, or
+        between the growth of a list and the word of it.
+        """
+        self.counts[tick_counts.PIECE] = 0
+        self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
+        for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
+            scratch[:] = 0
+        self.pack()
+
     def grow(self) -> None:
         """Double the list that was too short; nothing else in it is needed but the cache."""
         status = self.counts[tick_counts.STATUS]

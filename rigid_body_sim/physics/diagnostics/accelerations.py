@@ -32,6 +32,7 @@ from rigid_body_sim.physics.state.layout import Layout
 Array = NDArray[np.float64]
 
 
+@np.errstate(all='ignore')  # a state on its way to infinity
 def accelerations_now(
     layout: Layout, acting: ActingElements, translation: Array, rotation: Array, *, time: float
 ) -> tuple[Array, Array]:

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.forces.element import BodyState
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import changing
+from rigid_body_sim.physics.model.numbers import exact_sum
 from rigid_body_sim.physics.model.place import WORLD
 from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.physics.model.shapes import Particles
@@ -73,6 +74,7 @@ class Invariants:
             )
         )
 
+    @np.errstate(all='ignore')
     def kinetic_energy(self, state: State) -> float:
         """Of translation and rotation [J]."""
         inverse = self._inverse
@@ -82,6 +84,7 @@ class Invariants:
         turning = 0.5 * np.sum(state.angular_momentum * state.angular_velocity)
         return float(moving + turning)
 
+    @np.errstate(all='ignore')
     def potential_energy(self, state: State) -> float:
         """Of gravity, from the origin of the world, and of the force elements [J]."""
         masses = self._masses if state.masses is None else state.masses
@@ -94,20 +97,23 @@ class Invariants:
             for i, body in enumerate(self._scene.bodies)
         }
         view = BodyState(bodies)
-        return weight + math.fsum(force.potential_energy(view) for force in self._scene.forces)
+        return weight + exact_sum([force.potential_energy(view) for force in self._scene.forces])
 
     def energy(self, state: State) -> float:
         """Kinetic and potential [J]."""
         return self.kinetic_energy(state) + self.potential_energy(state)
 
+    @np.errstate(all='ignore')
     def momentum(self, state: State) -> Array:
         """Total momentum (3,) [kg m/s]."""
         return state.momentum.sum(axis=0)
 
+    @np.errstate(all='ignore')
     def angular_momentum(self, state: State) -> Array:
         """Total angular momentum about the origin of the world (3,) [kg m^2/s]."""
         return _orbital(state.position, state.momentum) + state.angular_momentum.sum(axis=0)
 
+    @np.errstate(all='ignore')
     def angular_momentum_about_center(self, state: State) -> Array:
         """Total angular momentum about the common centre of mass (3,) [kg m^2/s]."""
         masses = self._masses if state.masses is None else state.masses
@@ -120,6 +126,7 @@ class Invariants:
         """Total weight (3,) [N]: what changes the momentum of a scene left to itself."""
         return self._masses.sum() * self._gravity
 
+    @np.errstate(all='ignore')
     def scales(self, state: State) -> tuple[float, float, float]:
         """Sizes that drifts of energy, momentum and angular momentum are relative to."""
         energy = self.kinetic_energy(state) + abs(self.potential_energy(state))

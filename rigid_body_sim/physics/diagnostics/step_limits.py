@@ -269,5 +269,6 @@ def _yielding(places: list, layout: Layout) -> Array:
         if place.turns >= 0 and any(place.offset):
             arm = np.cross(place.offset, np.eye(3))  # rows a x e_i
             matrix = (arm / layout.moments[place.turns]) @ arm.T
-            found[i] += np.linalg.eigvalsh(matrix)[-1]
+            is_finite = bool(np.all(np.isfinite(matrix)))
+            found[i] += np.linalg.eigvalsh(matrix)[-1] if is_finite else np.inf
     return found

@@ -73,10 +73,10 @@ class ActingElements:
         """Add the pieces of inertia over time to the tables; give where, or nothing."""
         pieces = [piece for body in changing(scene) for piece in inertia_rows(body, layout)]
         start = len(self._tables)
-        for number, (row, begin, end) in enumerate(pieces):
+        self._tables = np.concatenate((self._tables, *(row for row, _, _ in pieces)))
+        for number, (_, begin, end) in enumerate(pieces):
             place = start + number * inertia_over_time.COLUMNS + inertia_over_time.SWITCH
             self._switches.append(Switch(place, begin, end))
-            self._tables = np.concatenate((self._tables, row))
         return [start, len(pieces)] if pieces else []
 
     def set_turning(self, table: Array) -> None:

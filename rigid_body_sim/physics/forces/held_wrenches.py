@@ -62,7 +62,8 @@ class HeldWrenches:
 
     def __init__(self, layout: Layout, gravity: Vector) -> None:
         self._layout = layout
-        self._weight = layout.masses[:, None] * np.asarray(gravity)
+        with np.errstate(over='ignore'):  # such a run diverges by name
+            self._weight = layout.masses[:, None] * np.asarray(gravity)
         for core in range(layout.n_moving):
             if flow_of(layout.body(core)) is not None:
                 self._weight[core] = 0.0  # `elements.variable_mass` adds it after its own factor
@@ -161,7 +162,8 @@ class HeldWrenches:
         """
         force, torque, table = self.sums()
         if self._layout.n_moving:
-            scatter(translation, TRANSLATION, HELD_FORCE, force + self._weight)
+            with np.errstate(over='ignore', invalid='ignore'):
+                scatter(translation, TRANSLATION, HELD_FORCE, force + self._weight)
         if self._layout.n_rigid:
             scatter(rotation, ROTATION, HELD_TORQUE, torque[: self._layout.n_rigid])
         return table

@@ -89,8 +89,8 @@ class Schedule:
         offset = round(tick - math.floor(tick), 9)  # not zero where a recording has another dt
         if self._placed_for != (h, offset):
             self._placed_for = (h, offset)
-            self._jumps = _snapped(self._instants / h).tolist()
-            bends = _snapped(self._kinks / h)
+            self._jumps = _snapped(_ticks(self._instants, h)).tolist()
+            bends = _snapped(_ticks(self._kinks, h))
             from_boundary = np.abs(bends - offset - np.round(bends - offset))
             self._bends = bends[from_boundary >= SNAP].tolist()
 
@@ -99,6 +99,13 @@ class Schedule:
         middle = 0.5 * (begin + end) * h
         for switch in self._switches:
             elements[switch.place] = 1.0 if switch.begin < middle < switch.end else 0.0
+
+
+def _ticks(instants: Array, h: float) -> Array:
+    """Places [tick] of instants [s], without those that no run comes to."""
+    with np.errstate(over='ignore'):
+        places = instants / h
+    return places[np.isfinite(places)]
 
 
 def _snapped(places: Array) -> Array:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.numbers import shown
 
 
 @dataclass(frozen=True)
@@ -26,23 +27,25 @@ class Option:
     def checked(self, name: str, value: Any) -> float | str | bool:
         """Return the value as it will be used; InvalidModel where it cannot be."""
         if self.choices:
-            if value not in self.choices:
-                raise InvalidModel(f'{name}: got {value!r}; allowed: {", ".join(self.choices)}')
+            if not isinstance(value, str) or value not in self.choices:
+                raise InvalidModel(
+                    f'{name}: got {shown(value)}; allowed: {", ".join(self.choices)}'
+                )
             return str(value)
         if isinstance(self.default, bool):
             if not isinstance(value, bool):
-                raise InvalidModel(f'{name}: got {value!r}; true or false is needed')
+                raise InvalidModel(f'{name}: got {shown(value)}; true or false is needed')
             return value
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidModel(f'{name}: got {value!r}; a number is needed')
+            raise InvalidModel(f'{name}: got {shown(value)}; a number is needed')
         if not self.minimum <= value <= self.maximum:
             raise InvalidModel(
-                f'{name}: got {value!r}; a number from {self.minimum!r} to {self.maximum!r} is '
+                f'{name}: got {shown(value)}; a number from {self.minimum!r} to {self.maximum!r} is '
                 'needed'
             )
         if isinstance(self.default, int):
             if value != int(value):
-                raise InvalidModel(f'{name}: got {value!r}; a whole number is needed')
+                raise InvalidModel(f'{name}: got {shown(value)}; a whole number is needed')
             return int(value)
         return float(value)
 
@@ -57,7 +60,7 @@ def checked(
         if name not in options:
             allowed = ', '.join(options) or 'none'
             raise InvalidModel(
-                f'integrator {integrator!r} has no option {name!r}; allowed: {allowed}'
+                f'integrator {integrator!r} has no option {shown(name)}; allowed: {allowed}'
             )
     return {
         name: option.checked(name, given.get(name, option.default))

@@ -27,7 +27,7 @@ Source: Goldstein, Classical Mechanics, section 4.9 (rate of a vector in a turni
 
 from __future__ import annotations
 
-import math
+from bisect import bisect_right
 from itertools import pairwise
 
 import numpy as np
@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
+from rigid_body_sim.physics.model.numbers import numbers
 from rigid_body_sim.physics.model.scene import Body, InertiaOverTime, Scene
 
 Array = NDArray[np.float64]
@@ -45,6 +46,8 @@ SAME = 1e-12  # [-] of the largest moment: how near `inertia` of a record must b
 
 def check_law(law: InertiaOverTime) -> None:
     """Refuse a table that no body can follow."""
+    if not isinstance(law.table, tuple | list):
+        raise InvalidModel('the table of inertia_over_time is no tuple of rows')
     if law.interpolation not in INTERPOLATIONS:
         raise InvalidModel(
             f'interpolation {law.interpolation!r} is unknown; allowed: {", ".join(INTERPOLATIONS)}'
@@ -52,11 +55,8 @@ def check_law(law: InertiaOverTime) -> None:
     if len(law.table) < 2:
         raise InvalidModel('inertia_over_time needs at least two rows [time, ixx, iyy, izz]')
     for number, row in enumerate(law.table):
-        if len(row) != 4 or not all(map(math.isfinite, row)):
-            raise InvalidModel(
-                f'row {number} of inertia_over_time: four finite numbers [s], [kg m^2] are needed'
-            )
         try:
+            numbers(row, 4, unit='s, kg m^2')
             check_inertia(np.diag(row[1:]))
         except InvalidModel as error:
             raise InvalidModel(f'row {number} of inertia_over_time: {error}') from error
@@ -119,12 +119,22 @@ def _place(
     law: InertiaOverTime, time: float
 ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
     """Give the rows about a time and its share of the way between them."""
-    if time < law.table[0][0]:
-        return law.table[0], law.table[0], 0.0
-    for begin, end in pairwise(law.table):
-        if begin[0] <= time < end[0]:
-            return begin, end, (time - begin[0]) / (end[0] - begin[0])
-    return law.table[-1], law.table[-1], 0.0
+    after = bisect_right(law.table, time, key=lambda row: row[0])
+    if after in (0, len(law.table)):
+        row = law.table[min(after, len(law.table) - 1)]
+        return row, row, 0.0
+    begin, end = law.table[after - 1], law.table[after]
+    return begin, end, (time - begin[0]) / (end[0] - begin[0])
+
+
+def along(body: Body, times: Array) -> tuple[Array, Array] | None:
+    """Moments and their rates, (n, 3) each, at times (n,) [s]; None where the inertia stays."""
+    law = body.inertia_over_time
+    if law is None:
+        return None
+    seconds = times.tolist()
+    moments = np.array([moments_at(law, t) for t in seconds]).reshape(-1, 3)
+    return moments, np.array([rates_at(law, t) for t in seconds]).reshape(-1, 3)
 
 
 def power_of_drive(law: InertiaOverTime, angular_velocity_body: Array, time: float) -> float:

@@ -182,8 +182,14 @@ def moment_about(properties: MassProperties, *, point: ArrayLike, direction: Arr
         )
     n = n / size
     n = n / length(n)
-    lever = np.cross(n, properties.center_of_mass - np.asarray(point, dtype=np.float64))
-    return float(dot(n, times(properties.inertia, n)) + properties.mass * dot(lever, lever))
+    with np.errstate(over='ignore', invalid='ignore'):
+        lever = np.cross(n, properties.center_of_mass - np.asarray(point, dtype=np.float64))
+        moment = dot(n, times(properties.inertia, n)) + properties.mass * dot(lever, lever)
+    if not math.isfinite(moment):
+        raise InvalidModel(
+            f'the moment about an axis through {np.asarray(point)} is beyond all numbers'
+        )
+    return float(moment)
 
 
 def moved(

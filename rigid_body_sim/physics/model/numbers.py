@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 import reprlib
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -18,6 +19,11 @@ from rigid_body_sim.physics.errors import InvalidModel
 
 NUMBERS = (int, float, np.integer, np.floating)
 COUNTS = {3: 'three', 4: 'four'}
+
+
+def is_list(value: object) -> TypeGuard[Sequence[Any]]:
+    """Tell whether something is a list, a tuple, or an array with rows."""
+    return isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def is_number(value: object) -> bool:
@@ -55,14 +61,20 @@ def number(
 
 def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
     """Return so many finite numbers as floats; InvalidModel for anything else."""
-    is_array = isinstance(value, np.ndarray) and value.ndim == 1
-    is_list = is_array or isinstance(value, list | tuple)
-    items = tuple(value) if is_list else ()
+    items = tuple(value) if is_list(value) else ()
     if len(items) != count or not all(map(is_number, items)):
         raise InvalidModel(
             f'got {shown(value)}; {COUNTS.get(count, count)} finite numbers [{unit}] are needed'
         )
     return tuple(map(float, items))
+
+
+def exact_sum(values: Sequence[float]) -> float:
+    """Sum with one rounding; sums beyond the numbers, and infinities, as plain addition has it."""
+    try:
+        return math.fsum(values)
+    except (OverflowError, ValueError):  # on the way; or infinities of both signs
+        return float(sum(values))
 
 
 def shown(value: object) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming
-from rigid_body_sim.physics.model.numbers import is_number, numbers, shown
+from rigid_body_sim.physics.model.numbers import is_list, is_number, numbers, shown
 from rigid_body_sim.physics.model.rotation import unit_quaternion
 
 
@@ -45,9 +45,9 @@ class Box:
     size: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        with blaming('size'):
-            size = numbers(self.size, 3, unit='m')
-        for axis, edge in zip('xyz', size, strict=True):
+        if not is_list(self.size) or len(self.size) != 3:
+            raise InvalidModel(f'size: got {shown(self.size)}; three lengths [m] are needed')
+        for axis, edge in zip('xyz', self.size, strict=True):
             _need_positive(f'size along {axis}', edge)
 
 

@@ -22,6 +22,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Body, Scene, Vector
 from rigid_body_sim.physics.model.shapes import Box, Plane, Sphere
+from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.report.problem import Problem
 
 Array = NDArray[np.float64]
@@ -126,6 +127,8 @@ class Task:
     @classmethod
     def of_scene(cls, scene: Scene, duration: float) -> Task:
         """Read a scene."""
+        if any(flow_of(body) or body.inertia_over_time for body in scene.bodies):
+            raise InvalidModel('mass and inertia that change over time are not in common')
         if scene.contact['mode'] != 'none' or any(body.fixed for body in scene.bodies):
             return cls(scene.bodies[1:], scene.gravity, duration, ground=_ground(scene))
         found: dict[str, Any] = {'bodies': scene.bodies, 'gravity': scene.gravity}

@@ -99,7 +99,8 @@ class Bumper:
     def potential_energy(self, state: BodyState) -> float:
         """k (|d| - l)^2 / 2 where the points are nearer than l [J]."""
         distance = math.dist(state.point(self.a, self.a_point), state.point(self.b, self.b_point))
-        return 0.5 * self.stiffness * min(distance - self.length, 0.0) ** 2
+        overlap = min(distance - self.length, 0.0)
+        return 0.5 * self.stiffness * overlap * overlap
 
 
 ELEMENT = Bumper

@@ -23,7 +23,7 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.element import BodyState, Places, key
-from rigid_body_sim.physics.model.numbers import shown
+from rigid_body_sim.physics.model.numbers import exact_sum, shown
 from rigid_body_sim.physics.state.blocks import add_force, position
 from rigid_body_sim.physics.vectors import add, dot, load, scale, subtract
 
@@ -43,6 +43,7 @@ MASS = attractor.number('kg', 'at the start of the scene')
 RATE = attractor.number('kg/s', 'of the mass')
 LASTS = attractor.number('s', 'how long the mass changes')
 SIZE = attractor.size
+TOUCHING = 5e-324  # [m] in place of no distance at all, where the energy is minus infinity
 
 
 @inline
@@ -132,11 +133,13 @@ class Gravity:
     def potential_energy(self, state: BodyState) -> float:
         """-G m m' / (|d|^2 + s^2)^(1/2), over all pairs [J]."""
         found = [state.bodies[name] for name in self.among if state.bodies[name][0].mass > 0.0]
-        return -self.constant * math.fsum(
-            a.mass * b.mass / math.hypot(*(x - y), self.softening)
-            for i, (a, x, _) in enumerate(found)
-            for b, y, _ in found[i + 1 :]
-            if not (a.fixed and b.fixed)
+        return -self.constant * exact_sum(
+            [
+                a.mass * b.mass / (math.hypot(*(x - y), self.softening) or TOUCHING)
+                for i, (a, x, _) in enumerate(found)
+                for b, y, _ in found[i + 1 :]
+                if not (a.fixed and b.fixed)
+            ]
         )
 
 

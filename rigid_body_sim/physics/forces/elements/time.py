@@ -31,7 +31,7 @@ from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.forces import body_point
 from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
-from rigid_body_sim.physics.model.numbers import is_number, shown
+from rigid_body_sim.physics.model.numbers import is_list, is_number, shown
 from rigid_body_sim.physics.model.plain_products import product
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
@@ -53,8 +53,6 @@ BEGIN = interval.number('s', 'when it begins')
 FORCE = interval.numbers(COMPONENTS * CUBIC, 'N s^-n', 'coefficients of Fx, then of Fy, of Fz')
 TORQUE = interval.numbers(COMPONENTS * CUBIC, 'N m s^-n', 'coefficients of the torque, likewise')
 SIZE = interval.size
-
-LISTS = (list, tuple, np.ndarray)  # what a table and its rows may be
 
 
 @inline
@@ -134,7 +132,7 @@ class TimeTable:
             self._check_table()
 
     def _check_table(self) -> None:
-        if not isinstance(self.table, LISTS) or not all(map(_is_row, self.table)):
+        if not is_list(self.table) or not all(map(_is_row, self.table)):
             raise InvalidModel(f'got {shown(self.table)}; a list of rows of numbers is needed')
         widths = {len(row) for row in self.table}
         if (
@@ -164,13 +162,18 @@ class TimeTable:
         numbers[:, : len(self.table[0])] = self.table
         t, values = numbers[:, 0], numbers[:, 1:]
         found = np.zeros((len(t) - 1, 2 * COMPONENTS, CUBIC))
-        if self.interpolation == 'linear':
-            found[:, :, 0] = values[:-1]
-            found[:, :, 1] = np.diff(values, axis=0) / np.diff(t)[:, None]
-            return t, found
-        from scipy.interpolate import CubicSpline  # slow to import: only for those who ask
-
-        found[:] = np.moveaxis(CubicSpline(t, values, axis=0).c[::-1], 0, -1)
+        with np.errstate(all='ignore'):
+            if self.interpolation == 'linear':
+                found[:, :, 0] = values[:-1]
+                found[:, :, 1] = np.diff(values, axis=0) / np.diff(t)[:, None]
+            else:
+                found[:] = np.moveaxis(_spline(t, values), 0, -1)
+        if not np.all(np.isfinite(found)):
+            raise InvalidModel(
+                'between the rows of the table the wrench changes faster than numbers can tell; '
+                'check its times and units',
+                at=('table',),
+            )
         return t, found
 
     def row(self, places: Places) -> tuple[float, ...]:
@@ -227,9 +230,19 @@ class TimeTable:
         return 0.0
 
 
+def _spline(t: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Coefficients (4, n - 1, 6) of the cubic spline, c0 first; NaN where there is none."""
+    from scipy.interpolate import CubicSpline  # slow to import: only for those who ask
+
+    try:
+        return CubicSpline(t, values, axis=0).c[::-1]
+    except (ValueError, np.linalg.LinAlgError):  # numbers too far apart
+        return np.full((CUBIC, len(t) - 1, values.shape[1]), np.nan)
+
+
 def _is_row(row: object) -> bool:
     """Tell whether something is a row of numbers, perhaps not finite."""
-    return isinstance(row, LISTS) and all(isinstance(x, float) or is_number(x) for x in row)
+    return is_list(row) and all(isinstance(x, float) or is_number(x) for x in row)
 
 
 def _unit(axis: int) -> Vector:

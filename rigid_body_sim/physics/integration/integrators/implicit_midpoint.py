@@ -10,9 +10,9 @@ is to die out.
 
 A-stability speaks of linear forces. The rule asks the forces at a state half-way, and where the
 ends of a spring move on circles, half-way lies a sagitta s ~ |arm| (h |omega|)^2 / 8 off the
-chord: so a spring so stiff that it keeps the middle closed (h omega >> 1, where |R| -> 1) opens the ends
-by d1 = 2 s - d0, a gap whose energy is that of no motion, and which gains while s changes; a
-damper, whose motion it follows as little, takes hardly any of it. Hence the limit h omega <= 1
+chord: a spring so stiff that it keeps the middle closed (h omega >> 1, where |R| -> 1) opens the
+ends by d1 = 2 s - d0, a gap whose energy is that of no motion, and which grows while s changes; a
+damper sees the motion half-way alone and takes hardly any of it. Hence the limit h omega <= 1
 (`Limits.bent`) for springs off the centre of mass or with a rest length. See Simo, Tarnow & Wong,
 Comput. Methods Appl. Mech. Eng. 100 (1992) 63, for the rule on nonlinear springs.
 """

@@ -4,9 +4,9 @@
 Kick, Taylor series of order sixteen for the free rotation, kick.
 
 Free rotation is right to round-off and keeps L to the last bit: the drift divides a step that
-comes near to a pole of the motion (`free_rotation.taylor`). Round-off itself grows with I_max / I_min,
-since L is kept in world axes. Torques that vary within a tick bring the method to order two
-(Strang). The cheapest way to the last digit of a single body.
+comes near to a pole of the motion (`free_rotation.taylor`). Round-off itself grows with
+I_max / I_min, since L is kept in world axes. Torques that vary within a tick bring the method to
+order two (Strang). The cheapest way to the last digit of a single body.
 """
 
 from rigid_body_sim.physics.integration.free_rotation import taylor

@@ -1,0 +1,213 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""Records made in Python are judged as scene files are; a simulation keeps its state to itself."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigid_body_sim import Simulation
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.forces.elements import FORCES
+from rigid_body_sim.physics.model.scene import Body, MassFlow, Material, Motion, Scene
+from rigid_body_sim.physics.model.shapes import Box, Particle, Particles, Plane, Sphere
+from rigid_body_sim.scene import load_scene
+
+BODY = Body('b', Box((1.0, 1.0, 1.0)), 2.0, inertia=np.eye(3))
+SCENE = Scene('t', 1_000_000, (BODY, Body('p', None, 1.0)))
+NAN = math.nan
+
+
+def refused(scene: Scene) -> str:
+    """
+    What `Simulation` says of a scene that it refuses.
+    """
+    with pytest.raises(InvalidModel) as error:
+        Simulation(scene)
+    assert str(error.value).isprintable()
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'reason'),
+    [
+        ({'mass': -2.0}, 'bodies[0].mass: mass is -2.0 kg; it must be positive'),
+        ({'mass': NAN}, 'bodies[0].mass: got nan'),
+        ({'mass': '2'}, "bodies[0].mass: got '2'"),
+        ({'mass': 10**400}, 'bodies[0].mass: got '),
+        ({'mass': True}, 'bodies[0].mass: got True'),
+        ({'inertia': np.diag([1.0, 1.0, 5.0])}, 'bodies[0].inertia: principal moments'),
+        ({'inertia': np.full((3, 3), NAN)}, 'bodies[0].inertia: the inertia tensor holds NaN'),
+        ({'inertia': None}, 'bodies[0].inertia: none is given'),
+        ({'inertia': 'round'}, "bodies[0].inertia: got 'round'"),
+        ({'name': 'a\nb'}, "bodies[0].name: got 'a"),
+        ({'name': 'p'}, "bodies[1].name: the name 'p' is taken"),
+        ({'shape': 'box'}, "bodies[0].shape: got 'box'"),
+        ({'shape': Plane((0, 0, 1))}, 'bodies[0].fixed: a plane is always fixed'),
+        ({'center_of_mass': (0, 0)}, 'bodies[0].center_of_mass: got (0, 0); three finite'),
+        ({'shape_orientation': (0, 0, 1, 1)}, 'bodies[0].shape_orientation: got'),
+        ({'initial': Motion(velocity=(0, math.inf, 0))}, 'bodies[0].initial.velocity: got'),
+        ({'initial': Motion(velocity=(1.7e308, 0, 0))}, 'bodies[0].initial: the momentum'),
+        ({'initial': None}, 'bodies[0].initial: got None; a Motion'),
+        ({'material': Material(restitution=2.0)}, 'bodies[0].material.restitution: got 2.0'),
+        ({'mass_flow': MassFlow(NAN)}, 'bodies[0].mass_flow.rate: got nan'),
+        ({'fixed': True, 'initial': Motion(velocity=(1, 0, 0))}, 'a fixed body does not move'),
+        ({'shape': Particle()}, 'bodies[0].inertia: a particle is a point mass'),
+    ],
+)
+def test_a_body_that_no_scene_file_could_hold_is_refused_with_its_path(
+    changes: dict[str, Any], reason: str
+) -> None:
+    bodies = (replace(BODY, **changes), *SCENE.bodies[1:])
+    assert reason in refused(replace(SCENE, bodies=bodies))
+
+
+@pytest.mark.parametrize(
+    ('changes', 'reason'),
+    [
+        ({'dt_ns': 0}, 'dt_ns: got 0'),
+        ({'dt_ns': 1e6}, 'dt_ns: got 1000000.0'),
+        ({'bodies': ()}, 'bodies: there are none'),
+        ({'bodies': (3,)}, 'bodies[0]: got 3; a Body is needed'),
+        ({'gravity': (0, 0, NAN)}, 'gravity: got (0, 0, nan)'),
+        ({'contact': {'mode': 'none', 'slop': 1}}, 'contact: got'),
+        ({'contact': 'none'}, "contact: got 'none'"),
+        ({'integrator': ''}, "integrator '' is unknown"),
+        ({'integrator': ['rk4']}, "integrator ['rk4'] is unknown"),
+        ({'name': 'a\nb'}, 'name: got'),
+        ({'forces': ('spring',)}, "forces[0]: got 'spring'"),
+        ({'forces': (FORCES['drag']('x', linear=1.0),)}, "forces[0].body: body 'x' is unknown"),
+        ({'forces': (FORCES['drag']('b', linear=-1.0),)}, 'forces[0].linear: got -1.0'),
+        ({'forces': (FORCES['spring']('b', 'p', NAN),)}, 'forces[0].stiffness: got nan'),
+        (
+            {'forces': (FORCES['spring']('b', 'p', 1.0, a_point=(0, 0)),)},
+            'forces[0].a_point: got (0, 0)',
+        ),
+    ],
+)
+def test_a_scene_that_no_file_could_hold_is_refused_with_its_path(
+    changes: dict[str, Any], reason: str
+) -> None:
+    assert reason in refused(replace(SCENE, **changes))
+
+
+def test_no_record_is_a_scene() -> None:
+    with pytest.raises(InvalidModel, match='a Scene, such as load_scene returns'):
+        Simulation('two_bodies')  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize('ends', [('b', 'b'), ('world', 'world')])
+@pytest.mark.parametrize('kind', ['spring', 'bumper'])
+def test_a_spring_between_points_that_keep_their_distance_is_refused_both_ways(
+    kind: str, ends: tuple[str, str]
+) -> None:
+    a, b = ends
+    with pytest.raises(InvalidModel, match=f'both ends of this {kind} are on {a!r}'):
+        FORCES[kind](a, b, 1.0, 1.0)
+    length = 'rest_length' if kind == 'spring' else 'length'
+    force = {'type': kind, 'a': a, 'b': b, 'stiffness': 1, length: 1, 'a_point': [1, 0, 0]}
+    point = {'name': 'b', 'shape': {'type': 'sphere', 'radius': 1}, 'mass': 1}
+    with pytest.raises(UserError, match=r'forces\[0\].b: both ends'):
+        load_scene({'dt': 0.001, 'bodies': [point], 'forces': [force]})
+
+
+@pytest.mark.parametrize(
+    'make',
+    [
+        lambda: Box('abc'),  # type: ignore[arg-type]
+        lambda: Box((1.0, 2.0)),  # type: ignore[arg-type]
+        lambda: Sphere('1'),  # type: ignore[arg-type]
+        lambda: Sphere(10**400),
+        lambda: Plane((0, 0)),  # type: ignore[arg-type]
+        lambda: Particles(np.eye(3), ['a', 'b', 'c']),  # type: ignore[arg-type]
+        lambda: Motion(orientation=(0, 0, 0, 0)),
+        lambda: Motion(orientation='xyzw'),  # type: ignore[arg-type]
+        lambda: FORCES['time']('b', table=((0, 0), (1,))),
+        lambda: FORCES['time']('b', table=5),
+        lambda: FORCES['gravity'](('b', ['p'])),
+    ],
+)
+def test_a_record_that_can_tell_alone_refuses_when_it_is_made(make: Callable[[], Any]) -> None:
+    with pytest.raises(InvalidModel):
+        make()
+
+
+def test_an_attitude_of_any_length_is_scaled_as_in_a_file() -> None:
+    assert Motion(orientation=(0, 0, 3, 4)).orientation == (0.0, 0.0, 0.6, 0.8)
+
+
+@pytest.mark.parametrize(
+    'vector', [('a', 'b', 'c'), (10**400, 0, 0), (NAN, 0, 0), (1, 2), 3, None]
+)
+def test_a_command_that_is_no_vector_is_refused_by_name(vector: Any) -> None:
+    simulation = Simulation(SCENE)
+    for command in (
+        lambda: simulation.set_wrench('b', force=vector),
+        lambda: simulation.apply_impulse('b', angular=vector),
+        lambda: simulation.hold('b', 'force', torque=vector),
+    ):
+        with pytest.raises(InvalidModel, match='three finite numbers'):
+            command()
+
+
+def test_a_command_to_nobody_is_refused_by_name() -> None:
+    simulation = Simulation(SCENE)
+    for body in (['b'], None, 'x', np.array(['b'])):
+        with pytest.raises(InvalidModel, match='no body is named'):
+            simulation.set_wrench(body, force=(1, 0, 0))  # type: ignore[arg-type]
+    with pytest.raises(InvalidModel, match='source'):
+        simulation.hold('b', 'push', force=(1, 0, 0))
+    with pytest.raises(InvalidModel, match='frame'):
+        simulation.set_wrench('b', force=(1, 0, 0), frame=['body'])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize('dt', [0, -1.0, NAN, '0.001', [1], True, 10**400])
+def test_an_impossible_step_is_refused(dt: Any) -> None:
+    with pytest.raises(InvalidModel):
+        Simulation(SCENE, dt=dt)
+
+
+def test_an_empty_name_of_an_integrator_is_not_that_of_the_scene() -> None:
+    for name in ('', 0, ['rk4']):
+        with pytest.raises(InvalidModel, match='is unknown'):
+            Simulation(SCENE, integrator=name)  # type: ignore[arg-type]
+
+
+def test_what_is_read_of_a_state_cannot_be_written_to() -> None:
+    state = Simulation(SCENE).state
+    for name in ('position', 'orientation', 'velocity', 'angular_velocity', 'momentum', 'values'):
+        with pytest.raises(ValueError, match='read-only'):
+            getattr(state, name)[:] = 99.0
+    state.position.copy()[:] = 99.0  # a copy is its owner's
+
+
+@pytest.mark.parametrize(
+    'copied', [copy.copy, copy.deepcopy, lambda simulation: pickle.loads(pickle.dumps(simulation))]
+)
+def test_a_copy_goes_on_bit_for_bit_and_alone(copied: Callable[[Simulation], Simulation]) -> None:
+    simulation = Simulation(SCENE)
+    simulation.step(3)
+    simulation.reset()
+    simulation.hold('b', 'wrench', force=(1, 0, 2), until=8)
+    simulation.step(2)
+    other = copied(simulation)
+    assert (other.tick, other.time, other.scene_time) == (
+        5,
+        simulation.time,
+        simulation.scene_time,
+    )
+    before = simulation.state_bytes()
+    other.step(10)
+    assert simulation.state_bytes() == before
+    simulation.step(10)
+    assert other.state_bytes() == simulation.state_bytes()
+    assert "'t'" in repr(other) and 'tick 15' in repr(other)
