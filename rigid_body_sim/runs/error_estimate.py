@@ -34,6 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.integration.orientation import ORIENTATION
 from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.physics.simulation import Simulation
@@ -125,7 +126,10 @@ class ReferenceRun:
         parts = self._parts_for_rk8()
         if parts:
             attitude = {key: same[key] for key in ORIENTATION if key in same}  # what is remembered
-            return 'rk8', [
+            name = 'rk8'
+            if INTEGRATORS[name].configured(attitude).refuses(self._of.scene) is not None:
+                name, attitude = integrator.name, same
+            return name, [
                 attitude | {'substeps': math.ceil(finer * parts / 2) * integrator.substeps}
                 for finer in FINER_RK8
             ]

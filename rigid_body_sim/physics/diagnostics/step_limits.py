@@ -103,6 +103,8 @@ class StabilityWatch:
         lighter = np.ones(n)  # mass and moments at the start over those of now
         if state.masses is not None:
             lighter = self._layout.masses / state.masses[self._layout.moving]
+        for core, share in self._least_inertia.items():
+            lighter[core] *= share
         speed = np.linalg.norm(state.velocity[self._layout.moving], axis=1)
         damping = ties.damping + ties.quadratic * speed[ties.a]
         turning = ties.angular + ties.angular_quadratic * rotation[ties.a]
@@ -134,6 +136,17 @@ class StabilityWatch:
             'oscillation': oscillation,
             'relaxation': np.full(n, limits.relaxation),
         }
+
+    @cached_property
+    def _least_inertia(self) -> dict[int, float]:
+        """Moments at the start over the least that a body ever has, by core index."""
+        found = {}
+        for core in range(self._layout.n_rigid):
+            law = self._layout.body(core).inertia_over_time
+            if law is not None:
+                least = np.min(np.array(law.table)[:, 1:], axis=0)
+                found[core] = float(np.max(self._layout.moments[core] / least))
+        return found
 
     @cached_property
     def _ties(self) -> _Ties:
