@@ -234,9 +234,13 @@ class _Ties:
         self.twist = inverse[self.a]
         self.bent = np.zeros(self._n, dtype=bool)
         for tie, both in zip(ties, ends, strict=True):
-            straight = tie.linear and not any(end.turns >= 0 and any(end.offset) for end in both)
-            if tie.stiffness and not straight:
-                self.bent[[end.index for end in both if end.index >= 0]] = True
+            moving = [end for end in both if end.index >= 0]
+            off_centre = any(
+                end.turns >= 0 and (any(end.offset) or layout.body(end.index).pivot is not None)
+                for end in moving
+            )
+            if tie.stiffness and (off_centre or not tie.linear):
+                self.bent[[end.index for end in moving]] = True
         for name in ('stiffness', 'damping', 'quadratic', 'angular', 'angular_quadratic'):
             setattr(self, name, np.array([getattr(tie, name) for tie in ties], dtype=np.float64))
 
