@@ -283,7 +283,8 @@ def _of_integrator(
     if refused is not None:
         return facts
     watch = StabilityWatch(scene, layout, integrator, dt)
-    rates = watch.rates(state)
+    with np.errstate(all='ignore'):  # what overflows is beyond every limit
+        rates = watch.rates(state)
     h = dt / integrator.substeps
     for kind in KINDS:
         limit = getattr(integrator.limits, kind)
