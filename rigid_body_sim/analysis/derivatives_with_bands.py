@@ -60,7 +60,7 @@ class Fit:
     disagreement : (n,) the same in the distance of own and judge
     free         : coefficients that are free
     judged       : (n,) whether the judge is another spline there
-    span         : (n,) how long the piece lasts in which a sample lies
+    piece, span  : (n,) number of the piece in which a sample lies, and how long it lasts
     smooths      : whether it has fewer coefficients than samples
     """
 
@@ -70,6 +70,7 @@ class Fit:
     disagreement: list[Array]
     free: int
     judged: NDArray[np.bool_]
+    piece: NDArray[np.int64]
     span: Array
     smooths: bool
 
@@ -96,6 +97,7 @@ def fit(layout: Layout, samples: Array, fraction: float, fewest: int = FEWEST) -
         [np.mean(np.square(a - b), axis=1) for a, b in zip(own_noise, judge_noise)],
         own.free,
         np.repeat([pair[0].judged for pair in chosen], counts),
+        np.repeat(np.arange(len(counts)), counts),
         np.repeat([piece.finish - piece.begin for piece in layout.pieces], counts),
         fraction < 1.0,
     )
@@ -246,10 +248,11 @@ def errors(
         own, judge  : (n, 3) the quantity from the spline and from its judge
         by_noise    : (n, 3) variance of its components by noise
         in_distance : (n, 3) variance by noise of the distance of own and judge
-        blind       : (n, 3) what it may be wrong by where a piece has no judge (`blind_spots`)
+        blind       : (n, 3) what it may be wrong by besides: where a piece has no judge
+                      (`blind_spots`)
     """
-    square = np.square(own - judge) + np.square(blind)
-    lost = _lost(found, square - _doubt(found) * in_distance)
+    square = np.square(own - judge)
+    lost = _lost(found, square - _doubt(found) * in_distance) + np.square(blind)
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost
     reach = np.sqrt(2.0 * np.log(3.0 * len(own)))

@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance, EnergyLedger
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.orthogonality import orthogonality_defect
 from rigid_body_sim.physics.diagnostics.point_motion import PointMotion, motion_of
@@ -39,6 +40,7 @@ from rigid_body_sim.physics.diagnostics.step_limits import StabilityWatch
 from rigid_body_sim.physics.errors import InvalidModel, SimulationBusy, SimulationDiverged
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
+from rigid_body_sim.physics.forces.power import COMMANDS
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.integration.lookout import Lookout, RecordedChoices, Watch
 from rigid_body_sim.physics.model import rotation as so3
@@ -113,6 +115,7 @@ class Simulation:
         self._stepper = Stepper(scene, self._layout, self.integrator)
         self.stability = StabilityWatch(scene, self._layout, self.integrator, self.dt)
         self._read: State | None = None
+        self._ledger: EnergyLedger | None = None
         self._held_changed = True
         self._start_ns = 0  # when the scene began: tick 0, or the last reset
         self._out_of_mass = min(
@@ -346,9 +349,15 @@ class Simulation:
         """Hand what is held now to the stepper."""
         self._drop_expired()
         if self._held_changed:
+            work = self._stepper.work
+            acting = None if work is None else self._held.acting()
+            if work is not None and acting is not None and not work.powers.holds(acting):
+                self._stepper.cut_work()
             self._stepper.set_held(
                 self._held.write(self._stepper.translation, self._stepper.rotation)
             )
+            if work is not None and acting is not None:
+                work.powers.hold(acting)
             self._held_changed = False
 
     def _drop_expired(self) -> None:
@@ -430,11 +439,21 @@ class Simulation:
             angular = as_vector(so3.rotate(q, angular))
         record = self._layout.body(core)
         ratio = record.mass / mass_at(record, self.scene_time)  # 1.0 unless its mass changes
+        work, before = self._stepper.work, 0.0
+        if work is not None:
+            self._stepper.cut_work()
+            before = self._kinetic_energy_of(core)
         self._read = None
         self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
+        if work is not None:
+            work.add_work(COMMANDS, self._kinetic_energy_of(core) - before)
         if self.watch is not None:
             self.watch.strike(self.tick, body, linear=linear, angular=angular)
         return linear, angular
+
+    def _kinetic_energy_of(self, core: int) -> float:
+        """Kinetic energy of one body [J]."""
+        return self.invariants.kinetic_energy_of(self.state, self.scene_index(core))
 
     def applied_wrench(self) -> tuple[Array, Array]:
         """
@@ -523,9 +542,75 @@ class Simulation:
         """
         Kinetic and potential energy [J].
 
+        Potential: of the weight, from the origin of the world, of springs and bumpers, of mutual
+        gravity, of constant forces in world axes. Where a step does not resolve the swing of a
+        stiff spring (h omega > 1: implicit and linearly implicit methods), its ends are held
+        within a gap that has nothing to do with a motion: k gap^2 / 2 may be thousands of joules
+        that no body has and that never come back. `stored_energy` has that of springs and other
+        force elements apart.
+
         Infinity where a part is beyond the largest number; NaN where parts of both signs are.
         """
         return self.invariants.energy(self.state)
+
+    def stored_energy(self) -> float:
+        """Potential energy of the force elements alone, without the weight [J]."""
+        return self.invariants.stored_energy(self.state)
+
+    @property
+    def has_contact(self) -> bool:
+        """Whether bodies of the scene meet at all."""
+        return self._stepper.contact is not None
+
+    def keep_energy_balance(self) -> None:
+        """
+        Begin an energy balance here: add up the work of commands, drives and dampers from now on.
+
+        No bit of the run changes; ticks in which something works cost some microseconds more.
+        `reset` and `restore` begin it anew; a copy keeps none until it is asked to.
+        """
+        self._settle()
+        meter = self._stepper.measure_work()
+        self._held_changed = True  # what is held is told to the meter before the next tick
+        self._ledger = EnergyLedger(
+            meter,
+            self._stepper.work_done,
+            *self._energies(),
+            meets=self.has_contact,
+            driven=self.invariants.is_driven,
+            weight=float(np.linalg.norm(self.invariants.weight())),
+        )
+
+    def _energies(self) -> tuple[float, float]:
+        """Kinetic and potential energy now [J]."""
+        state = self.state
+        with np.errstate(all='ignore'):  # a run about to diverge
+            return self.invariants.kinetic_energy(state), self.invariants.potential_energy(state)
+
+    def look_at_energy(self) -> None:
+        """
+        Take the energies of now into the balance: lowest and largest values are those of looks.
+
+        Raises InvalidModel where `keep_energy_balance` was not called.
+        """
+        self._settle()
+        self._balance().look(*self._energies())
+
+    def energy_balance(self) -> EnergyBalance:
+        """
+        Draw the balance since it began, see `diagnostics.energy_balance`; it stays as it is.
+
+        Raises InvalidModel where `keep_energy_balance` was not called.
+        """
+        self._settle()
+        return self._balance().balance(*self._energies())
+
+    def _balance(self) -> EnergyLedger:
+        if self._ledger is None:
+            raise InvalidModel(
+                'an energy balance was not kept; call keep_energy_balance() where it is to begin'
+            )
+        return self._ledger
 
     def momentum(self) -> Array:
         """Total momentum (3,) [kg m/s]."""
@@ -561,8 +646,13 @@ class Simulation:
             self._stepper.reset()
             self._start_ns = self._stepper.tick * self.dt_ns
             self._held.slots = {}
+        self._renew_balance()
         if self.watch is not None:
             self.watch.reset(self.tick)
+
+    def _renew_balance(self) -> None:
+        if self._ledger is not None:
+            self.keep_energy_balance()
 
     @property
     def next_expiry(self) -> int:
@@ -627,6 +717,7 @@ class Simulation:
                 raise InvalidModel(f'the state does not fit this scene: {error}') from error
             self._stepper.tick = tick
             self._held.slots = dict(slots)
+        self._renew_balance()
         if self.watch is not None:
             self.watch.resume(tick)
 

@@ -36,7 +36,7 @@ from rigid_body_sim.report.pareto import cheapest, micro
 from rigid_body_sim.report.point import OK, Point
 from rigid_body_sim.report.problem import Final, Problem
 
-REFERENCES = ('linear_propagator', 'rk8', 'exact_rotor', 'rk4', 'dmv6', 'sdirk2')
+REFERENCES = ('linear_propagator', 'rk8', 'exact_rotor', 'rk4', 'dmv6', 'sdirk2', 'lie_rk4')
 VARIANTS = ('blanes_moan4:drift=exact',)
 METHODS = (*(name for name, each in INTEGRATORS.items() if not each.is_reference), *VARIANTS)
 MOST_BODY_STEPS = 400_000  # of the finest run of the reference, and of a sweep

@@ -291,6 +291,8 @@ class RunLoop:
             refused=self._inbox.refused,
             last_refusal=self._inbox.last_refusal,
             drift=self._run.sample_drift(),
+            balance=self._run.energy_balance(),
+            kept=self._run.kept(),
             estimate=self._run.error_estimate(),
             warnings=tuple(self._run.warnings),
             bag=str(self._bags.path) if self._bags.is_open else '',

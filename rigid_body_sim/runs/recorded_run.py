@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.physics.integration.choose import NAME as AUTO
 from rigid_body_sim.recording.bag_reader import Bag, DamagedBag
 from rigid_body_sim.recording.topics import CLOCK_TOPIC, command_topics
 from rigid_body_sim.runs import choices
@@ -56,6 +57,8 @@ class RecordedRun:
         bodies = [body.name for body in self.scene.bodies]
         self.start_state = self._attachment(START_FILE, values.text('start_state_sha256'))
         self.integrator = values.text('integrator')
+        if self.integrator == AUTO:  # what it chose is recorded, and nothing is chosen again
+            raise values.refusal('integrator', AUTO, 'the method that was chosen')
         self.integrator_options = values.mapping('integrator_options', '{}')
         self.dt_ns = values.integer('dt_ns', 1, MOST_NS)
         self.first_tick = values.integer('first_tick', 0, MOST_TICKS)

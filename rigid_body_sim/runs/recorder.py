@@ -62,6 +62,8 @@ class RunRecorder:
         self._clock_start = time.monotonic()
         self._choices = len(run.simulation.choices)  # that need no message
         start = run.simulation.state_bytes()
+        if run.energy.begun_at != run.simulation.tick:
+            run.energy.begin()  # as a replay will
         self.first_tick = run.simulation.tick
         self.manifest = self._manifest(start)
         self._writer = None if path is None else self._open(path, start)
@@ -168,13 +170,14 @@ class RunRecorder:
         return {
             **({'error_estimate': json.dumps(estimate.figures())} if estimate else {}),
             **{
-                f'{law}_drift' if law != 'energy_rise' else law: repr(value)
+                law if law.startswith('energy_rise') else f'{law}_drift': repr(value)
                 for law, value in drift.items()
                 if value is not None
             },
             **({'integrator_looks': looks} if looks else {}),
             **({'deepest_gap': repr(gap)} if gap is not None else {}),
             **({'orientation_drift': repr(turned)} if turned is not None else {}),
+            **self._run.energy.ending(),
             'last_tick': str(simulation.tick),
             'ticks': str(simulation.tick - self.first_tick),
             'last_time_ns': str(simulation.tick * simulation.dt_ns),
