@@ -66,10 +66,12 @@ class Instant:
 
     state : of the bodies
     steps : that the method chose so far; 0 where the substeps are given
+    beyond : whether springs or dampers were beyond a limit of the method at the start
     """
 
     state: State
     steps: float = 0.0
+    beyond: bool = False
 
 
 # runs the beginning of a scene: (integrator, options, ticks) -> the run at each of these ticks;
@@ -346,6 +348,9 @@ class _Choosing:
             if best is not None and price * setting.substeps >= best[0]:
                 break
             run = self._run(setting)
+            first = run.at(0)
+            if first is None or first.beyond:
+                continue  # it may look well for as long as a pilot, and blow up after
             error = self._error_per_second(run, reference)
             if error > MARGIN * self._tolerance:
                 continue
