@@ -60,6 +60,7 @@ SOURCES = (
 MEMORY = 6 << 30  # [bytes] of address space
 ALLOWED = {0, 1, 2, 3}
 DIFFERS = 3
+TOLD_EVERY = 250  # bags
 WAITING = 6  # times the limit: a busy machine is no law broken
 KNOWN = ('rigid_body_sim ', 'usage: ')  # how our lines on standard error begin
 MAGIC = mcap_file.MAGIC
@@ -618,6 +619,8 @@ class Attack:
 
     def _note(self, outcome: str, laws: list[str], name: str, bag: Path) -> None:
         self.outcomes[outcome] += 1
+        if self.outcomes.total() % TOLD_EVERY == 0:
+            print(f'{self.outcomes.total()} bags: {dict(self.outcomes)}', file=sys.stderr)
         for law in laws:
             self.broken[law] += 1
             print(f'{name}: {law}', file=sys.stderr)
