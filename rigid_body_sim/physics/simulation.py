@@ -750,12 +750,14 @@ def _pilot(
     simulation = Simulation(
         scene, integrator=integrator, integrator_options=options, dt=dt_ns / 1e9
     )
+    start = simulation.stability.check(simulation.state)
+    beyond = any(violation.kind != 'rotation' for violation in start)
     for tick in ticks:
         try:
             simulation.step(tick - simulation.tick)
         except SimulationDiverged:
             return
-        yield choose.Instant(simulation.state, simulation.steps_taken)
+        yield choose.Instant(simulation.state, simulation.steps_taken, beyond)
 
 
 def _fastest_rate(scene: Scene) -> float:
