@@ -46,6 +46,8 @@ MOST_DRAWN = 400_000  # numbers drawn in all
 SEED = 20_260_101  # of the noise that is drawn: the same samples give the same bands
 NEVER = (np.inf, np.inf, None)  # estimated errors of what cannot be
 DOUBT = 1.5  # a distance to the judge below so many times that by noise tells of noise alone,
+TRUSTED = 100.0  # ratio of noise, as a variance, up to which a judge is believed
+DOUBT_UNSMOOTHED = 4.0
 MORE_DOUBT, MOST_DOUBT = 0.02, 9.0  # the more, the noisier the judge is beside the spline
 WINDOW = 3.0  # [knots] over which what is lost is averaged
 
@@ -206,10 +208,16 @@ def lost_square(found: Fit, order: int, noise: Array) -> float:
     return float(np.mean(np.sum(_lost(found, distance - by_noise), axis=1)))
 
 
+def _ratio(found: Fit) -> Array:
+    """How much noisier the distance to the judge is than the second derivative, a column."""
+    return (found.disagreement[2] / np.maximum(found.response[2], TINY))[:, None]
+
+
 def _doubt(found: Fit) -> Array:
     """How many times the distance by noise is taken for noise, a column."""
-    ratio = found.disagreement[2] / np.maximum(found.response[2], TINY)
-    return np.clip(DOUBT + MORE_DOUBT * ratio, DOUBT, MOST_DOUBT)[:, None]
+    if not found.smooths:  # ends of a spline through the samples: few, and as noisy as its judge
+        return np.full((len(found.span), 1), DOUBT_UNSMOOTHED)
+    return np.clip(DOUBT + MORE_DOUBT * _ratio(found), DOUBT, MOST_DOUBT)
 
 
 def _lost(found: Fit, excess: Array) -> Array:
@@ -251,7 +259,8 @@ def errors(
         blind       : (n, 3) what it may be wrong by besides: where a piece has no judge
                       (`blind_spots`)
     """
-    square = np.square(own - judge)
+    # so much noisier a judge makes as much more of what its neighbours lose, too
+    square = np.square(own - judge) * np.minimum(1.0, TRUSTED / np.maximum(_ratio(found), 1.0))
     lost = _lost(found, square - _doubt(found) * in_distance) + np.square(blind)
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost

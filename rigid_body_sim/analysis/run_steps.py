@@ -7,7 +7,8 @@ the one that acted.
     kick, drift, kick   x_n+1 - 2 x_n + x_n-1 = h^2 a_n,   so   r'' = a - h^2 a'' / 12 + O(h^4)
                         v_n = (x_n+1 - x_n-1) / 2 h,       so   r'  = v - h^2 a' / 6
 
-Other methods of order two have constants of the same size, taken as these. A method of order one
+The implicit midpoint rule has half of these constants, h^2 / 24 and h^2 / 12; other methods of
+order two have such of the same size, taken as these. A method of order one
 is wrong by h a' and h a / 2. Of a method of order three and above nothing is added: where its
 steps resolve the motion, the spline through samples that are no nearer to each other is worse.
 Splittings whose drift turns a free body to a higher order err as far as torques act:
@@ -27,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.physics.integration.schemes.implicit.midpoint import ImplicitMidpoint
 from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 
 Array = NDArray[np.float64]
@@ -44,12 +46,14 @@ class RunSteps:
     order    : 1 or 2, of the path
     turn_order : 1 or 2, of the orientation
     turns_free : whether a free body turns to a higher order
+    share    : of the constants above: half where forces are met half-way
     """
 
     length: float
     order: int
     turn_order: int
     turns_free: bool
+    share: float = 1.0
 
 
 def steps_of(manifest: Mapping[str, str]) -> RunSteps | None:
@@ -66,7 +70,9 @@ def steps_of(manifest: Mapping[str, str]) -> RunSteps | None:
     if order > 2 or not 0.0 < length < np.inf:
         return None
     turn_order = min(order, integrator.free_order) if splits else order
-    return RunSteps(length, int(order), int(turn_order), splits and integrator.free_order > 2)
+    free = splits and integrator.free_order > 2
+    half_way = isinstance(integrator.scheme, ImplicitMidpoint)
+    return RunSteps(length, int(order), int(turn_order), free, 0.5 if half_way else 1.0)
 
 
 def left_in_second(
@@ -87,7 +93,8 @@ def left_in_second(
     by_kinks = _at_jumps(time, piece, left_in_first(steps, order, time, piece, second, sign=True))
     if order == 1:
         return steps.length * np.abs(first) + by_kinks
-    return steps.length**2 / 12.0 * (np.abs(_rate(time, piece, first)) + rest) + by_kinks
+    second_order = steps.share * steps.length**2 / 12.0
+    return second_order * (np.abs(_rate(time, piece, first)) + rest) + by_kinks
 
 
 def left_in_first(
@@ -103,7 +110,7 @@ def left_in_first(
     if order == 1:
         left = 0.5 * steps.length * second
     else:
-        left = steps.length**2 / 6.0 * _rate(time, piece, second)
+        left = steps.share * steps.length**2 / 6.0 * _rate(time, piece, second)
     return left if sign else np.abs(left)
 
 

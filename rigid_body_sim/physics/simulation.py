@@ -206,7 +206,7 @@ class Simulation:
     @property
     def scene_time(self) -> float:
         """Time since the start of the scene, or since the last reset [s]."""
-        return (self.tick * self.dt_ns - self._start_ns) * 1e-9
+        return (self._stepper.tick * self.dt_ns - self._start_ns) * 1e-9
 
     @property
     def _scene_tick(self) -> float:
@@ -225,8 +225,10 @@ class Simulation:
     def state(self) -> State:
         """Position, orientation and velocities of every body, scene order: a copy."""
         if self._read is None:
-            self._settle()
-        return self._read_state()
+            if self._stepping or self._stepper.undo is not None:
+                self._settle()
+            return self._read_state()
+        return self._read
 
     def _read_state(self) -> State:
         if self._read is None:
@@ -749,12 +751,14 @@ def _pilot(
     simulation = Simulation(
         scene, integrator=integrator, integrator_options=options, dt=dt_ns / 1e9
     )
+    start = simulation.stability.check(simulation.state)
+    beyond = any(violation.kind != 'rotation' for violation in start)
     for tick in ticks:
         try:
             simulation.step(tick - simulation.tick)
         except SimulationDiverged:
             return
-        yield choose.Instant(simulation.state, simulation.steps_taken)
+        yield choose.Instant(simulation.state, simulation.steps_taken, beyond)
 
 
 def _fastest_rate(scene: Scene) -> float:

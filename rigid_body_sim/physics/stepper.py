@@ -138,14 +138,17 @@ class Stepper:
 
         told : is called with the change, so that an interrupt finds both or neither
         """
+        self.cut_work()
         new = Stepper(self._scene, self._layout, integrator)
         arguments = (
             *self._arguments[:METHOD],
             *new._arguments[METHOD : WORKSPACE + 1],
             *self._arguments[WORKSPACE + 1 :],
         )
-        mine = ('_integrator', '_method', '_scheme', '_kernel_name', '_workspace', '_free')
-        taken = {name: new.__dict__[name] for name in (*mine, '_coupled', '_workspace_step')}
+        mine = ('_integrator', '_method', '_scheme', '_kernel_name', '_workspace', '_workspaces')
+        taken = {
+            name: new.__dict__[name] for name in (*mine, '_free', '_coupled', '_workspace_step')
+        }
         change = partial(self.__dict__.update, taken, _arguments=arguments)
         # one call of C: no interrupt comes between
         deque(map(partial.__call__, (change, told)), maxlen=0)

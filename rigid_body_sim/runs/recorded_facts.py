@@ -72,7 +72,7 @@ def _same_joules(recorded: str, again: str) -> bool:
     least = max(ABSOLUTE, OF_TURNOVER * numbers[0], 10.0 * numbers[1])
     for key in is_.keys() - {'relative'}:
         a, b = said[key], is_[key]
-        if not (isinstance(a, int | float) and isinstance(b, int | float)):
+        if not (isinstance(a, float) and isinstance(b, int | float)):
             if a != b:
                 return False
         elif not math.isclose(a, b, rel_tol=RELATIVE, abs_tol=least):

@@ -52,7 +52,9 @@ class RecordedRun:
         names = values.names('scene_files')
         with interpreting(path):
             self.scene = load_scene(
-                source, files={name: self._attachment(name, None) for name in names}
+                source,
+                files={name: self._attachment(name, None) for name in names},
+                title=f'{values.text("scene")}.yaml',
             )
         bodies = [body.name for body in self.scene.bodies]
         self.start_state = self._attachment(START_FILE, values.text('start_state_sha256'))

@@ -313,8 +313,8 @@ def _report(
     }
     result |= choices.facts(simulation)
     estimate = whole.error_estimate()
-    if estimate is not None:
-        result['error_estimate'] = estimate.figures()
+    if arguments.estimate_error:
+        result['error_estimate'] = estimate.figures() if estimate is not None else None
     if arguments.json:
         print(json.dumps(result))
         return

@@ -78,9 +78,13 @@ def balance_history(ending: Mapping[str, str] | None) -> BalanceHistory | None:
         rows = json.loads((ending or {})['energy_history'])
         time, *columns = (np.array(rows[name], dtype=np.float64) for name in IN_BAG)
         turnover = float(json.loads((ending or {})['energy_balance'])['turnover'])
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError):
         return None
-    if time.ndim != 1 or len(time) < 2 or any(column.shape != time.shape for column in columns):
+    if time.ndim != 1 or any(column.shape != time.shape for column in columns):
+        return None
+    finite = np.isfinite([time, *columns]).all(axis=0)
+    time, *columns = (column[finite] for column in (time, *columns))
+    if len(time) < 2 or not np.isfinite(turnover):
         return None
     commands, drives, dissipation, contact, defect = columns
     return BalanceHistory(time, commands, drives, dissipation, contact, defect, turnover)

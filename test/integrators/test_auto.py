@@ -143,13 +143,13 @@ def hinge(tolerance):
     return replace(found, integrator='auto', integrator_options={'tolerance': tolerance})
 
 
-def test_a_stiff_scene_gets_a_method_that_settles():
+def test_a_stiff_scene_gets_a_method_within_its_limits_that_settles():
     """Too stiff for explicit steps: 1e8 N/m turn at 2.6e4 rad/s."""
     sim = Simulation(hinge(1e-2))
     true = Simulation(
         sim.scene, integrator='rk45', integrator_options={'rtol': 1e-7, 'atol': 1e-7}
     )
-    assert INTEGRATORS[sim.choice.name].wants_derivatives
+    assert not sim.warnings()  # a method beyond its limits may look well in the pilot
     for _ in range(5):
         sim.step(20)
         true.step(20)

@@ -94,6 +94,11 @@ class StabilityWatch:
                 found.append(StepLimitViolation(kind, bodies, text))
         return found
 
+    @property
+    def has_bent_ties(self) -> bool:
+        """Whether a spring has a rest length, or holds a body off its centre (`Limits.bent`)."""
+        return bool(self._ties.bent.any())
+
     def rates(self, state: State) -> dict[str, Array]:
         """Give the rates of all moving bodies, core order, (n_moving,) [rad/s], [rad/s], [1/s]."""
         n, rigid = self._layout.n_moving, self._layout.moving[: self._layout.n_rigid]

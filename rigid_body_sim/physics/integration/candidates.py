@@ -52,7 +52,9 @@ PRICES = {
     'linearly_implicit': Price(100.0, 2, 1),
     'implicit_midpoint': Price(100.0, 6, 3),
     'sdirk2': Price(200.0, 12, 6),
+    'lie_rk4': Price(150.0, 4),
 }
+ONLY_FOR_CHANGING_INERTIA = ('lie_rk4',)  # elsewhere rk4 has its order for less
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from
 from rigid_body_sim.physics.integration.candidates import (
     MOST_SUBSTEPS,
+    ONLY_FOR_CHANGING_INERTIA,
     PRICES,
     TIGHTEST,
     Setting,
@@ -47,6 +48,7 @@ from rigid_body_sim.physics.integration.candidates import (
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.integration.options import Option, checked
+from rigid_body_sim.physics.model.inertia_over_time import changing
 from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.physics.model.scene import Scene
@@ -64,10 +66,12 @@ class Instant:
 
     state : of the bodies
     steps : that the method chose so far; 0 where the substeps are given
+    beyond : whether springs or dampers were beyond a limit of the method at the start
     """
 
     state: State
     steps: float = 0.0
+    beyond: bool = False
 
 
 # runs the beginning of a scene: (integrator, options, ticks) -> the run at each of these ticks;
@@ -88,7 +92,9 @@ INSTANTS = 20  # of a pilot at which errors are judged
 MARGIN = 0.5  # [-] of the tolerance: what a pilot allows, as what comes later is not known
 EXACT = 'linear_propagator'
 # whose step is halved, and how often
-REFERENCES = (('rk4', 5), ('rk8', 7), ('rk45', 4), ('implicit_midpoint', 10), ('sdirk2', 10))
+REFERENCES = (
+    ('rk4', 5), ('rk8', 7), ('rk45', 4), ('implicit_midpoint', 10), ('sdirk2', 10), ('lie_rk4', 9),
+)  # fmt: skip
 REFERENCE_STEPS = 2_000_000  # of a body, that one which is implicit or chooses its steps may take
 IDLE = 2  # refinements that let a reference stand still no longer than before: chaos, or rounding
 STEP_TIMES_RATE = 3.0  # [-] step times fastest rate, of such a one on a stiff scene
@@ -328,6 +334,7 @@ class _Choosing:
             name: price_of_step(name, self._scene)
             for name in PRICES
             if INTEGRATORS[name].refuses(self._scene) is None
+            and (name not in ONLY_FOR_CHANGING_INERTIA or changing(self._scene))
         }
         for name in sorted(prices, key=lambda each: prices[each]):
             if best is not None and prices[name] >= best[0]:
@@ -351,6 +358,9 @@ class _Choosing:
             if best is not None and price * setting.substeps >= best[0]:
                 break
             run = self._run(setting)
+            first = run.at(0)
+            if first is None or first.beyond:
+                continue  # it may look well for as long as a pilot, and blow up after
             error = self._error_per_second(run, reference)
             if error > MARGIN * self._tolerance:
                 continue
@@ -388,6 +398,8 @@ class _Choosing:
         best: _Reference | None = None
         for name, refinements in REFERENCES:
             if INTEGRATORS[name].refuses(self._scene) is not None or self._is_too_long(name):
+                continue
+            if name in ONLY_FOR_CHANGING_INERTIA and not changing(self._scene):
                 continue
             self._say(f'auto: reference run with {name}')
             found = self._refined(name, refinements)
