@@ -68,8 +68,8 @@ WORDS = (
 DIGITS = '0123456789'
 
 
-class TooLong(Exception):
-    """A case took longer than PATIENCE."""
+class TooLong(BaseException):
+    """A case took longer than PATIENCE; no Exception, which some parsers swallow."""
 
 
 class Fuzz:
