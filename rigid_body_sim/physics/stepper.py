@@ -20,6 +20,7 @@ from __future__ import annotations
 import itertools
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from operator import setitem
 from typing import Any
 
@@ -28,8 +29,10 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument, left_the_numbers
 from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
+from rigid_body_sim.physics.diagnostics.work_meter import WorkMeter
 from rigid_body_sim.physics.errors import SimulationBusy
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
+from rigid_body_sim.physics.forces.power import Powers
 from rigid_body_sim.physics.forces.schedule import SNAP
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import for_points
@@ -56,14 +59,15 @@ from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
 
-WORKSPACE = 5  # its place among the arguments of a kernel
+METHOD, WORKSPACE = 4, 5  # their places among the arguments of a kernel
 CHUNK = 1000  # [tick] between two copies of the state, to which a run returns that goes wrong
 # [body tick] the same where bodies meet; more: an interrupt waits longer and costs more ticks
 CHUNK_IN_CONTACT = 20_000
 
 
-# what a step began from: tick, what `Stepper._snapshot` gave, what the caller wants back beside
-Undo = tuple[int, tuple[Any, ...], Any]
+# what a step began from: tick, what `Stepper._snapshot` gave, what the caller wants back beside,
+# the work done by then
+Undo = tuple[int, tuple[Any, ...], Any, Any]
 
 
 class Stepper:
@@ -76,6 +80,7 @@ class Stepper:
     translation, rotation : blocks, see `state.blocks`
     cause                 : why the last advance stopped early; empty: a state left the finite
                             numbers
+    work                  : the meter of the work of what has no potential; None: nobody asked
     is_timed              : whether a wrench depends on time itself; then ticks are passed to the
                             kernels as floats
     """
@@ -105,6 +110,8 @@ class Stepper:
         self._workspace_step: float | None = None
         self._turning = 0  # commands that turn with their bodies, in the arguments of the kernels
         self.cause = ''
+        self.work: WorkMeter | None = None
+        self._workspaces: dict[float, Array] = {}  # the last few, by step
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
         self._take_arguments()
@@ -118,6 +125,33 @@ class Stepper:
         if remembers is None:
             return self._integrator.coefficients(self._layout.moments)
         return remembers(gather(self.rotation, ROTATION, ORIENTATION, 4, self._layout.n_rigid))
+
+    @property
+    def steps_taken(self) -> float:
+        """Steps that the method chose itself so far; 0 where it does not choose them."""
+        count = getattr(self._scheme, 'steps_taken', None)
+        return count(self._workspace) if count is not None else 0.0
+
+    def go_on_with(self, integrator: Integrator, told: partial[None]) -> None:
+        """
+        Take another integrator from here on; neither of the two may remember anything.
+
+        told : is called with the change, so that an interrupt finds both or neither
+        """
+        self.cut_work()
+        new = Stepper(self._scene, self._layout, integrator)
+        arguments = (
+            *self._arguments[:METHOD],
+            *new._arguments[METHOD : WORKSPACE + 1],
+            *self._arguments[WORKSPACE + 1 :],
+        )
+        mine = ('_integrator', '_method', '_scheme', '_kernel_name', '_workspace', '_workspaces')
+        taken = {
+            name: new.__dict__[name] for name in (*mine, '_free', '_coupled', '_workspace_step')
+        }
+        change = partial(self.__dict__.update, taken, _arguments=arguments)
+        # one call of C: no interrupt comes between
+        deque(map(partial.__call__, (change, told)), maxlen=0)
 
     @property
     def _state(self) -> tuple[Array, ...]:
@@ -140,7 +174,8 @@ class Stepper:
 
     def begin(self, more: Any = None) -> Undo:
         """Note what to return to; from here to `end` the state is nobody's."""
-        self.undo = undo = (self.tick, self._snapshot(), more)
+        mark = None if self.work is None else self.work.mark()
+        self.undo = undo = (self.tick, self._snapshot(), more, mark)
         return undo
 
     def end(self, undo: Undo, ticks: int = 0) -> None:
@@ -153,9 +188,39 @@ class Stepper:
     def put_back(self) -> None:
         """Return to what `begin` noted, if the work broke off; can itself be broken off."""
         if self.undo is not None:
-            self.tick, arrays, _ = self.undo
+            self.tick, arrays, _, mark = self.undo
             self._return_to(arrays)
+            if self.work is not None and mark is not None:
+                self.work.return_to(mark)
             self.undo = None
+
+    def measure_work(self) -> WorkMeter:
+        """Begin to add up the work of what has no potential."""
+        powers = Powers(self._elements)
+        powers.prepare(argument(self.translation), argument(self.rotation))
+        self.work = WorkMeter(powers, self._integrator, smooth=self.contact is None)
+        return self.work
+
+    def work_done(self) -> tuple[Array, Array]:
+        """Work so far [J], and how wrong it may be: see `WorkMeter.work`."""
+        assert self.work is not None
+        if not self.work.looks_ahead or self.undo is not None:
+            return self.work.work()
+        undo = self.begin()  # it goes ahead a bit: an interrupt puts that back
+        found = self.work.work()
+        self.end(undo)
+        return found
+
+    def cut_work(self) -> None:
+        """End a stretch: from here on forces are others, or the method or the motion is."""
+        if self.work is None:
+            return
+        if not self.work.looks_ahead or self.undo is not None:
+            self.work.cut()
+            return
+        undo = self.begin()
+        self.work.cut()
+        self.end(undo)
 
     def warnings(self) -> tuple[str, ...]:
         """Give what the contact of the scene warns of, whatever the state."""
@@ -273,7 +338,11 @@ class Stepper:
     def _ready_workspace(self, h: float) -> None:
         """Work out what the integrator wants to know of the scene at this step."""
         if self._integrator.plan is not None and h != self._workspace_step:
-            self._workspace = self._integrator.plan(self._scene, self._layout, h)
+            made = self._workspaces.get(h)
+            if made is None:
+                made = self._integrator.plan(self._scene, self._layout, h)
+            self._workspaces = {**dict([*self._workspaces.items()][-3:]), h: made}
+            self._workspace = made
             workspace = argument(self._workspace)
             self._arguments = (
                 *self._arguments[:WORKSPACE],
@@ -323,7 +392,9 @@ class Stepper:
                 continue
             run = int(min(whole, ticks - done))
             elements.schedule.set(elements.numbers, now, now + run, h)
-            got = self._advance(kernel, run, now, h)
+            got = self._advance(kernel, run, now, h, to_the_end=run == whole)
+            if got == whole:
+                self.cut_work()
             done += got
             if got < run:
                 break
@@ -339,19 +410,36 @@ class Stepper:
         for begin, end in itertools.pairwise([tick, *cuts, tick + 1.0]):
             elements.schedule.set(elements.numbers, begin, end, h)
             piece = (end - begin) * h
-            if not self._call(kernel, 1, begin * h / piece, piece):
+            self.cut_work()
+            if not self._go(kernel, 1, begin * h / piece, piece, to_the_end=True):
                 self._copy_back()
                 return False
+        self.cut_work()
         self.end(before, 1)
         return True
 
-    def _advance(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> int:
-        """Advance over ticks between which nothing begins or ends."""
-        done = 0
+    def _advance(
+        self,
+        kernel: Callable[..., Any],
+        ticks: int,
+        tick: float,
+        h: float,
+        *,
+        to_the_end: bool = False,
+    ) -> int:
+        """
+        Advance over ticks between which nothing begins or ends; `to_the_end`: but behind them.
+        """
+        done, n = 0, self._integrator.substeps
         while done < ticks:
             chunk = min(self._chunk, ticks - done)
             before = self.begin()
-            if not self._call(kernel, chunk, tick + done, h):
+            if self.work is None:
+                well = self.steps(kernel, n * chunk, n * (tick + done), h / n)
+            else:
+                last = to_the_end and done + chunk == ticks
+                well = self._go(kernel, chunk, tick + done, h, to_the_end=last)
+            if not well:
                 self._copy_back()
                 if chunk == 1:
                     return done
@@ -364,17 +452,27 @@ class Stepper:
         """Advance tick by tick up to the one that fails."""
         for done in range(ticks):
             before = self.begin()
-            if not self._call(kernel, 1, tick + done, h):
+            if not self._go(kernel, 1, tick + done, h, to_the_end=False):
                 self._copy_back()
                 return done
             self.end(before, 1)
         return ticks
 
-    def _call(self, kernel: Callable[..., Any], ticks: int, tick: float, h: float) -> bool:
+    def _go(
+        self, kernel: Callable[..., Any], ticks: int, tick: float, h: float, *, to_the_end: bool
+    ) -> bool:
+        """Advance over ticks, looking at the power where somebody asked and there is any."""
         n = self._integrator.substeps
-        self._ready_workspace(h / n)
+        if self.work is None or self.work.powers.idle:
+            return self.steps(kernel, n * ticks, n * tick, h / n)
+        motion = _Motion(self, kernel)
+        return self.work.follow(motion, ticks, tick, h, to_the_end=to_the_end)
+
+    def steps(self, kernel: Callable[..., Any], count: int, first: float, h: float) -> bool:
+        """Make steps of the method of a length [s], the first beginning at first * h."""
+        self._ready_workspace(h)
         try:
-            status = kernel(n * ticks, n * tick, h / n, *self._arguments)
+            status = kernel(count, first, h, *self._arguments)
             self.cause = self._integrator.failure if status == DID_NOT_CONVERGE else ''
             return status == 0.0
         except (ArithmeticError, ValueError) as error:
@@ -419,6 +517,26 @@ class Stepper:
     def reset(self) -> None:
         """Return to the start of the scene."""
         self._return_to(self._start)
+
+
+class _Motion:
+    """A stepper with one kernel and method, as `WorkMeter` takes it."""
+
+    def __init__(self, stepper: Stepper, kernel: Callable[..., Any]) -> None:
+        self._stepper = stepper
+        self._kernel = kernel
+        self.integrator = stepper._integrator
+        self.translation = argument(stepper.translation)
+        self.rotation = argument(stepper.rotation)
+        self.snapshot = stepper._snapshot
+        self.return_to = stepper._return_to
+
+    def steps(self, count: int, first: float, h: float) -> bool:
+        """Make steps of the method of a length [s], the first beginning at first * h."""
+        stepper = self._stepper
+        if stepper._integrator is not self.integrator:
+            return False  # its arrays are another method's by now
+        return stepper.steps(self._kernel, count, first, h)
 
 
 def _contact_world(scene: Scene, layout: Layout, integrator: Integrator) -> Any:

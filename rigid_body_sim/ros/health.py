@@ -7,13 +7,18 @@ How a run does: what /diagnostics says, and the sentence at the end. No message 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
+from rigid_body_sim.physics.diagnostics.conserved_groups import KeptQuantity
+from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
 from rigid_body_sim.physics.diagnostics.invariants import Drift
 from rigid_body_sim.runs.error_estimate import ErrorEstimate
+from rigid_body_sim.runs.kept_lines import defect_words
 
 BEHIND = 0.95  # share of the requested real-time factor below which a run is called slow
 OK, WARN, ERROR = 0, 1, 2
+BALANCE = ('change', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact', 'defect',
+           'uncertainty')  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -29,8 +34,12 @@ class Health:
     bag                  : what is recorded to; empty when nothing is
     deepest_gap          : smallest distance of two bodies in contact [m], negative: they
                            overlapped; None where nothing touched
+    balance              : of the energy, since the start, the last reset or the begin of the bag
+    kept                 : of groups of bodies, where the whole does not keep its momentum
     estimate             : estimated error of the states, if asked for
     warnings             : limits of the integrator that the run has passed
+    integrator           : what the run goes on with now
+    looks                : what `auto` saw on the way, in words
     failure              : why the run ended, if it failed
     """
 
@@ -49,9 +58,13 @@ class Health:
     drift: Drift
     bag: str
     deepest_gap: float | None = None
+    balance: EnergyBalance | None = None
+    kept: Sequence[KeptQuantity] = ()
     refused: Mapping[str, int] = field(default_factory=dict)
     estimate: ErrorEstimate | None = None
     warnings: Sequence[str] = ()
+    integrator: str = ''
+    looks: str = ''
     failure: str = ''
 
     @property
@@ -97,7 +110,11 @@ class Health:
             'momentum drift': _drift(self.drift.momentum),
             'angular momentum drift': _drift(self.drift.angular_momentum),
             'recording': self.bag,
+            'integrator': self.integrator,
         }
+        texts |= self._balance_values()
+        if self.looks:
+            texts['auto'] = self.looks
         if self.drift.energy_rise is not None:
             texts['energy rise'] = f'{self.drift.energy_rise:.3e}'
         if self.deepest_gap is not None:
@@ -109,6 +126,24 @@ class Health:
         texts |= {f'warning {i}': text for i, text in enumerate(self.warnings, start=1)}
         return texts | {f'refused: {reason}': str(n) for reason, n in self.refused.items()}
 
+    def _balance_values(self) -> dict[str, str]:
+        """The energy balance, and the worst drift of each law of groups."""
+        texts: dict[str, str] = {}
+        if self.balance is not None:
+            texts = {
+                f'energy balance: {name.replace("_", " ")} [J]': f'{value:.6e}'
+                for name, value in asdict(self.balance).items()
+                if name in BALANCE
+            }
+            texts['energy balance: defect in words'] = defect_words(self.balance)
+        worst: dict[str, KeptQuantity] = {}
+        if self.drift.momentum is None:
+            for law in sorted(self.kept, key=lambda law: law.drift):
+                worst[law.quantity] = law
+        for quantity, law in worst.items():
+            texts[f'{quantity} drift, worst of groups'] = f'{law.drift:.3e} ({law.bodies[0]})'
+        return texts
+
     def summary(self) -> str:
         """What to say when it is over."""
         return (
@@ -119,11 +154,17 @@ class Health:
         )
 
     def _energy(self) -> str:
-        """What to say of the energy: it stays, or where bodies meet, it must not rise."""
-        if self.drift.energy_rise is None:
-            return f'energy drift {_drift(self.drift.energy)}'
-        gap = '' if self.deepest_gap is None else f', deepest gap {self.deepest_gap:.3e} m'
-        return f'energy rise {self.drift.energy_rise:.3e}{gap}'
+        """What to say of the energy: its defect; where bodies meet, that it must not rise."""
+        said = []
+        if self.balance is not None:
+            said.append(f'energy defect {self.balance.defect:.3e} J')
+        if self.drift.energy is not None:
+            said.append(f'energy drift {_drift(self.drift.energy)}')
+        if self.drift.energy_rise is not None:
+            said.append(f'energy rise {self.drift.energy_rise:.3e}')
+            if self.deepest_gap is not None:
+                said.append(f'deepest gap {self.deepest_gap:.3e} m')
+        return ', '.join(said)
 
 
 def _drift(drift: float | None) -> str:

@@ -23,6 +23,7 @@ FIGURES = (
 )
 UNEVEN_ENDINGS = {'diverged', 'error'}  # within a tick: the last look was not at its boundary
 RELATIVE = 1e-6  # sums over bodies are rounded otherwise on other processors
+OF_TURNOVER = 1e-9  # [-] what rounding leaves of joules, relative to the energy that moved
 ABSOLUTE = 1e-12  # of a drift relative to the largest value: such a rounding of it
 
 
@@ -57,6 +58,26 @@ def ending_differences(
         said, is_ = recorded.get(key, 'nothing'), again.get(key, 'nothing')
         if not _alike(_number(said), _number(is_)):
             yield Fact(_words(key), said, is_)
+    said, is_ = (ending.get('energy_balance', 'nothing') for ending in (recorded, again))
+    if not _same_joules(said, is_):
+        yield Fact('energy balance', said, is_)
+
+
+def _same_joules(recorded: str, again: str) -> bool:
+    """Whether two energy balances are the same, up to rounding beside what moved."""
+    said, is_ = _parsed(recorded), _parsed(again)
+    if not (isinstance(said, dict) and isinstance(is_, dict) and said.keys() == is_.keys()):
+        return said == is_
+    numbers = [is_.get(key) or 0.0 for key in ('turnover', 'uncertainty')]
+    least = max(ABSOLUTE, OF_TURNOVER * numbers[0], 10.0 * numbers[1])
+    for key in is_.keys() - {'relative'}:
+        a, b = said[key], is_[key]
+        if not (isinstance(a, float) and isinstance(b, int | float)):
+            if a != b:
+                return False
+        elif not math.isclose(a, b, rel_tol=RELATIVE, abs_tol=least):
+            return False
+    return True
 
 
 def _parsed(text: str) -> Any:

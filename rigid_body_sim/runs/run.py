@@ -30,16 +30,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.diagnostics.conserved_groups import (
+    ConservedGroups,
+    GroupDrifts,
+    KeptQuantity,
+)
+from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
 from rigid_body_sim.physics.diagnostics.invariants import Drift, DriftMeter
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot
-from rigid_body_sim.physics.model.scene import Vector
+from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.physics.state.snapshot import State
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.contact_packing import ContactPacker
 from rigid_body_sim.recording.packing import StatePacker
+from rigid_body_sim.recording.topics import COMMAND_TYPES
 from rigid_body_sim.runs.commands import Command, CommandRules, topics_of
+from rigid_body_sim.runs.energy_log import EnergyLog
 from rigid_body_sim.runs.error_estimate import ErrorEstimate, ReferenceRun
 from rigid_body_sim.runs.pace import Pace
 
@@ -77,6 +85,16 @@ class RunSettings:
 
 RATES = (1e-9, 1e9)  # [Hz] of publishing; ticks are at least a nanosecond, runs less than 2^31 s
 MOST_TOPICS = 65535  # [-] channels of a recording: their numbers have 16 bits
+
+
+def need_numbers(scene: Scene) -> None:
+    """Refuse a scene of more bodies than there are numbers of topics; UserError."""
+    count = len(scene.bodies) * len(COMMAND_TYPES)
+    if count > MOST_TOPICS:
+        raise UserError(
+            f'scene {scene.name!r}: {len(scene.bodies)} bodies take commands on {count} topics; a '
+            f'recording holds at most {MOST_TOPICS}; record fewer bodies'
+        )
 
 
 def publish_every(rate_hz: float, dt_ns: int) -> int:
@@ -153,12 +171,7 @@ class Run:
         self._index = {name: i for i, name in enumerate(names)}
         topics = topics_of(names, namespace=settings.namespace)
         self._command_topic = {body_and_kind: topic for topic, body_and_kind in topics.items()}
-        if len(topics) > MOST_TOPICS:
-            raise UserError(
-                f'scene {simulation.scene.name!r}: {len(names)} bodies take commands on '
-                f'{len(topics)} topics; a recording holds at most {MOST_TOPICS}; record fewer '
-                'bodies'
-            )
+        need_numbers(simulation.scene)
         self.packer = StatePacker(
             names,
             dt_ns=simulation.dt_ns,
@@ -172,17 +185,25 @@ class Run:
         self.command_timeout_ns = settings.command_timeout_ns
         self._applied = np.array(simulation.applied_wrench())
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
+        self._groups = ConservedGroups(simulation.scene)
+        self._restart_groups()
         self._commanded = bool(simulation.held_slots)
         self._deepest_gap = math.inf
         self._orientation_drift = simulation.orientation_drift()
         if settings.estimate_error and self.has_contact:
             raise UserError(
-                f'error estimate of the scene {simulation.scene.name!r}: a reference run in half '
-                'steps says nothing where bodies meet; replay the bag with half the dt instead'
+                f'error estimate of the scene {simulation.scene.name!r}: a finer run says '
+                'nothing where bodies meet; replay the bag with half the dt instead'
             )
         self._reference = ReferenceRun(simulation) if settings.estimate_error else None
         self._warn = warn
         self._restart_warnings()
+        self.energy = EnergyLog(simulation, settings.publish_every, self._emit_warning)
+
+    def _restart_groups(self) -> None:
+        simulation = self.simulation
+        self._kept = GroupDrifts(self._groups, simulation.state, time=simulation.time)
+        self._touched: set[int] = set()  # scene indices, since the last look at the groups
 
     def _restart_warnings(self) -> None:
         self.warnings: list[str] = []  # in the order in which they were first seen
@@ -252,6 +273,7 @@ class Run:
         return consumed
 
     def _apply(self, command: Command) -> None:
+        self._touched.add(self._index[command.body])
         impulse = self._issue(command, self.simulation)
         if impulse is not None:
             mean_force = np.array(impulse) / self.simulation.dt
@@ -333,6 +355,7 @@ class Run:
         if changing:
             self._close_stretch()
         if stop % every == 0:
+            self.energy.at_publish()
             return TickOutput(stop, consumed, self._pack_states())
         if changed.size:
             force, torque = self._applied + self._mean_force
@@ -425,6 +448,14 @@ class Run:
         self._check_limits(self.simulation.state)
         return self._meter.drift()
 
+    def kept(self) -> list[KeptQuantity]:
+        """Tell what groups of bodies should have kept, and how well they did so far."""
+        return self._kept.kept()
+
+    def energy_balance(self) -> EnergyBalance:
+        """Draw the energy balance since the run, or its recording, began."""
+        return self.energy.balance()
+
     def deepest_gap(self) -> float | None:
         """
         Smallest distance [m] of two bodies in contact, at any look so far (of `sample_drift` and
@@ -451,6 +482,10 @@ class Run:
                 self._orientation_drift, simulation.orientation_drift() or 0.0
             )
         self._meter.sample(simulation.state, time=simulation.time, commanded=commanded)
+        held = {simulation.scene_index(core) for core, _ in simulation.held_slots}
+        touched = self._touched | held
+        self._kept.sample(simulation.state, time=simulation.time, commanded=touched)
+        self._touched = held
 
     def reset(self) -> None:
         """Put every body back to the start of the scene; time goes on, drift is measured anew."""
@@ -464,7 +499,9 @@ class Run:
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time
         )
+        self._restart_groups()
         self._restart_warnings()
+        self.energy.begin()
 
 
 def _asked(slot: Slot | None) -> tuple[object, ...] | None:

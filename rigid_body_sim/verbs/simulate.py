@@ -10,6 +10,7 @@ import math
 import sys
 import time
 from contextlib import nullcontext, suppress
+from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 
@@ -21,11 +22,16 @@ from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.new_output import check_new
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command, read_csv
+from rigid_body_sim.runs.energy_log import as_numbers
+from rigid_body_sim.runs.kept_lines import balance_line, drift_text, momentum_lines
+from rigid_body_sim.runs.longer_ticks import longer_dt
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import (
     Run,
     RunSettings,
+    need_numbers,
     publish_every,
     rate_note,
     start_alone_note,
@@ -87,8 +93,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--estimate-error',
         action='store_true',
-        help='let a reference run in half steps run along and report how wrong the run is; twice '
-        'the cost',
+        help='let two finer runs go along and report how wrong the run is; six times the cost, on '
+        'stiff scenes more',
     )
     parser.add_argument(
         '--contacts',
@@ -105,10 +111,19 @@ def run(arguments: argparse.Namespace) -> int:
     """
     STOP.stage = 'while the scene was read; nothing is recorded'
     scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
+    need_numbers(scene)
     warn_if_plain(warning_printer('simulate'))
     with _Note('reading the scene', shown=not arguments.json) as note:
+        dt = arguments.dt or longer_dt(
+            scene,
+            arguments.integrator,
+            duration=arguments.duration,
+            rate_hz=arguments.publish_rate,
+            timeout=arguments.command_timeout,
+            commands=arguments.commands,
+        )
         simulation = simulation_of(
-            scene, integrator=arguments.integrator, dt=arguments.dt, progress=note.show
+            scene, integrator=arguments.integrator, dt=dt, progress=note.show
         )
     ticks = whole_ticks(arguments.duration, simulation)
     timed = (
@@ -267,6 +282,7 @@ def _report(
 ) -> None:
     simulation = whole.simulation
     drift = whole.sample_drift()
+    balance = whole.energy_balance()
     bodies = len(simulation.scene.bodies)
     body_ticks = max(1, simulation.tick * bodies)
     result = {
@@ -286,16 +302,17 @@ def _report(
         'momentum_drift': _finite(drift.momentum),
         'angular_momentum_drift': _finite(drift.angular_momentum),
         'energy_rise': _finite(drift.energy_rise),
+        'energy_balance': as_numbers(balance),
+        'kept': [asdict(law) | {'drift': _finite(law.drift)} for law in whole.kept()],
         'deepest_gap': whole.deepest_gap(),
         'orientation_drift': _finite(whole.orientation_drift()),
         'end_reason': reason,
         'warnings': whole.warnings,
     }
-    if simulation.choice is not None:
-        result['integrator_choice'] = simulation.choice.reason
+    result |= choices.facts(simulation)
     estimate = whole.error_estimate()
-    if estimate is not None:
-        result['error_estimate'] = estimate.figures()
+    if arguments.estimate_error:
+        result['error_estimate'] = estimate.figures() if estimate is not None else None
     if arguments.json:
         print(json.dumps(result))
         return
@@ -304,14 +321,17 @@ def _report(
         f'with {simulation.integrator.name} in {wall:.2f} s '
         f'({simulation.time / max(wall, 1e-9):.0f} times real time)'
     )
-    if simulation.choice is not None:
-        print(f'  auto: {simulation.choice.reason}')
-    for name in ('energy', 'momentum', 'angular_momentum'):
-        print(f'  {name.replace("_", " ")} drift: {drift_text(getattr(drift, name))}')
+    for line in choices.summary(simulation):
+        print(f'  auto: {line}')
+    print(f'  {balance_line(balance)}')
+    if drift.energy is not None:
+        print(f'  energy drift: {drift_text(drift.energy)}')
+    for line in momentum_lines(drift, whole.kept()):
+        print(f'  {line}')
     if result['orientation_drift'] is not None:
         print(f'  drift of the matrices: |R^T R - 1| up to {result["orientation_drift"]:.1e}')
     if whole.has_contact:
-        _print_contact(result['energy_rise'], result['deepest_gap'])
+        _print_contact(result['energy_rise'], drift.energy_rise_joules, result['deepest_gap'])
     if estimate is not None:
         print(
             f'  estimated error: position {estimate.position:.1e} m, angle {estimate.angle:.1e} '
@@ -325,12 +345,13 @@ def _report(
     print(f'  bag: {arguments.output}')
 
 
-def _print_contact(rise: float | None, gap: float | None) -> None:
+def _print_contact(rise: float | None, joules: float | None, gap: float | None) -> None:
     """Say what holds where bodies meet: friction and impacts may take energy, never give it."""
-    if rise is not None:
+    if rise is not None and joules is not None:
         print(
-            f'  energy rise: {rise:.1e} of the largest value (contact may take energy, and give '
-            'back what overlap stored)'
+            f'  energy rise: {joules:.1e} J above its lowest before, {rise:.1e} of the largest '
+            'energy (impulses of contact give none; overlap gives back what it stored, and flight '
+            'between contacts errs with its method)'
         )
     if gap is None:
         print('  deepest gap: nothing touched')
@@ -342,12 +363,3 @@ def _print_contact(rise: float | None, gap: float | None) -> None:
 def _finite(drift: float | None) -> float | None:
     """JSON knows neither infinity nor NaN: a drift beyond the numbers is no number."""
     return drift if drift is not None and math.isfinite(drift) else None
-
-
-def drift_text(drift: float | None) -> str:
-    """Write a relative drift for people."""
-    if drift is None:
-        return 'no conservation law holds in this scene'
-    if not math.isfinite(drift):
-        return 'beyond all numbers'
-    return f'{drift:.1e} of the largest value'

@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     files = dict(bag.attachments)
     source = files.pop(SCENE, None)
     scene = None if source is None else load_scene(source, files=files)
-    energy = None if scene is None else energy_history(scene, motion)
+    energy = None if scene is None else energy_history(scene, motion, ending=bag.ending)
     figure = picture(motion, energy, title=_title(bag, None if scene is None else scene.name))
     image = BytesIO()
     figure.savefig(image, format='png', dpi=DOTS_PER_INCH)

@@ -10,6 +10,8 @@ one of the bodies is left out.
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +27,29 @@ from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
 
 Array = NDArray[np.float64]
 
+IN_BAG = ('time', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact', 'defect')
+
+
+@dataclass(frozen=True, eq=False)
+class BalanceHistory:
+    """
+    The energy balance of a run as it recorded it (`runs.energy_log`), one row per look.
+
+    time                      : (k,) [s]
+    commands, drives          : (k,) [J] work since the begin
+    dissipation, contact      : (k,) [J] taken by dampers and drag, by friction and impacts
+    defect                    : (k,) [J]
+    turnover                  : [J] largest energy that moved
+    """
+
+    time: Array
+    commands: Array
+    drives: Array
+    dissipation: Array
+    contact: Array
+    defect: Array
+    turnover: float
+
 
 @dataclass(frozen=True, eq=False)
 class EnergyHistory:
@@ -36,6 +61,7 @@ class EnergyHistory:
     drift              : (k, 3) [-] largest change of energy, momentum, angular momentum so far,
                          relative to the largest values of the run; nan where none is conserved
     may_only_fall      : bodies meet: the first column of `drift` is how far the energy rose
+    balance            : the energy balance that the run kept; None where the bag has none
     """
 
     time: Array
@@ -43,10 +69,35 @@ class EnergyHistory:
     potential: Array
     drift: Array
     may_only_fall: bool = False
+    balance: BalanceHistory | None = None
 
 
-def energy_history(scene: Scene, motion: RecordedMotion) -> EnergyHistory | None:
-    """Follow the conserved quantities; None where a body of the scene is not in the bag."""
+def balance_history(ending: Mapping[str, str] | None) -> BalanceHistory | None:
+    """Read the energy balance of a bag from its ending; None where it has none."""
+    try:
+        rows = json.loads((ending or {})['energy_history'])
+        time, *columns = (np.array(rows[name], dtype=np.float64) for name in IN_BAG)
+        turnover = float(json.loads((ending or {})['energy_balance'])['turnover'])
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError):
+        return None
+    if time.ndim != 1 or any(column.shape != time.shape for column in columns):
+        return None
+    finite = np.isfinite([time, *columns]).all(axis=0)
+    time, *columns = (column[finite] for column in (time, *columns))
+    if len(time) < 2 or not np.isfinite(turnover):
+        return None
+    commands, drives, dissipation, contact, defect = columns
+    return BalanceHistory(time, commands, drives, dissipation, contact, defect, turnover)
+
+
+def energy_history(
+    scene: Scene, motion: RecordedMotion, *, ending: Mapping[str, str] | None = None
+) -> EnergyHistory | None:
+    """
+    Follow the conserved quantities; None where a body of the scene is not in the bag.
+
+    ending : of the bag, which holds the energy balance of the run
+    """
     tracks = {track.name: track for track in motion.tracks}
     if not all(body.fixed or body.name in tracks for body in scene.bodies):
         return None
@@ -61,6 +112,7 @@ def energy_history(scene: Scene, motion: RecordedMotion) -> EnergyHistory | None
         np.array([invariants.potential_energy(state) for state in states]),
         _drift(invariants, states, time, motion.command_time),
         invariants.energy_must_not_rise,
+        balance_history(ending),
     )
 
 

@@ -118,6 +118,7 @@ def _energy(axes: Axes, energy: EnergyHistory, command_time: Array) -> None:
     axes.plot(energy.time, energy.kinetic, **style(0), label='kinetic')
     axes.plot(energy.time, energy.potential, **style(1), label='potential')
     axes.plot(energy.time, total, **TOTAL, label='total')
+    _works(axes, energy)
     if len(command_time):
         step = max(float(energy.time[-1]), 1e-9) / PIXELS
         marks = np.unique(np.round(command_time / step)) * step
@@ -127,10 +128,26 @@ def _energy(axes: Axes, energy: EnergyHistory, command_time: Array) -> None:
     _calm(axes)
 
 
+def _works(axes: Axes, energy: EnergyHistory) -> None:
+    """Draw what was brought in and taken since the begin, as far as there is any."""
+    balance = energy.balance
+    if balance is None:
+        return
+    for place, name, work in (
+        (2, 'work of commands', balance.commands),
+        (3, 'work of drives', balance.drives),
+        (5, 'dissipated', balance.dissipation),
+        (6, 'taken by contact', balance.contact),
+    ):
+        if np.any(work):
+            axes.plot(balance.time, work, **style(place), label=name)
+
+
 def _drift(axes: Axes, energy: EnergyHistory) -> None:
     axes.set_ylabel('worst drift so far [–]')
     kept = [i for i in range(len(LAWS)) if np.isfinite(energy.drift[:, i]).all()]
-    if not kept:
+    balance = energy.balance
+    if not kept and (balance is None or balance.turnover <= 0.0):
         _say(axes, 'forces of this scene change energy and momentum:\nnothing is conserved')
         axes.set_yticks([])
         return
@@ -139,11 +156,14 @@ def _drift(axes: Axes, energy: EnergyHistory) -> None:
     for i in kept:
         values = np.maximum(np.abs(energy.drift[:, i]), NO_DRIFT)
         axes.plot(energy.time, values, **style(i), label=names[i])
+    if balance is not None and balance.turnover > 0.0:
+        defect = np.maximum(np.abs(balance.defect) / balance.turnover, NO_DRIFT)
+        axes.plot(balance.time, defect, **style(3), label='defect of the energy balance')
     rounding = {'color': '#555555', 'linewidth': 0.8, 'linestyle': (0, (1, 2))}
     axes.axhline(np.finfo(float).eps, **rounding, label='one rounding')
-    decades = np.arange(
-        np.log10(NO_DRIFT), max(-12.0, np.log10(max(NO_DRIFT, np.nanmax(energy.drift))) + 1.0)
-    )
+    drawn = [line.get_ydata() for line in axes.get_lines()]
+    largest = max((float(np.nanmax(y)) for y in map(np.asarray, drawn) if y.size), default=0.0)
+    decades = np.arange(np.log10(NO_DRIFT), max(-12.0, np.log10(max(NO_DRIFT, largest)) + 1.0))
     decades = decades[:: 1 + len(decades) // 7]
     axes.set_ylim(0.3 * NO_DRIFT, 10.0 ** (decades[-1] + 2.0))
     ticks = [f'$10^{{{decade:.0f}}}$' for decade in decades]

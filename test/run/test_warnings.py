@@ -115,11 +115,13 @@ def test_shipped_scenes_are_within_the_limits_of_their_integrators(path):
 def test_simulate_warns_at_the_start_and_says_body_product_limit_and_cure(verb, stiff, tmp_path):
     code, _, err = verb('simulate', stiff, '-o', tmp_path / 'b', '--duration', 0.1)
     assert code == 0
-    (line,) = err.splitlines()
+    line, gain = err.splitlines()
     assert line.startswith("rigid_body_sim simulate: warning: 'ball' may swing at 1e+03 rad/s")
     for part in ('h omega = 10 a step', 'dmv6', 'only up to 2', 'dt <= 0.002 s', 'substeps: 5'):
         assert part in line
-    assert json.loads(Bag(tmp_path / 'b').ending['warnings']) == [line.partition('warning: ')[2]]
+    assert 'warning: the scene gained' in gain and 'dmv6 brought it in' in gain
+    told = [text.partition('warning: ')[2] for text in (line, gain)]
+    assert json.loads(Bag(tmp_path / 'b').ending['warnings']) == told
 
 
 def test_each_cure_of_a_warning_heals(stiff):
@@ -171,9 +173,10 @@ def test_a_mesh_that_meets_nothing_is_not_warned_of(meeting):
 def test_json_names_the_warnings(as_json, stiff, tmp_path):
     code, told = as_json('simulate', stiff, '-o', tmp_path / 'b', '--duration', 0.1)
     assert code == 0
-    assert len(told['warnings']) == 1 and told['warnings'][0].startswith("'ball' ")
+    limit, gain = told['warnings']
+    assert limit.startswith("'ball' ") and gain.startswith('the scene gained ')
     code, told = as_json('replay', tmp_path / 'b')
-    assert (code, len(told['warnings'])) == (0, 1)
+    assert (code, told['warnings']) == (0, [limit, gain])
     code, told = as_json('replay', tmp_path / 'b', '--integrator', 'linear_propagator')
     assert (code, told['warnings']) == (0, [])
 
@@ -199,8 +202,9 @@ def test_a_replay_that_diverges_ends_with_1_and_a_whole_bag(verb, stiff, tmp_pat
         'replay', tmp_path / 'b', '--integrator', 'dmv6', '-o', tmp_path / 'again'
     )
     assert (code, out) == (1, '')
-    warning, error = err.splitlines()
-    assert warning.startswith('rigid_body_sim replay: warning:')
+    *warnings, error = err.splitlines()
+    assert len(warnings) == 2  # of the limit, and of the energy that was gained
+    assert all(line.startswith('rigid_body_sim replay: warning:') for line in warnings)
     assert error.startswith("rigid_body_sim replay: error: 'ball' diverged in tick")
     again = Bag(tmp_path / 'again')
     assert again.ending['end_reason'] == 'diverged'

@@ -43,6 +43,7 @@ class Invariants:
 
     energy_is_conserved   : no force of the scene takes or gives energy, and no bodies meet
     energy_must_not_rise  : bodies meet, and no force of the scene takes or gives energy
+    is_driven             : a force of the scene, or a flow of mass, brings energy in
     momentum_is_conserved : no force but gravity comes from outside, a pivot's neither
     """
 
@@ -57,9 +58,12 @@ class Invariants:
         anchored = {WORLD} | {body.name for body in scene.bodies if body.fixed}
         steady = all(flow_of(body) is None for body in scene.bodies)
         held = any(body.pivot is not None for body in scene.bodies)
-        no_source = (
-            steady and not changing(scene) and all(f.conserves_energy() for f in scene.forces)
+        flows = not steady or bool(changing(scene))
+        self.is_driven = flows or any(
+            getattr(force, 'brings_energy', lambda of=force: _unknown(of))()
+            for force in scene.forces
         )
+        no_source = not flows and all(f.conserves_energy() for f in scene.forces)
         meet = scene.contact.get('mode', 'none') != 'none'
         self.energy_is_conserved = no_source and not meet
         self.energy_must_not_rise = no_source and meet
@@ -84,20 +88,38 @@ class Invariants:
         turning = 0.5 * np.sum(state.angular_momentum * state.angular_velocity)
         return float(moving + turning)
 
+    def kinetic_energy_of(self, state: State, index: int) -> float:
+        """Of one body, by its scene index [J]."""
+        moving = state.momentum[index] @ state.velocity[index]
+        return float(
+            0.5 * (moving + state.angular_momentum[index] @ state.angular_velocity[index])
+        )
+
     @np.errstate(all='ignore')
     def potential_energy(self, state: State) -> float:
         """Of gravity, from the origin of the world, and of the force elements [J]."""
         masses = self._masses if state.masses is None else state.masses
         weight = -float(masses @ (state.position @ self._gravity))
-        if not self._scene.forces:
-            return weight
+        return weight + self.stored_energy(state) if self._scene.forces else weight
+
+    def stored_energy(self, state: State) -> float:
+        """Of the force elements alone [J]."""
         matrices = so3.matrix_from_quaternion(state.orientation)
         bodies = {
             body.name: (body, state.position[i], matrices[i])
             for i, body in enumerate(self._scene.bodies)
         }
-        view = BodyState(bodies)
-        return weight + exact_sum([force.potential_energy(view) for force in self._scene.forces])
+        view = BodyState(bodies, self._changing_masses(state))
+        return exact_sum([force.potential_energy(view) for force in self._scene.forces])
+
+    def _changing_masses(self, state: State) -> dict[str, float]:
+        if state.masses is None:
+            return {}
+        return {
+            body.name: float(mass)
+            for body, mass in zip(self._scene.bodies, state.masses, strict=True)
+            if flow_of(body) is not None
+        }
 
     def energy(self, state: State) -> float:
         """Kinetic and potential [J]."""
@@ -137,6 +159,11 @@ class Invariants:
         return energy, momentum, angular
 
 
+def _unknown(force: object) -> bool:
+    """Whether an element that does not say whether it brings energy in must be taken for one."""
+    return not hasattr(force, 'power') and not getattr(force, 'conserves_energy', bool)()
+
+
 def _is_obstacle(body: Body) -> bool:
     """Whether others bounce off a body that takes no momentum."""
     return body.fixed and not (body.shape is None or isinstance(body.shape, Particles))
@@ -154,13 +181,15 @@ class Drift:
 
     energy, momentum, angular_momentum : [-]
     energy_rise : [-]  where bodies meet: how far the energy ever rose above its lowest value
-                  before, which it must not; None elsewhere
+                  before, relative to the largest energy; None elsewhere
+    energy_rise_joules : [J] the same
     """
 
     energy: float | None
     momentum: float | None
     angular_momentum: float | None
     energy_rise: float | None = None
+    energy_rise_joules: float | None = None
 
 
 class DriftMeter:
@@ -216,6 +245,7 @@ class DriftMeter:
             momentum if self._of.momentum_is_conserved else None,
             angular if self._of.momentum_is_conserved else None,
             _relative(self._rise, self._scales[0]) if self._of.energy_must_not_rise else None,
+            self._rise if self._of.energy_must_not_rise else None,
         )
 
 

@@ -27,6 +27,7 @@ from rigid_body_sim.physics.forces.elements import (
 )
 from rigid_body_sim.physics.forces.elements.inertia_over_time import rows as inertia_rows
 from rigid_body_sim.physics.forces.evaluator import derivatives, evaluator
+from rigid_body_sim.physics.forces.power import PowerKernel, of_wrenches
 from rigid_body_sim.physics.forces.schedule import Schedule, Switch
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.model.inertia_over_time import changing
@@ -46,6 +47,7 @@ class ActingElements:
     arguments           : both as a kernel takes them
     schedule            : instants at which an element begins, ends or has a kink; None: there are
                           none
+    kinks               : instants [s], ascending, at which a wrench changes its course
     is_timed            : whether a wrench depends on time itself
     depends_on_velocity : whether one depends on velocities
     pivots              : bodies that turn about a fixed point
@@ -60,12 +62,19 @@ class ActingElements:
         self._tables = np.concatenate((tables, self.pivots.table.reshape(-1)))
         self._ranges_of_inertia = self._take_inertias(scene, layout)
         flowing = [body for body in scene.bodies if flow_of(body) is not None]
+        self._all_conserve = {
+            kind
+            for kind in self._types
+            if not flowing and all(f.conserves_energy() for f in scene.forces if f.TYPE == kind)
+        }
         self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
         self._ends_of_flow = [end_of_flow(body) for body in flowing]
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
         self.is_timed |= bool(self._ranges_of_inertia)
         kinks = [f.kinks() for f in scene.forces if hasattr(f, 'kinks')]
-        self._kinks = np.unique(np.array([t for each in kinks for t in each], dtype=np.float64))
+        self.kinks = np.unique(np.array([t for each in kinks for t in each], dtype=np.float64))
+        self._sizes = (layout.n_moving, layout.n_rigid)
+        self._powers: dict[str, PowerKernel] = {}
         self._evaluate: Callable[..., Any] | None = None
         self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
@@ -94,8 +103,9 @@ class ActingElements:
         self.arguments = (argument(self.numbers), argument(np.array(ranges, dtype=np.int64)))
         places = range(last + variable_mass.SWITCH, len(self.numbers), variable_mass.COLUMNS)
         ends = [Switch(p, -math.inf, t) for p, t in zip(places, self._ends_of_flow, strict=True)]
+        self._ranges_of_chain = ranges
         switches = [*self._switches, *ends]
-        self.schedule = Schedule(switches, self._kinks) if self.is_timed else None
+        self.schedule = Schedule(switches, self.kinks) if self.is_timed else None
 
     @property
     def names(self) -> list[str]:
@@ -122,6 +132,26 @@ class ActingElements:
         if self._ranges_of_inertia:
             chain.insert(0, (inertia_over_time.NAME, inertia_over_time))
         return chain
+
+    def working(self) -> list[tuple[PowerKernel, int, int]]:
+        """
+        Give the elements that bring or take energy: kernel, first place and number of each type.
+        """
+        ranges = zip(self._ranges_of_chain[::2], self._ranges_of_chain[1::2], strict=True)
+        return [
+            (self._power_of(name, element), start, count)
+            for (name, element), (start, count) in zip(self.chain(), ranges, strict=False)
+            if count
+            and name not in self._all_conserve
+            and (hasattr(element, 'power') or name in self._types)
+        ]
+
+    def _power_of(self, name: str, element: Any) -> PowerKernel:
+        if hasattr(element, 'power'):
+            return element.power
+        if name not in self._powers:
+            self._powers[name] = of_wrenches(element.accumulate, *self._sizes)
+        return self._powers[name]
 
     @property
     def kernel_name(self) -> str:

@@ -103,9 +103,15 @@ class BodyState:
     Position, orientation and velocities of every body of a scene by name, for potential energies.
 
     bodies : name -> (body, position (3,) [m], matrix (3, 3) body to world)
+    masses : name -> mass now [kg] of the bodies whose mass changes
     """
 
     bodies: Mapping[str, tuple[Body, NDArray[np.float64], NDArray[np.float64]]]
+    masses: Mapping[str, float] = field(default_factory=dict)
+
+    def mass(self, body: Body) -> float:
+        """Mass of a body now [kg]."""
+        return self.masses.get(body.name, body.mass)
 
     def point(self, body: str, point: Vector | None) -> NDArray[np.float64]:
         """
@@ -154,9 +160,17 @@ class ForceElement(Protocol):
                  width
     accumulate : kernel (elements, start, count, time, translation, rotation) that adds the
                  wrenches of `count` rows from `start` on
+    power      : optional kernel (elements, start, count, time, translation, rotation, out) that
+                 adds what they give to or take from the bodies now, beside their potential: see
+                 `forces.power`; without it, an element that does not conserve energy is taken for
+                 a drive that stores none
     linearise  : optional kernel (elements, start, count, time, translation, rotation, table,
                  definite) that adds the derivatives of those wrenches: see `forces.derivatives`;
                  without it they are found by differences
+    brings_energy : optional method () -> bool: whether its power counts as that of a drive, which
+                 may bring energy in; without it the element stores energy or takes it
+    turns      : optional method (body) -> bool: whether it exerts a torque about the centre of
+                 mass of one of its bodies; without it, it counts as if it did
     tie        : optional method () -> Tie: how strongly it holds or brakes; without it the element
                  counts for nothing when a run is warned of a step that is too long
     """

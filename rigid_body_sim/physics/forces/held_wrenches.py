@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements import held_body_wrench
+from rigid_body_sim.physics.forces.power import HELD
 from rigid_body_sim.physics.model.numbers import numbers, shown
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
@@ -154,6 +155,16 @@ class HeldWrenches:
                 torque[core] += slot.torque
         table = np.array(list(turning.values())).reshape(-1, held_body_wrench.COLUMNS)
         return force, torque, table
+
+    def acting(self) -> Array:
+        """Give what is held, rows of `forces.power.held`, without gravity."""
+        force, torque, table = self.sums()
+        rows = []
+        for core in np.flatnonzero(force.any(axis=1) | torque.any(axis=1)).tolist():
+            rigid = core if core < self._layout.n_rigid else -1
+            rows.append([core, rigid, *force[core], *torque[core], 0.0])
+        rows += [[*row, 1.0] for row in table.tolist()]
+        return np.array(rows, dtype=np.float64).reshape(-1, HELD)
 
     def write(self, translation: Array, rotation: Array) -> Array:
         """

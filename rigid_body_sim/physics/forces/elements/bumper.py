@@ -88,6 +88,11 @@ class Bumper:
         """Both ends."""
         return (self.a, self.b)
 
+    def turns(self, body: str) -> bool:
+        """Unless it acts at the centre of mass."""
+        ends = ((self.a, self.a_point), (self.b, self.b_point))
+        return any(name == body and point is not None for name, point in ends)
+
     def depends_on_velocity(self) -> bool:
         """Never."""
         return False

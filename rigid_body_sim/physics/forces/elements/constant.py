@@ -18,9 +18,10 @@ from rigid_body_sim.physics.forces import body_point
 from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.derivatives import add_turning_arm, add_turning_wrench
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
+from rigid_body_sim.physics.forces.power import DRIVES, wrench_power
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, to_world
-from rigid_body_sim.physics.vectors import add, cross, load
+from rigid_body_sim.physics.vectors import add, cross, dot, load
 
 columns = Record()
 POINT = point_field(columns, 'where the force acts')
@@ -45,6 +46,25 @@ def accumulate(elements, start, count, time, translation, rotation):
                 torque = to_world(rotation, rigid, torque)
             add_torque(rotation, rigid, add(torque, cross(arm, force)))
         add_force(translation, int(elements[row + POINT + body_point.BODY]), force)
+
+
+@kernel
+def power(elements, start, count, time, translation, rotation, out):
+    """Add what the wrenches without a potential give: F . v + (arm x F + torque) . w."""
+    for number in range(count):
+        row = start + SIZE * number
+        rigid = int(elements[row + POINT + body_point.RIGID])
+        force = load(elements, row + FORCE)
+        torque = load(elements, row + TORQUE)
+        turns = elements[row + TURNS_WITH_BODY] != 0.0
+        if rigid >= 0 and (turns or dot(torque, torque) > 0.0):
+            arm = to_world(rotation, rigid, load(elements, row + POINT + body_point.OFFSET))
+            if turns:
+                force = to_world(rotation, rigid, force)
+                torque = to_world(rotation, rigid, torque)
+            body = int(elements[row + POINT + body_point.BODY])
+            torque = add(torque, cross(arm, force))
+            out[DRIVES] += wrench_power(translation, rotation, body, rigid, force, torque)
 
 
 @kernel
@@ -78,6 +98,7 @@ class Constant:
     TYPE = 'constant'
     COLUMNS = SIZE
     accumulate = staticmethod(accumulate)
+    power = staticmethod(power)
     linearise = staticmethod(linearise)
 
     def row(self, places: Places) -> tuple[float, ...]:
@@ -99,6 +120,10 @@ class Constant:
         """The one body; whatever pushes it is not in the scene."""
         return (self.body,)
 
+    def turns(self, body: str) -> bool:
+        """With a torque, or away from the centre of mass."""
+        return any(self.torque) or self.point is not None
+
     def depends_on_velocity(self) -> bool:
         """Never."""
         return False
@@ -106,6 +131,10 @@ class Constant:
     def conserves_energy(self) -> bool:
         """A force in world axes without a torque has a potential."""
         return self.frame == 'world' and not any(self.torque)
+
+    def brings_energy(self) -> bool:
+        """Where it has no potential."""
+        return not self.conserves_energy()
 
     def potential_energy(self, state: BodyState) -> float:
         """-F . x [J], from the origin of the world."""

@@ -17,6 +17,7 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.derivatives import add_angular_resistance, add_resistance
 from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, pushed
+from rigid_body_sim.physics.forces.power import DISSIPATION
 from rigid_body_sim.physics.state.blocks import add_force, add_torque, angular_velocity, velocity
 from rigid_body_sim.physics.vectors import dot, scale
 
@@ -46,6 +47,26 @@ def accumulate(elements, start, count, time, translation, rotation):
                 dot(w, w)
             )
             add_torque(rotation, rigid, scale(-resistance, w))
+
+
+@kernel
+def power(elements, start, count, time, translation, rotation, out):
+    """Add what all drags take: (c1 + c2 |v|) v^2 + (d1 + d2 |w|) w^2."""
+    for number in range(count):
+        row = start + SIZE * number
+        rigid = int(elements[row + RIGID])
+        v = velocity(translation, int(elements[row + BODY]))
+        square = dot(v, v)
+        resistance = elements[row + LINEAR] + elements[row + QUADRATIC] * math.sqrt(square)
+        taken = resistance * square
+        if rigid >= 0:
+            w = angular_velocity(rotation, rigid)
+            square = dot(w, w)
+            resistance = elements[row + ANGULAR] + elements[row + ANGULAR_QUADRATIC] * math.sqrt(
+                square
+            )
+            taken += resistance * square
+        out[DISSIPATION] += taken
 
 
 @inline
@@ -87,6 +108,7 @@ class Drag:
     TYPE = 'drag'
     COLUMNS = SIZE
     accumulate = staticmethod(accumulate)
+    power = staticmethod(power)
     linearise = staticmethod(linearise)
 
     def row(self, places: Places) -> tuple[float, ...]:
@@ -114,6 +136,10 @@ class Drag:
     def bodies(self) -> tuple[str, ...]:
         """The one body; the fluid takes the counterforce."""
         return (self.body,)
+
+    def turns(self, body: str) -> bool:
+        """With an angular coefficient."""
+        return bool(self.angular or self.angular_quadratic)
 
     def depends_on_velocity(self) -> bool:
         """Always."""

@@ -20,9 +20,10 @@ import math
 from dataclasses import dataclass
 
 from rigid_body_sim.physics.arrays import Record
-from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.element import BodyState, Places, key
+from rigid_body_sim.physics.forces.power import DRIVES
 from rigid_body_sim.physics.model.numbers import exact_sum, shown
 from rigid_body_sim.physics.state.blocks import add_force, position
 from rigid_body_sim.physics.vectors import add, dot, load, scale, subtract
@@ -83,6 +84,34 @@ def accumulate(elements, start, count, time, translation, rotation):
         row += int(elements[row + WIDTH])
 
 
+@inline
+def _rate(elements, place, time):
+    """Rate of the mass of one of the bodies now."""
+    return elements[place + RATE] if time < elements[place + LASTS] else 0.0
+
+
+@kernel
+def power(elements, start, count, time, translation, rotation, out):
+    """Add what flows of mass bring into the potential: -G (m_a' m_b + m_a m_b') / |d|."""
+    row = start
+    for _number in range(count):
+        soft = elements[row + SOFTENING] * elements[row + SOFTENING]
+        bodies = int(elements[row + COUNT])
+        for i in range(bodies - 1):
+            of_a = row + SIZE_HEAD + SIZE * i
+            x_a, mass_a = _position_and_mass(elements, of_a, time, translation)
+            for j in range(i + 1, bodies):
+                of_b = row + SIZE_HEAD + SIZE * j
+                x_b, mass_b = _position_and_mass(elements, of_b, time, translation)
+                product = _rate(elements, of_a, time) * mass_b
+                product += _rate(elements, of_b, time) * mass_a
+                offset = subtract(x_b, x_a)
+                square = dot(offset, offset) + soft
+                if product != 0.0 and square > 0.0:
+                    out[DRIVES] -= elements[row + CONSTANT] * product / math.sqrt(square)
+        row += int(elements[row + WIDTH])
+
+
 @dataclass(frozen=True)
 class Gravity:
     """Attraction among the bodies named; a scene that names none means all of them."""
@@ -94,6 +123,7 @@ class Gravity:
     TYPE = 'gravity'
     COLUMNS = None
     accumulate = staticmethod(accumulate)
+    power = staticmethod(power)
 
     def __post_init__(self) -> None:
         names = self.among if isinstance(self.among, list | tuple) else ()
@@ -122,6 +152,10 @@ class Gravity:
         """All that attract each other."""
         return self.among
 
+    def turns(self, body: str) -> bool:
+        """Never: it acts at the centres of mass."""
+        return False
+
     def depends_on_velocity(self) -> bool:
         """Never."""
         return False
@@ -135,7 +169,7 @@ class Gravity:
         found = [state.bodies[name] for name in self.among if state.bodies[name][0].mass > 0.0]
         return -self.constant * exact_sum(
             [
-                a.mass * b.mass / (math.hypot(*(x - y), self.softening) or TOUCHING)
+                state.mass(a) * state.mass(b) / (math.hypot(*(x - y), self.softening) or TOUCHING)
                 for i, (a, x, _) in enumerate(found)
                 for b, y, _ in found[i + 1 :]
                 if not (a.fixed and b.fixed)

@@ -17,11 +17,19 @@ import math
 from itertools import pairwise
 
 from rigid_body_sim.physics.arrays import Record
-from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.forces.element import Places
+from rigid_body_sim.physics.forces.power import DRIVES
 from rigid_body_sim.physics.model.scene import Body
 from rigid_body_sim.physics.state import blocks
-from rigid_body_sim.physics.state.blocks import LANES, ROTATION, at
+from rigid_body_sim.physics.state.blocks import (
+    LANES,
+    ROTATION,
+    angular_velocity,
+    at,
+    orientation,
+    rotated_back,
+)
 from rigid_body_sim.physics.vectors import add, load, scale, store_strided, subtract
 
 NAME = 'inertia_over_time'
@@ -59,6 +67,25 @@ def accumulate(elements, start, count, time, translation, rotation):
             store_strided(rotation, k + blocks.MOMENTS, LANES, (a, b, c))
             inverses = (1.0 / a, 1.0 / b, 1.0 / c)
             store_strided(rotation, k + blocks.INVERSE_MOMENTS, LANES, inverses)
+
+
+@kernel
+def power(elements, start, count, time, translation, rotation, out):
+    """Add what moves inside the bodies gives: -omega . I' omega / 2; write the moments before."""
+    accumulate(elements, start, count, time, translation, rotation)
+    for number in range(count):
+        row = start + COLUMNS * number
+        if elements[row + HOLDS] != 0.0:
+            rigid = int(elements[row + RIGID])
+            slope = elements[row + PER_SECOND]
+            share = (time - elements[row + BEGIN]) * slope
+            if elements[row + SMOOTH] != 0.0:
+                slope *= 6.0 * share * (1.0 - share)
+            first = load(elements, row + FIRST_MOMENTS)
+            a, b, c = scale(slope, subtract(load(elements, row + LAST_MOMENTS), first))
+            omega = angular_velocity(rotation, rigid)
+            x, y, z = rotated_back(orientation(rotation, rigid), omega)
+            out[DRIVES] -= 0.5 * (a * x * x + b * y * y + c * z * z)
 
 
 def rows(body: Body, places: Places) -> list[tuple[tuple[float, ...], float, float]]:

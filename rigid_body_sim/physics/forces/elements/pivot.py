@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
-from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.compile.kernels import argument, inline, kernel
 from rigid_body_sim.physics.forces.derivatives import (
     DAMPING_MATRIX,
     ROW,
@@ -114,6 +114,14 @@ def turn_about_pivot(elements, start, count, time, translation, rotation):
 
 
 @kernel
+def hide_center(elements, count, translation):
+    """Put the rows back to the pivots: the end of what `show_center` began."""
+    for number in range(count):
+        row = COLUMNS * number
+        _stand_still(elements, row, at(int(elements[row + BODY]), TRANSLATION), translation)
+
+
+@kernel
 def show_center_for_derivatives(
     elements, start, count, time, translation, rotation, table, definite
 ):
@@ -193,6 +201,7 @@ class Pivots:
         self.table[:, ARM:PIVOT] = self._arms
         for row, core in zip(self.table, self._cores, strict=True):
             row[PIVOT:LAST_FORCE] = layout.start_position(core)
+        self._numbers = argument(self.table.reshape(-1))
 
     def about_pivot(
         self, core: int, linear: Array, angular: Array, q: Array
@@ -207,6 +216,14 @@ class Pivots:
             return linear, angular
         arm = so3.rotate(q, self._arms[self._cores.index(core)])
         return np.zeros(3), angular + np.cross(arm, linear)
+
+    def show(self, translation: Array, rotation: Array) -> None:
+        """Let the blocks hold position and momentum of the centres of mass."""
+        show_center(self._numbers, 0, self.count, 0.0, translation, rotation)
+
+    def hide(self, translation: Array, rotation: Array) -> None:
+        """Let the blocks hold what a tick begins with again."""
+        hide_center(self._numbers, self.count, translation)
 
     def accelerate(self, linear: Array, angular: Array, q: Array, omega: Array) -> None:
         """

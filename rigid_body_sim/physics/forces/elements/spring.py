@@ -36,6 +36,7 @@ from rigid_body_sim.physics.forces.derivatives import (
     add_turning_arm,
 )
 from rigid_body_sim.physics.forces.element import BodyState, Places, Tie, key, need_two_ends
+from rigid_body_sim.physics.forces.power import DISSIPATION
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.vectors import add, dot, negate, scale, subtract
 
@@ -72,6 +73,27 @@ def accumulate(elements, start, count, time, translation, rotation):
             force = scale(stiffness * (length - rest) + damping * dot(relative, normal), normal)
         apply_force(elements, row + END_A, translation, rotation, arm_a, force)
         apply_force(elements, row + END_B, translation, rotation, arm_b, negate(force))
+
+
+@kernel
+def power(elements, start, count, time, translation, rotation, out):
+    """Add what the dampers take: c (u . n)^2, without rest length c u . u."""
+    for number in range(count):
+        row = start + SIZE * number
+        damping = elements[row + DAMPING]
+        if damping != 0.0:
+            x_a, arm_a = locate(elements, row + END_A, translation, rotation)
+            x_b, arm_b = locate(elements, row + END_B, translation, rotation)
+            v_a = point_velocity(elements, row + END_A, translation, rotation, arm_a)
+            v_b = point_velocity(elements, row + END_B, translation, rotation, arm_b)
+            relative = subtract(v_b, v_a)
+            if elements[row + REST_LENGTH] == 0.0:
+                out[DISSIPATION] += damping * dot(relative, relative)
+            else:
+                distance = subtract(x_b, x_a)
+                square = dot(distance, distance)
+                along = dot(relative, distance)
+                out[DISSIPATION] += damping * along * along / square if square > 0.0 else 0.0
 
 
 @inline
@@ -183,6 +205,7 @@ class Spring:
     TYPE = 'spring'
     COLUMNS = SIZE
     accumulate = staticmethod(accumulate)
+    power = staticmethod(power)
     linearise = staticmethod(linearise)
 
     def __post_init__(self) -> None:
@@ -203,6 +226,11 @@ class Spring:
     def bodies(self) -> tuple[str, ...]:
         """Both ends."""
         return (self.a, self.b)
+
+    def turns(self, body: str) -> bool:
+        """Unless it acts at the centre of mass."""
+        ends = ((self.a, self.a_point), (self.b, self.b_point))
+        return any(name == body and point is not None for name, point in ends)
 
     def depends_on_velocity(self) -> bool:
         """With a damper."""

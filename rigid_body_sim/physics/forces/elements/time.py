@@ -26,11 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
-from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.forces import body_point
 from rigid_body_sim.physics.forces.body_point import point_field
 from rigid_body_sim.physics.forces.element import BodyState, Places, key, pushed
+from rigid_body_sim.physics.forces.power import DRIVES, wrench_power
 from rigid_body_sim.physics.model.numbers import is_list, is_number, shown
 from rigid_body_sim.physics.model.plain_products import product
 from rigid_body_sim.physics.model.scene import Vector
@@ -87,24 +88,48 @@ def _interval_at(elements, row, time):
 
 
 @inline
+def _wrench(elements, row, time, rotation):
+    """Force at the centre of mass and torque about it of one table, world axes."""
+    rigid = int(elements[row + POINT + body_point.RIGID])
+    place = _interval_at(elements, row, time)
+    last = elements[row + SIZE_HEAD + SIZE * int(elements[row + INTERVALS])]
+    s = max(min(time, last) - elements[place + BEGIN], 0.0)
+    force = _vector(elements, place + FORCE, s)
+    torque = (0.0, 0.0, 0.0)
+    if rigid >= 0:
+        torque = _vector(elements, place + TORQUE, s)
+        arm = to_world(rotation, rigid, load(elements, row + POINT + body_point.OFFSET))
+        if elements[row + TURNS_WITH_BODY] != 0.0:
+            force = to_world(rotation, rigid, force)
+            torque = to_world(rotation, rigid, torque)
+        torque = add(torque, cross(arm, force))
+    return force, torque
+
+
+@inline
 def accumulate(elements, start, count, time, translation, rotation):
     """Add the wrenches of all tables."""
     row = start
     for _number in range(count):
         if elements[row + ACTS] != 0.0:
             rigid = int(elements[row + POINT + body_point.RIGID])
-            place = _interval_at(elements, row, time)
-            last = elements[row + SIZE_HEAD + SIZE * int(elements[row + INTERVALS])]
-            s = max(min(time, last) - elements[place + BEGIN], 0.0)
-            force = _vector(elements, place + FORCE, s)
+            force, torque = _wrench(elements, row, time, rotation)
             if rigid >= 0:
-                torque = _vector(elements, place + TORQUE, s)
-                arm = to_world(rotation, rigid, load(elements, row + POINT + body_point.OFFSET))
-                if elements[row + TURNS_WITH_BODY] != 0.0:
-                    force = to_world(rotation, rigid, force)
-                    torque = to_world(rotation, rigid, torque)
-                add_torque(rotation, rigid, add(torque, cross(arm, force)))
+                add_torque(rotation, rigid, torque)
             add_force(translation, int(elements[row + POINT + body_point.BODY]), force)
+        row += int(elements[row + WIDTH])
+
+
+@kernel
+def power(elements, start, count, time, translation, rotation, out):
+    """Add what the wrenches of all tables give."""
+    row = start
+    for _number in range(count):
+        if elements[row + ACTS] != 0.0:
+            body = int(elements[row + POINT + body_point.BODY])
+            rigid = int(elements[row + POINT + body_point.RIGID])
+            force, torque = _wrench(elements, row, time, rotation)
+            out[DRIVES] += wrench_power(translation, rotation, body, rigid, force, torque)
         row += int(elements[row + WIDTH])
 
 
@@ -126,6 +151,7 @@ class TimeTable:
     COLUMNS = None
     SWITCH = ACTS
     accumulate = staticmethod(accumulate)
+    power = staticmethod(power)
 
     def __post_init__(self) -> None:
         with blaming('table'):
@@ -217,6 +243,11 @@ class TimeTable:
         """The one body; whatever pushes it is not in the scene."""
         return (self.body,)
 
+    def turns(self, body: str) -> bool:
+        """With torques, or away from the centre of mass."""
+        torques = (number for row in self.table for number in row[1 + COMPONENTS :])
+        return self.point is not None or any(torques)
+
     def depends_on_velocity(self) -> bool:
         """Never."""
         return False
@@ -224,6 +255,10 @@ class TimeTable:
     def conserves_energy(self) -> bool:
         """Never: it works on the body from outside."""
         return False
+
+    def brings_energy(self) -> bool:
+        """Always."""
+        return True
 
     def potential_energy(self, state: BodyState) -> float:
         """A force over time stores nothing."""

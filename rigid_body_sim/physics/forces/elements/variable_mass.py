@@ -13,13 +13,23 @@ equations and the model.
 from __future__ import annotations
 
 from rigid_body_sim.physics.arrays import Record
-from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.forces.element import Places
+from rigid_body_sim.physics.forces.power import DRIVES
 from rigid_body_sim.physics.model.scene import Body, Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state import blocks
-from rigid_body_sim.physics.state.blocks import LANES, ROTATION, TRANSLATION, at, to_world
-from rigid_body_sim.physics.vectors import add, load, load_strided, scale, store_strided
+from rigid_body_sim.physics.state.blocks import (
+    LANES,
+    ROTATION,
+    TRANSLATION,
+    angular_velocity,
+    at,
+    position,
+    to_world,
+    velocity,
+)
+from rigid_body_sim.physics.vectors import add, dot, load, load_strided, scale, store_strided
 
 NAME = 'variable_mass'
 
@@ -57,6 +67,32 @@ def accumulate(elements, start, count, time, translation, rotation):
         if rigid >= 0:
             k = at(rigid, ROTATION) + blocks.TORQUE
             store_strided(rotation, k, LANES, scale(ratio, load_strided(rotation, k, LANES)))
+
+
+@kernel
+def power(elements, start, count, time, translation, rotation, out):
+    """
+    Add what the flows bring in: rate (v^2 / 2 + omega . L* / 2 m0 - g . r + u . v).
+
+    The mass that comes brings its kinetic and potential energy, the mass that leaves takes it;
+    u . v is the power of the thrust.
+    """
+    for number in range(count):
+        row = start + COLUMNS * number
+        if elements[row + FLOWS] != 0.0:
+            body = int(elements[row + BODY])
+            rigid = int(elements[row + RIGID])
+            mass = elements[row + MASS]
+            exhaust = load(elements, row + EXHAUST_VELOCITY)
+            v = velocity(translation, body)
+            weight = load(elements, row + WEIGHT)
+            carried = 0.5 * dot(v, v) - dot(weight, position(translation, body)) / mass
+            if rigid >= 0:
+                exhaust = to_world(rotation, rigid, exhaust)
+                k = at(rigid, ROTATION) + blocks.ANGULAR_MOMENTUM
+                momentum = load_strided(rotation, k, LANES)
+                carried += 0.5 * dot(angular_velocity(rotation, rigid), momentum) / mass
+            out[DRIVES] += elements[row + RATE] * (carried + dot(exhaust, v))
 
 
 def row(body: Body, places: Places, gravity: Vector) -> tuple[float, ...]:

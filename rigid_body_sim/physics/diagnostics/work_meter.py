@@ -1,0 +1,356 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The work of all that has no potential, along the motion that a run makes: its power, integrated.
+
+    W = sum over the smooth stretches of  int P dt,    P : `forces.power`, at the states of the run
+
+A stretch lasts from one jump of the power to the next: another command, an impulse, the begin or
+end of a force. Within it the power at the ticks is enough, by the trapezoidal rule with the
+corrections of Euler and Maclaurin at both ends,
+
+    int P dt = h (P_M / 2 + P_M+1 + … + P_N / 2) - h [C(N) - C(M)]
+    C = h D P / 12 - h^3 D^3 P / 720 + h^5 D^5 P / 30240,    D : derivative with time
+
+The derivatives are those of the polynomial through the power in 4 or 8 pieces of a tick, into
+which a tick at each end is divided for the purpose: the state is copied, advanced over the pieces,
+and put back, so that no bit of the run changes. The first tick of a stretch is integrated over its
+pieces, by Romberg's rule; so are those that follow, while the motion is too fast for its ticks. A
+method that divides its ticks into substeps is looked at in up to eight places of a tick.
+
+The error of the quadrature is estimated with it: from what one piece less would have given, and
+from what the power holds that changes sign from tick to tick. Where a step does not resolve what
+decays or swings in it, no quadrature can know the work; then this error is as large as the work.
+
+Where bodies meet, velocities jump inside ticks: there it is the plain trapezoidal rule.
+
+Source: Hildebrand, Introduction to Numerical Analysis, sections 5.8 and 3.10.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.forces.power import SUMS, Powers
+from rigid_body_sim.physics.integration.integrator import Integrator
+
+Array = NDArray[np.float64]
+
+ROWS = 512  # looks at the power between two additions: none of them costs numpy more than a call
+EULER_MACLAURIN = {1: 1 / 12, 3: -1 / 720, 5: 1 / 30240}  # by derivative
+GREGORY = (1 / 12, 1 / 24, 19 / 720, 3 / 160)  # by backward difference
+TOO_FAST = 1e-3  # [-] of the power: what one piece less gives otherwise; some 0.7 rad a tick
+SNAP_DIGITS = 8  # [tick] so near to a boundary a kink is at it: wider than `schedule.SNAP`
+PLACES = 8  # looks into a tick of many substeps; more cost time, and find nothing new
+LEFT = 0.1  # [-] of what the last extrapolation changed, for what is left
+ALTERNATING = 12  # differences: they leave of the power what changes sign from tick to tick
+QUARTER = 0.25  # [-] of the difference to ticks twice as long: what a kink leaves, nothing more
+
+# sums of a meter, a row of one number for each of commands, drives and dissipation
+CLOSED, CLOSED_ERROR, PIECES, PIECES_ERROR, SUM, HEAD, HEAD_ERROR, SWING = range(8)
+
+
+class Motion(Protocol):
+    """What is asked of a stepper that advances with one kernel."""
+
+    integrator: Integrator
+    translation: Array
+    rotation: Array
+
+    def steps(self, count: int, first: float, h: float) -> bool:
+        """Make steps of the method of a length [s], the first beginning at first * h."""
+        ...
+
+    def snapshot(self) -> Any:
+        """Copy all that moves."""
+        ...
+
+    def return_to(self, snapshot: Any) -> None:
+        """Put back what `snapshot` gave."""
+        ...
+
+
+class WorkMeter:
+    """
+    Adds up the work while a stepper advances.
+
+    powers : of what acts
+    smooth : whether velocities are: no bodies meet
+    """
+
+    def __init__(self, powers: Powers, integrator: Integrator, *, smooth: bool) -> None:
+        self.powers = powers
+        self._smooth = smooth
+        self._rows = np.zeros((ROWS, SUMS))
+        self._row_arguments = [argument(row) for row in self._rows]
+        self._sums = np.zeros((8, SUMS))
+        self._h = math.nan  # between two rows [s]
+        self._bends_for = math.nan  # tick length [s]
+        self._bends: set[float] = set()  # tick boundaries at which a derivative of a power jumps
+        self._motion: Motion | None = None
+        self._place = 0.0  # where the run stands [h]
+        self._begin_stretch()
+        self.take_method(integrator)
+
+    def take_method(self, integrator: Integrator) -> None:
+        """Go on with a method: choose pieces and places in a tick for it."""
+        self.cut()
+        self._integrator = integrator
+        self._pieces = 4 if integrator.order <= 2 else 8
+        self._substeps = integrator.substeps
+        self._places = max(k for k in range(1, PLACES + 1) if self._substeps % k == 0)
+        self._weights = _weights_of(self._pieces)
+        self._local = np.zeros((self._pieces + 1, SUMS))
+        self._local_arguments = [argument(row) for row in self._local]
+
+    def _begin_stretch(self) -> None:
+        self._count = 0  # rows in use; none: the stretch has not begun
+        self._first = -1  # first row of the sum over rows; -1: steps are divided into pieces
+        self._gone = 0  # rows put away
+        self._sums[PIECES:] = 0.0
+
+    def mark(self) -> tuple[Any, ...]:
+        """Copy all sums, for `return_to`."""
+        numbers = (self._count, self._first, self._gone, self._h, self._place)
+        return numbers, self._sums.copy(), self._rows[: self._count].copy()
+
+    def return_to(self, mark: tuple[Any, ...]) -> None:
+        """Forget what came after a mark."""
+        numbers, sums, rows = mark
+        self._count, self._first, self._gone, self._h, self._place = numbers
+        self._sums[:] = sums
+        self._rows[: len(rows)] = rows
+
+    def cut(self) -> None:
+        """End the stretch: from here on the power is another, or the motion is."""
+        if self._count:
+            self._sums[:PIECES] += self._of_stretch()
+            self._begin_stretch()
+
+    def add_work(self, place: int, work: float) -> None:
+        """Add work that was done at once [J], after a `cut`: that of an impulse."""
+        self._sums[CLOSED, place] += work
+        self.powers.was_commanded = True
+
+    @property
+    def looks_ahead(self) -> bool:
+        """Whether `work` and `cut` go ahead from here for a bit, and come back."""
+        return self._smooth and 0 <= self._first < self._count - 1
+
+    @property
+    def was_commanded(self) -> bool:
+        """Whether a command acted so far."""
+        return self.powers.was_commanded
+
+    def work(self) -> tuple[Array, Array]:
+        """Work so far, and how wrong its quadrature may be, (SUMS,) and (SUMS,) [J]."""
+        found = self._sums[:PIECES].copy()
+        if self._count:
+            found += self._of_stretch()
+        return found[0], found[1]
+
+    def follow(
+        self, motion: Motion, ticks: int, tick: float, h: float, *, to_the_end: bool
+    ) -> bool:
+        """
+        Advance over ticks, the first of them number `tick`, looking at the power.
+
+        to_the_end : whether the stretch is known to end behind them
+        returns    : whether all went well; if not, go back to a mark
+        """
+        if motion.integrator is not self._integrator:
+            self.take_method(motion.integrator)
+        places, steps = self._places, self._substeps // self._places
+        if h / places != self._h:
+            self.cut()
+            self._h = h / places
+        self._motion, self._place = motion, places * tick
+        for number in range(1, ticks + 1):
+            if not self._count:
+                self._look(self._place * self._h)
+            bends = self._bends_at(tick + number, h)
+            ends = bends or (to_the_end and number == ticks)
+            for left in range(places - 1, -1, -1):
+                if not self._step(motion, steps, h / self._substeps, last=ends and left == 0):
+                    return False
+            if bends:
+                self.cut()
+        return True
+
+    def _step(self, motion: Motion, steps: int, h: float, *, last: bool) -> bool:
+        """Advance to the next place, the last of the stretch or another; whether it went well."""
+        if last and self._smooth and self._first >= 0:
+            self._end_rows()
+        if self._first < 0:
+            self._add_pieces()
+        if not motion.steps(steps, steps * self._place, h):
+            return False
+        self._place += 1
+        self._look(self._place * self._h)
+        return True
+
+    def _bends_at(self, tick: float, h: float) -> bool:
+        """Whether a derivative of a power jumps at a tick boundary."""
+        if not len(self.powers.kinks):
+            return False
+        if h != self._bends_for:
+            self._bends_for = h
+            self._bends = set(np.round(self.powers.kinks / h, SNAP_DIGITS).tolist())
+        return round(float(tick), SNAP_DIGITS) in self._bends
+
+    def _look(self, time: float) -> None:
+        """Take the power now."""
+        if self._count == ROWS:
+            self._put_away()
+        assert self._motion is not None
+        row = self._row_arguments[self._count]
+        self.powers.measure(time, self._motion.translation, self._motion.rotation, row)
+        self._count += 1
+        if self._first < 0:
+            self._begin_rows()
+
+    def _begin_rows(self) -> None:
+        """Do without pieces from here on, if the power is smooth enough."""
+        row = self._count - 1
+        if not self._smooth:
+            self._first, self._sums[HEAD] = row, 0.5 * self._rows[row]
+        elif row:
+            error = abs(self._found[AT_END + 1])
+            if (error <= TOO_FAST * abs(self._local).max(axis=0)).all():
+                self._first = row
+                self._sums[HEAD] = 0.5 * self._rows[row] - self._found[AT_END]
+                self._sums[HEAD_ERROR] = error
+
+    def _end_rows(self) -> None:
+        """Divide steps into pieces from here on."""
+        self._sums[PIECES : PIECES_ERROR + 1] = self._of_stretch()
+        self._first = -1
+        self._sums[SUM:] = 0.0
+
+    def _divide(self) -> bool:
+        """Look at the power in pieces of the coming step; then stand where it begins."""
+        motion, n, h = self._motion, self._pieces, self._h
+        assert motion is not None
+        steps = -(-self._substeps // (self._places * n))
+        before = motion.snapshot()
+        self._local[0] = self._rows[self._count - 1]
+        went_well = True
+        for piece in range(n):
+            begin = n * self._place + piece
+            went_well = motion.steps(steps, steps * begin, h / (n * steps))
+            if not went_well:
+                break
+            out = self._local_arguments[piece + 1]
+            self.powers.measure((begin + 1) * h / n, motion.translation, motion.rotation, out)
+        motion.return_to(before)
+        self._found = self._weights @ self._local
+        return went_well and bool(np.isfinite(self._found).all())
+
+    def _add_pieces(self) -> None:
+        """Integrate over the coming step in pieces."""
+        if not self._divide():
+            self._local[:] = self._rows[self._count - 1]
+            self._found = self._weights @ self._local
+            self._found[WHOLE + 1] = self._local[0]
+        self._sums[PIECES] += self._h * self._found[WHOLE]
+        self._sums[PIECES_ERROR] += self._h * abs(self._found[WHOLE + 1])
+
+    def _from_behind(self) -> tuple[Array, Array]:
+        """C here from the last rows alone (Gregory), where the run cannot go ahead, and error."""
+        rows = self._rows[max(0, self._count - len(GREGORY) - 1) : self._count]
+        terms = [
+            weight * np.diff(rows, n=order, axis=0)[-1]
+            for order, weight in zip(range(1, len(rows)), GREGORY)
+        ]
+        return np.sum(terms, axis=0), abs(terms[-1])
+
+    def _put_away(self) -> None:
+        """Add up the rows, but for those that the next differences need."""
+        keep = self._count - (ALTERNATING + 1)
+        if self._first >= 0:
+            self._sums[SUM] += self._rows[self._first : keep].sum(axis=0)
+            self._sums[SWING] += self._swings()
+            self._first = 0
+        self._gone += keep
+        self._rows[: self._count - keep] = self._rows[keep : self._count]
+        self._count -= keep
+
+    def _swings(self) -> Array:
+        """Add up the differences of the rows with signs in turn, but for those put away."""
+        m = ALTERNATING
+        begin = m + 1 if self._gone else m
+        differences = np.diff(self._rows[begin - m : self._count], n=m, axis=0)
+        signs = 1.0 - 2.0 * ((np.arange(len(differences)) + begin + self._gone) % 2)
+        return signs @ differences / 2.0**m
+
+    def _of_stretch(self) -> Array:
+        """Work of the stretch so far, and its error, (2, SUMS) [J]."""
+        found = self._sums[PIECES:SUM].copy()
+        last = self._count - 1
+        if self._first < 0 or self._first == last:
+            return found
+        correction, error = np.zeros(SUMS), np.zeros(SUMS)
+        if self._smooth:
+            if self._divide():
+                correction, error = self._found[AT_BEGIN], abs(self._found[AT_BEGIN + 1])
+            else:
+                correction, error = self._from_behind()
+        sums = self._sums
+        summed = sums[SUM] + self._rows[self._first : self._count].sum(axis=0)
+        found[0] += self._h * (summed - sums[HEAD] - 0.5 * self._rows[last] - correction)
+        swing = QUARTER * np.abs(sums[SWING] + self._swings())
+        found[1] += self._h * (sums[HEAD_ERROR] + error + swing)
+        return found
+
+
+# what is found of a step from the power at its pieces, each with its error, over its length
+WHOLE, AT_BEGIN, AT_END = 0, 2, 4  # the integral; C at the begin and at the end
+
+
+@cache
+def _weights_of(pieces: int) -> Array:
+    """Give the weights (6, pieces + 1) of the values at the pieces in what is found of a step."""
+    weights = np.zeros((6, pieces + 1))
+    weights[WHOLE], weights[WHOLE + 1] = _romberg(pieces)
+    for degree, sign in ((pieces, 1.0), (pieces - 1, -1.0)):
+        nodes = np.arange(degree + 1)
+        if degree == pieces:
+            weights[AT_BEGIN] = _correction(nodes / pieces)
+            weights[AT_END] = _correction(nodes / pieces - 1.0)
+        weights[AT_BEGIN + 1, : degree + 1] += sign * _correction(nodes / pieces)
+        weights[AT_END + 1, pieces - degree :] += sign * _correction((nodes - degree) / pieces)
+    return weights
+
+
+def _correction(nodes: Array) -> Array:
+    """Give the weights in C, at 0, of values at nodes: by the polynomial through them."""
+    coefficients = np.linalg.inv(np.vander(nodes, increasing=True))
+    found = np.zeros(len(nodes))
+    for m, weight in EULER_MACLAURIN.items():
+        if m < len(nodes):
+            found += weight * math.factorial(m) * coefficients[m]
+    return found
+
+
+def _romberg(pieces: int) -> tuple[Array, Array]:
+    """Give the weights of Romberg's rule over a length of 1, and of its error."""
+    row, stride = [], 1
+    while stride <= pieces:
+        part = np.zeros(pieces + 1)
+        part[::stride] = stride / pieces
+        part[[0, -1]] *= 0.5
+        row.append(part)
+        stride *= 2
+    factor, before = 4.0, row[0]
+    while len(row) > 1:
+        before = row[0]
+        row = [(factor * fine - coarse) / (factor - 1.0) for fine, coarse in pairwise(row)]
+        factor *= 4.0
+    return row[0], LEFT * (row[0] - before)

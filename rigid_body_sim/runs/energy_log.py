@@ -1,0 +1,142 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The energy balance of a run as it goes: looks at publish ticks, a history of them, and a warning
+while a passive scene gains.
+
+Looks depend on ticks alone, so that a replay finds the same numbers to the bit. They are made at
+every publish tick at first; when the history is full, every second row of it goes, and from then
+on every second look. Where bodies meet every publish tick is looked at, because contact may take
+energy at any.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+
+import numpy as np
+
+from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
+from rigid_body_sim.physics.simulation import Simulation
+
+ROWS = 256  # of the history: more than a picture shows
+COLUMNS = ('time', 'change', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact',
+           'defect')  # fmt: skip
+NOT_IN_MOTION = 0.9  # [-] share of a gain that springs hold, from which on it is no motion
+
+
+class EnergyLog:
+    """
+    The balance of one run.
+
+    history : rows of COLUMNS [s, J …], ascending
+    """
+
+    def __init__(self, simulation: Simulation, every: int, warn: Callable[[str], None]) -> None:
+        self._simulation = simulation
+        self._every = every
+        self._warn = warn
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin the balance here, with all its sums at zero."""
+        simulation = self._simulation
+        simulation.keep_energy_balance()
+        self._stored = simulation.stored_energy()
+        self.begun_at = simulation.tick
+        self._stride = 1
+        self._gain = 0.0  # at the last look [J]
+        self._warned_of: set[bool] = set()  # whether it stood in springs
+        self.history: list[tuple[float, ...]] = []
+        self._look()
+
+    def at_publish(self) -> None:
+        """Look at the energy, if it is time to; at a publish tick."""
+        number = self._simulation.tick // self._every
+        if number % self._stride == 0:
+            self._look()
+            if len(self.history) >= ROWS:
+                self._thin_out()
+        elif self._simulation.has_contact:
+            self._simulation.look_at_energy()
+
+    def _thin_out(self) -> None:
+        """Keep the first row and those of every second look."""
+        self._stride *= 2
+        whole = self._stride * self._every
+        ticks = [round(row[0] * 1e9 / self._simulation.dt_ns) for row in self.history]
+        self.history = [
+            row
+            for tick, row in zip(ticks, self.history, strict=True)
+            if tick == self.begun_at or tick % whole == 0
+        ]
+
+    def _look(self) -> None:
+        self._simulation.look_at_energy()
+        balance = self._simulation.energy_balance()
+        self.history.append(self._row(balance))
+        gain = balance.gain or 0.0
+        if balance.gains and gain > self._gain:  # it is now that so much was gained
+            self._tell(balance, gain)
+        self._gain = gain
+
+    def _row(self, balance: EnergyBalance) -> tuple[float, ...]:
+        values = asdict(balance)
+        return (self._simulation.time, *(values[name] for name in COLUMNS[1:]))
+
+    def balance(self) -> EnergyBalance:
+        """Draw the balance now."""
+        return self._simulation.energy_balance()
+
+    def ending(self) -> dict[str, str]:
+        """Give the balance and its history as a bag keeps them."""
+        rows = list(self.history)
+        if not rows or rows[-1][0] != self._simulation.time:
+            rows.append(self._row(self.balance()))
+        return {
+            'energy_balance': balance_json(self.balance()),
+            'energy_history': json.dumps(
+                {name: [_short(row[i]) for row in rows] for i, name in enumerate(COLUMNS)}
+            ),
+        }
+
+    def _tell(self, balance: EnergyBalance, gain: float) -> None:
+        """Warn of a gain: once of what springs hold, and once of what is in the motion."""
+        simulation = self._simulation
+        in_springs = simulation.stored_energy() - self._stored > NOT_IN_MOTION * gain
+        if in_springs in self._warned_of:
+            return
+        self._warned_of.add(in_springs)
+        name = simulation.integrator.name
+        said = (
+            f'the scene gained {gain:.2g} J by {simulation.time:g} s, though no command and no '
+            f'drive acts; up to {balance.tolerated:.2g} J would be truncation'
+        )
+        if in_springs:
+            self._warn(
+                f'{said}; nearly all of it stands in springs that a step of {name} does not '
+                'resolve: what their ends are apart at the ticks is an error of position, not an '
+                'energy that a body has; judge the run by its motion, or take a shorter dt'
+            )
+        else:
+            self._warn(f'{said}; {name} brought it in: take a shorter dt or another integrator')
+
+
+def balance_json(balance: EnergyBalance) -> str:
+    """Write a balance: floats survive to the bit; what is no number is null."""
+    return json.dumps(as_numbers(balance))
+
+
+def as_numbers(balance: EnergyBalance) -> dict[str, float | None]:
+    """Give the fields of a balance; JSON knows neither infinity nor NaN."""
+    return {
+        name: value if value is None or np.isfinite(value) else None
+        for name, value in asdict(balance).items()
+    }
+
+
+def _short(value: float) -> float | None:
+    """Seven digits, for pictures."""
+    return float(f'{value:.7g}') if np.isfinite(value) else None
