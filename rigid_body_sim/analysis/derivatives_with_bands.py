@@ -50,7 +50,6 @@ MOST_DRAWN = 400_000  # numbers drawn in all
 SEED = 20_260_101  # of the noise that is drawn: the same samples give the same bands
 NEVER = (np.inf, np.inf, None)  # estimated errors of what cannot be
 DOUBT = 1.5  # a distance to the judge below so many times that by noise tells of noise alone,
-TRUSTED = 100.0  # ratio of noise, as a variance, up to which a judge is believed
 DOUBT_UNSMOOTHED = 4.0
 MORE_DOUBT, MOST_DOUBT = 0.02, 9.0  # the more, the noisier the judge is beside the spline
 WINDOW = 3.0  # [knots] over which what is lost is averaged
@@ -299,8 +298,7 @@ def errors(
         blind       : (n, 3) what it may be wrong by besides: where a piece has no judge
                       (`blind_spots`)
     """
-    # so much noisier a judge makes as much more of what its neighbours lose, too
-    square = np.square(own - judge) * np.minimum(1.0, TRUSTED / np.maximum(_ratio(found), 1.0))
+    square = np.square(own - judge)
     lost = _lost(found, square - _doubt(found) * in_distance) + np.square(blind)
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost
