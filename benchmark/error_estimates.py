@@ -11,10 +11,11 @@ over decades: from h omega = 0.003 to 300 (stiff), for adaptive methods toleranc
 break at rtol 1e-13. Numbers that the truth itself does not resolve are left out.
 
     python benchmark/error_estimates.py [--triples 500] [--seed 1] [--kinds free soft stiff]
-                                        [--methods NAME …]
+                                        [--methods NAME …] [--most-ticks 1500]
 
 Prints, for each kind, the share of estimates within a factor of three, quantiles of estimate over
 truth, and every miss; estimates that say of themselves that they are not reliable stand apart.
+With RIGID_BODY_SIM_COMPILE=0 and few ticks no kernel is compiled, and all methods take minutes.
 """
 
 from __future__ import annotations
@@ -51,7 +52,9 @@ RESOLVED = 1e-9  # [of the size of the motion] errors below it are not judged
 MOST_PERIODS = 1e3  # [rad] of the fastest spring, or the truth takes minutes
 
 
-def triples(kind: str, count: int, rng: np.random.Generator, names: Sequence[str]):
+def triples(
+    kind: str, count: int, rng: np.random.Generator, names: Sequence[str], most_ticks: int
+):
     """Draw scenes, and methods and steps for each: scene, commands, method, options, ticks."""
     drawn = 0
     while drawn < count:
@@ -63,7 +66,7 @@ def triples(kind: str, count: int, rng: np.random.Generator, names: Sequence[str
             name = str(rng.choice(SLOW if slow else methods))
             dt = max(1e-6, round(10 ** rng.uniform(math.log10(low), math.log10(high)) / rate, 7))
             ticks = int(rng.integers(20, 60 if slow else 1500))
-            ticks = max(2, min(ticks, int(MOST_PERIODS / (rate * dt))))
+            ticks = max(2, min(ticks, most_ticks, int(MOST_PERIODS / (rate * dt))))
             options = {}
             if 'rtol' in INTEGRATORS[name].options:
                 rtol = 10 ** rng.uniform(-9, -3)
@@ -376,14 +379,20 @@ def errors(state: Any, truth: Array, rigid: Array, matrices: Array) -> dict[str,
 
 
 def judge(
-    kind: str, count: int, rng: np.random.Generator, *, patience: float, names: Sequence[str]
+    kind: str,
+    count: int,
+    rng: np.random.Generator,
+    *,
+    patience: float,
+    names: Sequence[str],
+    most_ticks: int,
 ) -> None:
     """Run the triples of one kind and print what came of them."""
     ratios: dict[bool, list[float]] = defaultdict(list)
     skipped: dict[str, int] = defaultdict(int)
     took: dict[str, float] = defaultdict(float)
     misses, began, done = [], time.perf_counter(), 0
-    for document, commands, name, options, ticks in triples(kind, count, rng, names):
+    for document, commands, name, options, ticks in triples(kind, count, rng, names, most_ticks):
         if time.perf_counter() - began > patience:
             break
         try:
@@ -464,6 +473,7 @@ def main() -> None:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--kinds', nargs='*', choices=KINDS, default=list(KINDS))
     parser.add_argument('--methods', nargs='*', choices=sorted(INTEGRATORS), default=[])
+    parser.add_argument('--most-ticks', type=int, default=1500)
     parser.add_argument('--patience', type=float, default=600.0, help='[s] for each kind')
     given = parser.parse_args()
     for kind in given.kinds:
@@ -474,6 +484,7 @@ def main() -> None:
             rng,
             patience=given.patience,
             names=given.methods,
+            most_ticks=given.most_ticks,
         )
 
 

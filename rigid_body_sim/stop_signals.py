@@ -27,14 +27,12 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
 NAMES = {signal.SIGINT: 'Ctrl-C', signal.SIGTERM: 'SIGTERM', signal.SIGHUP: 'SIGHUP'}
 BEGINNING, WORKING = 'before it began', 'before it was done'
-NAP = 0.02  # [s] between looks while a verb waits
 
 
 class Stopped(Exception):
@@ -113,12 +111,6 @@ class StopSignals:
         """Begin what must be finished: from now on a signal is noted, and nothing else."""
         with self._changing:
             self._kept += 1
-
-    def sleep(self, seconds: float) -> None:
-        """Sleep, no longer than until a signal comes."""
-        end = time.monotonic() + seconds
-        while not self.number and (left := end - time.monotonic()) > 0.0:
-            time.sleep(min(left, NAP))
 
     @contextmanager
     def kept(self) -> Iterator[None]:

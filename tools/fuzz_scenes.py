@@ -204,7 +204,7 @@ def _graft(tree: Any, chance: random.Random) -> None:
             parent[key] = other[at] if other is not parent else chance.choice(JUNK)
         case 2 if isinstance(parent, dict):
             parent[chance.choice(('x', 'mass', 'type', 'n' * 900, 3, None))] = parent[key]
-        case 3 if isinstance(parent[key], int | float):
+        case 3 if isinstance(parent[key], int | float) and abs(parent[key]) < 1e300:
             value = parent[key]
             scale = 10.0 ** chance.uniform(-320, 308)
             parent[key] = chance.choice((-value, value * scale, value + 1, 0))

@@ -46,6 +46,8 @@ MOST_DRAWN = 400_000  # numbers drawn in all
 SEED = 20_260_101  # of the noise that is drawn: the same samples give the same bands
 NEVER = (np.inf, np.inf, None)  # estimated errors of what cannot be
 DOUBT = 1.5  # a distance to the judge below so many times that by noise tells of noise alone,
+TRUSTED = 100.0  # ratio of noise, as a variance, up to which a judge is believed
+DOUBT_UNSMOOTHED = 4.0
 MORE_DOUBT, MOST_DOUBT = 0.02, 9.0  # the more, the noisier the judge is beside the spline
 WINDOW = 3.0  # [knots] over which what is lost is averaged
 
@@ -60,7 +62,7 @@ class Fit:
     disagreement : (n,) the same in the distance of own and judge
     free         : coefficients that are free
     judged       : (n,) whether the judge is another spline there
-    span         : (n,) how long the piece lasts in which a sample lies
+    piece, span  : (n,) number of the piece in which a sample lies, and how long it lasts
     smooths      : whether it has fewer coefficients than samples
     """
 
@@ -70,6 +72,7 @@ class Fit:
     disagreement: list[Array]
     free: int
     judged: NDArray[np.bool_]
+    piece: NDArray[np.int64]
     span: Array
     smooths: bool
 
@@ -96,6 +99,7 @@ def fit(layout: Layout, samples: Array, fraction: float, fewest: int = FEWEST) -
         [np.mean(np.square(a - b), axis=1) for a, b in zip(own_noise, judge_noise)],
         own.free,
         np.repeat([pair[0].judged for pair in chosen], counts),
+        np.repeat(np.arange(len(counts)), counts),
         np.repeat([piece.finish - piece.begin for piece in layout.pieces], counts),
         fraction < 1.0,
     )
@@ -204,10 +208,16 @@ def lost_square(found: Fit, order: int, noise: Array) -> float:
     return float(np.mean(np.sum(_lost(found, distance - by_noise), axis=1)))
 
 
+def _ratio(found: Fit) -> Array:
+    """How much noisier the distance to the judge is than the second derivative, a column."""
+    return (found.disagreement[2] / np.maximum(found.response[2], TINY))[:, None]
+
+
 def _doubt(found: Fit) -> Array:
     """How many times the distance by noise is taken for noise, a column."""
-    ratio = found.disagreement[2] / np.maximum(found.response[2], TINY)
-    return np.clip(DOUBT + MORE_DOUBT * ratio, DOUBT, MOST_DOUBT)[:, None]
+    if not found.smooths:  # ends of a spline through the samples: few, and as noisy as its judge
+        return np.full((len(found.span), 1), DOUBT_UNSMOOTHED)
+    return np.clip(DOUBT + MORE_DOUBT * _ratio(found), DOUBT, MOST_DOUBT)
 
 
 def _lost(found: Fit, excess: Array) -> Array:
@@ -246,10 +256,12 @@ def errors(
         own, judge  : (n, 3) the quantity from the spline and from its judge
         by_noise    : (n, 3) variance of its components by noise
         in_distance : (n, 3) variance by noise of the distance of own and judge
-        blind       : (n, 3) what it may be wrong by where a piece has no judge (`blind_spots`)
+        blind       : (n, 3) what it may be wrong by besides: where a piece has no judge
+                      (`blind_spots`)
     """
-    square = np.square(own - judge) + np.square(blind)
-    lost = _lost(found, square - _doubt(found) * in_distance)
+    # so much noisier a judge makes as much more of what its neighbours lose, too
+    square = np.square(own - judge) * np.minimum(1.0, TRUSTED / np.maximum(_ratio(found), 1.0))
+    lost = _lost(found, square - _doubt(found) * in_distance) + np.square(blind)
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost
     reach = np.sqrt(2.0 * np.log(3.0 * len(own)))

@@ -18,9 +18,8 @@ A force that jumps between samples is smeared over their spacing and makes a spl
 names such instants, at which the spline is only as smooth as the motion (`piecewise_spline`).
 Samples with white noise are smoothed, with the bandwidth that has the least estimated error or one
 that is asked for (`derivatives_with_bands`). The error of each quantity is estimated: what noise
-does to it, and what the spline cannot follow. It is that of the motion as recorded: where a run
-itself is wrong, the wrench is the one that explains the wrong motion. The ends of a record are its
-worst places.
+does to it, what the spline cannot follow and, if they are known, what the steps of a run left in
+it (`run_steps`). The ends of a record are its worst places.
 """
 
 from __future__ import annotations
@@ -40,6 +39,7 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
     noise_of,
 )
 from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, cut
+from rigid_body_sim.analysis.run_steps import RunSteps, left_in_first, left_in_second
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import moments_at, rates_at
@@ -118,6 +118,7 @@ def derive(
     start_velocity: ArrayLike | None = None,
     end_velocity: ArrayLike | None = None,
     at_rest: bool = False,
+    steps: RunSteps | None = None,
     unit: float = 1.0,
 ) -> tuple[Derived, dict[str, Estimate]]:
     """
@@ -133,6 +134,7 @@ def derive(
         bandwidth   : [Hz] faster motion is taken for noise; None: found from the samples
         start_velocity, end_velocity : (3,) [m/s] where they are known; they are kept exactly
         at_rest     : whether the body neither moves nor turns at the first and the last sample
+        steps       : of the run that made the motion: what they left in it counts as error
         unit        : [s] of the times: whole nanoseconds are exact where seconds are rounded
         returns     : the quantities, and the estimates by name; without any where the samples are
                       too few for one
@@ -150,7 +152,7 @@ def derive(
         for p, q in ((path.fit.own, turn.fit.own), (path.fit.judge, turn.fit.judge))
     )
     judged = bool(np.any(path.fit.judged) and np.any(turn.fit.judged))
-    told = _errors(time, found, judge, path, turn, unit, body) if judged else {}
+    told = _errors(time, found, judge, path, turn, unit, body, steps) if judged else {}
     derived = Derived(
         found['velocity'],
         found['angular_velocity'],
@@ -318,8 +320,10 @@ def _errors(
     turn: _Followed,
     unit: float,
     body: Body | None,
+    steps: RunSteps | None,
 ) -> dict[str, Errors]:
     """What noise does to each quantity, and in its distance to the judge."""
+    by_steps = _left_by_steps(time * unit, found, path, turn, unit, body, steps)
 
     def told(
         name: str,
@@ -338,6 +342,7 @@ def _errors(
             + spread[1][:, None] * gyroscopic / unit**2
             for spread in (fit.response, fit.disagreement)
         )
+        blind = blind + by_steps.get(name, 0.0)
         return errors(fit, found[name], judge[name], by_noise, in_distance, blind)
 
     one = np.ones((len(time), 3))
@@ -353,11 +358,7 @@ def _errors(
         return result
     share = np.square(_mass_share(body, time, unit))
     result['force'] = told('force', path, 2, along * share * body.mass**2, body.mass * linear)
-    inertia, _ = _inertia(body, time, unit)
-    matrices = so3.matrix_from_quaternion(
-        turn.fit.own[0] / np.linalg.norm(turn.fit.own[0], axis=1, keepdims=True)
-    )
-    in_world = matrices @ inertia @ np.swapaxes(matrices, 1, 2)
+    in_world = _inertia_in_world(turn, body, time, unit)
     by_rate = _gyroscopic(in_world, found['angular_velocity'])
     result['torque'] = told(
         'torque',
@@ -368,6 +369,47 @@ def _errors(
         about * share * np.sum(np.square(by_rate), axis=2),
     )
     return result
+
+
+def _inertia_in_world(turn: _Followed, body: Body, time: Array, unit: float) -> Array:
+    """Inertia at each sample (k, 3, 3) in world axes."""
+    inertia, _ = _inertia(body, time, unit)
+    s = turn.fit.own[0]
+    matrices = so3.matrix_from_quaternion(s / np.linalg.norm(s, axis=1, keepdims=True))
+    return matrices @ inertia @ np.swapaxes(matrices, 1, 2)
+
+
+def _left_by_steps(
+    seconds: Array,
+    found: dict[str, Array],
+    path: _Followed,
+    turn: _Followed,
+    unit: float,
+    body: Body | None,
+    steps: RunSteps | None,
+) -> dict[str, Array]:
+    """What the steps of the run left in each quantity, (k, 3)."""
+    if steps is None or body is None:
+        return {}
+    linear, along, about = found['acceleration'], path.fit.piece, turn.fit.piece
+    left = {
+        'velocity': left_in_first(steps, steps.order, seconds, along, linear),
+        'acceleration': left_in_second(steps, steps.order, seconds, along, linear),
+        'force': left_in_second(steps, steps.order, seconds, along, found['force']),
+    }
+    if body.inertia is None:
+        return left
+    in_world = _inertia_in_world(turn, body, seconds / unit, unit)
+    driving, omega = found['torque'], found['angular_velocity']
+    if not steps.turns_free:
+        driving = np.einsum('kij,kj->ki', in_world, found['angular_acceleration'])
+    turned = np.abs(driving) * np.sum(np.square(omega), axis=1, keepdims=True)
+    left['torque'] = left_in_second(steps, steps.turn_order, seconds, about, driving, turned)
+    by_torque = np.abs(np.linalg.inv(in_world))
+    first = left_in_first(steps, steps.turn_order, seconds, about, driving)
+    left['angular_acceleration'] = np.einsum('kij,kj->ki', by_torque, left['torque'])
+    left['angular_velocity'] = np.einsum('kij,kj->ki', by_torque, first)
+    return left
 
 
 def _gyroscopic(inertia: Array, omega: Array) -> Array:

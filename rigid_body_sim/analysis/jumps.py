@@ -7,6 +7,7 @@ Instants at which the motion of a recorded run is less smooth, told by its comma
     held command that begins, changes, runs out  the force jumps
     table over time that begins or ends; burnout the force jumps
     row of a linear table                        the rate of the force jumps
+    row of a cubic table                         its third derivative jumps
     row of an inertia over time                  the angular acceleration or its rate jumps
 
 A held command in body axes turns with the body: that is smooth. What jumps at one body is felt by
@@ -42,7 +43,7 @@ from rigid_body_sim.runs.manifest_values import (
 from rigid_body_sim.runs.reading_guard import interpreting
 
 PATH, TURN = 'path', 'turn'  # of the centre of mass, of the orientation
-IMPULSE, FORCE, RATE = 0, 1, 2  # derivatives of the position that do not jump
+IMPULSE, FORCE, RATE, CUBIC = 0, 1, 2, 4  # derivatives of the position that do not jump
 
 Place = tuple[str, str]  # body, PATH or TURN
 Events = dict[int, dict[Place, int]]  # [ns] -> what jumps there, with its continuity
@@ -114,7 +115,10 @@ def _of_table(table: TimeTable) -> Iterator[tuple[int, int]]:
     for row in (rows[0], rows[-1]):
         jumps = table.outside == 'zero' and any(row[1:])
         yield round(row[0] * 1e9), FORCE if jumps else RATE
-    if table.interpolation == 'linear':
+    if table.interpolation == 'cubic':
+        for row in rows[2:-2]:  # not-a-knot: the second row and the last but one are none
+            yield round(row[0] * 1e9), CUBIC
+    else:
         for before, row, after in zip(rows, rows[1:], rows[2:]):
             slopes = [
                 [(b - a) / (end[0] - start[0]) for a, b in zip(start[1:], end[1:])]

@@ -90,7 +90,8 @@ class Piece:
     first, end    : of its samples
     begin, finish : instants
     cap           : coefficients that samples and neighbours allow
-    extra         : end conditions at its begin and its finish
+    extra         : coefficients beside those for its samples, at its begin and its finish: for
+                    end conditions, and of a long piece for the smoothness that it shares
     """
 
     first: int
@@ -134,8 +135,8 @@ def cut(time: Array, breaks: Sequence[Break] = (), ends: Sequence[End] = ()) -> 
         if not poor or not kept:
             break
         dropped.append(kept.pop(_nearest_break(poor[0], edges)))
+    added = _added(np.diff(edges).tolist(), kept, extra)
     instants = [float(time[0]), *(b.instant for b in kept), float(time[-1])]
-    last = len(kept)
     pieces = tuple(
         Piece(
             edges[i],
@@ -143,9 +144,9 @@ def cut(time: Array, breaks: Sequence[Break] = (), ends: Sequence[End] = ()) -> 
             instants[i],
             instants[i + 1],
             caps[i],
-            (extra[0] if i == 0 else 0, extra[1] if i == last else 0),
+            added[i],
         )
-        for i in range(last + 1)
+        for i in range(len(kept) + 1)
     )
     return Layout(time, pieces, tuple(kept), tuple(sorted(dropped)), tuple(ends))
 
@@ -235,6 +236,26 @@ def shares(
                 doubled[giver] -= given
                 doubled[i] += given
     return [has // 2 for has in doubled]
+
+
+def _added(
+    samples: list[int], breaks: list[Break], extra: tuple[int, int]
+) -> list[tuple[int, int]]:
+    """
+    Coefficients of each piece beside those for its samples.
+
+    Two long pieces whose accelerations do not jump where they meet have more equations there than
+    a spline without a break: for so many more coefficients they are worth.
+    """
+    added = [[0, 0] for _ in samples]
+    for i, b in enumerate(breaks):
+        if min(samples[i], samples[i + 1]) >= LONG and b.continuity > 1:
+            more = b.continuity - 1
+            added[i][1] += more // 2
+            added[i + 1][0] += more - more // 2
+    added[0][0] += extra[0]
+    added[-1][1] += extra[1]
+    return [(first, last) for first, last in added]
 
 
 def _nearest_break(piece: int, edges: list[int]) -> int:

@@ -283,10 +283,13 @@ def _of_integrator(
     if refused is not None:
         return facts
     watch = StabilityWatch(scene, layout, integrator, dt)
-    rates = watch.rates(state)
+    with np.errstate(all='ignore'):  # what overflows is beyond every limit
+        rates = watch.rates(state)
     h = dt / integrator.substeps
     for kind in KINDS:
         limit = getattr(integrator.limits, kind)
+        if kind == 'oscillation' and watch.has_bent_ties:
+            limit = min(limit, integrator.limits.bent)
         product = h * float(np.max(rates[kind], initial=0.0))
         facts.steps.append(StepOfKind(kind, _finite(product), _finite(limit)))
     facts.beyond.extend(violation.text for violation in watch.check(state))

@@ -42,6 +42,7 @@ from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, HeldWrenches, Slot
 from rigid_body_sim.physics.forces.power import COMMANDS
 from rigid_body_sim.physics.integration import choose
+from rigid_body_sim.physics.integration.lookout import Lookout, RecordedChoices, Watch
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.body_axis import moment_of_body
 from rigid_body_sim.physics.model.numbers import shown
@@ -70,7 +71,9 @@ class Simulation:
     dt         : [s] a whole number of nanoseconds; None: the scene's
     progress   : called with a short text while `auto` chooses
 
-    `choice` is what `auto` chose and why; None where the integrator was named.
+    `choice` is what `auto` chose last and why, None where the integrator was named; `choices` are
+    all that held in this run, in order, each with the tick from which it did; `watch` says what
+    `auto` saw on the way (`integration.lookout`).
 
     A copy, a deep copy and a pickle each stand for a simulation of their own, which goes on bit
     for bit from where this one stood; its `contacts` are told from its first tick on.
@@ -92,14 +95,18 @@ class Simulation:
         check_record(scene)
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
-        self.integrator, self.choice = choose.resolve(
+        self.integrator, plan = choose.resolve(
             scene,
             integrator,
             integrator_options,
             dt_ns=self.dt_ns,
-            pilot=partial(_end_of_pilot, scene, self.dt_ns),
+            pilot=partial(_pilot, scene, self.dt_ns),
+            fastest=partial(_fastest_rate, scene),
             progress=progress,
         )
+        self.choices: tuple[choose.Choice, ...] = () if plan is None else (plan.choice,)
+        self.watch: Watch | None = None
+        self._shadows: dict[Any, Simulation] = {}
         self._stepping: dict[str, int] = {}  # 'thread': which one is in a step
         self.invariants = Invariants(scene)
         self._layout = Layout(scene)
@@ -115,6 +122,43 @@ class Simulation:
             ((end_of_mass(body), body.name) for body in scene.bodies), default=(math.inf, '')
         )
         self._loses_mass = self._out_of_mass[0] < math.inf
+        if plan is not None and plan.setting is not None:
+            self.watch = Lookout(plan, scene, dt_ns=self.dt_ns, failed=SimulationDiverged)
+            self.watch.attach(shadow=self._shadow, change=self._go_on_with)
+
+    @property
+    def choice(self) -> choose.Choice | None:
+        """What `auto` chose last; None where the integrator was named."""
+        return self.choices[-1] if self.choices else None
+
+    def follow_choices(self, choices: Sequence[choose.Choice]) -> None:
+        """Change the integrator where it was changed in another run, tick by tick the same."""
+        self.watch = RecordedChoices(choices)
+        self.watch.attach(shadow=self._shadow, change=self._go_on_with)
+
+    def _go_on_with(self, choice: choose.Choice) -> None:
+        """Change the integrator at this tick boundary; the state stays."""
+        integrator = choose.integrator_of(choice.name, choice.options)
+        self._stepper.go_on_with(
+            integrator,
+            partial(
+                self.__dict__.update,
+                integrator=integrator,
+                stability=StabilityWatch(self.scene, self._layout, integrator, self.dt),
+                choices=(*self.choices, choice),
+            ),
+        )
+
+    def _shadow(self, integrator: str, options: Mapping[str, Any]) -> Simulation:
+        """Make another run of the scene from the present state and commands."""
+        key = integrator, *options.items()
+        shadow = self._shadows.get(key)
+        if shadow is None:
+            shadow = self._shadows[key] = Simulation(
+                self.scene, integrator=integrator, integrator_options=options, dt=self.dt
+            )
+        shadow.restore(tick=self.tick, state=self._bytes(), slots=self.held_slots)
+        return shadow
 
     @property
     def tick(self) -> int:
@@ -135,7 +179,8 @@ class Simulation:
             'integrator': self.integrator.name,
             'integrator_options': dict(self.integrator.settings),
             'dt': None if self.dt_ns == self.scene.dt_ns else self.dt,
-            'choice': self.choice,
+            'choices': self.choices,
+            'watch': None if self.watch is None else self.watch.copied(),
             'tick': self.tick,
             'start_ns': self._start_ns,
             'state': self.state_bytes(),
@@ -145,9 +190,12 @@ class Simulation:
     def __setstate__(self, kept: Mapping[str, Any]) -> None:
         settings = ('integrator', 'integrator_options', 'dt')
         Simulation.__init__(self, kept['scene'], **{key: kept[key] for key in settings})
-        self.choice = kept['choice']
+        self.choices = kept['choices']
         self.restore(tick=kept['tick'], state=kept['state'], slots=kept['slots'])
         self._start_ns = kept['start_ns']
+        self.watch = kept['watch']
+        if self.watch is not None:
+            self.watch.attach(shadow=self._shadow, change=self._go_on_with)
 
     @property
     def time(self) -> float:
@@ -157,7 +205,7 @@ class Simulation:
     @property
     def scene_time(self) -> float:
         """Time since the start of the scene, or since the last reset [s]."""
-        return (self.tick * self.dt_ns - self._start_ns) * 1e-9
+        return (self._stepper.tick * self.dt_ns - self._start_ns) * 1e-9
 
     @property
     def _scene_tick(self) -> float:
@@ -176,7 +224,13 @@ class Simulation:
     def state(self) -> State:
         """Position, orientation and velocities of every body, scene order: a copy."""
         if self._read is None:
-            self._settle()
+            if self._stepping or self._stepper.undo is not None:
+                self._settle()
+            return self._read_state()
+        return self._read
+
+    def _read_state(self) -> State:
+        if self._read is None:
             self._read = self._reader.read(
                 self._stepper.translation, self._stepper.rotation, time=self.scene_time
             )
@@ -192,6 +246,10 @@ class Simulation:
         progress              : called with a short text before each part
         """
         self._stepper.prepare(commands_in_body_axes=commands_in_body_axes, progress=progress)
+        for name, options in self.watch.settings if self.watch is not None else ():
+            if name != self.integrator.name:
+                other = Stepper(self.scene, self._layout, choose.integrator_of(name, options))
+                other.prepare(commands_in_body_axes=commands_in_body_axes, progress=progress)
         if progress is not None:
             progress('reading states')
         _ = self.state
@@ -215,17 +273,24 @@ class Simulation:
                 raise SimulationBusy
             if stepper.undo is not None:
                 self._return()
-            end = stepper.tick + _whole(ticks)
+            end, watch = stepper.tick + _whole(ticks), self.watch
             while stepper.tick < end:
+                if watch is not None:
+                    watch.meet(stepper.tick, self._read_state)
                 if self._held_changed or self._held.slots:
                     self._take_held()
                 chunk = end - stepper.tick
                 if self._held.slots:
                     chunk = min(chunk, self._held.next_expiry() - stepper.tick)
+                if watch is not None:
+                    chunk = int(min(chunk, watch.next_tick - stepper.tick))
                 self._read = None
                 if self._loses_mass and self._out_of_mass[0] <= self.scene_time + chunk * self.dt:
                     chunk = self._ticks_with_mass()
-                if stepper.advance(chunk, self._scene_tick, self.dt) < chunk:
+                done = stepper.advance(chunk, self._scene_tick, self.dt)
+                if watch is not None:
+                    watch.follow(stepper.tick)
+                if done < chunk and not (watch is not None and watch.rescue(stepper.tick)):
                     raise self._diverged()
         except BaseException:  # no call before the last one: an interrupt could come after it
             if 'thread' in stepping and stepping['thread'] == me:
@@ -348,6 +413,9 @@ class Simulation:
         self._settle()
         self._held_changed = True  # before it is so: an interrupt may come in between
         self._held.put(body, source, force=force, torque=torque, frame=frame, until=until)
+        if self.watch is not None:
+            asked = {'force': force, 'torque': torque, 'frame': frame, 'until': until}
+            self.watch.hold(self.tick, body, source, **asked)
 
     def apply_impulse(
         self,
@@ -381,6 +449,8 @@ class Simulation:
         self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
         if work is not None:
             work.add_work(COMMANDS, self._kinetic_energy_of(core) - before)
+        if self.watch is not None:
+            self.watch.strike(self.tick, body, linear=linear, angular=angular)
         return linear, angular
 
     def _kinetic_energy_of(self, core: int) -> float:
@@ -579,6 +649,8 @@ class Simulation:
             self._start_ns = self._stepper.tick * self.dt_ns
             self._held.slots = {}
         self._renew_balance()
+        if self.watch is not None:
+            self.watch.reset(self.tick)
 
     def _renew_balance(self) -> None:
         if self._ledger is not None:
@@ -616,6 +688,9 @@ class Simulation:
         where a wrench depends on time, the start of the scene [ns] as int64.
         """
         self._settle()
+        return self._bytes()
+
+    def _bytes(self) -> bytes:
         state = self._layout.state_bytes(self._stepper.translation, self._stepper.rotation)
         state += self._stepper.remembered().astype('<f8').tobytes()
         return state + self._start_ns.to_bytes(8, 'little') if self._stepper.is_timed else state
@@ -645,6 +720,13 @@ class Simulation:
             self._stepper.tick = tick
             self._held.slots = dict(slots)
         self._renew_balance()
+        if self.watch is not None:
+            self.watch.resume(tick)
+
+    @property
+    def steps_taken(self) -> float:
+        """Steps that an integrator which chooses them tried so far; 0 with any other."""
+        return self._stepper.steps_taken
 
 
 def _whole(ticks: object) -> int:
@@ -661,15 +743,25 @@ def _whole(ticks: object) -> int:
     return count
 
 
-def _end_of_pilot(
-    scene: Scene, dt_ns: int, integrator: str, substeps: int, ticks: int
-) -> State | None:
-    """Run the beginning of a scene for `auto`; None where it diverges."""
+def _pilot(
+    scene: Scene, dt_ns: int, integrator: str, options: Mapping[str, Any], ticks: Sequence[int]
+) -> Iterator[choose.Instant]:
+    """Run the beginning of a scene for `auto`, up to where it diverges."""
     simulation = Simulation(
-        scene, integrator=integrator, integrator_options={'substeps': substeps}, dt=dt_ns / 1e9
+        scene, integrator=integrator, integrator_options=options, dt=dt_ns / 1e9
     )
-    try:
-        simulation.step(ticks)
-    except SimulationDiverged:
-        return None
-    return simulation.state
+    start = simulation.stability.check(simulation.state)
+    beyond = any(violation.kind != 'rotation' for violation in start)
+    for tick in ticks:
+        try:
+            simulation.step(tick - simulation.tick)
+        except SimulationDiverged:
+            return
+        yield choose.Instant(simulation.state, simulation.steps_taken, beyond)
+
+
+def _fastest_rate(scene: Scene) -> float:
+    """Largest rate of the springs and dampers of a scene at its start [1/s]."""
+    start = Simulation(scene, integrator='rk4')
+    rates = start.stability.rates(start.state)
+    return max(float(np.max(rates[kind], initial=0.0)) for kind in ('oscillation', 'relaxation'))

@@ -20,6 +20,7 @@ from __future__ import annotations
 import itertools
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from operator import setitem
 from typing import Any
 
@@ -58,7 +59,7 @@ from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
 
-WORKSPACE = 5  # its place among the arguments of a kernel
+METHOD, WORKSPACE = 4, 5  # their places among the arguments of a kernel
 CHUNK = 1000  # [tick] between two copies of the state, to which a run returns that goes wrong
 # [body tick] the same where bodies meet; more: an interrupt waits longer and costs more ticks
 CHUNK_IN_CONTACT = 20_000
@@ -124,6 +125,31 @@ class Stepper:
         if remembers is None:
             return self._integrator.coefficients(self._layout.moments)
         return remembers(gather(self.rotation, ROTATION, ORIENTATION, 4, self._layout.n_rigid))
+
+    @property
+    def steps_taken(self) -> float:
+        """Steps that the method chose itself so far; 0 where it does not choose them."""
+        count = getattr(self._scheme, 'steps_taken', None)
+        return count(self._workspace) if count is not None else 0.0
+
+    def go_on_with(self, integrator: Integrator, told: partial[None]) -> None:
+        """
+        Take another integrator from here on; neither of the two may remember anything.
+
+        told : is called with the change, so that an interrupt finds both or neither
+        """
+        self.cut_work()
+        new = Stepper(self._scene, self._layout, integrator)
+        arguments = (
+            *self._arguments[:METHOD],
+            *new._arguments[METHOD : WORKSPACE + 1],
+            *self._arguments[WORKSPACE + 1 :],
+        )
+        mine = ('_integrator', '_method', '_scheme', '_kernel_name', '_workspace', '_workspaces')
+        taken = {name: new.__dict__[name] for name in (*mine, '_free', '_coupled', '_workspace_step')}
+        change = partial(self.__dict__.update, taken, _arguments=arguments)
+        # one call of C: no interrupt comes between
+        deque(map(partial.__call__, (change, told)), maxlen=0)
 
     @property
     def _state(self) -> tuple[Array, ...]:

@@ -109,11 +109,11 @@ def check_title(name: object) -> None:
         )
 
 
-def check_body(body: Body, *, knows_inertia: bool = False) -> None:
+def check_body(body: Body, *, sound: set[bytes]) -> None:
     """
     Refuse a body that no physics can honour.
 
-    knows_inertia : its inertia tensor was judged before
+    sound : inertia tensors that were judged before; its own is added
     """
     _need(body, Body, 'a Body')
     with blaming('name'):
@@ -131,7 +131,7 @@ def check_body(body: Body, *, knows_inertia: bool = False) -> None:
         check_mass(body)
     _check_places(body)
     with blaming('inertia'):
-        _check_inertia(body, is_known=knows_inertia)
+        _check_inertia(body, sound)
     with blaming('initial'):
         _check_motion(body)
     with blaming('material'):
@@ -185,10 +185,10 @@ def _check_bodies(scene: Scene) -> Collection[str]:
         if not scene.bodies:
             raise InvalidModel('there are none; a scene needs at least one body')
     names: dict[str, None] = {}
-    sound: set[int] = set()  # inertia tensors that copies of a body share
+    sound: set[bytes] = set()  # inertia tensors: copies of a body have the same one
     for i, body in enumerate(scene.bodies):
         with blaming('bodies', i):
-            check_body(body, knows_inertia=id(getattr(body, 'inertia', None)) in sound)
+            check_body(body, sound=sound)
             if body.name in names:
                 raise InvalidModel(
                     f'the name {body.name!r} is taken by an earlier body; names must differ',
@@ -198,7 +198,6 @@ def _check_bodies(scene: Scene) -> Collection[str]:
                 with blaming('pivot'):
                     _check_pivot(body)
         names[body.name] = None
-        sound.add(id(body.inertia))
     return names
 
 
@@ -219,7 +218,7 @@ def _check_attitude(orientation: Any) -> None:
         )
 
 
-def _check_inertia(body: Body, *, is_known: bool) -> None:
+def _check_inertia(body: Body, sound: set[bytes]) -> None:
     has_extent = body.shape is not None and not isinstance(body.shape, Particle)
     if body.inertia is None:
         if has_extent and not body.fixed:
@@ -231,11 +230,11 @@ def _check_inertia(body: Body, *, is_known: bool) -> None:
         return
     if isinstance(body.shape, Particle):
         raise InvalidModel('a particle is a point mass and does not rotate; leave it out')
-    if is_known:
-        return
     if not isinstance(body.inertia, np.ndarray) or body.inertia.dtype.kind not in 'iuf':
         raise InvalidModel(f'got {shown(body.inertia)}; a (3, 3) array of numbers is needed')
-    check_inertia(body.inertia)
+    if body.inertia.shape != (3, 3) or body.inertia.tobytes() not in sound:
+        check_inertia(body.inertia)
+        sound.add(body.inertia.tobytes())
 
 
 def _check_motion(body: Body) -> None:

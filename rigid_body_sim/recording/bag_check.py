@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 from mcap.records import Channel, Schema
@@ -154,6 +155,8 @@ def _compare_with_record(bag: Bag, information: dict[str, Any]) -> Iterator[str]
     if text is None:
         yield 'the file does not hold the same again; it was packed anew'
         return
+    if bag_metadata.is_text_of(bag.path, text):  # as it is written; parsing takes long
+        return
     recorded = read_yaml(text)
     names = {'relative_file_paths': None, 'files': None}
     if dump_yaml({**recorded, **names}) != dump_yaml({**information, **names}):
@@ -170,6 +173,7 @@ def _compare_with_record(bag: Bag, information: dict[str, Any]) -> Iterator[str]
             yield f'files: {file}, recorded was {stated}'
 
 
+@lru_cache(maxsize=64)  # one text for all topics of a recorder, as a rule
 def _profiles(text: str) -> list[Any] | None:
     """Quality of service as a list; None if the text is none."""
     try:

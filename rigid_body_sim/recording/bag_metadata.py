@@ -14,6 +14,7 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from textwrap import indent
 from typing import Any, NamedTuple
 
 from rigid_body_sim.errors import UserError
@@ -91,6 +92,15 @@ def read(directory: Path) -> dict[str, Any]:
         raise UserError(f'{path}: cannot be read ({error.strerror})') from error
     except ValueError as error:
         raise UserError(f'{path}: not the metadata of a bag ({error})') from error
+
+
+def is_text_of(directory: Path, inner: str) -> bool:
+    """Whether metadata.yaml is the inner map, as YAML, under its one key."""
+    try:
+        content = (directory / FILE_NAME).read_text(encoding='utf-8')
+    except (OSError, ValueError):
+        return False
+    return content == f'{_ROOT}:\n{indent(inner, "  ")}'
 
 
 def _information(path: Path) -> dict[str, Any]:

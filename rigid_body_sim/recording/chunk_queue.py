@@ -3,7 +3,8 @@
 """
 Between the one who writes messages and the file: batches wait here until they make a chunk.
 
-`DirectQueue` closes a chunk by bytes alone, in the caller's thread: equal runs give equal files.
+`DirectQueue` closes a chunk by bytes alone, in the caller's thread: equal messages give equal
+files; for what is derived from a recording and can be derived again. Runs take the other one.
 `ThreadedQueue` closes it in a thread of its own and also by wall time, so that a killed process
 loses no more than the last half second. Neither drops anything: a full queue makes the caller
 wait.

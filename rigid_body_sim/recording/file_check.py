@@ -7,11 +7,12 @@ say of them.
 
 from __future__ import annotations
 
+import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import BinaryIO
 
-from mcap.records import Attachment, Channel, Chunk, MessageIndex, Metadata, Schema
+from mcap.records import Attachment, Channel, MessageIndex, Metadata, Schema
 
 from rigid_body_sim.recording import mcap_file, mcap_scan
 from rigid_body_sim.recording.mcap_summary import Summary
@@ -60,16 +61,21 @@ class Contents:
             record.parse(Metadata)
             self.metadata.append(_span(record))
         else:
+            if opcode == mcap_file.MESSAGE:
+                self.crc = mcap_scan.message_crc(record, self.crc)
             self._take_inner(record)
 
     def _take_chunk(self, record: mcap_scan.Record) -> None:
+        chunk, body = mcap_scan.opened_chunk(record)
         entries: Entries = {}
-        for part in mcap_scan.inner_records(record):
+        records = list(mcap_scan.records_within(body, record))
+        self._sum(records, body)
+        for part in records:
             message = self._take_inner(part)
-            if message is not None:
-                entry = (message.log_time, part.position)
-                entries.setdefault(message.channel, []).append(entry)
-        chunk = record.parse(Chunk)
+            if message is None:
+                continue
+            entry = (message.log_time, part.position)
+            entries.setdefault(message.channel, []).append(entry)
         stated = (chunk.message_start_time, chunk.message_end_time)
         times = [time for each in entries.values() for time, _ in each]
         actual = (min(times, default=0), max(times, default=0))
@@ -80,8 +86,21 @@ class Contents:
         self.chunks.append((_span(record), actual, entries))
         self.indexes.append({})
 
+    def _sum(self, records: list[mcap_scan.Record], body: bytes) -> None:
+        """Go on with the CRC of all messages; a body of nothing else is summed at once."""
+        if all(record.opcode == mcap_file.MESSAGE for record in records):
+            self.crc = zlib.crc32(body, self.crc)
+            return
+        for record in records:
+            if record.opcode == mcap_file.MESSAGE:
+                self.crc = mcap_scan.message_crc(record, self.crc)
+
     def _take_inner(self, record: mcap_scan.Record) -> mcap_scan.Message | None:
         """Take a record that may stand in a chunk or outside; return it if it is a message."""
+        if record.opcode == mcap_file.MESSAGE:
+            message = mcap_scan.message(record)
+            self._count(message)
+            return message
         if record.opcode == mcap_file.SCHEMA:
             schema = record.parse(Schema)
             if self.schemas.setdefault(schema.id, schema) != schema:
@@ -90,11 +109,6 @@ class Contents:
             channel = record.parse(Channel)
             if self.channels.setdefault(channel.id, channel) != channel:
                 self.problems.append(f'channel {channel.id} is declared twice, not alike')
-        elif record.opcode == mcap_file.MESSAGE:
-            message = mcap_scan.message(record)
-            self.crc = mcap_scan.message_crc(record, self.crc)
-            self._count(message)
-            return message
         return None
 
     def _count(self, message: mcap_scan.Message) -> None:

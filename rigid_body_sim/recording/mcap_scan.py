@@ -120,8 +120,8 @@ def records(stream: BinaryIO) -> Iterator[Record]:
             return
 
 
-def chunk_body(record: Record) -> bytes:
-    """Return the uncompressed records of a chunk, its CRC checked."""
+def opened_chunk(record: Record) -> tuple[Chunk, bytes]:
+    """Return a chunk and its uncompressed records, their CRC checked."""
     chunk = record.parse(Chunk)
     size, packed = chunk.uncompressed_size, len(chunk.data)
     if size > min(MOST_BYTES, max(SMALL_CHUNK, MOST_PACKED * packed)):
@@ -133,7 +133,7 @@ def chunk_body(record: Record) -> bytes:
     if len(body) != size:
         raise Torn(record.position, f'chunk does not have the {size} bytes that it claims')
     _check_crc(body, chunk.uncompressed_crc, record)
-    return body
+    return chunk, body
 
 
 def _unpacked(chunk: Chunk) -> bytes:
@@ -155,7 +155,11 @@ def _unpacked(chunk: Chunk) -> bytes:
 
 def inner_records(record: Record) -> Iterator[Record]:
     """Yield the records in a chunk; their positions are offsets in its uncompressed body."""
-    body = chunk_body(record)
+    return records_within(opened_chunk(record)[1], record)
+
+
+def records_within(body: bytes, record: Record) -> Iterator[Record]:
+    """Yield the records in the uncompressed body of a chunk."""
     position, size = 0, len(body)
     while position < size:
         opcode, start, position = _inner_frame(body, position, record)
@@ -177,7 +181,7 @@ def _inner_frame(body: bytes, position: int, chunk: Record) -> tuple[int, int, i
 
 def chunk_messages(record: Record) -> Iterator[Message]:
     """Yield the messages of a chunk: `inner_records` and `message` in one loop, for speed."""
-    body = chunk_body(record)
+    body = opened_chunk(record)[1]
     position, size = 0, len(body)
     while position < size:
         opcode, start, position = _inner_frame(body, position, record)

@@ -36,7 +36,7 @@ from rigid_body_sim.report.pareto import cheapest, micro
 from rigid_body_sim.report.point import OK, Point
 from rigid_body_sim.report.problem import Final, Problem
 
-REFERENCES = ('linear_propagator', 'rk8', 'exact_rotor', 'rk4', 'dmv6', 'sdirk2')
+REFERENCES = ('linear_propagator', 'rk8', 'exact_rotor', 'rk4', 'dmv6', 'sdirk2', 'lie_rk4')
 VARIANTS = ('blanes_moan4:drift=exact',)
 METHODS = (*(name for name, each in INTEGRATORS.items() if not each.is_reference), *VARIANTS)
 MOST_BODY_STEPS = 400_000  # of the finest run of the reference, and of a sweep
@@ -217,8 +217,24 @@ def recommendation(
         f'use {_use(best, problem)}: error {best.error:.0e} {UNIT}{more} at '
         f'{micro(best.cost)} per simulated second; of all methods that take the scene, with ticks '
         f'up to {max(problem.tick, problem.longest_tick):g} s (states are published and commands '
-        f'taken {publish_rate:g} times a second: --publish-rate)'
+        f'taken {publish_rate:g} times a second: --publish-rate){_beyond(best, problem)}'
     )
+
+
+def _beyond(point: Point, problem: Problem) -> str:
+    """Say where a run with it would be warned: the error is that of this duration alone."""
+    if point.tolerance is not None or not isinstance(problem.document, Scene):
+        return ''
+    given = method(point.method)
+    dt, substeps = problem.tick_of(point.dt or problem.longest_tick)
+    simulation = Simulation(
+        problem.document,
+        integrator=given.integrator,
+        integrator_options={**given.options, 'substeps': substeps},
+        dt=dt,
+    )
+    found = simulation.stability.check(simulation.state)
+    return ''.join(f'; for longer runs mind that {violation.text}' for violation in found)
 
 
 def _use(point: Point, problem: Problem) -> str:

@@ -38,6 +38,8 @@ class Health:
     kept                 : of groups of bodies, where the whole does not keep its momentum
     estimate             : estimated error of the states, if asked for
     warnings             : limits of the integrator that the run has passed
+    integrator           : what the run goes on with now
+    looks                : what `auto` saw on the way, in words
     failure              : why the run ended, if it failed
     """
 
@@ -61,6 +63,8 @@ class Health:
     refused: Mapping[str, int] = field(default_factory=dict)
     estimate: ErrorEstimate | None = None
     warnings: Sequence[str] = ()
+    integrator: str = ''
+    looks: str = ''
     failure: str = ''
 
     @property
@@ -106,8 +110,11 @@ class Health:
             'momentum drift': _drift(self.drift.momentum),
             'angular momentum drift': _drift(self.drift.angular_momentum),
             'recording': self.bag,
+            'integrator': self.integrator,
         }
         texts |= self._balance_values()
+        if self.looks:
+            texts['auto'] = self.looks
         if self.drift.energy_rise is not None:
             texts['energy rise'] = f'{self.drift.energy_rise:.3e}'
         if self.deepest_gap is not None:

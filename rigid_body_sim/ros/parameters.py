@@ -100,8 +100,8 @@ PARAMETERS = (
     Entry(
         'error_estimate',
         False,
-        'let a reference run in half steps run along and tell on /diagnostics how wrong the run '
-        'is',
+        'let two finer runs go along and tell on /diagnostics how wrong the run is; six times the '
+        'cost, on stiff scenes more',
     ),
     Entry('publish_clock', True, 'publish simulation time on /clock'),
     Entry(

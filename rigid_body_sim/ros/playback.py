@@ -31,7 +31,7 @@ from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.stop_signals import STOP
 
 MATCHING = 10.0  # [s] for a subscriber to be found; discovery takes up to 2.5 s on a quiet machine
-LOOK_EVERY = 0.02  # [s] between looks for it
+LOOK_EVERY = 0.02  # [s] between looks for it, or for a signal
 LONGEST = 255  # [-] letters of a topic that a message shows
 LAST_WORDS = 5.0  # [s] for the last message to arrive
 
@@ -99,7 +99,7 @@ class Sender:
         start = time.monotonic()
         count = 0
         for message in messages:
-            STOP.sleep(start + message.time - time.monotonic())
+            _sleep_until(start + message.time)
             STOP.check(lambda: f'after {count} messages')  # noqa: B023  (called at once)
             self.send(message.topic, message.data)
             count += 1
@@ -109,6 +109,12 @@ class Sender:
         """Wait until what was sent has arrived."""
         for publisher in self._publishers.values():
             publisher.wait_for_all_acked(Duration(seconds=LAST_WORDS))
+
+
+def _sleep_until(end: float) -> None:
+    """Sleep up to an instant of the monotonic clock [s], no longer than until a signal comes."""
+    while not STOP.number and (left := end - time.monotonic()) > 0.0:
+        time.sleep(min(left, LOOK_EVERY))
 
 
 def publish_command(command: Command, *, namespace: str, rate_hz: float, seconds: float) -> int:
@@ -127,7 +133,7 @@ def publish_command(command: Command, *, namespace: str, rate_hz: float, seconds
                 Message(k / rate_hz, topic.name, _stamped(command, sender)) for k in range(ticks)
             )
             if held:
-                STOP.sleep(1 / rate_hz)
+                _sleep_until(time.monotonic() + 1 / rate_hz)
         finally:  # also when stopped
             if held:
                 sender.send(topic.name, _stamped(Command(command.body, command.kind), sender))

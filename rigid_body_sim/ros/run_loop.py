@@ -23,6 +23,7 @@ from rigid_body_sim.ros.health import Health
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.pacer import Pacer
 from rigid_body_sim.ros.requests import Answer, Request, RequestQueue
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.pace import Pace
 from rigid_body_sim.runs.run import Run
 from rigid_body_sim.stop_signals import STOP
@@ -296,5 +297,7 @@ class RunLoop:
             warnings=tuple(self._run.warnings),
             bag=str(self._bags.path) if self._bags.is_open else '',
             deepest_gap=self._run.deepest_gap(),
+            integrator=choices.method_text(simulation),
+            looks=choices.looks_text(simulation),
             failure=str(problem) if problem else '',
         )

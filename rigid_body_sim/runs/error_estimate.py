@@ -34,6 +34,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.integration.orientation import ORIENTATION
 from rigid_body_sim.physics.model.rotation import angle_between
 from rigid_body_sim.physics.simulation import Simulation
@@ -47,7 +48,7 @@ FINER_RK8 = (2, 3)  # the same of `rk8`, for half of what resolves the motion
 RK8_ORDER = 8
 UNRESOLVED = 0.5  # [-] h times a rate from which on a step is not trusted to see the motion
 RESOLVED = {'rotation': 0.25, 'oscillation': 1.0, 'relaxation': 2.0}  # [-] h times rate for rk8
-MOST_SUBSTEPS = 1000  # of rk8 in a step of the run
+MOST_SUBSTEPS = 3000  # of rk8 in a step of the run
 SETTLED = 0.75  # [-] largest r; the least order, one, has 0.5
 ROUNDING = float(np.finfo(np.float64).eps)
 
@@ -95,11 +96,16 @@ class ReferenceRun:
         self._of = of
         self._began = of.tick
         self._doubt = ''
+        self._turns = any(not (body.is_point or body.fixed) for body in of.scene.bodies)
+        self._spread = _spread_of_moments(of)
+        self._method = of.integrator
         name, settings = self._finer()
-        self.simulations = tuple(self._beside(name, options) for options in settings)
+        self.simulations = tuple(self._beside(name, options, of) for options in settings)
 
     def step(self, ticks: int) -> None:
         """Advance both; SimulationDiverged where one leaves the finite numbers."""
+        if self._of.integrator is not self._method:
+            self._follow_the_method()
         for simulation in self.simulations:
             simulation.step(ticks)
 
@@ -120,7 +126,10 @@ class ReferenceRun:
         parts = self._parts_for_rk8()
         if parts:
             attitude = {key: same[key] for key in ORIENTATION if key in same}  # what is remembered
-            return 'rk8', [
+            name = 'rk8'
+            if INTEGRATORS[name].configured(attitude).refuses(self._of.scene) is not None:
+                name, attitude = integrator.name, same
+            return name, [
                 attitude | {'substeps': math.ceil(finer * parts / 2) * integrator.substeps}
                 for finer in FINER_RK8
             ]
@@ -158,8 +167,17 @@ class ReferenceRun:
         steady = not any(body.pivot for body in scene.bodies) or not any(scene.gravity)
         return steady and not scene.forces and not self._of.held_slots
 
-    def _beside(self, name: str, options: dict[str, Any]) -> Simulation:
-        of = self._of
+    def _follow_the_method(self) -> None:
+        """Go on from the finer states with what is finer than the method that `auto` took."""
+        self._method = self._of.integrator
+        name, settings = self._finer()
+        self.simulations = tuple(
+            self._beside(name, options, before)
+            for options, before in zip(settings, self.simulations, strict=True)
+        )
+
+    def _beside(self, name: str, options: dict[str, Any], of: Simulation) -> Simulation:
+        """Make a simulation that goes on from the state of another."""
         simulation = Simulation(of.scene, integrator=name, integrator_options=options, dt=of.dt)
         simulation.prepare(commands_in_body_axes=True)
         simulation.restore(tick=of.tick, state=of.state_bytes(), slots=of.held_slots)
@@ -187,20 +205,29 @@ class ReferenceRun:
         """
         finest = self.simulations[-1]
         steps = (finest.tick - self._began) * finest.integrator.substeps
-        spread, spin = 1.0, float(np.max(np.abs(state.angular_velocity), initial=0.0))
-        for body in self._of.scene.bodies:
-            if body.inertia is not None and not body.fixed:
-                moments = np.linalg.eigvalsh(np.asarray(body.inertia, dtype=np.float64))
-                spread = max(spread, float(moments[-1] / moments[0]))
+        spin = float(np.max(np.abs(state.angular_velocity), initial=0.0))
         turned = 1.0 + spin * (finest.tick - self._began) * self._of.dt
         sizes = {
             'position': float(np.max(np.abs(state.position), initial=0.0)),
-            'angle': 1.0,
+            'angle': 1.0 if self._turns else 0.0,
             'velocity': float(np.max(np.abs(state.velocity), initial=0.0)),
             'angular_velocity': spin,
         }
-        gathered = 8.0 * ROUNDING * math.sqrt(1.0 + steps) * spread * turned
+        gathered = 8.0 * ROUNDING * math.sqrt(1.0 + steps) * self._spread * turned
         return {name: (0.5 * ROUNDING * x, gathered * x) for name, x in sizes.items()}
+
+
+def _spread_of_moments(simulation: Simulation) -> float:
+    """Largest ratio of two moments of a body [-]: what the rounding of an attitude is worth."""
+    tensors = [
+        body.inertia
+        for body in simulation.scene.bodies
+        if body.inertia is not None and not body.fixed
+    ]
+    if not tensors:
+        return 1.0
+    moments = np.linalg.eigvalsh(np.array(tensors, dtype=np.float64))
+    return float(np.max(moments[:, -1] / moments[:, 0]))
 
 
 def _pairs(states: list[State]) -> tuple[tuple[State, State], ...]:

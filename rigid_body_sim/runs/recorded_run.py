@@ -11,8 +11,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.physics.integration.choose import NAME as AUTO
 from rigid_body_sim.recording.bag_reader import Bag, DamagedBag
 from rigid_body_sim.recording.topics import CLOCK_TOPIC, command_topics
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command, CommandRules, decode, topics_of
 from rigid_body_sim.runs.manifest_values import (
     MOST_NS,
@@ -50,11 +52,15 @@ class RecordedRun:
         names = values.names('scene_files')
         with interpreting(path):
             self.scene = load_scene(
-                source, files={name: self._attachment(name, None) for name in names}
+                source,
+                files={name: self._attachment(name, None) for name in names},
+                title=f'{values.text("scene")}.yaml',
             )
         bodies = [body.name for body in self.scene.bodies]
         self.start_state = self._attachment(START_FILE, values.text('start_state_sha256'))
         self.integrator = values.text('integrator')
+        if self.integrator == AUTO:  # what it chose is recorded, and nothing is chosen again
+            raise values.refusal('integrator', AUTO, 'the method that was chosen')
         self.integrator_options = values.mapping('integrator_options', '{}')
         self.dt_ns = values.integer('dt_ns', 1, MOST_NS)
         self.first_tick = values.integer('first_tick', 0, MOST_TICKS)
@@ -71,6 +77,7 @@ class RecordedRun:
         self._held = values.held('held_at_start', len(bodies))
         self._touching = values.places('touching_at_start', len(bodies), '[]')
         self._command_topics = topics_of(bodies, namespace=self.settings.namespace)
+        self._choices_topic = choices.topic_of(self.settings.namespace).name
         self._rules = CommandRules(self.scene, world_frame=self.settings.world_frame)
         self._check_ticks()
 
@@ -184,6 +191,10 @@ class RecordedRun:
             state=self.start_state,
             slots=self._held,
         )
+        changes = self._choices_topic in self.bag.topics
+        if changes and integrator is None and simulation.dt_ns == self.dt_ns:
+            made = self.bag.messages([self._choices_topic])
+            simulation.follow_choices(choices.decoded(made, self.scene))
         run = Run(simulation, self.settings, warn=warn)
         if run.contact_packer is not None:
             run.contact_packer.touching = self._touching
@@ -193,7 +204,11 @@ class RecordedRun:
     def _check_topics(self, run: Run) -> None:
         """Refuse a bag with topics that its run neither publishes nor takes."""
         bodies = [body.name for body in self.scene.bodies]
-        expected = {*run.topics, *command_topics(bodies, namespace=self.settings.namespace)}
+        expected = {
+            *run.topics,
+            *command_topics(bodies, namespace=self.settings.namespace),
+            choices.topic_of(self.settings.namespace),
+        }
         other = sorted(set(self.bag.topics.values()) - expected)
         if other:
             raise DamagedBag(

@@ -26,6 +26,7 @@ from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.held_wrenches import Slot
 from rigid_body_sim.recording.bag_writer import BagWriter
 from rigid_body_sim.recording.topics import command_topics
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import KINDS
 from rigid_body_sim.runs.run import Run, TickOutput
 from rigid_body_sim.stop_signals import STOP, Stopped
@@ -59,6 +60,7 @@ class RunRecorder:
         self._chain = hashlib.sha256()
         self._wall_start = datetime.now(timezone.utc)
         self._clock_start = time.monotonic()
+        self._choices = len(run.simulation.choices)  # that need no message
         start = run.simulation.state_bytes()
         if run.energy.begun_at != run.simulation.tick:
             run.energy.begin()  # as a replay will
@@ -72,7 +74,11 @@ class RunRecorder:
         names = [body.name for body in scene.bodies]
         writer = BagWriter(
             path,
-            topics=[*run.topics, *command_topics(names, namespace=run.settings.namespace)],
+            topics=[
+                *run.topics,
+                *command_topics(names, namespace=run.settings.namespace),
+                *choices.topics_of(run),
+            ],
             manifest=self.manifest,
             attachments={SCENE_FILE: scene.source, START_FILE: start, **scene.files},
             background=True,
@@ -124,6 +130,7 @@ class RunRecorder:
         if self._writer is not None:
             for topic, message in output.consumed:
                 self._writer.write_message(topic, tick, tick * self._run.simulation.dt_ns, message)
+            self._write_choices()
             for batch in output.batches:
                 self._writer.write(batch)
         if self._look_every and output.tick % self._look_every == 0:
@@ -131,6 +138,13 @@ class RunRecorder:
         every = self._run.settings.publish_every
         if output.tick % (every * CHAIN_EVERY) == 0:
             self._chain.update(self._run.simulation.state_bytes())
+
+    def _write_choices(self) -> None:
+        """Write the changes of integrator since the last ones."""
+        assert self._writer is not None
+        for made in choices.messages(self._run, self._choices):
+            self._writer.write_message(made.topic, made.sequence, made.log_time, made.data)
+        self._choices = len(self._run.simulation.choices)
 
     def close(self, reason: str) -> None:
         """
@@ -140,6 +154,7 @@ class RunRecorder:
         """
         ending = self.ending(reason)
         if self._writer is not None:
+            self._write_choices()
             self._writer.close(ending)
 
     def ending(self, reason: str) -> dict[str, str]:
@@ -149,6 +164,7 @@ class RunRecorder:
         chain.update(simulation.state_bytes())
         self._run.sample_drift()
         estimate = self._run.error_estimate()
+        looks = choices.looks_text(simulation)
         drift = asdict(self._run.sample_drift())
         gap, turned = self._run.deepest_gap(), self._run.orientation_drift()
         return {
@@ -158,6 +174,7 @@ class RunRecorder:
                 for law, value in drift.items()
                 if value is not None
             },
+            **({'integrator_looks': looks} if looks else {}),
             **({'deepest_gap': repr(gap)} if gap is not None else {}),
             **({'orientation_drift': repr(turned)} if turned is not None else {}),
             **self._run.energy.ending(),

@@ -26,6 +26,7 @@ from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_diff import first_difference
 from rigid_body_sim.recording.bag_reader import RecordedMessage
 from rigid_body_sim.recording.batch import Batch
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.reading_guard import interpreting
 from rigid_body_sim.runs.recorded_facts import Fact, ending_differences, manifest_differences
@@ -149,7 +150,7 @@ def _replayed(
 ) -> Iterator[RecordedMessage]:
     """Run again; yield the messages as a recorder would have written them, commands too."""
     topics = [topic.name for topic in run.topics]
-    dt_ns = run.simulation.dt_ns
+    dt_ns, changes = run.simulation.dt_ns, len(run.simulation.choices)
 
     def packed(batches: Iterable[Batch]) -> Iterator[RecordedMessage]:
         for batch in batches:
@@ -162,6 +163,8 @@ def _replayed(
     for tick, taken in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
         for topic, message in taken.consumed:
             yield RecordedMessage(topic, tick, tick * dt_ns, message, tick * dt_ns)
+        yield from choices.messages(run, changes)
+        changes = len(run.simulation.choices)
         yield from packed(taken.batches)
 
 

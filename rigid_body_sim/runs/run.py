@@ -39,12 +39,13 @@ from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
 from rigid_body_sim.physics.diagnostics.invariants import Drift, DriftMeter
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot
-from rigid_body_sim.physics.model.scene import Vector
+from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.physics.state.snapshot import State
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.contact_packing import ContactPacker
 from rigid_body_sim.recording.packing import StatePacker
+from rigid_body_sim.recording.topics import COMMAND_TYPES
 from rigid_body_sim.runs.commands import Command, CommandRules, topics_of
 from rigid_body_sim.runs.energy_log import EnergyLog
 from rigid_body_sim.runs.error_estimate import ErrorEstimate, ReferenceRun
@@ -84,6 +85,16 @@ class RunSettings:
 
 RATES = (1e-9, 1e9)  # [Hz] of publishing; ticks are at least a nanosecond, runs less than 2^31 s
 MOST_TOPICS = 65535  # [-] channels of a recording: their numbers have 16 bits
+
+
+def need_numbers(scene: Scene) -> None:
+    """Refuse a scene of more bodies than there are numbers of topics; UserError."""
+    count = len(scene.bodies) * len(COMMAND_TYPES)
+    if count > MOST_TOPICS:
+        raise UserError(
+            f'scene {scene.name!r}: {len(scene.bodies)} bodies take commands on {count} topics; a '
+            f'recording holds at most {MOST_TOPICS}; record fewer bodies'
+        )
 
 
 def publish_every(rate_hz: float, dt_ns: int) -> int:
@@ -160,12 +171,7 @@ class Run:
         self._index = {name: i for i, name in enumerate(names)}
         topics = topics_of(names, namespace=settings.namespace)
         self._command_topic = {body_and_kind: topic for topic, body_and_kind in topics.items()}
-        if len(topics) > MOST_TOPICS:
-            raise UserError(
-                f'scene {simulation.scene.name!r}: {len(names)} bodies take commands on '
-                f'{len(topics)} topics; a recording holds at most {MOST_TOPICS}; record fewer '
-                'bodies'
-            )
+        need_numbers(simulation.scene)
         self.packer = StatePacker(
             names,
             dt_ns=simulation.dt_ns,
@@ -186,8 +192,8 @@ class Run:
         self._orientation_drift = simulation.orientation_drift()
         if settings.estimate_error and self.has_contact:
             raise UserError(
-                f'error estimate of the scene {simulation.scene.name!r}: a reference run in half '
-                'steps says nothing where bodies meet; replay the bag with half the dt instead'
+                f'error estimate of the scene {simulation.scene.name!r}: a finer run says '
+                'nothing where bodies meet; replay the bag with half the dt instead'
             )
         self._reference = ReferenceRun(simulation) if settings.estimate_error else None
         self._warn = warn

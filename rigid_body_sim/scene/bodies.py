@@ -241,7 +241,8 @@ def _of_varying_density(
         raise value.error(
             'a density that varies needs a shape and gives its mass; remove mass, or give a shape'
         )
-    return law.of(shape)
+    with np.errstate(all='ignore'):  # what overflows is refused by name
+        return law.of(shape)
 
 
 def _center_of_fixed(shape: Shape | None, value: Value) -> Vector:

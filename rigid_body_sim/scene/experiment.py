@@ -47,7 +47,10 @@ OF_URDF = {'dt': 0.001, 'gravity': [0.0, 0.0, -9.81]}  # [s], [m/s^2] around a l
 
 
 def load_scene(
-    source: str | Path | Mapping[str, Any] | bytes, *, files: Mapping[str, bytes] | None = None
+    source: str | Path | Mapping[str, Any] | bytes,
+    *,
+    files: Mapping[str, bytes] | None = None,
+    title: str = 'scene',
 ) -> Scene:
     """
     Read and check a scene.
@@ -58,6 +61,7 @@ def load_scene(
     files  : the bytes of the files that the scene names; without it they are read from the folder
              of the scene file (for a mapping or bytes: the current folder), with it the disk is
              not touched for them
+    title  : what to call a mapping or bytes that do not name themselves
 
     Raises UserError, one line with place and cure, for what is no scene.
     """
@@ -65,7 +69,7 @@ def load_scene(
         source = _path_of(source)
     if isinstance(source, str | Path) and Path(source).suffix.lower() == URDF_SUFFIX:
         return _scene_of_urdf(Path(source), files)
-    text, name, folder = _text(source)
+    text, name, folder = _text(source, title)
     origin = Origin(name, has_lines=not isinstance(source, Mapping))
     return _scene(origin, text=text, files=Files(folder=folder, given=files))
 
@@ -102,12 +106,12 @@ def _scene_of_urdf(path: Path, given: Mapping[str, bytes] | None) -> Scene:
     return _scene(Origin(str(path)), text=text, files=files)
 
 
-def _text(source: str | Path | Mapping[str, Any] | bytes) -> tuple[bytes, str, Path]:
+def _text(source: str | Path | Mapping[str, Any] | bytes, title: str) -> tuple[bytes, str, Path]:
     """Return the exact bytes, what to call them, and the folder for relative names."""
     if isinstance(source, Mapping):
-        return document.write(dict(source)), 'scene', Path()
+        return document.write(dict(source)), title, Path()
     if isinstance(source, bytes):
-        return source, 'scene', Path()
+        return source, title, Path()
     if not isinstance(source, str | Path):
         raise UserError(
             f'scene: got {type(source).__name__}; a path, a mapping or bytes of YAML are needed'

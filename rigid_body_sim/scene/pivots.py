@@ -38,7 +38,8 @@ def with_pivot(body: Body, value: Value | None, initial: Value | None) -> Body:
     with value.blamed():
         check_pivot(pivoted, {})
     arm = rotation.rotate(start.orientation, arm_of(pivoted))
-    velocity = as_vector(np.cross(start.angular_velocity, arm))
+    with np.errstate(over='ignore', invalid='ignore'):  # beyond the numbers: refused by name
+        velocity = as_vector(np.cross(start.angular_velocity, arm))
     at = as_vector(start.position - arm)
     position = start.position
     if at_value is not None:

@@ -30,6 +30,7 @@ from rigid_body_sim.analysis.inverse_dynamics import Derived, Estimate, Smoothin
 from rigid_body_sim.analysis.jumps import Jumps, jumps_of
 from rigid_body_sim.analysis.piecewise_spline import Break
 from rigid_body_sim.analysis.recorded_poses import Poses, from_bag, from_csv
+from rigid_body_sim.analysis.run_steps import RunSteps, steps_of
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Scene
@@ -102,11 +103,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Derive and write; exit code 0."""
     check_new(arguments.output)
-    tracks, scene, jumps = _read(arguments)
+    tracks, scene, jumps, steps = _read(arguments)
     tracks = _asked(arguments, tracks)
     found = {}
     for poses in tracks:
-        found[poses.prefix] = _derive(arguments, poses, scene, jumps)
+        found[poses.prefix] = _derive(arguments, poses, scene, jumps, steps)
     report = {
         'source': arguments.source.name,
         'scene': None if scene is None else scene.name,
@@ -157,21 +158,29 @@ def _asked(arguments: argparse.Namespace, tracks: list[Poses]) -> list[Poses]:
     return tracks
 
 
-def _read(arguments: argparse.Namespace) -> tuple[list[Poses], Scene | None, Jumps | None]:
-    """Read the poses, the scene if there is one, and the jumps if they are known."""
+def _read(
+    arguments: argparse.Namespace,
+) -> tuple[list[Poses], Scene | None, Jumps | None, RunSteps | None]:
+    """Read the poses, the scene if there is one, and the jumps and steps if they are known."""
     given = load_scene(find_scene(arguments.scene)) if arguments.scene else None
     if arguments.source.suffix.lower() == '.csv':
-        return from_csv(arguments.source), given, None
+        return from_csv(arguments.source), given, None, None
     bag = Bag(arguments.source)
     if given is None and SCENE_FILE in bag.attachments:
         files = dict(bag.attachments)
         given = load_scene(files.pop(SCENE_FILE), files=files)
     tracks = from_bag(bag)
-    return tracks, given, jumps_of(bag, given) if given is not None and bag.holds_run else None
+    if given is None or not bag.holds_run:
+        return tracks, given, None, None
+    return tracks, given, jumps_of(bag, given), steps_of(bag.manifest)
 
 
 def _derive(
-    arguments: argparse.Namespace, poses: Poses, scene: Scene | None, jumps: Jumps | None
+    arguments: argparse.Namespace,
+    poses: Poses,
+    scene: Scene | None,
+    jumps: Jumps | None,
+    steps: RunSteps | None,
 ) -> tuple[Derived, dict[str, Estimate]]:
     bodies = {} if scene is None else {body.name: body for body in scene.bodies}
     body = bodies.get(poses.body)
@@ -194,6 +203,7 @@ def _derive(
             start_velocity=arguments.start_velocity,
             end_velocity=arguments.end_velocity,
             at_rest=arguments.at_rest,
+            steps=steps,
             unit=1e-9,
         )
     except (UserError, InvalidModel) as error:

@@ -22,13 +22,16 @@ from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.new_output import check_new
+from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command, read_csv
 from rigid_body_sim.runs.energy_log import as_numbers
 from rigid_body_sim.runs.kept_lines import balance_line, drift_text, momentum_lines
+from rigid_body_sim.runs.longer_ticks import longer_dt
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import (
     Run,
     RunSettings,
+    need_numbers,
     publish_every,
     rate_note,
     start_alone_note,
@@ -90,8 +93,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--estimate-error',
         action='store_true',
-        help='let a reference run in half steps run along and report how wrong the run is; twice '
-        'the cost',
+        help='let two finer runs go along and report how wrong the run is; six times the cost, on '
+        'stiff scenes more',
     )
     parser.add_argument(
         '--contacts',
@@ -108,10 +111,19 @@ def run(arguments: argparse.Namespace) -> int:
     """
     STOP.stage = 'while the scene was read; nothing is recorded'
     scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
+    need_numbers(scene)
     warn_if_plain(warning_printer('simulate'))
     with _Note('reading the scene', shown=not arguments.json) as note:
+        dt = arguments.dt or longer_dt(
+            scene,
+            arguments.integrator,
+            duration=arguments.duration,
+            rate_hz=arguments.publish_rate,
+            timeout=arguments.command_timeout,
+            commands=arguments.commands,
+        )
         simulation = simulation_of(
-            scene, integrator=arguments.integrator, dt=arguments.dt, progress=note.show
+            scene, integrator=arguments.integrator, dt=dt, progress=note.show
         )
     ticks = whole_ticks(arguments.duration, simulation)
     timed = (
@@ -297,11 +309,10 @@ def _report(
         'end_reason': reason,
         'warnings': whole.warnings,
     }
-    if simulation.choice is not None:
-        result['integrator_choice'] = simulation.choice.reason
+    result |= choices.facts(simulation)
     estimate = whole.error_estimate()
-    if estimate is not None:
-        result['error_estimate'] = estimate.figures()
+    if arguments.estimate_error:
+        result['error_estimate'] = estimate.figures() if estimate is not None else None
     if arguments.json:
         print(json.dumps(result))
         return
@@ -310,8 +321,8 @@ def _report(
         f'with {simulation.integrator.name} in {wall:.2f} s '
         f'({simulation.time / max(wall, 1e-9):.0f} times real time)'
     )
-    if simulation.choice is not None:
-        print(f'  auto: {simulation.choice.reason}')
+    for line in choices.summary(simulation):
+        print(f'  auto: {line}')
     print(f'  {balance_line(balance)}')
     if drift.energy is not None:
         print(f'  energy drift: {drift_text(drift.energy)}')

@@ -33,10 +33,12 @@ ROUGH = {'friction': 1.0}
 ON_ITS_SIDE = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))  # the axis along -y
 
 
-def wheel(length, position, *, share=0.5, across=0.25, material=None, **of_motion):
+def wheel(length, position, *, share=0.5, across=None, material=None, **of_motion):
     """
-    A cylinder of 1 kg; inertia `share` R^2 about its axis, `across` R^2 across it.
+    A cylinder of 1 kg; inertia `share` R^2 about its axis, `across` R^2 across it: at least half
+    of that.
     """
+    across = max(0.25, 0.5 * share) if across is None else across
     return Body(
         'wheel', Cylinder(R, length), 1.0, inertia=np.diag([across, across, share]) * R**2,
         initial=motion(position, **of_motion), material=Material(**(material or {})),

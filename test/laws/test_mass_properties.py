@@ -379,7 +379,9 @@ def test_a_length_must_be_positive(length: float) -> None:
         lambda: Cylinder(length, 1.0),
         lambda: Capsule(1.0, length),
     ):
-        with pytest.raises(InvalidModel, match=r'must be positive and finite|three finite numbers'):
+        with pytest.raises(
+            InvalidModel, match=r'must be positive and finite|three finite numbers'
+        ):
             make()
 
 

@@ -42,7 +42,7 @@ def assert_explains(inertia, moments, axes):
     assert np.all(np.diag(axes) > 0.0)
 
 
-@settings(max_examples=40)
+@settings(max_examples=30)
 @given(ATTITUDES, st.tuples(*[st.floats(1e-6, 1.0)] * 3), UNIT_OF_MASS)
 def test_the_axes_explain_any_tensor_in_any_unit(q, moments, unit):
     inertia = tensor(np.array(moments) * unit, rotation.matrix_from_quaternion(q))
@@ -51,10 +51,11 @@ def test_the_axes_explain_any_tensor_in_any_unit(q, moments, unit):
     scaled, same = principal_axes(inertia * 4.0)
     assert np.array_equal(scaled, 4.0 * found)
     assert np.array_equal(same, axes)
-    assert principal_moments(inertia) == pytest.approx(np.sort(found), rel=1e-13)
+    rounding = ROUND_OFF * np.max(found)
+    assert principal_moments(inertia) == pytest.approx(np.sort(found), abs=rounding)
 
 
-@settings(max_examples=25)
+@settings(max_examples=30)
 @given(ATTITUDES, st.integers(0, 2), st.sampled_from((0.5, 1.9)), st.floats(-3, 3))
 def test_an_axis_of_symmetry_is_met_by_the_shortest_turn(q, odd, moment, ulps):
     moments = np.ones(3)
@@ -85,7 +86,7 @@ def test_of_axes_as_near_the_first_is_taken_whatever_rounding_says():
             assert axes[:, 0] == pytest.approx(np.array(n) * n[0] / np.sqrt(3.0), abs=1e-14)
 
 
-@settings(max_examples=25)
+@settings(max_examples=30)
 @given(ATTITUDES)
 def test_where_all_moments_are_equal_the_given_axes_stay(q):
     inertia = tensor((2.0, 2.0, 2.0), rotation.matrix_from_quaternion(q))
@@ -102,7 +103,7 @@ def test_what_rounding_leaves_off_the_diagonal_turns_nothing():
     assert np.array_equal(found, np.diag(inertia))
 
 
-@settings(max_examples=25)
+@settings(max_examples=30)
 @given(ATTITUDES, st.permutations((1.0, 2.0, 2.5)))
 def test_turning_a_body_turns_its_axes(q, moments):
     """Moments that differ fix the axes: only their numbers and directions are left to the rule."""

@@ -46,7 +46,7 @@ FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go 
     ),
     'physics.integration': (
         'status', 'options', 'limits', 'free_rotation', 'schemes', 'integrator', 'orientation',
-        'integrators', 'choose',
+        'integrators', 'candidates', 'choose', 'lookout',
     ),
 }  # fmt: skip
 MOST_LINES = 80  # of a function in physics, its docstring counted

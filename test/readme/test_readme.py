@@ -71,7 +71,7 @@ def test_the_python_example_runs():
 
 def test_the_commands_of_a_first_run_work(tmp_path):
     lines = block_with('', 'simulate two_bodies').strip().splitlines()
-    assert len(lines) == 5
+    assert len(lines) == 6
     for line in lines:
         words = shlex.split(line, comments=True)
         assert words[0] == 'python'

@@ -24,7 +24,7 @@ from rigid_body_sim.report import own_scene, results
 from rigid_body_sim.report.entry import Setting, our_entry
 from rigid_body_sim.report.measure import measure, run_once
 from rigid_body_sim.report.method import method
-from rigid_body_sim.report.point import DIVERGED, NOT_ACCURATE, OK, REFUSED
+from rigid_body_sim.report.point import DIVERGED, NOT_ACCURATE, OK, REFUSED, Point
 from rigid_body_sim.report.problems import PROBLEMS
 
 from .. import inside
@@ -261,6 +261,23 @@ def test_every_method_is_tried_with_ticks_up_to_the_publishing_period(rate, long
     assert problem.tick == max(problem.steps) == pytest.approx(longest)
     ours = {name for name, each in INTEGRATORS.items() if not each.is_reference}
     assert ours <= set(problem.integrators)
+
+
+def test_a_recommendation_beyond_a_limit_says_so():
+    ball = {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 1.0}
+    spring = {'type': 'spring', 'a': 'ball', 'b': 'world', 'stiffness': 1e6, 'rest_length': 1.0}
+    head = {'version': 1, 'name': 'stiff', 'dt': 0.01}
+    scene = load_scene(head | {'bodies': [ball], 'forces': [spring]})
+    against = own_scene.Reference([Simulation(scene).state] * own_scene.INSTANTS, 0.0, 'it')
+    problem = own_scene.problem_of(scene, 1.0, against, tolerance=1e-3)
+    points = [
+        Point('ours', '', name, 'double', '', 0.01, None, 1, OK, error=1e-4, cost=cost)
+        for name, cost in (('implicit_midpoint', 1e-6), ('sdirk2', 1e-5))
+    ]
+    for some, said in ((points, 'for longer runs mind'), (points[1:], '--publish-rate)')):
+        text = own_scene.recommendation(some, problem, tolerance=1e-3, against=against)
+        assert f'use integrator {some[0].method}' in text and said in text
+    assert text.endswith('--publish-rate)')
 
 
 def test_the_commands_of_the_readme_are_understood():

@@ -86,14 +86,15 @@ class ContactSettings:
             is_whole = isinstance(value, int) and not isinstance(value, bool)
             if not is_whole or not least <= value <= most:
                 raise InvalidModel(
-                    f'contact.{name}: got {shown(value)}; a whole number from {least} to {most} is '
-                    'needed'
+                    f'contact.{name}: got {shown(value)}; a whole number from {least} '
+                    f'to {most} is needed'
                 )
             return
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         if not is_number or not least <= value < math.inf:
             raise InvalidModel(
-                f'contact.{name}: got {shown(value)}; a finite number [{unit}], not negative, is needed'
+                f'contact.{name}: got {shown(value)}; a finite number [{unit}], not negative, '
+                'is needed'
             )
 
     @classmethod

@@ -94,6 +94,11 @@ class StabilityWatch:
                 found.append(StepLimitViolation(kind, bodies, text))
         return found
 
+    @property
+    def has_bent_ties(self) -> bool:
+        """Whether a spring has a rest length, or holds a body off its centre (`Limits.bent`)."""
+        return bool(self._ties.bent.any())
+
     def rates(self, state: State) -> dict[str, Array]:
         """Give the rates of all moving bodies, core order, (n_moving,) [rad/s], [rad/s], [1/s]."""
         n, rigid = self._layout.n_moving, self._layout.moving[: self._layout.n_rigid]
@@ -103,6 +108,8 @@ class StabilityWatch:
         lighter = np.ones(n)  # mass and moments at the start over those of now
         if state.masses is not None:
             lighter = self._layout.masses / state.masses[self._layout.moving]
+        for core, share in self._least_inertia.items():
+            lighter[core] *= share
         speed = np.linalg.norm(state.velocity[self._layout.moving], axis=1)
         damping = ties.damping + ties.quadratic * speed[ties.a]
         turning = ties.angular + ties.angular_quadratic * rotation[ties.a]
@@ -134,6 +141,17 @@ class StabilityWatch:
             'oscillation': oscillation,
             'relaxation': np.full(n, limits.relaxation),
         }
+
+    @cached_property
+    def _least_inertia(self) -> dict[int, float]:
+        """Moments at the start over the least that a body ever has, by core index."""
+        found = {}
+        for core in range(self._layout.n_rigid):
+            law = self._layout.body(core).inertia_over_time
+            if law is not None:
+                least = np.min(np.array(law.table)[:, 1:], axis=0)
+                found[core] = float(np.max(self._layout.moments[core] / least))
+        return found
 
     @cached_property
     def _ties(self) -> _Ties:
@@ -221,9 +239,13 @@ class _Ties:
         self.twist = inverse[self.a]
         self.bent = np.zeros(self._n, dtype=bool)
         for tie, both in zip(ties, ends, strict=True):
-            straight = tie.linear and not any(end.turns >= 0 and any(end.offset) for end in both)
-            if tie.stiffness and not straight:
-                self.bent[[end.index for end in both if end.index >= 0]] = True
+            moving = [end for end in both if end.index >= 0]
+            off_centre = any(
+                end.turns >= 0 and (any(end.offset) or layout.body(end.index).pivot is not None)
+                for end in moving
+            )
+            if tie.stiffness and (off_centre or not tie.linear):
+                self.bent[[end.index for end in moving]] = True
         for name in ('stiffness', 'damping', 'quadratic', 'angular', 'angular_quadratic'):
             setattr(self, name, np.array([getattr(tie, name) for tie in ties], dtype=np.float64))
 

@@ -40,8 +40,8 @@ class Option:
             raise InvalidModel(f'{name}: got {shown(value)}; a number is needed')
         if not self.minimum <= value <= self.maximum:
             raise InvalidModel(
-                f'{name}: got {shown(value)}; a number from {self.minimum!r} to {self.maximum!r} is '
-                'needed'
+                f'{name}: got {shown(value)}; a number from {self.minimum!r} '
+                f'to {self.maximum!r} is needed'
             )
         if isinstance(self.default, int):
             if value != int(value):

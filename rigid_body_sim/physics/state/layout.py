@@ -195,9 +195,11 @@ class Layout:
             q = np.array([s.orientation for s in starts])
             turned = [not np.array_equal(v, np.eye(3)) for v in self._axes]
             q[turned] = so3.normalise(so3.multiply(q[turned], self.principal[turned]))
-            omega = so3.rotate_back(q, np.array([s.angular_velocity for s in starts]))
+            with np.errstate(over='ignore', invalid='ignore'):  # the first tick will tell
+                omega = so3.rotate_back(q, np.array([s.angular_velocity for s in starts]))
+                momentum = so3.rotate(q, self.moments * omega)
             scatter(array, ROTATION, ORIENTATION, q)
-            scatter(array, ROTATION, ANGULAR_MOMENTUM, so3.rotate(q, self.moments * omega))
+            scatter(array, ROTATION, ANGULAR_MOMENTUM, momentum)
             scatter(array, ROTATION, MOMENTS, self.moments)
             scatter(array, ROTATION, INVERSE_MOMENTS, 1.0 / self.moments)
         return array

@@ -125,7 +125,7 @@ class State:
     masses: Array | None = None
 
     def __post_init__(self) -> None:
-        self.values.flags.writeable = False  # views of it are then read-only too
+        self.values.setflags(write=False)  # views of it are then read-only too
 
     def __repr__(self) -> str:
         return f'<State of {len(self.values)} bodies: position, orientation, velocity, …>'
@@ -177,7 +177,7 @@ class StateReader:
         self._sizes = (layout.n_moving, layout.n_rigid)
         self._principal = argument(layout.principal.ravel())
         self._scene_index = argument(layout.moving)
-        self._flowing = np.array([flow_of(body) is not None for body in layout.bodies])
+        self._flowing = [i for i, b in enumerate(layout.bodies) if flow_of(b) is not None]
         self._bodies = layout.bodies
         self._changing = [
             (core, body.inertia_over_time)
@@ -209,12 +209,12 @@ class StateReader:
         )
         if self._pivots[0]:
             _move_to_centers(*self._pivots, argument(values.reshape(-1)))
-        if not self._flowing.any():
+        if not self._flowing:
             return State(values)
         masses = masses_at(self._bodies, time)
         assert masses is not None
-        masses.flags.writeable = False
+        masses.setflags(write=False)
         # the blocks hold the momenta of the mass at the start
-        for i in np.flatnonzero(self._flowing):
+        for i in self._flowing:
             values[i, MOMENTUM:COLUMNS] *= masses[i] / self._bodies[i].mass
         return State(values, masses)

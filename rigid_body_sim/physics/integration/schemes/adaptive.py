@@ -63,6 +63,7 @@ from rigid_body_sim.physics.state.blocks import (
 head = Record()  # of the workspace
 RTOL = head.number('-', 'relative tolerance')
 ATOL = head.number('SI unit of each vector', 'absolute tolerance')
+TRIED = head.number('-', 'substeps tried since the workspace was made')
 HEAD_SIZE = head.padding(LANES)
 
 SMALLEST = 1e-12  # [tick] substep at which the control gives up
@@ -160,6 +161,7 @@ def _advance(
             end_rotation(accepted, n_rigid, rotation, rotation_work, method)
             fresh = True
             count += 1
+            workspace[TRIED] += 1.0
             if accepted:
                 elapsed = 1.0 if last else elapsed + share
                 share *= _after_acceptance(worst, before, refused)
@@ -280,6 +282,10 @@ class EmbeddedPair:
             end_points=of_points.end,
             end_rotation=of_rotation.end,
         )
+
+    def steps_taken(self, workspace: Any) -> float:
+        """Count the substeps tried with a workspace so far."""
+        return float(workspace[TRIED])
 
     def workspace(self, blocks: int) -> int:
         """Count the numbers that a step writes beside the state."""
