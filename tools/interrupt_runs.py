@@ -186,7 +186,8 @@ def seen_in(bag: Path, *, killed: bool) -> tuple[str, list[str], int]:
         try:
             recover(bag, looked_at)
         except (RunError, UserError) as error:
-            return 'too young', ([] if 'nothing to save' in str(error) else [str(error)]), -1
+            young = any(word in str(error) for word in ('nothing to save', 'holds 0 .mcap'))
+            return 'too young', [] if young else [str(error)], -1
         kind, whole = 'saved', Bag(looked_at)
     last = whole.ending['last_tick'] if whole.ending else whole.recovered['last_tick']
     if code := quiet('replay', str(looked_at)):
