@@ -243,8 +243,9 @@ def trial(case: str, chance: random.Random, folder: Path, options: argparse.Name
     codes = set() if case in NODE else {CODES[number] for number in numbers if number in CODES}
     allowed = {0, -9} if options.kill else {0, *codes}
     text = said.read_text(errors='replace')
-    if fresh and not bag.exists() and 'rigid_body_sim' not in text:
-        text, code = '', 0  # Python itself had not begun: site imports its packages
+    unborn = fresh or -code in numbers  # Python itself had not begun, or the child to listen
+    if unborn and not bag.exists() and 'rigid_body_sim' not in text:
+        text, code = '', 0
     if code not in allowed:
         problems.append(f'exit code {code}')
     problems += [f'said {word}' for word in SUSPICIOUS if word in text]
