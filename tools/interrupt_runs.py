@@ -186,7 +186,8 @@ def seen_in(bag: Path, *, killed: bool) -> tuple[str, list[str], int]:
         try:
             recover(bag, looked_at)
         except (RunError, UserError) as error:
-            return 'too young', ([] if 'nothing to save' in str(error) else [str(error)]), -1
+            young = any(word in str(error) for word in ('nothing to save', 'holds 0 .mcap'))
+            return 'too young', [] if young else [str(error)], -1
         kind, whole = 'saved', Bag(looked_at)
     last = whole.ending['last_tick'] if whole.ending else whole.recovered['last_tick']
     if code := quiet('replay', str(looked_at)):
@@ -242,8 +243,9 @@ def trial(case: str, chance: random.Random, folder: Path, options: argparse.Name
     codes = set() if case in NODE else {CODES[number] for number in numbers if number in CODES}
     allowed = {0, -9} if options.kill else {0, *codes}
     text = said.read_text(errors='replace')
-    if fresh and not bag.exists() and 'rigid_body_sim' not in text:
-        text, code = '', 0  # Python itself had not begun: site imports its packages
+    unborn = fresh or -code in numbers  # Python itself had not begun, or the child to listen
+    if unborn and not bag.exists() and 'rigid_body_sim' not in text:
+        text, code = '', 0
     if code not in allowed:
         problems.append(f'exit code {code}')
     problems += [f'said {word}' for word in SUSPICIOUS if word in text]
