@@ -48,13 +48,14 @@ EULER_MACLAURIN = {1: 1 / 12, 3: -1 / 720, 5: 1 / 30240}  # by derivative
 GREGORY = (1 / 12, 1 / 24, 19 / 720, 3 / 160)  # by backward difference
 TOO_FAST = 1e-3  # [-] of the power: what one piece less gives otherwise; some 0.7 rad a tick
 SNAP_DIGITS = 8  # [tick] so near to a boundary a kink is at it: wider than `schedule.SNAP`
+ROUGH = 0.05  # [-] of the largest power: its second difference; 0.2 rad a tick
 PLACES = 8  # looks into a tick of many substeps; more cost time, and find nothing new
 LEFT = 0.1  # [-] of what the last extrapolation changed, for what is left
 ALTERNATING = 12  # differences: they leave of the power what changes sign from tick to tick
 QUARTER = 0.25  # [-] of the difference to ticks twice as long: what a kink leaves, nothing more
 
 # sums of a meter, a row of one number for each of commands, drives and dissipation
-CLOSED, CLOSED_ERROR, PIECES, PIECES_ERROR, SUM, HEAD, HEAD_ERROR, SWING = range(8)
+CLOSED, CLOSED_ERROR, PIECES, PIECES_ERROR, SUM, HEAD, HEAD_ERROR, SWING, LARGEST = range(9)
 
 
 class Motion(Protocol):
@@ -90,7 +91,7 @@ class WorkMeter:
         self._smooth = smooth
         self._rows = np.zeros((ROWS, SUMS))
         self._row_arguments = [argument(row) for row in self._rows]
-        self._sums = np.zeros((8, SUMS))
+        self._sums = np.zeros((9, SUMS))
         self._h = math.nan  # between two rows [s]
         self._bends_for = math.nan  # tick length [s]
         self._bends: set[float] = set()  # tick boundaries at which a derivative of a power jumps
@@ -104,6 +105,7 @@ class WorkMeter:
         self.cut()
         self._integrator = integrator
         self._pieces = 4 if integrator.order <= 2 else 8
+        self._looks_close = integrator.order > 2
         self._substeps = integrator.substeps
         self._places = max(k for k in range(1, PLACES + 1) if self._substeps % k == 0)
         self._weights = _weights_of(self._pieces)
@@ -186,7 +188,7 @@ class WorkMeter:
 
     def _step(self, motion: Motion, steps: int, h: float, *, last: bool) -> bool:
         """Advance to the next place, the last of the stretch or another; whether it went well."""
-        if last and self._smooth and self._first >= 0:
+        if self._smooth and self._first >= 0 and (last or self._is_rough()):
             self._end_rows()
         if self._first < 0:
             self._add_pieces()
@@ -195,6 +197,20 @@ class WorkMeter:
         self._place += 1
         self._look(self._place * self._h)
         return True
+
+    def _is_rough(self) -> bool:
+        """
+        Whether the power changes too fast from place to place to go on without pieces.
+
+        Asked for methods above order two only: the error of the others is larger.
+        """
+        row = self._count - 1
+        if not self._looks_close or row < 2:
+            return False
+        rows, largest = self._rows, self._sums[LARGEST]
+        np.maximum(largest, abs(rows[row]), out=largest)
+        bend = abs(rows[row] - 2.0 * rows[row - 1] + rows[row - 2])
+        return bool((bend > ROUGH * largest).any())
 
     def _bends_at(self, tick: float, h: float) -> bool:
         """Whether a derivative of a power jumps at a tick boundary."""
@@ -223,7 +239,8 @@ class WorkMeter:
             self._first, self._sums[HEAD] = row, 0.5 * self._rows[row]
         elif row:
             error = abs(self._found[AT_END + 1])
-            if (error <= TOO_FAST * abs(self._local).max(axis=0)).all():
+            smooth = (error <= TOO_FAST * abs(self._local).max(axis=0)).all()
+            if smooth and not self._is_rough():
                 self._first = row
                 self._sums[HEAD] = 0.5 * self._rows[row] - self._found[AT_END]
                 self._sums[HEAD_ERROR] = error
@@ -232,7 +249,7 @@ class WorkMeter:
         """Divide steps into pieces from here on."""
         self._sums[PIECES : PIECES_ERROR + 1] = self._of_stretch()
         self._first = -1
-        self._sums[SUM:] = 0.0
+        self._sums[SUM:LARGEST] = 0.0
 
     def _divide(self) -> bool:
         """Look at the power in pieces of the coming step; then stand where it begins."""
