@@ -10,21 +10,29 @@ Exit codes: 0 done; 1 failed while running; 2 bad scene, parameter or argument; 
 
 from __future__ import annotations
 
+import signal
+import sys
+
+# A signal may come at any moment: Ctrl-C ends all at once until it is listened to.
+if __name__ == '__main__':
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
 from rigid_body_sim.stop_signals import STOP, WORKING, Stopped, say
 
-if __name__ == '__main__':  # before the rest is imported: a signal may come at any moment
+if __name__ == '__main__':
     STOP.listen(owns_process=True)
+    STOP.quits = 0 if sys.argv[1:2] == ['sim_node'] else None
 
 import argparse
 import importlib
 import os
-import sys
 from collections.abc import Sequence
 
 from rigid_body_sim import __version__
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.terminal import clean_output
 
+NODE = 'sim_node'  # whose normal end is a signal
 VERBS = {
     'sim_node': 'the ROS 2 node: wrenches in, poses and twists out, a bag on request',
     'simulate': 'run a scene without ROS, as fast as possible, into a bag',
@@ -62,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def run_verb(verb: str, words: Sequence[str]) -> int:
     """Run one verb with its own words; turn what it raises into one line and an exit code."""
     listens = STOP.listen(owns_process=False)
-    STOP.verb = verb
+    STOP.verb, STOP.quits = verb, 0 if verb == NODE else None
     try:
         return _run_verb(verb, words)
     finally:

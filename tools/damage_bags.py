@@ -60,6 +60,8 @@ SOURCES = (
 MEMORY = 6 << 30  # [bytes] of address space
 ALLOWED = {0, 1, 2, 3}
 DIFFERS = 3
+TOLD_EVERY = 250  # bags
+WAITING = 6  # times the limit: a busy machine is no law broken
 KNOWN = ('rigid_body_sim ', 'usage: ')  # how our lines on standard error begin
 MAGIC = mcap_file.MAGIC
 Parts = list[tuple[int, bytes]]  # opcode and content of each record of a data section
@@ -79,17 +81,23 @@ class TooLong(BaseException):
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise TooLong after some seconds."""
+    """Raise TooLong after some seconds of processor time, or far more of waiting."""
 
     def ring(*_: object) -> None:
         raise TooLong
 
-    signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    alarms = (
+        (signal.ITIMER_PROF, signal.SIGPROF, seconds),
+        (signal.ITIMER_REAL, signal.SIGALRM, WAITING * seconds),
+    )
+    for timer, number, limit in alarms:
+        signal.signal(number, ring)
+        signal.setitimer(timer, limit)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
+        for timer, _, _ in alarms:
+            signal.setitimer(timer, 0)
 
 
 def call(*words: object, limit: float = 20.0) -> Outcome:
@@ -611,6 +619,8 @@ class Attack:
 
     def _note(self, outcome: str, laws: list[str], name: str, bag: Path) -> None:
         self.outcomes[outcome] += 1
+        if self.outcomes.total() % TOLD_EVERY == 0:
+            print(f'{self.outcomes.total()} bags: {dict(self.outcomes)}', file=sys.stderr)
         for law in laws:
             self.broken[law] += 1
             print(f'{name}: {law}', file=sys.stderr)

@@ -241,11 +241,11 @@ def trial(case: str, chance: random.Random, folder: Path, options: argparse.Name
     # of signals that arrive together the process is told in the order of their numbers
     codes = set() if case in NODE else {CODES[number] for number in numbers if number in CODES}
     allowed = {0, -9} if options.kill else {0, *codes}
-    if fresh and not said.stat().st_size and not bag.exists():
-        allowed |= {-number for number in numbers}  # before Python itself had begun
+    text = said.read_text(errors='replace')
+    if fresh and not bag.exists() and 'rigid_body_sim' not in text:
+        text, code = '', 0  # Python itself had not begun: site imports its packages
     if code not in allowed:
         problems.append(f'exit code {code}')
-    text = said.read_text(errors='replace')
     problems += [f'said {word}' for word in SUSPICIOUS if word in text]
     kind, found, last = seen_in(bag, killed=options.kill)
     loss = 0.0

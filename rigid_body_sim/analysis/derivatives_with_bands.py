@@ -17,7 +17,7 @@ goes down from the samples themselves. Samples that are exact but for rounding a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,10 +27,14 @@ from rigid_body_sim.analysis.noise_level import noise_level
 from rigid_body_sim.analysis.piecewise_spline import (
     DEGREE,
     FEWEST,
+    Break,
+    End,
     Layout,
     Spline,
     Undetermined,
+    cut,
     orders,
+    with_fewer,
 )
 
 Array = NDArray[np.float64]
@@ -46,7 +50,6 @@ MOST_DRAWN = 400_000  # numbers drawn in all
 SEED = 20_260_101  # of the noise that is drawn: the same samples give the same bands
 NEVER = (np.inf, np.inf, None)  # estimated errors of what cannot be
 DOUBT = 1.5  # a distance to the judge below so many times that by noise tells of noise alone,
-TRUSTED = 100.0  # ratio of noise, as a variance, up to which a judge is believed
 DOUBT_UNSMOOTHED = 4.0
 MORE_DOUBT, MOST_DOUBT = 0.02, 9.0  # the more, the noisier the judge is beside the spline
 WINDOW = 3.0  # [knots] over which what is lost is averaged
@@ -130,6 +133,42 @@ def noise_of(layout: Layout, samples: Array) -> Array:
 def only_rounding(samples: Array, noise: Array) -> bool:
     """Whether noise (d,) may be rounding, which is not white as it adds up in a run."""
     return bool(np.all(noise <= ROUNDING * np.max(np.abs(samples), axis=0)))
+
+
+def follow(
+    time: Array,
+    samples: Array,
+    breaks: Sequence[Break],
+    ends: Sequence[End] = (),
+    *,
+    bandwidth: float | None = None,
+    turns: bool = False,
+) -> tuple[Fit, Layout, Array, tuple[float, ...]]:
+    """
+    Follow samples (n, d) with the spline that suits them.
+
+        bandwidth : [1 / unit of the times] None: found
+        turns     : whether the samples are quaternions, whose columns share one noise
+        returns   : the spline, its layout, the noise (d,), and the instants of jumps given up
+    """
+    lasts = float(time[-1] - time[0])
+    fraction = None if bandwidth is None else min(1.0, 2.0 * bandwidth * lasts / len(time))
+    layout = cut(time, breaks, ends)
+    given_up = {b.instant for b in layout.dropped}
+    while True:
+        noise = noise_of(layout, samples)
+        if turns:
+            noise = np.full_like(noise, np.sqrt(np.mean(np.square(noise))))
+        try:
+            found = choose(layout, samples, noise, fraction=fraction)
+        except Undetermined:
+            if not layout.breaks:
+                raise
+            fewer = with_fewer(layout)
+            given_up |= {b.instant for b in set(layout.breaks) - set(fewer) if b.continuity <= 1}
+            layout = cut(time, fewer, ends)
+            continue
+        return found, layout, noise, tuple(sorted(given_up))
 
 
 def choose(layout: Layout, samples: Array, noise: Array, *, fraction: float | None = None) -> Fit:
@@ -259,8 +298,7 @@ def errors(
         blind       : (n, 3) what it may be wrong by besides: where a piece has no judge
                       (`blind_spots`)
     """
-    # so much noisier a judge makes as much more of what its neighbours lose, too
-    square = np.square(own - judge) * np.minimum(1.0, TRUSTED / np.maximum(_ratio(found), 1.0))
+    square = np.square(own - judge)
     lost = _lost(found, square - _doubt(found) * in_distance) + np.square(blind)
     rms = np.sqrt(np.mean(np.sum(lost + by_noise, axis=1)))
     # the largest of so many normal numbers, on top of what is lost

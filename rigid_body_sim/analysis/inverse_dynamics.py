@@ -34,11 +34,10 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
     Errors,
     Fit,
     blind_spots,
-    choose,
     errors,
-    noise_of,
+    follow,
 )
-from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, cut
+from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, Undetermined
 from rigid_body_sim.analysis.run_steps import RunSteps, left_in_first, left_in_second
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model import rotation as so3
@@ -49,6 +48,8 @@ from rigid_body_sim.physics.model.variable_mass import mass_at
 Array = NDArray[np.float64]
 
 FEWEST = DEGREE + 1  # samples
+QUATERNION = 4  # columns
+FARTHEST = 1e100  # [m] squares of what is farther are no numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,6 +209,8 @@ def _check(time: Array, position: Array, orientation: Array, bandwidth: float | 
         raise UserError(
             'positions or orientations hold NaN or infinity; every number must be finite'
         )
+    if np.max(np.abs(position)) > FARTHEST:
+        raise UserError(f'positions up to {np.max(np.abs(position)):g} m; allowed: 1e100 m')
     late = np.flatnonzero(np.diff(time) <= 0.0)
     if late.size:
         raise UserError(
@@ -235,21 +238,27 @@ def _follow(
     bandwidth: float | None,
     unit: float,
 ) -> _Followed:
-    layout = cut(time, [b if isinstance(b, Break) else Break(float(b)) for b in breaks], ends)
-    noise = noise_of(layout, samples)
+    turns = samples.shape[1] == QUATERNION
+    try:
+        fit, layout, noise, given_up = follow(
+            time,
+            samples,
+            [b if isinstance(b, Break) else Break(float(b)) for b in breaks],
+            ends,
+            bandwidth=None if bandwidth is None else bandwidth * unit,
+            turns=turns,
+        )
+    except Undetermined as error:
+        raise UserError(f'{error}; are they of one motion, at times that differ?') from error
     axis_noise = float(np.sqrt(np.mean(np.square(noise))))
-    if samples.shape[1] == 4:  # a turn by a changes three of the four by a / 2
-        noise = np.full(4, axis_noise)
+    if turns:  # a turn by a changes three of the four by a / 2
         axis_noise *= 2.0 * np.sqrt(4.0 / 3.0)
-    lasts = float(time[-1] - time[0]) * unit
-    fraction = None if bandwidth is None else min(1.0, 2.0 * bandwidth * lasts / len(time))
-    fit = choose(layout, samples, noise, fraction=fraction)
     smoothing = Smoothing(
         axis_noise,
-        0.5 * fit.free / lasts,
+        0.5 * fit.free / (float(time[-1] - time[0]) * unit),
         fit.smooths,
         len(layout.breaks),
-        tuple(unit * b.instant for b in layout.dropped),
+        tuple(unit * instant for instant in given_up),
     )
     return _Followed(fit, noise, smoothing)
 

@@ -36,12 +36,12 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
     Errors,
     Fit,
     blind_spots,
-    choose,
     errors,
+    follow,
     noise_of,
 )
-from rigid_body_sim.analysis.inverse_dynamics import vector_of
-from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, cut
+from rigid_body_sim.analysis.inverse_dynamics import FARTHEST, vector_of
+from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, Undetermined, cut
 from rigid_body_sim.errors import UserError
 
 Array = NDArray[np.float64]
@@ -116,17 +116,21 @@ def inverse_kinematics(
         if value is not None
     ]
     conditions += _of_ends(ends, bool(conditions))
-    layout = cut(
-        stamps, [b if isinstance(b, Break) else Break(float(b)) for b in breaks], conditions
-    )
-    noise = noise_of(layout, samples)
-    if ends == 'periodic':
-        _must_repeat(samples, noise)
-    lasts = float(stamps[-1] - stamps[0])
     if bandwidth is not None and not (np.isfinite(bandwidth) and bandwidth > 0.0):
         raise UserError(f'bandwidth {bandwidth:g} Hz; allowed: a positive number')
-    fraction = None if bandwidth is None else min(1.0, 2.0 * bandwidth * lasts / len(stamps))
-    found = choose(layout, samples, noise, fraction=fraction)
+    if ends == 'periodic':
+        _must_repeat(samples, noise_of(cut(stamps), samples))
+    try:
+        found, _, noise, _ = follow(
+            stamps,
+            samples,
+            [b if isinstance(b, Break) else Break(float(b)) for b in breaks],
+            conditions,
+            bandwidth=bandwidth,
+        )
+    except Undetermined as error:
+        raise UserError(f'{error} with these conditions; leave some of them out') from error
+    lasts = float(stamps[-1] - stamps[0])
     velocity, acceleration = (_told(found, stamps, noise, order) for order in (BEFORE, 2))
     return Kinematics(
         found.own[0],
@@ -155,6 +159,8 @@ def _samples(time: ArrayLike, position: ArrayLike) -> tuple[Array, Array]:
         raise UserError(f'{len(stamps)} samples; at least {FEWEST} are needed')
     if not (np.all(np.isfinite(stamps)) and np.all(np.isfinite(samples))):
         raise UserError('times or positions hold NaN or infinity; every number must be finite')
+    if np.max(np.abs(samples)) > FARTHEST:
+        raise UserError(f'positions up to {np.max(np.abs(samples)):g} m; allowed: 1e100 m')
     late = np.flatnonzero(np.diff(stamps) <= 0.0)
     if late.size:
         raise UserError(

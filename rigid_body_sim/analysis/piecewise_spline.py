@@ -30,6 +30,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,7 @@ Matrix = Any  # sparse, of scipy, whose stubs know too little of it
 DEGREE = 5  # two derivatives keep order four; a higher one rings more on noise
 JUDGE = 7  # degree of the spline that tells the error
 FEWEST = 3  # coefficients of a piece: a parabola, an acceleration that does not change
+SHARED = 2  # derivatives that short pieces can have in common: more than a parabola's are none
 LONG = JUDGE + 1  # samples from which a piece needs nothing of its neighbours
 ORDERS = 3  # value, first and second derivative
 BEFORE = 3  # behind them: the first derivative up to a break
@@ -199,6 +201,18 @@ def _told_apart(time: Array, breaks: list[Break]) -> tuple[list[Break], list[Bre
     return kept, [breaks[i] for i in sorted(crowd)]
 
 
+def with_fewer(layout: Layout) -> list[Break]:
+    """Breaks of a layout less those that it can best do without: of rates, else the densest."""
+    strong = [b for b in layout.breaks if b.continuity <= 1]
+    if len(strong) < len(layout.breaks):
+        return strong
+    sizes = [piece.samples for piece in layout.pieces]
+    room = [min(pair) for pair in pairwise(sizes)]
+    most = len(strong) - max(1, len(strong) // 4)
+    kept = sorted(range(len(strong)), key=lambda i: room[i], reverse=True)[:most]
+    return [strong[i] for i in sorted(kept)]
+
+
 def _extra(ends: Sequence[End]) -> tuple[int, int]:
     """Conditions at the start and at the end; what links both counts half for each."""
     linked = sum(end.value is None for end in ends)
@@ -222,7 +236,8 @@ def shares(
     doubled = [2 * n for n in samples]
     for i, (c, at_sample) in enumerate(zip(continuity, sampled)):
         left, right = samples[i] < LONG, samples[i + 1] < LONG
-        shared = 2 * (c if at_sample else c + 1)
+        smooth = min(c, SHARED)
+        shared = 2 * (smooth if at_sample else smooth + 1)
         before = shared if left and not right else 0 if right and not left else shared // 2
         doubled[i] += before + (2 if at_sample and left else 0)
         doubled[i + 1] += shared - before
@@ -377,7 +392,8 @@ class Spline:
     def _equations(self) -> Matrix:
         rows, layout = [], self._layout
         for i, b in enumerate(layout.breaks):
-            for order in range(b.continuity + 1):
+            highest = min(b.continuity, max(self._degrees[i], self._degrees[i + 1]))
+            for order in range(highest + 1):  # beyond, all of them are zero
                 step = self._step(i, i + 1) ** order
                 difference = self._row_at(i + 1, b.instant, order) - self._row_at(
                     i, b.instant, order

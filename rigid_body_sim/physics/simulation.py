@@ -76,7 +76,8 @@ class Simulation:
     `auto` saw on the way (`integration.lookout`).
 
     A copy, a deep copy and a pickle each stand for a simulation of their own, which goes on bit
-    for bit from where this one stood; its `contacts` are told from its first tick on.
+    for bit from where this one stood; its `contacts` are told from its first tick on, and no
+    energy balance is kept until it is asked to.
 
     Raises InvalidModel for a scene that a scene file could not say (`validation`), an unknown
     integrator or option, an integrator that refuses the scene, or an impossible dt.

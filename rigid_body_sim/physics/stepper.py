@@ -146,8 +146,9 @@ class Stepper:
             *self._arguments[WORKSPACE + 1 :],
         )
         mine = ('_integrator', '_method', '_scheme', '_kernel_name', '_workspace', '_workspaces')
-        mine = (*mine, '_free', '_coupled', '_workspace_step')
-        taken = {name: new.__dict__[name] for name in mine}
+        taken = {
+            name: new.__dict__[name] for name in (*mine, '_free', '_coupled', '_workspace_step')
+        }
         change = partial(self.__dict__.update, taken, _arguments=arguments)
         # one call of C: no interrupt comes between
         deque(map(partial.__call__, (change, told)), maxlen=0)

@@ -59,6 +59,10 @@ def check_scene(scene: Scene) -> None:
     with blaming('name'):
         check_title(scene.name)
     _check_ticks(scene.dt_ns)
+    with blaming('integrator'):
+        _need(scene.integrator, str, 'the name of an integrator')
+    with blaming('integrator_options'):
+        _need(scene.integrator_options, Mapping, 'a mapping of options by name')
     with blaming('gravity'):
         numbers(scene.gravity, 3, unit='m/s^2')
     with blaming('contact'):

@@ -14,17 +14,31 @@ LONGEST_SHOWN = 200  # [-] letters of a path that a message shows
 
 def check_new(path: Path) -> None:
     """Refuse a path that is taken, that no file can have, or whose folder does not exist."""
-    name = str(path)
-    shown = name if len(name) <= LONGEST_SHOWN else f'{name[:LONGEST_SHOWN]}…'
+    if is_taken(path):
+        raise UserError(f'{_shown(path)}: exists already; choose another name or remove it')
+    check_folder(path)
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a path that no file can have, or whose folder does not exist."""
+    if not is_taken(path) and not path.parent.is_dir():
+        raise UserError(
+            f'{_shown(path)}: the folder {_shown(path.parent)} does not exist; create it first'
+        )
+
+
+def is_taken(path: Path) -> bool:
+    """Tell whether something is there; UserError for a path that no file can have."""
     try:
         os.lstat(path)
     except FileNotFoundError:
-        if not path.parent.is_dir():
-            raise UserError(
-                f'{shown}: the folder {path.parent} does not exist; create it first'
-            ) from None
+        return False
     except (OSError, ValueError) as error:  # ValueError: a null byte in it
         reason = getattr(error, 'strerror', None) or error
-        raise UserError(f'{shown}: nothing can be written there: {reason}') from error
-    else:
-        raise UserError(f'{shown}: exists already; choose another name or remove it')
+        raise UserError(f'{_shown(path)}: nothing can be written there: {reason}') from error
+    return True
+
+
+def _shown(path: Path) -> str:
+    name = str(path)
+    return name if len(name) <= LONGEST_SHOWN else f'{name[:LONGEST_SHOWN]}…'

@@ -56,7 +56,7 @@ def longer_dt(
     """
     if not wants_longer(scene, integrator):
         return None
-    if not (math.isfinite(duration) and math.isfinite(timeout)):
+    if not (0.0 < duration < 2.0**31 and 0.0 <= timeout <= 1e9):
         return None  # which is refused where they are read
     listened = [publish_every(rate_hz, scene.dt_ns), round(duration * 1e9 / scene.dt_ns)]
     if commands is not None:

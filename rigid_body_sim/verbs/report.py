@@ -23,6 +23,7 @@ from tqdm import tqdm
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
+from rigid_body_sim.recording.new_output import is_taken
 from rigid_body_sim.report import own_scene, results
 from rigid_body_sim.report.entry import Peer
 from rigid_body_sim.report.machine import made
@@ -173,7 +174,7 @@ def _wanted(arguments: argparse.Namespace) -> _Wanted:
         repetitions = QUICK_REPETITIONS if arguments.quick else REPETITIONS
     if repetitions < 1:
         raise UserError(f'--repetitions {repetitions}; allowed: 1 or more')
-    if arguments.output.exists() and not arguments.output.is_dir():
+    if is_taken(arguments.output) and not arguments.output.is_dir():
         raise UserError(f'{arguments.output}: is a file; -o names the folder to write into')
     peers, absent = _peers(arguments.peers)
     return _Wanted(

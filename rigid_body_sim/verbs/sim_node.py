@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the node until stop_time, SIGINT, SIGTERM or SIGHUP."""
-    STOP.quits, STOP.stage = 0, 'before it was ready'
+    STOP.stage = 'before it was ready'
     # takes most of the start
     from rigid_body_sim.ros.session import run_node
 

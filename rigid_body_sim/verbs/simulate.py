@@ -113,15 +113,18 @@ def run(arguments: argparse.Namespace) -> int:
     scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
     need_numbers(scene)
     warn_if_plain(warning_printer('simulate'))
+    rate = PUBLISH_RATE if arguments.publish_rate is None else arguments.publish_rate
     with _Note('reading the scene', shown=not arguments.json) as note:
-        dt = arguments.dt or longer_dt(
-            scene,
-            arguments.integrator,
-            duration=arguments.duration,
-            rate_hz=arguments.publish_rate,
-            timeout=arguments.command_timeout,
-            commands=arguments.commands,
-        )
+        dt = arguments.dt
+        if dt is None:
+            dt = longer_dt(
+                scene,
+                arguments.integrator,
+                duration=arguments.duration,
+                rate_hz=rate,
+                timeout=arguments.command_timeout,
+                commands=arguments.commands,
+            )
         simulation = simulation_of(
             scene, integrator=arguments.integrator, dt=dt, progress=note.show
         )
@@ -129,7 +132,6 @@ def run(arguments: argparse.Namespace) -> int:
     timed = (
         read_csv(arguments.commands, scene, dt_ns=simulation.dt_ns) if arguments.commands else []
     )
-    rate = PUBLISH_RATE if arguments.publish_rate is None else arguments.publish_rate
     every = publish_every(rate, simulation.dt_ns)
     settings = RunSettings(
         command_timeout_ns=_nanoseconds(arguments.command_timeout),

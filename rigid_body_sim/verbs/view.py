@@ -14,6 +14,7 @@ from pathlib import Path
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.mcap_scan import MOST_TIME
+from rigid_body_sim.recording.new_output import check_folder
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene
@@ -76,8 +77,7 @@ def _check_output(output: Path) -> None:
             f'{output}: cannot draw {output.suffix or "without a suffix"}; '
             'give FILE.png or FILE.html'
         )
-    if not output.parent.is_dir():
-        raise UserError(f'{output}: the folder {output.parent} does not exist; create it first')
+    check_folder(output)
 
 
 def _title(bag: Bag, scene: str | None) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.analysis.inverse_dynamics import continuous, derive
+from rigid_body_sim.analysis.piecewise_spline import Break
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact import free_asymmetric_top, oscillator, rocket
 from rigid_body_sim.physics.model import rotation as so3
@@ -137,3 +138,18 @@ def test_samples_that_tell_no_motion_are_refused(change, said):
     time, position = change(t, np.zeros((9, 3)))
     with pytest.raises(UserError, match=said):
         derive(time, position, still(time))
+
+
+@pytest.mark.parametrize('seed', [2, 5])
+def test_jumps_of_any_number_and_kind_are_borne(seed):
+    """What the samples cannot tell apart is given up, and what comes out is finite."""
+    random = np.random.default_rng(seed)
+    t = np.cumsum(random.uniform(0.001, 0.05, 40))
+    position, _, _ = spring_motion(t)
+    instants = [*random.uniform(t[0], t[-1], 4 * seed), *random.choice(t, seed)]
+    breaks = [Break(float(at), int(random.integers(0, 6))) for at in instants]
+    derived, errors = derive(t, position, still(t), body=Body('ball', None, 2.0), breaks=breaks)
+    assert np.all(np.isfinite(derived.force)) and np.all(np.isfinite(derived.deviation['force']))
+    assert np.isfinite(errors['force'].largest)
+    found = derived.smoothing['position']
+    assert found.breaks + len(found.dropped) <= len(breaks)

@@ -113,7 +113,7 @@ def test_natural_ends_bend_least():
     assert bending(natural) < bending(free)
 
 
-@pytest.mark.parametrize('seed', range(3))
+@pytest.mark.parametrize('seed', [0, 1])
 def test_with_noise_the_deviation_is_that_of_the_error(seed):
     random = np.random.default_rng(seed)
     t = np.linspace(START, START + 4.0, 800)

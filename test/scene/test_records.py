@@ -82,7 +82,7 @@ def test_a_body_that_no_scene_file_could_hold_is_refused_with_its_path(
         ({'contact': {'mode': 'none', 'slop': 1}}, 'contact: got'),
         ({'contact': 'none'}, "contact: got 'none'"),
         ({'integrator': ''}, "integrator '' is unknown"),
-        ({'integrator': ['rk4']}, "integrator ['rk4'] is unknown"),
+        ({'integrator': ['rk4']}, "integrator: got ['rk4']; the name"),
         ({'name': 'a\nb'}, 'name: got'),
         ({'forces': ('spring',)}, "forces[0]: got 'spring'"),
         ({'forces': (FORCES['drag']('x', linear=1.0),)}, "forces[0].body: body 'x' is unknown"),

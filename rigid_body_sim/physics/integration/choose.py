@@ -28,7 +28,7 @@ motion's own doing: on a chaotic one it outgrows every tolerance after the horiz
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -172,8 +172,10 @@ def resolve(
     Raises InvalidModel for an unknown integrator or option, and for one that refuses the scene.
     """
     name = scene.integrator if name is None else name
+    _need_name(name, (*INTEGRATORS, NAME))
     if given is None:
         given = scene.integrator_options if name == scene.integrator else {}
+    _need_options(given)
     plan = None
     if name == NAME:
         asked = configured(given)
@@ -198,15 +200,23 @@ def resolve(
 
 def integrator_of(name: str, given: Mapping[str, Any]) -> Integrator:
     """Configure an integrator; InvalidModel for an unknown one or an impossible option."""
-    if not isinstance(name, str) or name not in INTEGRATORS:
-        cure = choose_from(name, sorted([*INTEGRATORS, NAME]))
+    _need_name(name, INTEGRATORS)
+    _need_options(given)
+    with blaming('integrator'):
+        return INTEGRATORS[name].configured(given)
+
+
+def _need_name(name: object, known: Collection[str]) -> None:
+    if not isinstance(name, str) or name not in known:
+        cure = choose_from(name, sorted({*INTEGRATORS, NAME}))
         raise InvalidModel(f'integrator {shown(name)} is unknown{cure}', at=('integrator',))
+
+
+def _need_options(given: object) -> None:
     if not isinstance(given, Mapping):
         raise InvalidModel(
             f'integrator_options: got {shown(given)}; a mapping of options by name is needed'
         )
-    with blaming('integrator'):
-        return INTEGRATORS[name].configured(given)
 
 
 def configured(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -359,7 +359,9 @@ class Lookout(Watch):
         if self._setting.name == self._spare.name:
             return finer if self._is_possible(finer) else self._setting
         if not self._is_possible(finer) or self._price(finer) > DEARER * self._price(self._spare):
-            return self._spare
+            if self._spare.controls_its_error or self._setting.controls_its_error:
+                return self._spare
+            return Setting(self._spare.name, max(self._spare.fineness, self._setting.fineness))
         return finer
 
     def _is_possible(self, setting: Setting) -> bool:

@@ -215,6 +215,7 @@ class StateReader:
         assert masses is not None
         masses.setflags(write=False)
         # the blocks hold the momenta of the mass at the start
-        for i in self._flowing:
-            values[i, MOMENTUM:COLUMNS] *= masses[i] / self._bodies[i].mass
+        with np.errstate(over='ignore', invalid='ignore'):  # a state on its way to infinity
+            for i in self._flowing:
+                values[i, MOMENTUM:COLUMNS] *= masses[i] / self._bodies[i].mass
         return State(values, masses)
