@@ -17,7 +17,7 @@ from rigid_body_sim.physics.model.shapes import Capsule
 from rigid_body_sim.physics.simulation import Simulation
 
 from .test_rolling_and_spinning import R, wheel
-from .touching import G, ball, box, ground, motion, scene
+from .touching import G, ball, box, ground, lean, motion
 
 TICKS = [1 / 120, 1 / 240, 1 / 480]
 
@@ -40,7 +40,7 @@ def tipping(dt, time=0.4, start=0.35):
     centre = turn.apply([-wide / 2, 0, high / 2])
     rough = {'friction': 2.0, 'restitution': 0.0}
     block = box('b', (wide, 0.2, high), tuple(centre), q=turn.as_quat(), material=rough)
-    sim = Simulation(scene([ground(material=rough), block], dt=dt))
+    sim = Simulation(lean([ground(material=rough), block], dt=dt))
     sim.step(round(time / dt))
     arm = math.hypot(wide, high) / 2
     inertia = (wide**2 + high**2) / 12 + arm**2
@@ -71,7 +71,7 @@ def test_a_block_slides_to_second_order(heading):
     errors = []
     for dt in TICKS:
         slider = box('b', 0.2, (0, 0, 0.1), velocity=tuple(2 * way), material=rough)
-        sim = Simulation(scene([ground(material=rough), slider], dt=dt))
+        sim = Simulation(lean([ground(material=rough), slider], dt=dt))
         sim.step(round(0.3 / dt))
         errors.append(sim.state.position[1] @ way - (0.6 - 0.25 * G * 0.3**2))
     assert orders(np.array(errors)).min() > 1.7
@@ -88,7 +88,7 @@ def test_a_ball_slips_into_rolling_to_second_order():
     errors = []
     for dt in TICKS:
         rolling = ball('b', 0.1, (0, 0, 0.1), velocity=(1.0, 0, 0), material=rough)
-        sim = Simulation(scene([ground(material=rough), rolling], dt=dt))
+        sim = Simulation(lean([ground(material=rough), rolling], dt=dt))
         sim.step(round(0.5 / dt))
         errors.append(sim.state.position[1, 0] - exact)
     # it begins to roll somewhere in a substep: mu g h^2, not smoothly in h
@@ -120,7 +120,7 @@ def going_round(dt, tilt, rate, *, friction=1.0, floor=None, heading=0.0):
         thick, tuple(radius * level - arm[2] * up), q=tuple(q),
         velocity=tuple(-np.cross(turn, arm)), turn=tuple(turn), material=rough,
     )  # fmt: skip
-    return Simulation(scene([floor or ground(material=rough), start], dt=dt)), radius
+    return Simulation(lean([floor or ground(material=rough), start], dt=dt)), radius
 
 
 # Euler's disc, whose centre stays at rest, steep and shallow, also without friction; a wheel that
@@ -171,7 +171,7 @@ def test_a_disc_rolls_on_a_fixed_box_as_on_a_plane():
         turn = (0.0, -12.0, 3.0)
         q = tuple(rotation.from_rotation_vector((0.5, 0.0, 0.0)))
         start = wheel(0.01, (0, 0, 0.053), q=q, turn=turn)
-        sim = Simulation(scene([floor, start]))
+        sim = Simulation(lean([floor, start]))
         sim.step(120)
         ends.append(sim.state.position[1])
     assert ends[0] == pytest.approx(ends[1], abs=1e-10)
@@ -210,7 +210,7 @@ def tilting(dt, time=0.25, start=0.3, speed=1.0):
         initial=motion((0, 0, r + half * math.cos(start)), velocity=velocity, turn=(0, speed, 0),
                        q=q),
     )  # fmt: skip
-    sim = Simulation(scene([ground(material={'friction': 2.0}), capsule], dt=dt))
+    sim = Simulation(lean([ground(material={'friction': 2.0}), capsule], dt=dt))
     sim.step(round(time / dt))
 
     def law(_, y):
