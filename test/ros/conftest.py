@@ -36,6 +36,7 @@ from ..patience import HANGING, PATIENCE  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
 DOMAIN = 1 + os.getpid() % 100
+ASK_AGAIN = 5.0  # [s] for an answer that can be lost
 
 # A box turned by 90 degrees about z (its x axis points along y), a point mass, a fixed body.
 SCENE = """
@@ -123,7 +124,8 @@ class Peer:
         # which both were made; so when that one has its answer, the publisher sends to us. It
         # must be a new one: those that are kept were there before the subscription.
         client = self._client(ListParameters, 'rigid_body_sim/list_parameters')
-        self._answer(client, ListParameters.Request())
+        while not self._is_answered(client, ListParameters.Request()):
+            pass  # the node answered before it knew of the reader of its answer: that one is lost
         self.node.destroy_client(client)
         return heard
 
@@ -152,6 +154,15 @@ class Peer:
         client = self.node.create_client(kind, self.full(name))
         self.until(client.service_is_ready, f'service {name}')
         return client
+
+    def _is_answered(self, client, request):
+        """
+        Ask what may be asked twice; whether an answer came in time.
+        """
+        future = client.call_async(request)
+        again = time.monotonic() + ASK_AGAIN
+        self.until(lambda: future.done() or time.monotonic() > again, 'time')
+        return future.done()
 
     def _answer(self, client, request):
         future = client.call_async(request)

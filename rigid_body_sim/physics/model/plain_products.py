@@ -49,8 +49,11 @@ def turned_tensor(r: ArrayLike, tensor: ArrayLike) -> Array:
 
 
 def length(vector: ArrayLike) -> Array:
-    """Return |v| over the last axis: (..., k) -> (...)."""
-    return np.sqrt(dot(vector, vector))
+    """Return |v| over the last axis, also where its square is no number: (..., k) -> (...)."""
+    vector = np.asarray(vector, dtype=np.float64)
+    _, exponent = np.frexp(np.max(np.abs(vector), axis=-1, initial=0.0))
+    scaled = np.ldexp(vector, -exponent[..., None])  # by a power of two: no bit changes
+    return np.ldexp(np.sqrt(dot(scaled, scaled)), exponent)
 
 
 def power(x: Number, exponent: int) -> Number:
