@@ -55,7 +55,8 @@ def test_the_limit_is_that_of_springs_that_are_not_linear_in_the_state(name):
 
 
 def test_a_damped_hinge_within_the_limit_gains_nothing(monkeypatch):
-    inside.know_forces(monkeypatch, 'constant', 'drag', 'spring')  # a kernel that other tests compile
+    # a kernel that other tests compile
+    inside.know_forces(monkeypatch, 'constant', 'drag', 'spring')
     sim = Simulation(hinge(dt=2e-5), integrator='implicit_midpoint')
     start = sim.energy()
     for _ in range(5):
