@@ -189,9 +189,11 @@ def declare(node: Node) -> Settings:
 
 
 def _declare(node: Node, entry: Entry) -> Any:
-    default = Parameter.Type.STRING_ARRAY if entry.default == () else entry.default
     try:
-        value = node.declare_parameter(entry.name, default, _descriptor(entry)).value
+        if entry.default == ():
+            value = _declare_texts(node, entry)
+        else:
+            value = node.declare_parameter(entry.name, entry.default, _descriptor(entry)).value
     except InvalidParameterTypeException as error:
         raise UserError(_type_problem(entry, str(error))) from None
     except InvalidParameterValueException as error:
@@ -199,7 +201,26 @@ def _declare(node: Node, entry: Entry) -> Any:
         raise UserError(f'parameter {entry.name}: got {got}; allowed: {allowed(entry)}') from None
     if entry.choices and value not in entry.choices:
         raise UserError(f'parameter {entry.name}: got {value!r}; allowed: {allowed(entry)}')
-    return tuple(value or ()) if entry.default == () else value
+    return value
+
+
+def _declare_texts(node: Node, entry: Entry) -> tuple[str, ...]:
+    """
+    Declare a list of texts, which may be empty.
+
+    ROS takes the default `[]` for a list of bytes, and a given `[]` for no value at all; one
+    parameter without a value empties the answer to every request that asks for several. So the
+    empty list is set, while the parameter may still be written.
+    """
+    kind = Parameter.Type.STRING_ARRAY
+    descriptor = _descriptor(entry)
+    descriptor.read_only = False
+    if node.declare_parameter(entry.name, kind, descriptor).value is None:
+        node.set_parameters([Parameter(entry.name, kind, [])])
+    final = _descriptor(entry)
+    final.type = kind.value
+    node.set_descriptor(entry.name, final)
+    return tuple(node.get_parameter(entry.name).value or ())
 
 
 def _type_problem(entry: Entry, message: str) -> str:
