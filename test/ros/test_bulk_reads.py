@@ -1,6 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""One request for every parameter, as `ros2 param dump` and GUI panels make it, is answered whole."""
+"""A request for all parameters, as `ros2 param dump` and GUI panels make it, is answered whole."""
 
 from pathlib import Path
 
@@ -8,17 +8,17 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-import rclpy  # noqa: E402
-from rcl_interfaces.msg import ParameterType  # noqa: E402
-from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.parameter import Parameter  # noqa: E402
+import rclpy
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 
-from rigid_body_sim.errors import UserError  # noqa: E402
-from rigid_body_sim.ros.node import SimNode  # noqa: E402
-from rigid_body_sim.ros.parameters import PARAMETERS  # noqa: E402
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.ros.node import SimNode
+from rigid_body_sim.ros.parameters import PARAMETERS
 
-from ..patience import PATIENCE  # noqa: E402
+from ..patience import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 LISTS = [entry.name for entry in PARAMETERS if entry.default == ()]
@@ -67,7 +67,8 @@ class Asked:
 def test_a_request_for_all_parameters_gives_a_value_for_each(words):
     asked = Asked(words)
     try:
-        names = asked.call(ListParameters, 'list_parameters', ListParameters.Request()).result.names
+        listed = asked.call(ListParameters, 'list_parameters', ListParameters.Request())
+        names = listed.result.names
         assert {entry.name for entry in PARAMETERS} < set(names)
         request = GetParameters.Request(names=names)
         values = asked.call(GetParameters, 'get_parameters', request).values
