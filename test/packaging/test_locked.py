@@ -1,6 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""What `make venv` installs is locked whole: one version for each Python, each file by its hash."""
+"""What `make venv` installs is locked whole: one version for each Python, files by their hash."""
 
 import re
 from importlib.metadata import PackageNotFoundError, distribution
@@ -71,12 +71,12 @@ def test_what_a_locked_package_requires_is_locked_too(python):
     """Of the packages that are installed here: what they ask for on any Python is in the lock."""
     found = versions(python)
     asked = 0
-    for name, version in found.items():
+    for name, locked_as in found.items():
         try:
             installed = distribution(name)
         except PackageNotFoundError:  # of another Python, or ROS is sourced
             continue
-        requires = installed.requires or () if f'=={installed.version}' == version else ()
+        requires = installed.requires or () if f'=={installed.version}' == locked_as else ()
         for requirement in map(Requirement, requires):
             marker = requirement.marker
             if marker is None or marker.evaluate({**machine(python), 'extra': ''}):
