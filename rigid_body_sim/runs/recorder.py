@@ -24,8 +24,9 @@ from rigid_body_sim import __version__
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.held_wrenches import Slot
+from rigid_body_sim.recording import topic_names
 from rigid_body_sim.recording.bag_writer import BagWriter
-from rigid_body_sim.recording.topics import command_topics
+from rigid_body_sim.recording.topics import Topic, command_topics
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import KINDS
 from rigid_body_sim.runs.run import Run, TickOutput
@@ -71,14 +72,10 @@ class RunRecorder:
     def _open(self, path: Path, start: bytes) -> BagWriter:
         run = self._run
         scene = run.simulation.scene
-        names = [body.name for body in scene.bodies]
         writer = BagWriter(
             path,
-            topics=[
-                *run.topics,
-                *command_topics(names, namespace=run.settings.namespace),
-                *choices.topics_of(run),
-            ],
+            topics=recorded_topics(run),
+            names=run.settings.topic_names,
             manifest=self.manifest,
             attachments={SCENE_FILE: scene.source, START_FILE: start, **scene.files},
             background=True,
@@ -119,6 +116,9 @@ class RunRecorder:
             'command_kinds': json.dumps(KINDS),
             'gravity': json.dumps(scene.gravity),
             **({'look_every': str(self._look_every)} if self._look_every else {}),
+            **(
+                {topic_names.KEY: json.dumps(settings.topic_names)} if settings.topic_names else {}
+            ),
         }
 
     def record(self, output: TickOutput, *, tick: int) -> None:
@@ -189,6 +189,16 @@ class RunRecorder:
             'wall_start': self._wall_start.isoformat(timespec='seconds'),
             'wall_seconds': f'{time.monotonic() - self._clock_start:.3f}',
         }
+
+
+def recorded_topics(run: Run) -> list[Topic]:
+    """Every topic of a bag of this run, by its own name."""
+    names = [body.name for body in run.simulation.scene.bodies]
+    return [
+        *run.topics,
+        *command_topics(names, namespace=run.settings.namespace),
+        *choices.topics_of(run),
+    ]
 
 
 def _touching(run: Run) -> list[int]:

@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,6 +72,7 @@ class RunSettings:
                          message
     publish_contacts   : whether contacts are packed too
     publish_start      : whether the states before the first tick are; not in old recordings
+    topic_names        : of topics that have another name on the wire: own -> there
     """
 
     namespace: str = ''
@@ -81,6 +82,7 @@ class RunSettings:
     estimate_error: bool = False
     publish_contacts: bool = False
     publish_start: bool = True
+    topic_names: Mapping[str, str] = field(default_factory=dict)
 
 
 RATES = (1e-9, 1e9)  # [Hz] of publishing; ticks are at least a nanosecond, runs less than 2^31 s
