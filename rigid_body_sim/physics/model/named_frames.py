@@ -74,7 +74,7 @@ def frame_of(body: Body, name: object) -> Frame | None:
     if found is None:
         raise InvalidModel(
             f'command to {body.name!r}: frame {shown(name)}'
-            f'{choose_from(name, [*map(repr, RESERVED_FRAMES), *map(repr, body.frames)])}'
+            f'{choose_from(name, [*RESERVED_FRAMES, *body.frames])}'
         )
     return found
 
