@@ -389,9 +389,10 @@ class Simulation:
         """
         Hold a force and a torque on a body until changed; it acts from the next tick on.
 
-        force  : (3,) [N]    at the centre of mass
+        force  : (3,) [N]    at the centre of mass, or at the origin of a frame of the body
         torque : (3,) [N m]
-        frame  : 'world', or 'body': axes that turn with the body
+        frame  : 'world', or 'body': axes that turn with the body; or a frame of the body by its
+                 name: axes and origin (`model.named_frames`)
         """
         self.hold(body, 'wrench', force=force, torque=torque, frame=frame)
 
@@ -429,13 +430,14 @@ class Simulation:
         """
         Change momentum and angular momentum at once, whatever dt is.
 
-        linear  : (3,) [N s]    at the centre of mass
+        linear  : (3,) [N s]    at the centre of mass, or at the origin of a frame of the body
         angular : (3,) [N m s]
-        returns : both in world axes
+        frame   : as of `set_wrench`
+        returns : both at the centre of mass, in world axes
         """
         self._settle()
-        core, linear, angular = self._held.checked(body, linear, angular, frame)
-        if frame == 'body':
+        core, linear, angular, in_body = self._held.checked(body, linear, angular, frame)
+        if in_body:
             self._layout.principal_axes(body, linear)  # refuses a point mass
             q = self.state.orientation[self._layout.index(body)]
             linear = as_vector(so3.rotate(q, linear))

@@ -9,8 +9,9 @@ Commands to bodies as they come from a topic, a file or a recording, and which o
     wrench    N, N m        until the next wrench, or the command timeout; force, torque and wrench
     add impulse   N s, N m s    applied once, whatever the tick length
 
-`frame_id` is empty or the world frame (world axes), or the name of the body (axes that turn with
-it); anything else is refused. A force acts at the centre of mass.
+`frame_id` is empty or the world frame (world axes), the name of the body (axes that turn with it),
+or a frame of the body, `<body>/<frame>` or `<frame>` (its origin and its axes, as tf2 reads a
+wrench); anything else is refused. But in a named frame, a force acts at the centre of mass.
 """
 
 from __future__ import annotations
@@ -23,7 +24,9 @@ from functools import cached_property
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.model.scene import Scene, Vector
+from rigid_body_sim.physics.errors import MOST_NAMED, InvalidModel
+from rigid_body_sim.physics.model.named_frames import at_center, find_frame, full_name
+from rigid_body_sim.physics.model.scene import Body, Frame, Scene, Vector
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.topics import COMMAND_TYPES, body_topic
 from rigid_body_sim.scene import numerals, regular_file
@@ -67,8 +70,10 @@ class CommandRules:
         self._bodies = {body.name: body for body in scene.bodies}
 
     def frame(self, command: Command) -> str:
-        """Axes of a command that was not refused: 'world' or 'body'."""
-        return 'body' if command.frame_id == command.body != self._world_frame else 'world'
+        """Frame of a command that was not refused, as `Simulation.hold` names it."""
+        if command.frame_id in ('', self._world_frame):
+            return 'world'
+        return 'body' if command.frame_id == command.body else command.frame_id
 
     def refusal(self, command: Command) -> str | None:
         """Say why a command cannot be honoured, in one line; None if it can."""
@@ -77,11 +82,10 @@ class CommandRules:
             return f'no body is named {command.body!r}; the scene has: {", ".join(self._bodies)}'
         if body.fixed:
             return f'{body.name!r} is fixed; command a movable body'
-        if command.frame_id not in ('', self._world_frame, body.name):
-            return (
-                f'{command.kind} for {body.name!r} in frame {command.frame_id!r}; '
-                f"allowed: '', {self._world_frame!r}, {body.name!r}"
-            )
+        frame = find_frame(body, command.frame_id)
+        reason = self._refused_frame(command, body, frame)
+        if reason is not None:
+            return reason
         if not all(map(math.isfinite, (*command.force, *command.torque))):
             return f'{command.kind} for {body.name!r} is not finite; send finite numbers'
         if body.is_point and any(command.torque):
@@ -93,6 +97,32 @@ class CommandRules:
                 f'{command.kind} in the axes of the point mass {body.name!r}, which has '
                 'none; use the world frame'
             )
+        if frame is not None:
+            try:
+                at_center(frame, command.force, command.torque)
+            except InvalidModel as error:
+                return f'{command.kind} for {body.name!r} in frame {command.frame_id!r}: {error}'
+        return None
+
+    def _refused_frame(self, command: Command, body: Body, frame: Frame | None) -> str | None:
+        """Say why nobody knows which frame is meant, or whose; None where one does."""
+        name, plain = command.frame_id, ('', self._world_frame, body.name)
+        said = f'{command.kind} for {body.name!r} in frame {name!r}'
+        if (name in plain) is not (frame is not None):
+            return None
+        allowed = (*plain, *(full_name(body, own) for own in body.frames))
+        listed = ', '.join(map(repr, allowed[:MOST_NAMED]))
+        if frame is not None:
+            return f'{said}, which is both the world frame and a frame of the body; rename one'
+        owner = self._owner(name)
+        whose = '' if owner is None else f', which is fixed to {owner!r}'
+        return f'{said}{whose}; allowed: {listed}'
+
+    def _owner(self, name: str) -> str | None:
+        """Name the body that is called so, or has a frame that is."""
+        for body in self._bodies.values():
+            if name == body.name or find_frame(body, name) is not None:
+                return body.name
         return None
 
 
@@ -139,8 +169,8 @@ def topics_of(bodies: Sequence[str], *, namespace: str) -> dict[str, tuple[str, 
 
 def read_csv(path: Path, scene: Scene, *, dt_ns: int) -> list[tuple[int, Command]]:
     """
-    Read timed commands: columns time [s], body, kind, frame (world or body), fx … tz; missing
-    numbers are zero.
+    Read timed commands: columns time [s], body, kind, frame (world, body, or a frame of the
+    body), fx … tz; missing numbers are zero.
 
     returns : (tick, command), ascending; a command takes effect at the first tick boundary not
               before its time
