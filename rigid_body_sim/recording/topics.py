@@ -8,7 +8,7 @@ Names are absolute: namespace + '/' + body + '/' + leaf; the clock is `/clock` i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -83,7 +83,7 @@ def node_topic(namespace: str, leaf: str, type_name: str) -> Topic:
     return Topic(f'/{prefix}/{leaf}' if prefix else f'/{leaf}', type_name)
 
 
-def command_topics(bodies: tuple[str, ...] | list[str], *, namespace: str = '') -> list[Topic]:
+def command_topics(bodies: Sequence[str], *, namespace: str = '') -> list[Topic]:
     """Every topic on which a body takes commands, body by body."""
     return [
         body_topic(namespace, body, leaf, type_name)

@@ -29,6 +29,7 @@ from rigid_body_sim.recording.topics import command_topics
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import KINDS
 from rigid_body_sim.runs.run import Run, TickOutput
+from rigid_body_sim.runs.viewing import shown_text
 from rigid_body_sim.stop_signals import STOP, Stopped
 
 SCENE_FILE = 'scene.yaml'
@@ -71,12 +72,11 @@ class RunRecorder:
     def _open(self, path: Path, start: bytes) -> BagWriter:
         run = self._run
         scene = run.simulation.scene
-        names = [body.name for body in scene.bodies]
         writer = BagWriter(
             path,
             topics=[
                 *run.topics,
-                *command_topics(names, namespace=run.settings.namespace),
+                *command_topics(run.names, namespace=run.settings.namespace),
                 *choices.topics_of(run),
             ],
             manifest=self.manifest,
@@ -113,6 +113,8 @@ class RunRecorder:
             'publish_contacts': json.dumps(settings.publish_contacts),
             'publish_start': json.dumps(settings.publish_start),
             'touching_at_start': json.dumps(_touching(run)),
+            'view': settings.view.as_text(),
+            'shown_at_start': shown_text(run.viewing.shown),
             'namespace': settings.namespace,
             'world_frame': settings.world_frame,
             'bodies': json.dumps([body.name for body in scene.bodies]),
