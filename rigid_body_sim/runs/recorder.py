@@ -74,8 +74,8 @@ class RunRecorder:
         scene = run.simulation.scene
         writer = BagWriter(
             path,
-            topics=[
-                *run.topics,
+            topics=run.topics,
+            on_demand=[
                 *command_topics(run.names, namespace=run.settings.namespace),
                 *choices.topics_of(run),
             ],

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model.named_frames import frame_names, full_name
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording import cdr
@@ -117,6 +118,13 @@ def check_frames(scene: Scene, settings: ViewSettings, world_frame: str) -> None
         raise UserError(
             f'frame_prefix: got {prefix!r}; allowed: a text without / at its start, such as lab/'
         )
+    names = {name for body in scene.bodies for name in frame_names(body)}
+    twice = sorted(prefix + name for name in names if prefix and prefix + name in names)
+    if twice:
+        raise UserError(
+            f'frame_prefix: got {prefix!r}, with which {twice[0]!r} would be two frames of the '
+            'scene; choose another'
+        )
     if settings.transforms and world_frame.startswith('/'):
         raise UserError(
             f'world_frame: got {world_frame!r}; allowed with publish_tf: a name without / at its '
@@ -124,7 +132,7 @@ def check_frames(scene: Scene, settings: ViewSettings, world_frame: str) -> None
         )
     if settings.transforms or settings.odometry:
         for body in scene.bodies:
-            for name in (body.name, *(f'{body.name}/{frame}' for frame in body.frames)):
+            for name in (body.name, *(full_name(body, frame) for frame in body.frames)):
                 if prefix + name == world_frame:
                     raise UserError(
                         f'frame {world_frame!r}: it is that of the world and of a body; rename '
