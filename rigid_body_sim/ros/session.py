@@ -10,6 +10,7 @@ import gc
 import sys
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import rclpy
@@ -21,6 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.recording.topic_names import names_on_the_wire
 from rigid_body_sim.ros import lockstep
 from rigid_body_sim.ros.bags import Bags, need_free
 from rigid_body_sim.ros.domain import check_domain
@@ -31,12 +33,14 @@ from rigid_body_sim.ros.node import SimNode
 from rigid_body_sim.ros.parameters import Settings
 from rigid_body_sim.ros.run_loop import Ending, RunLoop
 from rigid_body_sim.runs.commands import topics_of
+from rigid_body_sim.runs.recorder import recorded_topics
 from rigid_body_sim.runs.run import Run, RunSettings, publish_every, rate_note
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP
 
+SHOWN = 4  # [topics] named in a line
 SPIN = 0.1  # [s] between looks whether the run has ended or a signal came
 SWITCH_INTERVAL = 5e-4  # [s] that a thread may keep the interpreter; Python's 5 ms make ticks late
 
@@ -144,6 +148,15 @@ def _make_run(node: SimNode) -> Run:
         ),
         warn=node.warn,
     )
+    names, shared = names_on_the_wire(
+        [topic.name for topic in recorded_topics(run)], node.resolve_topic_name
+    )
+    run.settings = replace(run.settings, topic_names=names)
+    if shared:
+        node.warn(
+            f'remapping gives one name to several topics; they are recorded under their own: '
+            f'{", ".join(sorted(shared)[:SHOWN])}{" …" if len(shared) > SHOWN else ""}'
+        )
     note = rate_note(settings.publish_rate, simulation.dt_ns)
     if note is not None:
         node.warn(note)

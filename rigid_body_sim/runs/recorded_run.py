@@ -72,6 +72,7 @@ class RecordedRun:
             publish_contacts=values.yes('publish_contacts', 'false'),
             publish_start=values.yes('publish_start', 'false'),
             view=values.view('view'),
+            topic_names=self.bag.wire_names,
         )
         self.look_every = values.integer('look_every', 0, 2**63 - 1, '0')
         self.last_tick = self._last_tick()

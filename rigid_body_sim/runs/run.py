@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,6 +75,7 @@ class RunSettings:
     publish_contacts   : whether contacts are packed too
     publish_start      : whether the states before the first tick are; not in old recordings
     view               : what is published beside the states
+    topic_names        : of topics that have another name on the wire: own -> there
     """
 
     namespace: str = ''
@@ -85,6 +86,7 @@ class RunSettings:
     publish_contacts: bool = False
     publish_start: bool = True
     view: ViewSettings = ViewSettings()
+    topic_names: Mapping[str, str] = field(default_factory=dict)
 
 
 def command_rules(
