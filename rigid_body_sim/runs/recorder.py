@@ -30,6 +30,7 @@ from rigid_body_sim.recording.topics import Topic, command_topics
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import KINDS
 from rigid_body_sim.runs.run import Run, TickOutput
+from rigid_body_sim.runs.viewing import shown_text
 from rigid_body_sim.stop_signals import STOP, Stopped
 
 SCENE_FILE = 'scene.yaml'
@@ -74,7 +75,8 @@ class RunRecorder:
         scene = run.simulation.scene
         writer = BagWriter(
             path,
-            topics=recorded_topics(run),
+            topics=run.topics,
+            on_demand=_topics_on_demand(run),
             names=run.settings.topic_names,
             manifest=self.manifest,
             attachments={SCENE_FILE: scene.source, START_FILE: start, **scene.files},
@@ -110,6 +112,8 @@ class RunRecorder:
             'publish_contacts': json.dumps(settings.publish_contacts),
             'publish_start': json.dumps(settings.publish_start),
             'touching_at_start': json.dumps(_touching(run)),
+            'view': settings.view.as_text(),
+            'shown_at_start': shown_text(run.viewing.shown),
             'namespace': settings.namespace,
             'world_frame': settings.world_frame,
             'bodies': json.dumps([body.name for body in scene.bodies]),
@@ -193,10 +197,13 @@ class RunRecorder:
 
 def recorded_topics(run: Run) -> list[Topic]:
     """Every topic of a bag of this run, by its own name."""
-    names = [body.name for body in run.simulation.scene.bodies]
+    return [*run.topics, *_topics_on_demand(run)]
+
+
+def _topics_on_demand(run: Run) -> list[Topic]:
+    """Give the topics that a bag has when their first message comes."""
     return [
-        *run.topics,
-        *command_topics(names, namespace=run.settings.namespace),
+        *command_topics(run.names, namespace=run.settings.namespace),
         *choices.topics_of(run),
     ]
 
