@@ -168,6 +168,14 @@ def _overview() -> str:
     )
 
 
+def command() -> int:
+    """Entry point of the executable `rigid_body_sim` that pip installs: `rigid_body_sim VERB`."""
+    STOP.listen(owns_process=True)
+    code = main()
+    STOP.ignore()
+    return code
+
+
 def _process(verb: str) -> int:
     """Run one verb as all that this process does."""
     STOP.listen(owns_process=True)
