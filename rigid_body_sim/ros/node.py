@@ -58,9 +58,13 @@ class SimNode(Node):
         """Publish the states and take commands: those that answer states for the gate."""
         state = qos.of_states()
         command = qos.of_commands(self.settings.command_reliability)
+        of_states, of_commands = qos.events_of(len(topics) + len(KINDS) * len(bodies))
         publishers = {
             topic.name: self.create_publisher(
-                conversions.MESSAGE_TYPES[topic.type], topic.name, state
+                conversions.MESSAGE_TYPES[topic.type],
+                topic.name,
+                state,
+                event_callbacks=of_states,
             )
             for topic in topics
             if (topic.name != CLOCK_TOPIC or self.settings.publish_clock)
@@ -78,6 +82,7 @@ class SimNode(Node):
                     _nowhere,
                     command,
                     callback_group=NotForExecutors(),
+                    event_callbacks=of_commands,
                     raw=True,
                 )
                 if gate is not None and (body, kind) in targets:
@@ -184,6 +189,7 @@ class SimNode(Node):
 
     def _ask(self, name: str, value: float = 0.0) -> Answer:
         """Wait for the tick boundary at which the run's thread answers."""
+        self._senders.look()  # who asks may have begun to listen just before
         request = self._loop.requests.post(name, value)
         while not request.answered.wait(ANSWER_PERIOD):
             if self._loop.ending is not None:

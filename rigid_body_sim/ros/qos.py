@@ -16,6 +16,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.publisher import Publisher
 from rclpy.qos import (
     DurabilityPolicy,
@@ -27,6 +28,7 @@ from rclpy.subscription import Subscription
 
 STATE_DEPTH = 10  # [messages]
 COMMAND_DEPTH = 1000  # [messages] 10 lost some of a burst on a busy machine
+MOST_WATCHED = 1000  # [topics] whose peers are watched: the executor goes through all each time
 LOOK = 0.01  # [s] enough for a few rounds of the executor
 
 
@@ -46,6 +48,15 @@ def _profile(depth: int, reliability: str) -> QoSProfile:
         depth=depth,
         reliability=ReliabilityPolicy[reliability.upper()],
         durability=DurabilityPolicy.VOLATILE,
+    )
+
+
+def events_of(topics: int) -> tuple[PublisherEventCallbacks, SubscriptionEventCallbacks]:
+    """Make what tells of peers whose quality of service does not fit; nothing in a crowd."""
+    watched = topics <= MOST_WATCHED
+    return (
+        PublisherEventCallbacks(use_default_callbacks=watched),
+        SubscriptionEventCallbacks(use_default_callbacks=watched),
     )
 
 
