@@ -38,7 +38,7 @@ MESSAGE_TYPES: dict[str, Any] = {
     cdr.MARKERS: MarkerArray,
 }
 with suppress(ImportError):  # not part of common_interfaces: a small installation has none
-    from tf2_msgs.msg import TFMessage
+    from tf2_msgs.msg import TFMessage  # type: ignore[import-not-found]
 
     MESSAGE_TYPES[cdr.TRANSFORMS] = TFMessage
 _LEVELS = {OK: DiagnosticStatus.OK, WARN: DiagnosticStatus.WARN, ERROR: DiagnosticStatus.ERROR}

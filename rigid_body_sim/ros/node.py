@@ -10,7 +10,7 @@ The `Listener`'s thread judges and stores commands (`Inbox`), the executor's pas
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray

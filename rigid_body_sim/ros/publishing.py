@@ -86,8 +86,13 @@ class Senders:
         handles = self._handles
         plan = self._plans[layout] = _Plan(
             tuple(
-                (handles[channel].get_subscription_count, handles[channel].publish_raw, *span)
-                for channel, *span in layout.payload_spans
+                (
+                    handles[channel].get_subscription_count,
+                    handles[channel].publish_raw,
+                    start,
+                    stop,
+                )
+                for channel, start, stop in layout.payload_spans
                 if channel in handles
             )
         )
