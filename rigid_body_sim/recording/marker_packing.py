@@ -13,9 +13,10 @@ second.
     shapes          place of the body in the scene     ADD
                     + number of bodies * part
     frames          count of named frames before it    ADD
-    forces          place of the body in the scene     ADD while a force is commanded, then one DELETE
+    forces          place of the body in the scene     ADD while a force is commanded, then DELETE
+                                                       once
     torques         the same                           the same, for torques
-    contact_forces  from 0, in the order in which      ADD; DELETE for those that the message before
+    contact_forces  from 0, in the order in which      ADD; DELETE for those that the last message
                     contacts were found                had more
 
 An arrow is `metres` times as long as its force, but never longer than `longest`: an impact would
@@ -33,7 +34,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.model import rotation
-from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.cdr_parts import PartWriter, up
 from rigid_body_sim.recording.template import MessageTemplate
@@ -175,8 +175,7 @@ class MarkerPacker:
         self._turns = np.array([form.orientation for form in forms]).reshape(-1, 4)
         self._arrows = {
             (namespace, action): tuple(
-                _Arrow(namespace, action, frame_id, scale.reference, phase)
-                for phase in (0, 4)
+                _Arrow(namespace, action, frame_id, scale.reference, phase) for phase in (0, 4)
             )
             for namespace in _COLORS
             for action in (ADD, DELETE)

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
-from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -25,6 +25,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.ros.listener import NotForExecutors
 from rigid_body_sim.ros.qos_overrides import ALLOWED, PUBLISHER, SUBSCRIPTION, QosOverrides
 
+MOST_WATCHED = 1000  # [topics] whose events are watched: the executor goes through all each time
 _REFUSALS = (
     InvalidParameterTypeException,
     InvalidQosOverridesError,
@@ -46,22 +47,35 @@ class Endpoints:
     def __init__(self, node: Node, given: Iterable[str]) -> None:
         self._node = node
         self._overrides = QosOverrides(given)
+        self._watched = True
         self._lost: dict[int, int] = {}  # by subscription
 
+    def expect(self, topics: int) -> None:
+        """Say how many there will be; in a crowd no events are watched."""
+        self._watched = topics <= MOST_WATCHED
+
     @property
-    def lost(self) -> int:
-        """Messages that never came, of all subscriptions, as far as the middleware tells."""
-        return sum(self._lost.values())
+    def lost(self) -> int | None:
+        """
+        Messages that never came, of all subscriptions, as far as the middleware tells; None: they
+        are too many to watch.
+        """
+        return sum(self._lost.values()) if self._watched else None
 
     def publisher(self, kind: type, topic: str, profile: QoSProfile) -> Publisher:
         """Publish on a topic; UserError for overrides that cannot be."""
         name = self._node.resolve_topic_name(topic)
         options = self._overrides.options(name, PUBLISHER)
+        events = PublisherEventCallbacks(use_default_callbacks=self._watched)
         if options is None:
-            return self._node.create_publisher(kind, topic, profile)
+            return self._node.create_publisher(kind, topic, profile, event_callbacks=events)
         with _refusing(name):
             return self._node.create_publisher(
-                kind, topic, _copy(profile), qos_overriding_options=options
+                kind,
+                topic,
+                _copy(profile),
+                event_callbacks=events,
+                qos_overriding_options=options,
             )
 
     def subscription(
@@ -77,6 +91,10 @@ class Endpoints:
         options = self._overrides.options(name, SUBSCRIPTION, must_be_reliable=must_be_reliable)
         place = len(self._lost)
         self._lost[place] = 0
+        events = SubscriptionEventCallbacks(
+            message_lost=partial(self._note_lost, place) if self._watched else None,
+            use_default_callbacks=self._watched,
+        )
         with _refusing(name):
             return self._node.create_subscription(
                 kind,
@@ -85,9 +103,7 @@ class Endpoints:
                 profile,
                 callback_group=NotForExecutors(),
                 raw=True,
-                event_callbacks=SubscriptionEventCallbacks(
-                    message_lost=partial(self._note_lost, place)
-                ),
+                event_callbacks=events,
                 **({} if options is None else {'qos_overriding_options': options}),
             )
 

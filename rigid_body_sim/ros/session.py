@@ -39,10 +39,12 @@ from rigid_body_sim.runs.commands import topics_of
 from rigid_body_sim.runs.recorder import recorded_topics
 from rigid_body_sim.runs.run import Run, RunSettings, publish_every, rate_note
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
+from rigid_body_sim.runs.viewing import ViewSettings, marker_every
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP
 
+MOST_SHOWN = 12  # [bodies] named in the line that says that the node is ready
 SHOWN = 4  # [topics] named in a line
 SPIN = 0.1  # [s] between looks whether the run has ended or a signal came
 SWITCH_INTERVAL = 5e-4  # [s] that a thread may keep the interpreter; Python's 5 ms make ticks late
@@ -107,8 +109,7 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
     inbox = Inbox(run.rules)
     gate = _make_gate(node, run) if node.settings.step_mode == 'lockstep' else None
     bags = Bags(run, _record_path(node.settings))
-    bodies = [body.name for body in run.simulation.scene.bodies]
-    node.open_topics(run.topics, bodies, inbox, gate)
+    node.open_topics(run.topics, run.names, inbox, gate)
     if node.settings.record:
         bags.start()
     turns = _make_turns(node, run, gate) if gate is not None else None
@@ -171,6 +172,17 @@ def _make_run(node: SimNode) -> Run:
             publish_every=every,
             estimate_error=settings.error_estimate,
             publish_contacts=settings.publish_contacts,
+            view=ViewSettings(
+                odometry=settings.publish_odometry,
+                transforms=settings.publish_tf,
+                markers=settings.publish_markers,
+                arrays=settings.publish_arrays,
+                marker_every=marker_every(settings.marker_rate, every, simulation.dt_ns),
+                arrow_scale=settings.arrow_scale,
+                frame_prefix=settings.frame_prefix,
+                node_name=node.get_name(),
+                body_topics=settings.body_topics,
+            ),
         ),
         warn=node.warn,
     )
@@ -196,7 +208,7 @@ def _make_gate(node: SimNode, run: Run) -> Gate:
         settings.lockstep_topics,
         lockstep.targets_of(
             settings.lockstep_topics,
-            known=topics_of([body.name for body in scene.bodies], namespace=node.get_namespace()),
+            known=topics_of(run.names, namespace=node.get_namespace()),
             namespace=node.get_namespace(),
             scene=scene,
             remapped=node.resolve_topic_name,
@@ -246,7 +258,10 @@ def _make_loop(
 
 def _ready_line(node: SimNode, run: Run, bags: Bags) -> str:
     simulation = run.simulation
-    names = ', '.join(body.name for body in simulation.scene.bodies)
+    bodies = [body.name for body in simulation.scene.bodies]
+    names = ', '.join(bodies[:MOST_SHOWN])
+    if len(bodies) > MOST_SHOWN:
+        names += f', … {len(bodies)} bodies'
     prefix = node.get_namespace().rstrip('/')
     recording = f'recording to {bags.path}' if bags.is_open else 'not recording'
     return (

@@ -214,7 +214,7 @@ def decode(body: str, kind: str, data: bytes) -> Command:
     commands are recorded with equal bytes.
     """
     message = cdr.decode(COMMAND_TYPES[kind], data)
-    assert not isinstance(message, cdr.Clock)
+    assert not isinstance(message, cdr.Clock | cdr.Described)
     stamp = message.sec * 1_000_000_000 + message.nanosec
     if isinstance(message, cdr.Odometry):
         return Command(

@@ -85,7 +85,7 @@ class RunSettings:
     estimate_error: bool = False
     publish_contacts: bool = False
     publish_start: bool = True
-    view: ViewSettings = ViewSettings()
+    view: ViewSettings = field(default_factory=ViewSettings)
     topic_names: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -278,9 +278,7 @@ class Run:
         own = set(self._own.tolist())
         return ContactPacker(
             names,
-            movable=[
-                not body.fixed and i in own for i, body in enumerate(scene.bodies)
-            ],
+            movable=[not body.fixed and i in own for i, body in enumerate(scene.bodies)],
             dt_ns=self.simulation.dt_ns,
             namespace=settings.namespace,
             frame_id=settings.world_frame,
@@ -476,16 +474,23 @@ class Run:
             force=self._of_own(force),
             torque=self._of_own(torque),
         )
-        seen = self.viewing.shows_contacts(simulation.tick) and self.has_contact
-        found = simulation.contacts() if seen or self.contact_packer is not None else None
-        contacts = self._pack_contacts(found) if found is not None else None
-        between = (() if contacts is None else (contacts,)) + self.viewing.pack(force, torque, found if seen else None)
+        between = self._pack_contacts_and_views(force, torque)
         if not between:
             return (batch,)
         if not self.names:
             return (*between, batch)
         wrenches, states = self.packer.split(batch)
         return (wrenches, *between, states)
+
+    def _pack_contacts_and_views(self, force: Array, torque: Array) -> tuple[Batch, ...]:
+        """Pack what lies between the wrenches of a tick and its states."""
+        drawn = self.has_contact and self.viewing.shows_contacts(self.simulation.tick)
+        if not drawn and self.contact_packer is None:
+            return self.viewing.pack(force, torque, None)
+        found = self.simulation.contacts()
+        contacts = self._pack_contacts(found)
+        views = self.viewing.pack(force, torque, found)
+        return views if contacts is None else (contacts, *views)
 
     def _pack_contacts(self, found: Contacts) -> Batch | None:
         if self.contact_packer is None:

@@ -11,8 +11,7 @@ a tick that is whole has them.
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
@@ -104,8 +103,8 @@ def bodies_with_topics(scene: Scene, wanted: str) -> NDArray[np.int64]:
         fits = [fnmatchcase(name, pattern) for name in names]
         if not any(fits):
             raise UserError(
-                f'body_topics: no body of the scene {scene.name!r} is called {pattern!r}; allowed: '
-                'names or patterns with * and ?, separated by commas, or nothing'
+                f'body_topics: no body of the scene {scene.name!r} is called {pattern!r}; '
+                'allowed: names or patterns with * and ?, separated by commas, or nothing'
             )
         chosen |= fits
     return np.flatnonzero(chosen)

@@ -68,15 +68,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def settings_of(
-    arguments: argparse.Namespace, *, publish_every: int, dt_ns: int
-) -> ViewSettings:
+def settings_of(arguments: argparse.Namespace, *, publish_every: int, dt_ns: int) -> ViewSettings:
     """Read the options; UserError for what cannot be used."""
     rate, scale = arguments.marker_rate, arguments.arrow_scale
     if not LEAST_RATE <= rate <= MOST_RATE:
-        raise UserError(
-            f'--marker-rate {rate:g} Hz; allowed: {LEAST_RATE:g} to {MOST_RATE:g} Hz'
-        )
+        raise UserError(f'--marker-rate {rate:g} Hz; allowed: {LEAST_RATE:g} to {MOST_RATE:g} Hz')
     if not 0.0 <= scale <= LARGEST_SCALE:
         raise UserError(
             f'--arrow-scale {scale:g} m/N; allowed: 0 (of the scene) to {LARGEST_SCALE:g}'
