@@ -179,8 +179,9 @@ def _make_turns(node: SimNode, run: Run, gate: Gate) -> LockstepTurns:
     return LockstepTurns(
         gate,
         dt_ns=run.simulation.dt_ns,
-        door=node.open_door(),
+        door=node.open_door(gate),
         links=node.links,
+        silence=node.silence,
         publish=node.publish,
         warn=node.warn,
     )
