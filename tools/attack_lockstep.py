@@ -6,7 +6,8 @@ Does to a node in lock-step what partners and people may do, at random and while
 A node with two topics, two partners in processes of their own; meanwhile services are called
 (pause, step, reset, record), the real-time factor changes, commands come that nobody waits for,
 with old and early stamps and no numbers, and partners are killed and replaced. At the end, by
-SIGINT: exit code 0, no traceback, every service was answered, every bag replays bit for bit.
+SIGINT: exit code 0, no traceback, every service was answered, every bag replays bit for bit and
+holds one answer to each state, in the order of the list.
 
     python tools/attack_lockstep.py --seconds 30 --seed 1
 """
@@ -30,7 +31,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from rigid_body_sim.ros.partner import Partner, States
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.ros.partner import Partner, States, stamp_of
 from rigid_body_sim.ros.qos import of_commands
 
 TOPICS = {'satellite': 'satellite/torque', 'inspector': 'inspector/wrench'}
@@ -190,10 +192,24 @@ def attack(folder: Path, seconds: float, seed: int) -> int:
             text=True,
         )
         faults += _fault(replay.returncode != 0, f'{bag.name}: {replay.stdout}{replay.stderr}')
+        faults += _fault(
+            not _in_step(bag), f'{bag.name}: answers that are not those of its states'
+        )
     longest = ', '.join(f'{name} {wait:.3f} s' for name, wait in attacker.waits.items())
     print(f'seed {seed}: {attacker.done}; {len(bags)} bags; longest answers: {longest}')
     print(said.splitlines()[-2] if said else '')
     return faults
+
+
+def _in_step(path: Path) -> bool:
+    """Whether each instant took one answer a topic, in the order of the list, with its stamp."""
+    wanted = [f'/{topic}' for topic in TOPICS.values()]
+    messages = list(Bag(path).messages(wanted))
+    order = [message.topic for message in messages]
+    stamps = [stamp_of(message.data) for message in messages]
+    times = [message.log_time for message in messages]
+    whole = order == wanted * (len(order) // len(wanted))
+    return whole and stamps == times and len(set(times)) * len(wanted) == len(times)
 
 
 def _fault(is_one: bool, text: str) -> int:
