@@ -233,4 +233,3 @@ def test_impulses_of_contacts_are_forgotten_with_the_place(tmp_path):
     simulation.step(SETTLED)
     # they come back: the tower stands where it stood
     assert simulation.state.position[:, 2] == pytest.approx([0, 0.1, 0.3, 0.5], abs=1e-3)
-

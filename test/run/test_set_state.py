@@ -1,6 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A body is put elsewhere: from the tick that was said on, replayed to the bit, without a defect."""
+"""A body is put elsewhere: from the tick that was said on, to the bit, without a defect."""
 
 import math
 
@@ -14,6 +14,7 @@ from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.runs.asked_states import AskedState
 from rigid_body_sim.runs.commands import Command, CommandRules, decode
+from rigid_body_sim.runs.recorded_facts import manifest_differences
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.replay import compare
@@ -172,6 +173,13 @@ def test_it_acts_from_the_tick_on_with_which_it_is_recorded(tmp_path):
     assert [name for name in bag.topics if not bag.counts[name]] == []
 
 
+def test_a_bag_of_a_version_that_knew_fewer_commands_is_no_other_run():
+    said = {'command_kinds': '["force", "torque", "wrench", "impulse"]', 'dt_ns': '1'}
+    again = {'command_kinds': '["force", "set_state"]', 'dt_ns': '1'}
+    assert list(manifest_differences(said, again)) == []
+    assert len(list(manifest_differences(said, again | {'dt_ns': '2'}))) == 1
+
+
 def test_an_estimate_of_the_error_goes_on_and_replays(tmp_path):
     run = Run(free(), RunSettings(publish_every=10, estimate_error=True))
     path = recorded(tmp_path / 'a', run, 300, {100: [asked('box', MOVED)]})
@@ -295,7 +303,7 @@ def test_a_file_of_commands_knows_frames_and_states(verb, tmp_path):
     ):
         file.write_text(CSV.splitlines()[0] + '\n' + line + '\n')
         code, _, err = verb(*words, '-o', tmp_path / 'none')
-        assert code == 2 and f'line 2: ' in err and reason in err
+        assert code == 2 and 'line 2: ' in err and reason in err
 
 
 def test_inverse_takes_it_for_a_jump_of_the_pose(verb, tmp_path):

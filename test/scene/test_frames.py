@@ -1,6 +1,6 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of a body in a scene, and in records: names that mean one thing, numbers that are some."""
+"""Frames of a body in a scene and in records: names that mean one thing, and numbers."""
 
 import pytest
 
@@ -29,7 +29,9 @@ def test_frames_are_read_and_their_attitude_is_scaled():
 
 
 def test_copies_have_the_frames_of_the_body():
-    copies = scene({'a': {'position': [1, 0, 0]}}, repeat={'count': [2, 1, 1], 'spacing': [2, 0, 0]})
+    copies = scene(
+        {'a': {'position': [1, 0, 0]}}, repeat={'count': [2, 1, 1], 'spacing': [2, 0, 0]}
+    )
     assert [body.frames for body in copies.bodies[:2]] == [{'a': Frame((1.0, 0.0, 0.0))}] * 2
     rules = CommandRules(copies)
     assert rules.refusal(Command('box_2', 'force', (1, 0, 0), frame_id='a')) is None
