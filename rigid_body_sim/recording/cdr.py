@@ -9,7 +9,7 @@ counts from byte 4:
     4 int32 sec | 8 uint32 nanosec | 12 uint32 F | 16 frame_id, NUL (F bytes) | zeros | D doubles
     D = 4 + up(12 + F, 8)        up(x, a): x rounded up to a multiple of a
 
-`Clock` ends after nanosec; `PointCloud2` is laid out in `point_cloud`. `encode` writes little
+`Clock` ends after nanosec; `PointCloud2` is laid out in `point_cloud`, `Odometry` in `odometry`. `encode` writes little
 endian with zeroed padding, so equal messages have equal bytes; `decode` reads both byte orders and
 any padding, and refuses every other length or content with `CdrError`; `canonical` keeps the bytes
 that came where they are those that `encode` would write.
@@ -25,6 +25,12 @@ from struct import Struct
 from typing import ClassVar
 
 from rigid_body_sim.recording.cdr_parts import U32, CdrError, require, text_of, up
+from rigid_body_sim.recording.odometry import (
+    Odometry,
+    odometry_doubles,
+    odometry_tail,
+    read_odometry,
+)
 from rigid_body_sim.recording.point_cloud import CloudReader, PointCloud2, cloud_tail
 
 ENCAPSULATION = b'\x00\x01\x00\x00'
@@ -126,6 +132,7 @@ Message = (
     | WrenchStamped
     | Vector3Stamped
     | PointCloud2
+    | Odometry
 )
 
 TYPES: dict[str, type[Message]] = {
@@ -138,6 +145,7 @@ TYPES: dict[str, type[Message]] = {
         WrenchStamped,
         Vector3Stamped,
         PointCloud2,
+        Odometry,
     )
 }
 
@@ -167,6 +175,9 @@ def encode(message: Message) -> bytes:
     if isinstance(message, PointCloud2):
         points = b''.join(Struct(f'<{len(point)}d').pack(*point) for point in message.points)
         return head + cloud_tail(message.frame_id, message.names, points)
+    if isinstance(message, Odometry):
+        names = odometry_tail(message.frame_id, message.child_frame_id)
+        return head + names + odometry_doubles(message)
     values = [value for name, _ in message.PARTS for value in getattr(message, name)]
     return head + header_tail(message.frame_id) + _DOUBLES[1, len(values)].pack(*values)
 
@@ -196,6 +207,8 @@ def decode(type_name: str, payload: bytes) -> Message:
     require(size >= 16, kind.TYPE, f'{size} bytes, but the length of frame_id ends at byte 16')
     if kind is PointCloud2:
         return CloudReader(payload, order).read(sec, nanosec)
+    if kind is Odometry:
+        return read_odometry(payload, order, sec, nanosec)
     (length,) = U32[order].unpack_from(payload, 12)
     start = 4 + up(12 + length, 8)
     count = sum(width for _, width in kind.PARTS)
@@ -219,7 +232,10 @@ def canonical(message: Message, payload: bytes) -> bytes:
     What a sender left in the padding is not kept: it is whatever its memory held, and would make
     equal messages differ.
     """
-    if payload[:4] == ENCAPSULATION and not isinstance(message, PointCloud2):
+    if isinstance(message, PointCloud2 | Odometry):  # padding in more places than one
+        ours = encode(message)
+        return payload if payload == ours else ours
+    if payload[:4] == ENCAPSULATION:
         if isinstance(message, Clock):
             return payload
         (length,) = U32[1].unpack_from(payload, 12)
@@ -241,7 +257,10 @@ def fields(message: Message) -> dict[str, int | float | str]:
         named |= {'fields': ' '.join(message.names), 'width': len(message.points)}
         for index, point in enumerate(message.points):
             named |= {f'points[{index}].{n}': x for n, x in zip(message.names, point)}
-    for part, _ in message.PARTS:
-        for axis, value in zip('xyzw', getattr(message, part)):
+    if isinstance(message, Odometry):
+        named['child_frame_id'] = message.child_frame_id
+    for part, width in message.PARTS:
+        axes = 'xyzw' if width <= 4 else range(width)
+        for axis, value in zip(axes, getattr(message, part)):
             named[f'{part}.{axis}'] = value
     return named

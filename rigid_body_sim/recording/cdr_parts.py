@@ -43,3 +43,51 @@ def require(condition: bool, type_name: str, problem: str) -> None:
     """Refuse a message unless the condition holds."""
     if not condition:
         raise CdrError(f'{type_name}: {problem}')
+
+
+class PartReader:
+    """Reads a payload piece by piece, from the end of its stamp on; what is wrong is CdrError."""
+
+    def __init__(self, type_name: str, payload: bytes, order: int) -> None:
+        self._type_name = type_name
+        self._payload = payload
+        self._order = order
+        self._at = 12
+
+    @property
+    def left(self) -> int:
+        """Bytes that were not read yet."""
+        return len(self._payload) - self._at
+
+    def align(self, alignment: int) -> None:
+        """Pass over padding; alignment counts from byte 4."""
+        self._at = 4 + up(self._at - 4, alignment)
+
+    def text(self) -> str:
+        """Read a text."""
+        return text_of(self.take(self.u32()), self._type_name)
+
+    def u32(self) -> int:
+        """Read a number without sign, aligned."""
+        self.align(4)
+        return U32[self._order].unpack(self.take(4))[0]
+
+    def byte(self) -> int:
+        """Read one byte."""
+        return self.take(1)[0]
+
+    def take(self, size: int) -> bytes:
+        """Read as many bytes as they are."""
+        end = self._at + size
+        self.need(end <= len(self._payload), f'{len(self._payload)} bytes, expected {end}')
+        content = bytes(self._payload[self._at : end])
+        self._at = end
+        return content
+
+    def need_end(self) -> None:
+        """Refuse bytes after the last field."""
+        self.need(self.left == 0, f'{self.left} bytes more')
+
+    def need(self, condition: bool, problem: str) -> None:
+        """Refuse the message unless the condition holds."""
+        require(condition, self._type_name, problem)

@@ -40,6 +40,12 @@ _FIELDS = {
     'geometry_msgs/msg/AccelStamped': ('std_msgs/Header header', 'Accel accel'),
     'geometry_msgs/msg/WrenchStamped': ('std_msgs/Header header', 'Wrench wrench'),
     'geometry_msgs/msg/Vector3Stamped': ('std_msgs/Header header', 'Vector3 vector'),
+    'geometry_msgs/msg/PoseWithCovariance': ('Pose pose', 'float64[36] covariance'),
+    'geometry_msgs/msg/TwistWithCovariance': ('Twist twist', 'float64[36] covariance'),
+    'nav_msgs/msg/Odometry': (
+        *('std_msgs/Header header', 'string child_frame_id'),
+        *('geometry_msgs/PoseWithCovariance pose', 'geometry_msgs/TwistWithCovariance twist'),
+    ),
 }
 
 HASHES = {
@@ -60,6 +66,9 @@ HASHES = {
     ),
     'sensor_msgs/msg/PointCloud2': (
         'RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5'
+    ),
+    'nav_msgs/msg/Odometry': (
+        'RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0'
     ),
     'rosgraph_msgs/msg/Clock': (
         'RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564'

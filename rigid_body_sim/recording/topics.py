@@ -23,6 +23,7 @@ COMMAND_TYPES = {
     'torque': cdr.Vector3Stamped.TYPE,
     'wrench': cdr.WrenchStamped.TYPE,
     'impulse': cdr.WrenchStamped.TYPE,
+    'set_state': cdr.Odometry.TYPE,
 }
 
 _INFINITE = {'sec': 9223372036, 'nsec': 854775807}

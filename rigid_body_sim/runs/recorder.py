@@ -74,8 +74,8 @@ class RunRecorder:
         names = [body.name for body in scene.bodies]
         writer = BagWriter(
             path,
-            topics=[
-                *run.topics,
+            topics=run.topics,
+            on_demand=[
                 *command_topics(names, namespace=run.settings.namespace),
                 *choices.topics_of(run),
             ],

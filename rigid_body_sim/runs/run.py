@@ -6,7 +6,8 @@ said here alone.
 
 Tick k, from k dt to (k + 1) dt:
     commands that arrived are taken in order: a held one replaces what its source asked before, an
-    impulse acts at once the physics advances by dt
+    impulse acts at once, a state that was asked for holds from here on
+    the physics advances by dt
     applied wrenches of tick k and the states after it are packed: at each publish tick those of
     all bodies, else the wrenches of the bodies whose command changed at k, so that the first
     message with a new value names the tick on which it first acted
@@ -282,11 +283,24 @@ class Run:
         if self._reference is not None:
             for simulation in self._reference.simulations:
                 self._issue(command, simulation)
+            if command.state is not None:
+                self._reference.follow_the_state()
 
     def _issue(self, command: Command, simulation: Simulation) -> tuple[Vector, Vector] | None:
         """
-        Give a command to a simulation; return an impulse in world axes, None for what holds.
+        Give a command to a simulation; return an impulse in world axes, None for anything else.
         """
+        if command.state is not None:
+            asked = command.state
+            simulation.set_state(
+                command.body,
+                position=asked.position,
+                orientation=asked.orientation,
+                velocity=asked.linear,
+                angular_velocity=asked.angular,
+                frame=asked.axes(command.body),
+            )
+            return None
         frame = self.rules.frame(command)
         if command.kind == 'impulse':
             return simulation.apply_impulse(

@@ -161,7 +161,7 @@ def test_an_empty_recording_is_valid_everywhere(record, mcap_of):
     for path in (directory, mcap_of(directory)):
         with Reader(path) as reader:
             assert reader.message_count == 0
-            assert len(reader.connections) == 15
+            assert len(reader.connections) == 17  # 1 + 2 bodies * (3 states + 5 commands)
 
 
 def test_an_existing_target_is_refused_and_left_alone(record, run, tmp_path):
