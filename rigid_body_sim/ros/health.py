@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field
 from rigid_body_sim.physics.diagnostics.conserved_groups import KeptQuantity
 from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
 from rigid_body_sim.physics.diagnostics.invariants import Drift
+from rigid_body_sim.ros.lockstep import LockstepFigures
 from rigid_body_sim.runs.error_estimate import ErrorEstimate
 from rigid_body_sim.runs.kept_lines import defect_words
 
@@ -41,6 +42,7 @@ class Health:
     integrator           : what the run goes on with now
     looks                : what `auto` saw on the way, in words
     failure              : why the run ended, if it failed
+    lockstep             : what it waits for; None where it waits for nobody
     """
 
     scene: str
@@ -66,6 +68,7 @@ class Health:
     integrator: str = ''
     looks: str = ''
     failure: str = ''
+    lockstep: LockstepFigures | None = None
 
     @property
     def level(self) -> int:
@@ -74,11 +77,17 @@ class Health:
         """
         if self.failure:
             return ERROR
-        return WARN if self._is_slow or self.warnings else OK
+        return WARN if self._is_slow or self.warnings or self._of_lockstep else OK
+
+    @property
+    def _of_lockstep(self) -> str:
+        return self.lockstep.warning if self.lockstep else ''
 
     @property
     def _is_slow(self) -> bool:
-        return not self.paused and self.factor < BEHIND * self.factor_asked
+        if self.paused or self.lockstep:  # where the factor is an upper bound
+            return False
+        return self.factor < BEHIND * self.factor_asked
 
     @property
     def message(self) -> str:
@@ -90,7 +99,9 @@ class Health:
             said = (
                 f'slower than asked: real-time factor {self.factor:.3f} of {self.factor_asked:g}'
             )
-        return '; '.join([said, *self.warnings[:1]])
+        if self.lockstep and self.lockstep.timed_out:
+            return '; '.join([self._of_lockstep, *self.warnings[:1]])
+        return '; '.join(filter(None, [said, self._of_lockstep, *self.warnings[:1]]))
 
     def values(self) -> dict[str, str]:
         """Every figure by name, as text."""
@@ -112,6 +123,8 @@ class Health:
             'recording': self.bag,
             'integrator': self.integrator,
         }
+        if self.lockstep is not None:
+            texts |= self.lockstep.values()
         texts |= self._balance_values()
         if self.looks:
             texts['auto'] = self.looks

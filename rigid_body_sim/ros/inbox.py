@@ -37,18 +37,23 @@ class Inbox:
 
         returns : why it is refused; None if it is not
         """
+        command = self.judge(body, kind, data)
+        if isinstance(command, str):
+            return command
+        if len(self._waiting) >= ROOM:
+            return self._refuse(f'{ROOM} commands wait already; is the simulation paused?')
+        self.accepted += 1
+        self._waiting.append(command)
+        return None
+
+    def judge(self, body: str, kind: str, data: bytes) -> Command | str:
+        """Read a command as it came over the wire; why it is refused, where it is."""
         try:
             command = decode(body, kind, data)
         except CdrError as error:
             return self._refuse(f'{kind} for {body!r} cannot be read: {error}')
         reason = self._rules.refusal(command)
-        if reason is None and len(self._waiting) >= ROOM:
-            reason = f'{ROOM} commands wait already; is the simulation paused?'
-        if reason is not None:
-            return self._refuse(reason)
-        self.accepted += 1
-        self._waiting.append(command)
-        return None
+        return command if reason is None else self._refuse(reason)
 
     def _refuse(self, reason: str) -> str:
         known = reason in self._refused or len(self._refused) < _REASONS

@@ -10,7 +10,7 @@ The `Listener`'s thread judges and stores commands (`Inbox`), the executor's pas
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -29,7 +29,8 @@ from rigid_body_sim.ros import conversions, parameters, qos
 from rigid_body_sim.ros.bags import Bags
 from rigid_body_sim.ros.health import Health
 from rigid_body_sim.ros.inbox import Inbox
-from rigid_body_sim.ros.listener import Listener, NotForExecutors
+from rigid_body_sim.ros.listener import Listener, NotForExecutors, OwnWaitSet, Taker
+from rigid_body_sim.ros.lockstep import Gate
 from rigid_body_sim.ros.requests import Answer
 from rigid_body_sim.ros.run_loop import RunLoop
 from rigid_body_sim.runs.commands import KINDS
@@ -52,8 +53,10 @@ class SimNode(Node):
         self._senders: list[Callable[[bytes], None]] = []
         self._health: Health | None = None
 
-    def open_topics(self, topics: Sequence[Topic], bodies: Sequence[str], inbox: Inbox) -> None:
-        """Publish the states and take commands."""
+    def open_topics(
+        self, topics: Sequence[Topic], bodies: Sequence[str], inbox: Inbox, gate: Gate | None
+    ) -> None:
+        """Publish the states and take commands: those that answer states for the gate."""
         state = qos.of_states()
         command = qos.of_commands(self.settings.command_reliability)
         publishers = {
@@ -65,7 +68,9 @@ class SimNode(Node):
         }
         # channel ids count from 1; what has no publisher is recorded only
         self._senders = [_nowhere, *(_sender(publishers.get(topic.name)) for topic in topics)]
-        takers: dict[Subscription, Callable[[bytes], object]] = {}
+        targets = gate.terms.targets if gate is not None else ()
+        takers: dict[Subscription, Taker] = {}
+        self._answering: dict[int, Subscription] = {}  # by place in the list of lock-step
         for body in bodies:
             for kind in KINDS:
                 subscription = self.create_subscription(
@@ -76,10 +81,14 @@ class SimNode(Node):
                     callback_group=NotForExecutors(),
                     raw=True,
                 )
-                takers[subscription] = partial(self._receive, inbox, body, kind)
+                if gate is not None and (body, kind) in targets:
+                    self._answering[targets.index((body, kind))] = subscription
+                else:
+                    takers[subscription] = partial(self._receive, inbox, body, kind)
         self.listener = Listener(self.context, takers)
+        self._states = list(publishers.values())
         self._events = qos.NowAndThen()
-        self._events.adopt([*publishers.values(), *takers])
+        self._events.adopt([*publishers.values(), *takers, *self._answering.values()])
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', state)
         self._reported = self.create_guard_condition(self._publish_health)
 
@@ -87,6 +96,38 @@ class SimNode(Node):
         reason = inbox.receive(body, kind, data)
         if reason is not None:
             self.get_logger().warning(f'refused: {reason}', throttle_duration_sec=1.0)
+
+    def _answer(self, gate: Gate, index: int, data: bytes) -> None:
+        warning = gate.receive(index, data)
+        if warning is not None:
+            self.get_logger().warning(warning, throttle_duration_sec=1.0)
+
+    def open_door(self, gate: Gate) -> OwnWaitSet:
+        """Make what a run in lock-step waits with; call its `close` when the run has ended."""
+        answering = self._answering.items()
+        takers = {one: partial(self._answer, gate, index) for index, one in answering}
+        return OwnWaitSet(self.context, takers)
+
+    def links(self) -> Hashable:
+        """Tell who is connected by states and answers: it changes with them."""
+        asked = (publisher.get_subscription_count() for publisher in self._states)
+        peers = (
+            bytes(info.endpoint_gid)
+            for subscription in self._answering.values()
+            for info in self.get_publishers_info_by_topic(subscription.topic_name)
+        )
+        answering = (one.handle.get_publisher_count() for one in self._answering.values())
+        return (*asked, *answering, *sorted(peers))
+
+    def silence(self, index: int) -> str:
+        """Say why no answer can come on a topic of lock-step; empty: one can."""
+        subscription = self._answering[index]
+        if subscription.handle.get_publisher_count():
+            return ''
+        found = self.get_publishers_info_by_topic(subscription.topic_name)
+        if found:
+            return f'the publisher of {found[0].node_name} does not match: is it best effort?'
+        return 'nobody publishes it'
 
     def publish(self, batch: Batch) -> None:
         """Send what was packed; called by the run's thread."""

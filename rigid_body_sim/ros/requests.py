@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -41,15 +42,20 @@ class Request:
 
 
 class RequestQueue:
-    """Requests in the order in which they were made; looking at `waiting` costs nothing."""
+    """
+    Requests in the order in which they were made; looking at `waiting` costs nothing.
 
-    def __init__(self) -> None:
+    call : wakes whoever serves them; None: they wait for `wake`
+    """
+
+    def __init__(self, call: Callable[[], object] | None = None) -> None:
         self.waiting: deque[Request] = deque()
         self.wake = threading.Event()
+        self._call = call or self.wake.set
 
     def post(self, name: str, value: float = 0.0) -> Request:
         """Add a wish and wake whoever serves them."""
         request = Request(name, value)
         self.waiting.append(request)
-        self.wake.set()
+        self._call()
         return request

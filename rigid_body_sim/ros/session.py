@@ -21,12 +21,16 @@ from rclpy.signals import SignalHandlerOptions
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.ros import lockstep
 from rigid_body_sim.ros.bags import Bags, need_free
 from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.ros.inbox import Inbox
+from rigid_body_sim.ros.lockstep import Gate, Terms
+from rigid_body_sim.ros.lockstep_turns import LockstepTurns
 from rigid_body_sim.ros.node import SimNode
 from rigid_body_sim.ros.parameters import Settings
 from rigid_body_sim.ros.run_loop import Ending, RunLoop
+from rigid_body_sim.runs.commands import topics_of
 from rigid_body_sim.runs.run import Run, RunSettings, publish_every, rate_note
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
@@ -71,14 +75,19 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
     """Let the run meet its topics, services and bags, up to its end."""
     log = node.get_logger()
     inbox = Inbox(run.rules)
+    gate = _make_gate(node, run) if node.settings.step_mode == 'lockstep' else None
     bags = Bags(run, _record_path(node.settings))
-    node.open_topics(run.topics, [body.name for body in run.simulation.scene.bodies], inbox)
+    bodies = [body.name for body in run.simulation.scene.bodies]
+    node.open_topics(run.topics, bodies, inbox, gate)
     if node.settings.record:
         bags.start()
-    loop = _make_loop(node, run, inbox, bags)
+    turns = _make_turns(node, run, gate) if gate is not None else None
+    loop = _make_loop(node, run, inbox, bags, turns)
     node.serve(loop, bags)
     log.info(_ready_line(node, run, bags))
     ending = _spin(node, loop, context)
+    if turns is not None:
+        turns.close()
     log.info(f'{ending.reason}: {node.last_words()}')
     if bags.path is not None:
         log.info(f'recorded: {bags.path}')
@@ -141,7 +150,46 @@ def _make_run(node: SimNode) -> Run:
     return run
 
 
-def _make_loop(node: SimNode, run: Run, inbox: Inbox, bags: Bags) -> RunLoop:
+def _make_gate(node: SimNode, run: Run) -> Gate:
+    """Agree on the terms of lock-step; UserError where they do not fit the scene."""
+    settings, scene = node.settings, run.simulation.scene
+    terms = Terms(
+        settings.lockstep_topics,
+        lockstep.targets_of(
+            settings.lockstep_topics,
+            known=topics_of([body.name for body in scene.bodies], namespace=node.get_namespace()),
+            namespace=node.get_namespace(),
+            scene=scene,
+            remapped=node.resolve_topic_name,
+        ),
+        lockstep.period_of(
+            settings.lockstep_period,
+            publish_every=run.settings.publish_every,
+            dt_ns=run.simulation.dt_ns,
+        ),
+        stamped=settings.lockstep_stamps,
+        timeout=round(settings.lockstep_timeout * 1e9),
+    )
+    for text in lockstep.notes(terms, run.settings, dt_ns=run.simulation.dt_ns):
+        node.warn(text)
+    return Gate(terms, Inbox(run.rules))
+
+
+def _make_turns(node: SimNode, run: Run, gate: Gate) -> LockstepTurns:
+    return LockstepTurns(
+        gate,
+        dt_ns=run.simulation.dt_ns,
+        door=node.open_door(gate),
+        links=node.links,
+        silence=node.silence,
+        publish=node.publish,
+        warn=node.warn,
+    )
+
+
+def _make_loop(
+    node: SimNode, run: Run, inbox: Inbox, bags: Bags, turns: LockstepTurns | None
+) -> RunLoop:
     settings = node.settings
     return RunLoop(
         run,
@@ -154,6 +202,7 @@ def _make_loop(node: SimNode, run: Run, inbox: Inbox, bags: Bags) -> RunLoop:
         stop_time=settings.stop_time,
         paused=settings.start_paused,
         rerecord=settings.record,
+        lockstep=turns,
     )
 
 
@@ -165,7 +214,13 @@ def _ready_line(node: SimNode, run: Run, bags: Bags) -> str:
     return (
         f'ready: {simulation.scene.name} ({names}), {simulation.integrator.name}, '
         f'dt {simulation.dt:g} s, topics {prefix}/<body>/…, {recording}'
-        f'{", paused" if node.settings.start_paused else ""}'
+        f'{", paused" if node.settings.start_paused else ""}{_waiting_for(node.settings)}'
+    )
+
+
+def _waiting_for(settings: Settings) -> str:
+    return f', in lock-step with {", ".join(settings.lockstep_topics)}' * (
+        settings.step_mode == 'lockstep'
     )
 
 

@@ -501,9 +501,18 @@ class Run:
         self._kept.sample(simulation.state, time=simulation.time, commanded=touched)
         self._touched = held
 
-    def reset(self) -> None:
-        """Put every body back to the start of the scene; time goes on, drift is measured anew."""
-        self.simulation.reset()
+    def reset(self, tick: int | None = None) -> None:
+        """
+        Put every body back to the start of the scene; time goes on, drift is measured anew.
+
+        tick : where it goes on; None: at the present one
+        """
+        simulation = self.simulation
+        if tick is not None and tick != simulation.tick:
+            simulation.restore(
+                tick=tick, state=simulation.state_bytes(), slots=simulation.held_slots
+            )
+        simulation.reset()
         if self.settings.estimate_error:
             self._reference = ReferenceRun(self.simulation)
         self._applied = np.zeros_like(self._applied)
