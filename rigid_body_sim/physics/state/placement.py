@@ -141,9 +141,7 @@ def rows_of(layout: Layout, asked: Placement, body: str, state: State, time: flo
             axes = so3.normalise(so3.multiply(axes, layout.principal[core]))
         law = record.inertia_over_time
         moments = layout.moments[core] if law is None else moments_at(law, time)
-        rotation[blocks.ANGULAR_MOMENTUM] = so3.rotate(
-            axes, moments * so3.rotate_back(axes, spin)
-        )
+        rotation[blocks.ANGULAR_MOMENTUM] = so3.rotate(axes, moments * so3.rotate_back(axes, spin))
         if asked.orientation is not None:
             rotation[blocks.ORIENTATION] = axes
     translation: dict[int, Array] = {}
@@ -221,5 +219,3 @@ def _vector(said: str, name: str, values: Any) -> Vector:
             f'{said}: {name} {shown(values)}; allowed: three finite numbers'
         ) from None
     return (x, y, z)
-
-

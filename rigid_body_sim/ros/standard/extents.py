@@ -130,6 +130,11 @@ class Extent:
     pieces: tuple[Piece | HalfSpace, ...]
     box: Array | None
 
+    @property
+    def is_unbounded(self) -> bool:
+        """Whether it goes on for ever."""
+        return any(isinstance(piece, HalfSpace) for piece in self.pieces)
+
     def meets_ball(self, pose: Pose, center: Array, radius: float) -> bool:
         """Whether the body at a pose of its centre of mass overlaps a ball."""
         return any(piece.meets_ball(pose, center, radius) for piece in self.pieces)
