@@ -348,6 +348,8 @@ class RunLoop:
         lockstep, tick = self._lockstep, self._run.simulation.tick
         if not steps.left:
             pass
+        elif now < steps.due:
+            self._doze(now, steps.due)
         elif lockstep is None:
             steps.note(self._advance(min(steps.stretch, self._stop_tick - tick)))
             self._breathe(now)

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from rigid_body_sim.ros.requests import Answer, Request
 
 MOST_SAID = 1000  # [-] steps of a request of which each is told
-TELL = 0.1  # [s] after which one is told anyway
+TELL = 100_000_000  # [ns] after which one is told anyway
+GAP = 1_000_000  # [ns] between two, or a client loses some: its queue usually holds ten
 
 
 @dataclass(frozen=True)
@@ -39,13 +40,19 @@ class Steps:
         self.request = request
         self._asked: StepsAsked = request.value
         self._every = -(-self._asked.count // MOST_SAID)
-        self._said = time.monotonic()
+        self._said = time.monotonic_ns()
+        self._saying = self._asked.progress is not None
         self.done = 0
 
     @property
     def left(self) -> int:
         """Steps that are still to be done."""
         return self._asked.count - self.done
+
+    @property
+    def due(self) -> int:
+        """When to go on [ns], of the monotonic clock."""
+        return self._said + GAP if self._saying else 0
 
     @property
     def stretch(self) -> int:
@@ -60,8 +67,9 @@ class Steps:
         progress = self._asked.progress
         if progress is None or not steps:
             return
-        now = time.monotonic()
-        if self.done % self._every == 0 or not self.left or now >= self._said + TELL:
+        now = time.monotonic_ns()
+        self._saying = self.done % self._every == 0 or not self.left or now >= self._said + TELL
+        if self._saying:
             self._said = now
             progress(self.done, self.left)
 
