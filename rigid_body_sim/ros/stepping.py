@@ -76,4 +76,4 @@ class Steps:
     def end(self, why: str, where: str) -> None:
         """Answer the request; `why` it was broken off, empty where all were done."""
         said = f'{self.done} of {self._asked.count} steps, at {where}'
-        self.request.give(Answer(not why, f'{why} after {said}' if why else said))
+        self.request.give(Answer(not why, f'{said}: {why}' if why else said))

@@ -14,10 +14,8 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Accel, Point, Pose, Quaternion, Twist, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from numpy.typing import ArrayLike
-from std_msgs.msg import Header
 
 from rigid_body_sim.physics.model.scene import Quaternion as Orientation
 from rigid_body_sim.physics.model.scene import Vector
@@ -158,15 +156,14 @@ class Messages:
 
     def state(self, motion: EntityMotion, *, stamp_ns: int, frame_id: str) -> Any:
         """Give the state of an entity."""
-        sec, nanosec = divmod(stamp_ns, NS)
-        state = self.msg.EntityState(
-            header=Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=frame_id),
-            pose=_pose(motion.position, motion.orientation),
-            twist=Twist(linear=_vector(motion.velocity), angular=_vector(motion.angular_velocity)),
-        )
-        state.acceleration = Accel(
-            linear=_vector(motion.acceleration), angular=_vector(motion.angular_acceleration)
-        )
+        state = self.msg.EntityState()
+        state.header.frame_id = frame_id
+        state.header.stamp.sec, state.header.stamp.nanosec = divmod(stamp_ns, NS)
+        state.pose = _pose(motion.position, motion.orientation)
+        state.twist.linear = _vector(motion.velocity)
+        state.twist.angular = _vector(motion.angular_velocity)
+        state.acceleration.linear = _vector(motion.acceleration)
+        state.acceleration.angular = _vector(motion.angular_acceleration)
         return state
 
     def motion_asked(self, request: Any) -> MotionAsked:

@@ -273,7 +273,9 @@ class Standard:
         if asked.entity not in self._entities.index:
             return self._not_found(response, asked.entity)
         if asked.acceleration:
-            raise Unsupported('accelerations follow from forces and cannot be set; publish them')
+            raise Unsupported(
+                'accelerations follow from forces and cannot be set; publish a force'
+            )
         if asked.entity in self._fixed:
             raise Refused(f'{asked.entity!r} is fixed: it cannot be moved')
         if asked.frame_id not in ('', self._world_frame):
