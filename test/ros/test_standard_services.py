@@ -331,10 +331,6 @@ def test_the_standard_way_to_quit_ends_the_node(installed, tmp_path):
         node.close()
 
 
-def test_without_the_package_nothing_is_said(running):
-    assert 'simulation_interfaces' not in running.node_process.said
-
-
 def test_the_page_tells_each_service():
     from rigid_body_sim.ros.standard.offered import SERVICES
 
