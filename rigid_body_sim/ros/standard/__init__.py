@@ -25,12 +25,18 @@ def offer(node: Node, loop: RunLoop, run: Run, *, world_frame: str) -> Standard 
         node.get_logger().debug(f'{PACKAGE} is not installed: no standard services')
         return None
     from rclpy.exceptions import NoTypeSupportImportedException
+    from rosidl_generator_py.import_type_support_impl import UnsupportedTypeSupport
 
     from rigid_body_sim.ros.standard.messages import Messages
     from rigid_body_sim.ros.standard.services import Standard
 
     try:
         return Standard(node, loop, run, Messages(), world_frame=world_frame)
-    except (ImportError, AttributeError, NoTypeSupportImportedException) as error:
+    except (
+        ImportError,
+        AttributeError,
+        NoTypeSupportImportedException,
+        UnsupportedTypeSupport,
+    ) as error:
         node.get_logger().warning(f'{PACKAGE} is of no use here, no standard services: {error}')
         return None

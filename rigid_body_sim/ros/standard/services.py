@@ -126,6 +126,9 @@ class Standard:
             return self._fill(response, self._codes.RESULT_FEATURE_UNSUPPORTED, str(problem))
         except Refused as problem:
             return self._fail(response, str(problem))
+        except (AttributeError, AssertionError, TypeError) as problem:  # fields of another version
+            self._log.error(f'simulation_interfaces: {type(response).__name__}: {problem}')
+            return self._fail(response, f'not as this node knows it: {problem}')
         finally:
             self._calls -= 1
 
