@@ -5,7 +5,9 @@ Commands that hold: the force and torque each source last asked for, until it as
 else or its time is up.
 
 A body has one slot per source ('force', 'torque', 'wrench'); slots add, in this order. A slot in
-world axes stays as it is; one in body axes turns with the body. Force acts at the centre of mass.
+world axes stays as it is; one in body axes, or in a frame fixed to the body, turns with the body.
+Force acts at the centre of mass, or at the origin of the frame: then it is held as what it does
+about the centre of mass.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.power import HELD
+from rigid_body_sim.physics.model.named_frames import at_center, frame_of
 from rigid_body_sim.physics.model.numbers import numbers, shown
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
@@ -34,7 +37,6 @@ from rigid_body_sim.physics.state.layout import Layout
 Array = NDArray[np.float64]
 
 SOURCES = ('force', 'torque', 'wrench')
-FRAMES = ('world', 'body')
 FOREVER = 2**62  # [tick]
 
 
@@ -72,18 +74,16 @@ class HeldWrenches:
 
     def checked(
         self, body: str, force: Any, torque: Any, frame: str
-    ) -> tuple[int, Vector, Vector]:
+    ) -> tuple[int, Vector, Vector, bool]:
         """
-        Return the core index of a body and what is asked of it as vectors.
+        Return the core index of a body, what is asked of it at its centre of mass as vectors, and
+        whether these are in body axes.
 
         Raises InvalidModel for an unknown or fixed body, an unknown frame, anything but finite
         numbers, a torque on a point mass.
         """
         core = self._layout.core(body)
-        if not isinstance(frame, str) or frame not in FRAMES:
-            raise InvalidModel(
-                f"command to {body!r}: frame {shown(frame)}; allowed: 'world', 'body'"
-            )
+        at = frame_of(self._layout.body(core), frame)
         force, torque = (
             checked_vector(body, 'force', force),
             checked_vector(body, 'torque', torque),
@@ -93,23 +93,28 @@ class HeldWrenches:
                 f'command to {body!r}: torque {torque} on a point mass, which has no orientation; '
                 'give a force only, or give the body a shape with extent'
             )
-        return core, force, torque
+        if at is not None:
+            try:
+                force, torque = at_center(at, force, torque)
+            except InvalidModel as error:
+                raise InvalidModel(f'command to {body!r} in frame {frame!r}: {error}') from None
+        return core, force, torque, frame != 'world'
 
     def put(
         self, body: str, source: str, *, force: Any, torque: Any, frame: str, until: int
     ) -> None:
         """Put what one source asks of a body into its slot; see `Simulation.hold`."""
-        core, force, torque = self.checked(body, force, torque, frame)
+        core, force, torque, in_body = self.checked(body, force, torque, frame)
         if not isinstance(source, str) or source not in SOURCES:
             raise InvalidModel(
                 f'command to {body!r}: source {shown(source)}; allowed: {", ".join(SOURCES)}'
             )
         if not isinstance(until, int | np.integer):
             raise InvalidModel(f'command to {body!r}: until {shown(until)}; a tick is needed')
-        if frame == 'body':
+        if in_body:
             force = self._layout.principal_axes(body, force)
             torque = self._layout.principal_axes(body, torque)
-        slot = Slot(force, torque, frame == 'body', until)
+        slot = Slot(force, torque, in_body, until)
         if slot.is_zero:
             self.slots.pop((core, source), None)
         else:
