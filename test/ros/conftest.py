@@ -49,6 +49,7 @@ bodies:
     shape: {type: box, size: [0.4, 0.2, 0.1]}
     mass: 2.0
     initial: {position: [0, 0, 0], orientation: [0, 0, 0.7071067811865476, 0.7071067811865476]}
+    frames: {nozzle: {position: [0.25, 0, 0]}}
   - name: stone
     shape: {type: particle}
     mass: 0.5
@@ -402,7 +403,7 @@ def commands_in():
 
     def read(path):
         bag = Bag(path)
-        leaves = ('/force', '/torque', '/wrench', '/impulse')
+        leaves = ('/force', '/torque', '/wrench', '/impulse', '/set_state')
         return list(bag.messages([name for name in bag.topics if name.endswith(leaves)]))
 
     return read

@@ -206,8 +206,8 @@ def _check_pivot(body: Body, asked: Placement, attitude: Array, spin: Array) -> 
         if not off <= OFF_PIVOT * size:
             x, y, z = (f'{value:.9g}' for value in allowed)
             raise InvalidModel(
-                f'state of {body.name!r}: {name} {shown(wanted)} would tear it off its pivot; with '
-                f'this orientation and angular velocity it is ({x}, {y}, {z}) {unit}'
+                f'state of {body.name!r}: {name} {shown(wanted)} would tear it off its pivot; '
+                f'with this orientation and angular velocity it is ({x}, {y}, {z}) {unit}'
             )
 
 
