@@ -7,9 +7,12 @@ The life of the node from the command line to its end.
 from __future__ import annotations
 
 import gc
+import os
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,26 +21,30 @@ from rclpy.context import Context
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.recording.topic_names import names_on_the_wire
 from rigid_body_sim.ros import lockstep, standard
 from rigid_body_sim.ros.bags import Bags, need_free
 from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.lockstep import Gate, Terms
 from rigid_body_sim.ros.lockstep_turns import LockstepTurns
-from rigid_body_sim.ros.node import SimNode
+from rigid_body_sim.ros.node import NAME, SimNode
 from rigid_body_sim.ros.parameters import Settings
 from rigid_body_sim.ros.run_loop import Ending, RunLoop
 from rigid_body_sim.runs.commands import topics_of
+from rigid_body_sim.runs.recorder import recorded_topics
 from rigid_body_sim.runs.run import Run, RunSettings, publish_every, rate_note
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP
 
+SHOWN = 4  # [topics] named in a line
 if TYPE_CHECKING:
     from rigid_body_sim.ros.standard.services import Standard
 
@@ -64,15 +71,38 @@ def run_node(words: Sequence[str]) -> None:
 
 
 def _session(words: Sequence[str], context: Context) -> None:
-    node = _make_node(words, context)
+    with _logged(NAME):
+        node = _make_node(words, context)
     try:
-        run = _make_run(node)
-        STOP.keep()
-        ending = _serve(node, run, context)
+        with _logged(node.get_logger().name):
+            run = _make_run(node)
+            STOP.keep()
+            ending = _serve(node, run, context)
+            if ending.problem is not None:
+                raise ending.problem
     finally:
         node.destroy_node()
-    if ending.problem is not None:
-        raise ending.problem
+
+
+@contextmanager
+def _logged(name: str) -> Iterator[None]:
+    """
+    Put what fails into the log of ROS too: its file, and /rosout once there is a node. Not to the
+    terminal, where the verb says it.
+    """
+    try:
+        yield
+    except Exception as error:
+        sys.stderr.flush()
+        terminal, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+        try:
+            os.dup2(nowhere, 2)
+            get_logger(name).fatal(' '.join(str(error).split()))
+        finally:
+            os.dup2(terminal, 2)
+            os.close(terminal)
+            os.close(nowhere)
+        raise
 
 
 def _serve(node: SimNode, run: Run, context: Context) -> Ending:
@@ -149,6 +179,15 @@ def _make_run(node: SimNode) -> Run:
         ),
         warn=node.warn,
     )
+    names, shared = names_on_the_wire(
+        [topic.name for topic in recorded_topics(run)], node.resolve_topic_name
+    )
+    run.settings = replace(run.settings, topic_names=names)
+    if shared:
+        node.warn(
+            f'remapping gives one name to several topics; they are recorded under their own: '
+            f'{", ".join(sorted(shared)[:SHOWN])}{" …" if len(shared) > SHOWN else ""}'
+        )
     note = rate_note(settings.publish_rate, simulation.dt_ns)
     if note is not None:
         node.warn(note)

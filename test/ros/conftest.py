@@ -219,7 +219,7 @@ class NodeProcess:
     `sim_node` in a process of its own.
     """
 
-    def __init__(self, folder, *, namespace, parameters, preexec=None):
+    def __init__(self, folder, *, namespace, parameters, more=(), preexec=None):
         self.folder = folder
         self.namespace = namespace
         words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
@@ -236,7 +236,7 @@ class NodeProcess:
         self._ended = False
         self._changed = threading.Condition()
         self.process = subprocess.Popen(
-            [*command, *words],
+            [*command, *words, *more],
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -299,14 +299,18 @@ class NodeProcess:
         self.process.stdout.close()
 
 
-def start(folder, namespace, preexec=None, **parameters):
+def start(folder, namespace, preexec=None, more=(), **parameters):
     """
-    Start a node on the scene of this folder.
+    Start a node on the scene of this folder; more: further arguments for ROS.
     """
     scene = folder / 'laboratory.yaml'
     scene.write_text(SCENE)
     node = NodeProcess(
-        folder, namespace=namespace, parameters={'scene': scene, **parameters}, preexec=preexec
+        folder,
+        namespace=namespace,
+        parameters={'scene': scene, **parameters},
+        more=more,
+        preexec=preexec,
     )
     try:
         node.wait_until_ready()

@@ -105,6 +105,15 @@ def test_what_does_not_count_is_told_apart():
     assert dict(gate.dropped) == {OLDER: 2, NEWER: 1, SAME: 2, DIFFERENT: 2}
 
 
+def test_a_partner_that_gives_no_stamps_is_told_what_to_do():
+    gate = make_gate()
+    gate.open(0)
+    assert gate.offer(0, answer(0, 0, x=1)) is None
+    gate.open(10 * MS)
+    assert gate.offer(0, answer(0, 0, x=2)) == DIFFERENT
+    assert 'lockstep_stamps:=false' in gate.missing['box/torque']
+
+
 def test_a_refused_answer_leaves_its_place_empty_and_says_why():
     gate = make_gate()
     gate.open(0)

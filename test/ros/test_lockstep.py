@@ -10,6 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped, WrenchStamped
 
+from rigid_body_sim.__main__ import main
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.cdr import PoseStamped
 from rigid_body_sim.ros.partner import Partner
@@ -129,8 +130,7 @@ def test_a_state_waits_for_its_own_answers_whatever_else_comes(
     controller.told('lock-step, not reproducible: commands on stone/impulse', '1')
 
     assert node.stop() == 0
-    replayed = run_verb('replay', tmp_path / 'bag')
-    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert main(['replay', str(tmp_path / 'bag')]) == 0
     taken = [(m.topic.split('/', 2)[2], m.sequence) for m in commands_in(tmp_path / 'bag')]
     both = ['box/force', 'box/torque']
     expected = [(topic, 10 * k) for k in range(4) for topic in both]
@@ -143,7 +143,7 @@ def node_impulse():
     return message
 
 
-def test_services_are_answered_while_the_node_waits(met, run_verb, tmp_path):
+def test_services_are_answered_while_the_node_waits(met, tmp_path):
     node, peer, controller = met
     controller.reached(0)
     controller.told('message', 'paused')
@@ -184,8 +184,7 @@ def test_services_are_answered_while_the_node_waits(met, run_verb, tmp_path):
     names = sorted(path.name for path in tmp_path.glob('bag*'))
     assert names == ['bag', 'bag_2', 'bag_3']
     for name in names:
-        replayed = run_verb('replay', tmp_path / name)
-        assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+        assert main(['replay', str(tmp_path / name)]) == 0
 
 
 def damper(calls):
