@@ -14,7 +14,7 @@ from pathlib import Path
 
 import rigid_body_sim
 
-PROFILE = Path(__file__).with_name('discovery.xml')
+PROFILE = Path(__file__).with_name('fast_dds.xml')
 PROFILE_VARIABLES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 
 
@@ -28,7 +28,7 @@ def surroundings(domain: int, given: Mapping[str, str]) -> dict[str, str | None]
         'ROS_STATIC_PEERS': None,
     }
     if not any(given.get(name) for name in PROFILE_VARIABLES):
-        changes |= dict.fromkeys(PROFILE_VARIABLES, str(PROFILE))
+        changes[PROFILE_VARIABLES[0]] = str(PROFILE)
     return changes
 
 
