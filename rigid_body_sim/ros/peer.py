@@ -9,6 +9,7 @@ Everything happens in the thread that calls; what comes meanwhile waits in the m
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -51,12 +52,14 @@ class Peer:
             domain_id=domain,
             signal_handler_options=SignalHandlerOptions.NO,
         )
-        self._node = Node(
-            f'test_{time.monotonic_ns()}',
-            context=self._context,
-            start_parameter_services=False,
-            enable_rosout=False,
-        )
+        with warnings.catch_warnings():  # of what rclpy imports now, and the test cannot mend
+            warnings.simplefilter('ignore', DeprecationWarning)
+            self._node = Node(
+                f'test_{time.monotonic_ns()}',
+                context=self._context,
+                start_parameter_services=False,
+                enable_rosout=False,
+            )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._publishers: dict[str, Publisher] = {}

@@ -6,6 +6,10 @@ What a test is told when the node does not do what the test needs.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
+
 LAST_LINES = 12  # of the node's output that a message shows
 
 
@@ -27,3 +31,23 @@ def with_last_lines(problem: str, said: str, count: int = LAST_LINES) -> str:
     shown = '\n'.join(f'    {line}' for line in lines[-count:])
     more = f' (of {len(lines)})' if len(lines) > count else ''
     return f'{problem}; the last lines of the node{more}:\n{shown}'
+
+
+Given = ParamSpec('Given')
+Result = TypeVar('Result')
+
+
+def told_at_the_caller(function: Callable[Given, Result]) -> Callable[Given, Result]:
+    """
+    Let the traceback of a NodeFailure end at the line of the test.
+    """
+
+    @wraps(function)
+    def told(*arguments: Given.args, **named: Given.kwargs) -> Any:
+        __tracebackhide__ = True
+        try:
+            return function(*arguments, **named)
+        except NodeFailure as failure:
+            raise failure.with_traceback(None) from None
+
+    return told

@@ -4,7 +4,7 @@
 A running node, as the test sees it: commands in, states out, controllers in lock-step, the bag.
 
 Nothing here waits for a fixed time. Each wait ends when what it is for has come, when the node has
-ended, or when nothing new has come for `PATIENCE`.
+ended, or after `PATIENCE`.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from rigid_body_sim.recording.topics import COMMAND_TYPES, body_topic
 from rigid_body_sim.ros.partner import BodyState, States, encoded
 from rigid_body_sim.ros.peer import Peer
 from rigid_body_sim.runs.commands import NO_VECTOR
-from rigid_body_sim.testing.failures import NodeFailure, with_last_lines
+from rigid_body_sim.testing.failures import NodeFailure, told_at_the_caller, with_last_lines
 from rigid_body_sim.testing.given import GivenScene, parameter_file, scene_file
 from rigid_body_sim.testing.node_process import NodeProcess
 from rigid_body_sim.testing.states import StateCollector, told
 from rigid_body_sim.testing.surroundings import of_child
 from rigid_body_sim.testing.wrench import Wrench, as_wrench, message_of
 
-PATIENCE = 30.0  # [s] of wall time without anything new; a busy machine takes a few
+PATIENCE = 30.0  # [s] of wall time for one state or word; a busy machine takes a few
 GLANCE = 0.05  # [s] between looks whether the node is there
 REPORTS = 0.1  # [s] of wall time between two diagnostics, which confirm commands
 NODE = 'rigid_body_sim'
@@ -140,16 +140,23 @@ class LiveSimulation:
         return self._process.said
 
     @property
+    def pid(self) -> int:
+        """Number of the node's process."""
+        return self._process.pid
+
+    @property
     def where(self) -> str:
         """Say how far it came."""
         reached = 'no state heard' if self._newest is None else f't = {self._newest.time:.9g} s'
         return f'domain {self.domain}, {reached}'
 
     @property
+    @told_at_the_caller
     def time(self) -> float:
         """[s] of simulation, of the newest state."""
         return self._state().time
 
+    @told_at_the_caller
     def state(self, body: str) -> BodyState:
         """
         Newest state of a body; after a `call`, of what the call did.
@@ -157,6 +164,7 @@ class LiveSimulation:
         self._need_body(body)
         return self._state()[body]
 
+    @told_at_the_caller
     def until(self, predicate: Callable[[States], Any], seconds: float) -> States:
         """
         Wait until something holds; give the first state of which it does.
@@ -180,6 +188,7 @@ class LiveSimulation:
             state = self._coming.popleft()
         return state
 
+    @told_at_the_caller
     def lockstep(self, controller: Controller, until: float) -> States:
         """
         Let a function answer each state, up to a time of simulation; give the state there.
@@ -242,14 +251,17 @@ class LiveSimulation:
             answers.append((topic, data))
         return answers
 
+    @told_at_the_caller
     def force(self, body: str, force: Sequence[float], frame: str = 'world') -> None:
         """Hold a force [N] at the centre of mass, for `command_timeout`."""
         self._command(body, 'force', Wrench(force=force, frame=frame))
 
+    @told_at_the_caller
     def torque(self, body: str, torque: Sequence[float], frame: str = 'world') -> None:
         """Hold a torque [N m], for `command_timeout`."""
         self._command(body, 'torque', Wrench(torque=torque, frame=frame))
 
+    @told_at_the_caller
     def wrench(
         self,
         body: str,
@@ -260,6 +272,7 @@ class LiveSimulation:
         """Hold a force [N] and a torque [N m], for `command_timeout`."""
         self._command(body, 'wrench', Wrench(force, torque, frame))
 
+    @told_at_the_caller
     def impulse(
         self,
         body: str,
@@ -299,6 +312,7 @@ class LiveSimulation:
         health = self._peer.health()
         return int(health['accepted commands']), int(health['refused commands'])
 
+    @told_at_the_caller
     def call(self, name: str, request: Any = None, kind: Any = None) -> Any:
         """
         Call a service of the node.
@@ -316,7 +330,7 @@ class LiveSimulation:
             self._collector.forget()
             self._coming.clear()
             self._newest = None
-        response = self._peer.ask(service, request, kind, wait=self._patience(f'service {name}'))
+        response = self._peer.ask(service, request, kind, wait=self._word_of(f'service {name}'))
         if kind is not None:
             return response
         if not response.success:
@@ -335,6 +349,7 @@ class LiveSimulation:
         dt_ns = round(self._parameters.get('dt', 0) * 1e9) or self._scene.dt_ns
         return (tick if exactly else tick - tick % publish_every(rate, dt_ns)) * dt_ns
 
+    @told_at_the_caller
     def set(self, name: str, value: Any) -> None:
         """Set a live parameter of the node; NodeFailure, with its reason, if it refuses."""
         self._need_running()
@@ -344,7 +359,7 @@ class LiveSimulation:
             doubles = {entry.name for entry in PARAMETERS if isinstance(entry.default, float)}
             value = float(value) if name in doubles else value
         node = f'{self.namespace}/{NODE}'
-        reason = self._peer.set(node, name, value, wait=self._patience(f'parameter {name}'))
+        reason = self._peer.set(node, name, value, wait=self._word_of(f'parameter {name}'))
         if reason:
             raise NodeFailure(f'the node refused {name} = {value!r}: {reason}')
 
@@ -370,34 +385,34 @@ class LiveSimulation:
         return bool(states)
 
     def _until(self, holds: Callable[[], Any], what: str) -> None:
-        """Wait until something holds; NodeFailure if the node ends, or falls silent."""
-        wait = self._patience(what)
+        """Wait until something holds; NodeFailure if the node ends, or it takes too long."""
+        wait = self._patience(what, PATIENCE)
         while not holds():
-            wait()
-            self._look(GLANCE)
+            wait(self._look(GLANCE))
 
-    def _patience(self, what: str) -> Callable[[], None]:
-        """Return what raises when the node has ended, or when nothing new has come for long."""
-        seen, since = self._newest, time.monotonic()
+    def _patience(self, what: str, seconds: float) -> Callable[[bool], None]:
+        """Return what raises when the node has ended, or at the end of some seconds."""
+        deadline = time.monotonic() + seconds
 
-        def wait() -> None:
-            nonlocal seen, since
-            self._need_running()
-            self._process.check(f'while the test waited for {what}')
-            if self._newest is not seen:
-                seen, since = self._newest, time.monotonic()
-            if time.monotonic() - since > PATIENCE:
-                where = '' if seen is None else f', at t = {seen.time:g} s'
-                raise NodeFailure(
-                    with_last_lines(f'{what} did not come within {PATIENCE:g} s{where}', self.said)
-                )
+        def wait(is_alive: bool) -> None:
+            if not is_alive:
+                self._process.check(f'while the test waited for {what}')
+            if time.monotonic() > deadline:
+                late = f'{what} did not come within {seconds:g} s, {self.where}'
+                raise NodeFailure(with_last_lines(late, self.said))
 
         return wait
+
+    def _word_of(self, what: str) -> Callable[[], None]:
+        """Return what waits for the answer of a service: a step may be many ticks."""
+        wait = self._patience(f'the answer of {what}', 10.0 * PATIENCE)
+        return lambda: wait(False)
 
     def _need_running(self) -> None:
         if self.has_ended:
             raise NodeFailure('this simulation has ended; what it did is in bag()')
 
+    @told_at_the_caller
     def end(self) -> None:
         """End the node by SIGINT; NodeFailure unless it exits with 0. Once is enough."""
         if self.has_ended:
@@ -420,6 +435,7 @@ class LiveSimulation:
                 self._is_closed = True
                 self._peer.close()
 
+    @told_at_the_caller
     def bag(self, number: int = -1) -> Bag:
         """
         End the node and open what it recorded.

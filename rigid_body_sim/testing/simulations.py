@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rigid_body_sim.testing.domains import DomainLease
-from rigid_body_sim.testing.failures import NodeFailure, with_last_lines
+from rigid_body_sim.testing.failures import NodeFailure, told_at_the_caller, with_last_lines
 from rigid_body_sim.testing.kept_bags import keep, replay_line
 from rigid_body_sim.testing.live_simulation import LiveSimulation
 from rigid_body_sim.testing.surroundings import surroundings
@@ -38,6 +38,7 @@ class Simulations:
         self._before = {name: os.environ.get(name) for name in changes}
         _change(changes)  # so that nodes that the test starts meet the simulation
 
+    @told_at_the_caller
     def start(
         self,
         scene: Any,
@@ -57,7 +58,6 @@ class Simulations:
         hear       : bodies whose states are heard; None: all
         parameters : of the node, by name
         """
-        __tracebackhide__ = True
         folder = self._folder / str(len(self._started) + 1)
         folder.mkdir()
         simulation = LiveSimulation(

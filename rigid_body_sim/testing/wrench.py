@@ -55,7 +55,6 @@ def as_wrench(kind: str, value: Any, *, where: str) -> Wrench:
 def _read(kind: str, value: Any, where: str) -> Wrench:
     if value is None:
         return Wrench()
-    wrong = f'{where}: got {value!r}; allowed: {FORMS[kind]}'
     try:
         if isinstance(value, Wrench):
             return Wrench(_triple(value.force), _triple(value.torque), value.frame)
@@ -66,7 +65,7 @@ def _read(kind: str, value: Any, where: str) -> Wrench:
         first, second = (value[:3], value[3:]) if len(value) == 6 else value
         return Wrench(_triple(first), _triple(second))
     except (TypeError, ValueError, IndexError):
-        raise ValueError(wrong) from None
+        raise ValueError(f'{where}: got {value!r}; allowed: {FORMS[kind]}') from None
 
 
 def _triple(numbers: Sequence[float]) -> Vector:

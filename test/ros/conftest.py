@@ -31,6 +31,7 @@ from std_srvs.srv import SetBool, Trigger  # noqa: E402
 from rigid_body_sim.recording import cdr  # noqa: E402
 from rigid_body_sim.recording.bag_reader import Bag  # noqa: E402
 from rigid_body_sim.ros.conversions import MESSAGE_TYPES  # noqa: E402
+from rigid_body_sim.testing.surroundings import PROFILE, PROFILE_VARIABLES  # noqa: E402
 
 from ..patience import HANGING, PATIENCE  # noqa: E402
 
@@ -69,6 +70,8 @@ def isolated():
         patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         patch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
         patch.setenv('PYTHONPATH', str(ROOT), prepend=os.pathsep)
+        if not any(os.environ.get(name) for name in PROFILE_VARIABLES):
+            patch.setenv(PROFILE_VARIABLES[0], str(PROFILE))
         yield
 
 
