@@ -3,16 +3,15 @@
 """
 The plugin of pytest: the fixture `simulation`, and what is told of tests that failed.
 
-Every pytest of an environment loads it, so that only pytest is imported before a test asks for the
-fixture.
+Every pytest of an environment loads it, also an old one, so that only pytest is imported before a
+test asks for the fixture.
 """
 
 from __future__ import annotations
 
 import pytest
 
-FAILED = pytest.StashKey[bool]()
-SIMULATIONS = pytest.StashKey['object']()
+FAILED, SIMULATIONS = 'rigid_body_sim_failed', 'rigid_body_sim_simulations'  # kept at a test
 KEPT = 'rigid_body_sim_replay'  # name of the property of a report that holds a line
 TITLE = 'bags of failed tests, and how each is replayed'
 
@@ -33,11 +32,11 @@ def simulation(request, tmp_path_factory):
     from rigid_body_sim.testing.simulations import Simulations
 
     simulations = Simulations(tmp_path_factory.mktemp('simulation'))
-    request.node.stash[SIMULATIONS] = simulations
+    setattr(request.node, SIMULATIONS, simulations)
     try:
         yield simulations.start
     finally:
-        failed = request.node.stash.get(FAILED, False)
+        failed = getattr(request.node, FAILED, False)
         problems = simulations.end()
         if failed or problems:
             for line in simulations.keep(request.config.rootpath, _name(request.node)):
@@ -53,7 +52,8 @@ def _name(item):
     Return the name of a test, with its file where another test of the session is called alike.
     """
     alike = [one for one in item.session.items if one.name == item.name]
-    return item.name if len(alike) < 2 else f'{item.path.stem}.{item.name}'
+    file = item.nodeid.partition('::')[0].rpartition('/')[2].removesuffix('.py')
+    return item.name if len(alike) < 2 else f'{file}.{item.name}'
 
 
 @pytest.hookimpl(hookwrapper=True)
@@ -63,8 +63,8 @@ def pytest_runtest_makereport(item, call):
     """
     report = (yield).get_result()
     if report.failed:
-        item.stash[FAILED] = True
-        simulations = item.stash.get(SIMULATIONS, None)
+        setattr(item, FAILED, True)
+        simulations = getattr(item, SIMULATIONS, None)
         if simulations is not None:
             report.sections += simulations.sections()
 

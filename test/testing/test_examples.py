@@ -15,6 +15,7 @@ pytest.importorskip('rclpy')
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted((ROOT / 'examples' / 'controller_tests').glob('*.py'))
+PATH = [str(ROOT), *filter(None, [os.environ.get('PYTHONPATH')])]
 LONGEST = 15  # [lines] of a file
 
 
@@ -25,7 +26,7 @@ def test_the_examples_are_short_and_pass_in_two_workers(tmp_path):
     run = subprocess.run(
         [sys.executable, '-m', 'pytest', '-q', *plugins, '-n', '2', *map(str, EXAMPLES)],
         cwd=tmp_path,
-        env={**os.environ, 'PYTHONPATH': str(ROOT), 'RIGID_BODY_SIM_COMPILE': '0'},
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join(PATH), 'RIGID_BODY_SIM_COMPILE': '0'},
         capture_output=True,
         text=True,
         timeout=HANGING,

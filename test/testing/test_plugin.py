@@ -9,6 +9,7 @@ Nodes and bags are real. Kernels are plain Python here: scenes are small, and no
 import re
 import shlex
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -201,8 +202,24 @@ def test_a_refusal_is_told_in_the_words_of_the_node_and_two_run_at_once(tried, p
         "NodeFailure: scene 'satelite': no such file; give",
         "'satellite'?",
         'bodies[0].mass: ',
-        'real_time_facter is not one of this node and has no effect; did you mean real_time_factor',
+        'real_time_facter is not one of this node and has no effect; did you mean real_time_f',
         'sim_node: error: parameter publish_rate: got 0.0; allowed: a number from 1e-09 to 1e+09',
     ):
         assert words in text
     assert not (pytester.path / 'failed_bags').exists()
+
+
+def test_nothing_but_pytest_is_imported_before_a_test_asks_for_a_simulation():
+    """
+    The plugin is loaded by every pytest of an environment.
+    """
+    program = 'import pytest, sys; before = set(sys.modules); import rigid_body_sim.testing.plugin; '
+    program += 'print(*sorted(set(sys.modules) - before))'
+    run = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT, check=True
+    )
+    assert run.stdout.split() == [
+        'rigid_body_sim',
+        'rigid_body_sim.testing',
+        'rigid_body_sim.testing.plugin',
+    ]
