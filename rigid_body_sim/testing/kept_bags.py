@@ -7,6 +7,7 @@ each.
 
 from __future__ import annotations
 
+import hashlib
 import re
 import shlex
 import shutil
@@ -21,9 +22,15 @@ LONGEST = 120  # [-] letters of a folder's name
 
 
 def folder_name(test: str) -> str:
-    """Make a name of a folder of that of a test, whatever its parameters hold."""
-    name = re.sub(r'[^\w.=+-]+', '_', test, flags=re.ASCII).strip('_.')
-    return name[:LONGEST] or 'test'
+    """
+    Make the name of a folder of that of a test, whatever its parameters hold.
+
+    Where letters had to be replaced a digest keeps it apart from others.
+    """
+    name = re.sub(r'[^\w.=+\-\[\]]+', '_', test, flags=re.ASCII).lstrip('.')
+    if name == test and len(name) <= LONGEST:
+        return name
+    return f'{name[:LONGEST]}-{hashlib.sha256(test.encode()).hexdigest()[:8]}'
 
 
 def keep(bag: Path, root: Path, test: str, number: int) -> Path:

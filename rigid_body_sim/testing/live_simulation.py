@@ -74,6 +74,8 @@ class LiveSimulation:
         self._coming: deque[States] = deque()
         self._newest: States | None = None
         self._least = 0  # [ns] stamp below which a state is out of date
+        # [ns] between the states that wait for an answer; 1: all of them do
+        self._period = round(float(self._parameters.get('lockstep_period', 0.0)) * 1e9) or 1
         self._answered = -1  # [ns] stamp of the state that was answered last
         self._answers: list[tuple[str, bytes]] = []
         self._begin = time.monotonic()
@@ -110,7 +112,9 @@ class LiveSimulation:
 
     def _heard(self, asked: Iterable[str] | None) -> tuple[str, ...]:
         bodies = self._scene.bodies
-        names = bodies if asked is None else tuple(asked)
+        names = bodies if asked is None else tuple(dict.fromkeys(asked))
+        if not names:
+            raise NodeFailure('hear: name at least one body')
         for name in names:
             self._need_body(name)
         return names
@@ -220,7 +224,7 @@ class LiveSimulation:
         while True:
             while self._coming:
                 state = self._coming[0]
-                if state.stamp > self._answered:
+                if state.stamp > self._answered and not state.stamp % self._period:
                     return state
                 self._coming.popleft()
                 if state.stamp == self._answered:

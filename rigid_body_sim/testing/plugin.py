@@ -52,8 +52,7 @@ def _name(item):
     Return the name of a test, with its file where another test of the session is called alike.
     """
     alike = [one for one in item.session.items if one.name == item.name]
-    file = item.nodeid.partition('::')[0].rpartition('/')[2].removesuffix('.py')
-    return item.name if len(alike) < 2 else f'{file}.{item.name}'
+    return item.name if len(alike) < 2 else item.nodeid
 
 
 @pytest.hookimpl(hookwrapper=True)

@@ -108,7 +108,7 @@ def test_a_failure_shows_the_last_lines_and_keeps_the_bag_with_the_line_that_rep
     lines = {
         found.group(1): line
         for line in result.stdout.lines
-        if (found := re.search(r'failed_bags/(\w+)$', line))
+        if (found := re.search(r'failed_bags/([^ ]+)$', line))
     }
     assert list(lines) == [
         'test_breaks_a_law',
