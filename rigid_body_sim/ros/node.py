@@ -80,7 +80,7 @@ class SimNode(Node):
         self._senders = Senders(topics, publishers)
         targets = gate.terms.targets if gate is not None else ()
         takers: dict[Subscription, Taker] = {}
-        answers: dict[Subscription, Taker] = {}
+        self._answering: dict[int, Subscription] = {}  # by place in the list of lock-step
         for body in bodies:
             for kind in KINDS:
                 subscription = self._endpoints.subscription(
@@ -90,14 +90,13 @@ class SimNode(Node):
                     must_be_reliable=(body, kind) in targets,
                 )
                 if gate is not None and (body, kind) in targets:
-                    index = targets.index((body, kind))
-                    answers[subscription] = partial(self._answer, gate, index)
+                    self._answering[targets.index((body, kind))] = subscription
                 else:
                     takers[subscription] = partial(self._receive, inbox, body, kind)
         self.listener = Listener(self.context, takers)
-        self._states, self._answers = list(publishers.values()), answers
+        self._states = list(publishers.values())
         self._events = qos.NowAndThen()
-        self._events.adopt([*publishers.values(), *takers, *answers])
+        self._events.adopt([*publishers.values(), *takers, *self._answering.values()])
         self._diagnostics = self._endpoints.publisher(DiagnosticArray, '/diagnostics', state)
         for warning in self._endpoints.warnings():
             self.get_logger().warning(warning)
@@ -125,20 +124,32 @@ class SimNode(Node):
         if warning is not None:
             self.get_logger().warning(warning, throttle_duration_sec=1.0)
 
-    def open_door(self) -> OwnWaitSet:
+    def open_door(self, gate: Gate) -> OwnWaitSet:
         """Make what a run in lock-step waits with; call its `close` when the run has ended."""
-        return OwnWaitSet(self.context, self._answers)
+        answering = self._answering.items()
+        takers = {one: partial(self._answer, gate, index) for index, one in answering}
+        return OwnWaitSet(self.context, takers)
 
     def links(self) -> Hashable:
         """Tell who is connected by states and answers: it changes with them."""
         asked = (publisher.get_subscription_count() for publisher in self._states)
         peers = (
             bytes(info.endpoint_gid)
-            for subscription in self._answers
+            for subscription in self._answering.values()
             for info in self.get_publishers_info_by_topic(subscription.topic_name)
         )
-        answering = (one.handle.get_publisher_count() for one in self._answers)
+        answering = (one.handle.get_publisher_count() for one in self._answering.values())
         return (*asked, *answering, *sorted(peers))
+
+    def silence(self, index: int) -> str:
+        """Say why no answer can come on a topic of lock-step; empty: one can."""
+        subscription = self._answering[index]
+        if subscription.handle.get_publisher_count():
+            return ''
+        found = self.get_publishers_info_by_topic(subscription.topic_name)
+        if found:
+            return f'the publisher of {found[0].node_name} does not match: is it best effort?'
+        return 'nobody publishes it'
 
     def publish(self, batch: Batch) -> None:
         """Send what was packed; called by the run's thread."""

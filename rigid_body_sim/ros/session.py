@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import rclpy
 from rclpy.context import Context
@@ -26,7 +27,7 @@ from rclpy.signals import SignalHandlerOptions
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.recording.topic_names import names_on_the_wire
-from rigid_body_sim.ros import lockstep
+from rigid_body_sim.ros import lockstep, standard
 from rigid_body_sim.ros.bags import Bags, need_free
 from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.ros.inbox import Inbox
@@ -46,6 +47,9 @@ from rigid_body_sim.stop_signals import STOP
 
 MOST_SHOWN = 12  # [bodies] named in the line that says that the node is ready
 SHOWN = 4  # [topics] named in a line
+if TYPE_CHECKING:
+    from rigid_body_sim.ros.standard.services import Standard
+
 SPIN = 0.1  # [s] between looks whether the run has ended or a signal came
 SWITCH_INTERVAL = 5e-4  # [s] that a thread may keep the interpreter; Python's 5 ms make ticks late
 
@@ -115,8 +119,9 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
     turns = _make_turns(node, run, gate) if gate is not None else None
     loop = _make_loop(node, run, inbox, bags, turns)
     node.serve(loop, bags)
+    more = standard.offer(node, loop, run, world_frame=node.settings.world_frame)
     log.info(_ready_line(node, run, bags))
-    ending = _spin(node, loop, context)
+    ending = _spin(node, loop, context, more)
     if turns is not None:
         turns.close()
     log.info(f'{ending.reason}: {node.last_words()}')
@@ -230,8 +235,9 @@ def _make_turns(node: SimNode, run: Run, gate: Gate) -> LockstepTurns:
     return LockstepTurns(
         gate,
         dt_ns=run.simulation.dt_ns,
-        door=node.open_door(),
+        door=node.open_door(gate),
         links=node.links,
+        silence=node.silence,
         publish=node.publish,
         warn=node.warn,
     )
@@ -277,7 +283,7 @@ def _waiting_for(settings: Settings) -> str:
     )
 
 
-def _spin(node: SimNode, loop: RunLoop, context: Context) -> Ending:
+def _spin(node: SimNode, loop: RunLoop, context: Context, more: Standard | None) -> Ending:
     """Let the loop run in its thread, and the executor here, until it has ended."""
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
@@ -290,6 +296,8 @@ def _spin(node: SimNode, loop: RunLoop, context: Context) -> Ending:
     try:
         while loop.ending is None:
             executor.spin_once(timeout_sec=SPIN)
+        if more is not None:
+            more.settle(executor)
     finally:
         loop.stop = True
         thread.join()
