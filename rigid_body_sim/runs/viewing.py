@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.model.named_frames import frame_names, full_name
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
@@ -33,7 +34,7 @@ from rigid_body_sim.recording.view_packing import (
     OdometryPacker,
     TransformPacker,
 )
-from rigid_body_sim.runs.scene_markers import forms_of, scale_of
+from rigid_body_sim.runs.scene_markers import MarkerPlaces, forms_of, scale_of
 
 if TYPE_CHECKING:
     from rigid_body_sim.physics.state.contacts import Contacts
@@ -179,7 +180,13 @@ class Viewing:
         if settings.transforms:
             self._transforms = TransformPacker(
                 names,
-                [body.frames for body in scene.bodies],
+                [
+                    {
+                        name: (*frame.position, *frame.orientation)
+                        for name, frame in body.frames.items()
+                    }
+                    for body in scene.bodies
+                ],
                 frame_id=world_frame,
                 frame_prefix=settings.frame_prefix,
                 first_channel_id=first_channel_id + len(self.topics),
@@ -194,8 +201,10 @@ class Viewing:
             )
             self.topics += self._arrays.topics
         if settings.markers:
+            forms = forms_of(scene)
+            self._marker_places = MarkerPlaces(forms)
             self._markers = MarkerPacker(
-                forms_of(scene),
+                forms,
                 topic=node_topic(namespace, f'{settings.node_name}/markers', cdr.MARKERS),
                 frame_id=world_frame,
                 scale=scale_of(scene, settings.arrow_scale),
@@ -220,7 +229,8 @@ class Viewing:
         tick, time_ns, motions = self._now()
         batches = self._states(tick, time_ns, motions)
         if self._markers is not None:
-            batches.append(self._markers.pack_start(tick, time_ns, motions))
+            poses = self._marker_places.poses(motions.position, motions.orientation)
+            batches.append(self._markers.pack_start(tick, time_ns, poses))
         return tuple(batches)
 
     def shows_contacts(self, tick: int) -> bool:
@@ -239,8 +249,10 @@ class Viewing:
         tick, time_ns, motions = self._now()
         batches = self._states(tick, time_ns, motions)
         if self._markers is not None and tick % self._marker_ticks == 0:
-            arrows = Arrows(force, torque, *self._contact_arrows(contacts))
-            batches.append(self._markers.pack(tick, time_ns, motions, arrows))
+            poses = self._marker_places.poses(motions.position, motions.orientation)
+            touching = self._contact_arrows(contacts)
+            arrows = Arrows(motions.position, force, torque, *touching)
+            batches.append(self._markers.pack(tick, time_ns, poses, arrows))
         return tuple(batches)
 
     def _now(self) -> tuple[int, int, Motions]:
@@ -250,14 +262,20 @@ class Viewing:
             state.orientation,
             state.velocity,
             state.angular_velocity,
-            state.angular_velocity_body,
         )
         return simulation.tick, simulation.tick * simulation.dt_ns, motions
 
     def _states(self, tick: int, time_ns: int, motions: Motions) -> list[Batch]:
         batches = []
         if self._odometry is not None:
-            batches.append(self._odometry.pack(tick, time_ns, motions.of(self._own)))
+            own = motions.of(self._own)
+            spin = self._simulation.state.angular_velocity_body[self._own]
+            velocity = rotation.rotate_back(own.orientation, own.velocity)
+            batches.append(
+                self._odometry.pack(
+                    tick, time_ns, own, velocity_body=velocity, angular_velocity_body=spin
+                )
+            )
         if self._transforms is not None:
             batches.append(self._transforms.pack(tick, time_ns, motions))
         if self._arrays is not None:
