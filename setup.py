@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What is installed: the modules, one executable per verb, the scenes and node parameters.
+What is installed: the modules, one executable per verb, the scenes, node parameters and what
+viewers read, the launch file.
 
 Executables go to `lib/rigid_body_sim` (setup.cfg), where `ros2 run` looks. Scenes go to
 `share/rigid_body_sim/config`, in a colcon workspace as well as in a pip installation (there below
@@ -80,6 +81,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
+        (f'share/{NAME}/launch', ['launch/sim_node.launch.py']),
         *config_files(),
     ],
     entry_points={

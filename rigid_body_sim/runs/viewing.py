@@ -44,6 +44,7 @@ Array = NDArray[np.float64]
 MARKER_RATE = 25.0  # [Hz] that eyes take for motion
 NODE_NAME = 'rigid_body_sim'
 EVERY_BODY = '*'
+NO_BODY = 'none'  # which is easier to write on a command line than an empty text
 LARGEST_SCALE = 1e9  # [m/N] of arrows
 
 
@@ -96,16 +97,19 @@ def bodies_with_topics(scene: Scene, wanted: str) -> NDArray[np.int64]:
     """
     Find the bodies (their places in the scene) that have topics of their own.
 
-    wanted : names or patterns with * and ?, separated by commas; UserError for one that fits none
+    wanted : names or patterns with * and ?, separated by commas; `none` or nothing: no body;
+             UserError for a pattern that fits none
     """
     names = [body.name for body in scene.bodies]
     chosen = np.zeros(len(names), dtype=bool)
+    if wanted.strip() == NO_BODY:
+        return np.flatnonzero(chosen)
     for pattern in filter(None, map(str.strip, wanted.split(','))):
         fits = [fnmatchcase(name, pattern) for name in names]
         if not any(fits):
             raise UserError(
                 f'body_topics: no body of the scene {scene.name!r} is called {pattern!r}; '
-                'allowed: names or patterns with * and ?, separated by commas, or nothing'
+                'allowed: names or patterns with * and ?, separated by commas, or none'
             )
         chosen |= fits
     return np.flatnonzero(chosen)

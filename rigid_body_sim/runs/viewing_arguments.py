@@ -64,7 +64,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         default=EVERY_BODY,
         metavar='NAMES',
         help='bodies that have topics of their own: names or patterns (* and ?), separated by '
-        'commas; default all; none: an empty text',
+        'commas, or none; default all',
     )
 
 

@@ -147,7 +147,8 @@ def test_a_recording_from_the_middle_deletes_the_arrows_that_were_there(
 
 
 @pytest.mark.parametrize(
-    ('wanted', 'named'), [('', []), ('b*', ['box']), ('stone, box', ['box', 'stone'])]
+    ('wanted', 'named'),
+    [('', []), ('none', []), ('b*', ['box']), ('stone, box', ['box', 'stone'])],
 )
 def test_bodies_without_topics_of_their_own_are_in_the_arrays(
     as_json, verb, scene, tmp_path, wanted, named
