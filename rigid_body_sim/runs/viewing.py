@@ -144,6 +144,17 @@ def check_frames(scene: Scene, settings: ViewSettings, world_frame: str) -> None
                     )
 
 
+def check_view(scene: Scene, settings: ViewSettings, world_frame: str) -> list[str]:
+    """
+    Refuse settings that do not fit a scene, before anything is compiled for it; UserError.
+
+    returns : names of the bodies that have topics of their own
+    """
+    check_frames(scene, settings, world_frame)
+    own = bodies_with_topics(scene, settings.body_topics)
+    return [scene.bodies[place].name for place in own]
+
+
 class Viewing:
     """
     Packs what was asked for.
