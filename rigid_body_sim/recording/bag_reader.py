@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
 from mcap.records import Channel, Statistics
 
@@ -23,6 +23,7 @@ from rigid_body_sim.recording.bag_files import DamagedBag, damaged
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, ENDING, MANIFEST
 from rigid_body_sim.recording.mcap_summary import Summary
 from rigid_body_sim.recording.record_values import RecordValues
+from rigid_body_sim.recording.recorded_message import RecordedMessage
 from rigid_body_sim.recording.seal import (
     ATTACHMENTS,
     MESSAGES_CRC,
@@ -38,24 +39,6 @@ __all__ = ['RECOVERED', 'SUSPECT', 'Bag', 'DamagedBag', 'RecordedMessage']
 RECOVERED = 'rigid_body_sim_recovered'  # metadata record of a recovered bag
 SUSPECT = 'suspect'  # key in it: what shows that the source was altered, not only cut off
 _TITLES = {MANIFEST: 'manifest', ENDING: 'ending record', RECOVERED: 'recovery record'}
-
-
-class RecordedMessage(NamedTuple):
-    """
-    One message as the file holds it.
-
-    topic    : absolute name
-    sequence : tick (see `packing`); 0 in bags of other recorders
-    log_time : [ns] simulation time in our bags
-    data     : CDR payload
-    publish_time : [ns] equal to log_time in our bags
-    """
-
-    topic: str
-    sequence: int
-    log_time: int
-    data: bytes
-    publish_time: int
 
 
 class Bag:

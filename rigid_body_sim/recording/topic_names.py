@@ -12,8 +12,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING
 
-from rigid_body_sim.recording.record_values import RecordValues
+if TYPE_CHECKING:  # reading needs more packages than recording
+    from rigid_body_sim.recording.record_values import RecordValues
 
 KEY = 'topic_names'  # of the manifest
 

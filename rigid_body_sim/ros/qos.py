@@ -16,7 +16,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.publisher import Publisher
 from rclpy.qos import (
     DurabilityPolicy,
@@ -48,15 +47,6 @@ def _profile(depth: int, reliability: str) -> QoSProfile:
         depth=depth,
         reliability=ReliabilityPolicy[reliability.upper()],
         durability=DurabilityPolicy.VOLATILE,
-    )
-
-
-def events_of(topics: int) -> tuple[PublisherEventCallbacks, SubscriptionEventCallbacks]:
-    """Make what tells of peers whose quality of service does not fit; nothing in a crowd."""
-    watched = topics <= MOST_WATCHED
-    return (
-        PublisherEventCallbacks(use_default_callbacks=watched),
-        SubscriptionEventCallbacks(use_default_callbacks=watched),
     )
 
 

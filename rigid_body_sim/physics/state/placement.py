@@ -141,9 +141,7 @@ def rows_of(layout: Layout, asked: Placement, body: str, state: State, time: flo
             axes = so3.normalise(so3.multiply(axes, layout.principal[core]))
         law = record.inertia_over_time
         moments = layout.moments[core] if law is None else moments_at(law, time)
-        rotation[blocks.ANGULAR_MOMENTUM] = so3.rotate(
-            axes, moments * so3.rotate_back(axes, spin)
-        )
+        rotation[blocks.ANGULAR_MOMENTUM] = so3.rotate(axes, moments * so3.rotate_back(axes, spin))
         if asked.orientation is not None:
             rotation[blocks.ORIENTATION] = axes
     translation: dict[int, Array] = {}
@@ -208,8 +206,8 @@ def _check_pivot(body: Body, asked: Placement, attitude: Array, spin: Array) -> 
         if not off <= OFF_PIVOT * size:
             x, y, z = (f'{value:.9g}' for value in allowed)
             raise InvalidModel(
-                f'state of {body.name!r}: {name} {shown(wanted)} would tear it off its pivot; with '
-                f'this orientation and angular velocity it is ({x}, {y}, {z}) {unit}'
+                f'state of {body.name!r}: {name} {shown(wanted)} would tear it off its pivot; '
+                f'with this orientation and angular velocity it is ({x}, {y}, {z}) {unit}'
             )
 
 
@@ -221,5 +219,3 @@ def _vector(said: str, name: str, values: Any) -> Vector:
             f'{said}: {name} {shown(values)}; allowed: three finite numbers'
         ) from None
     return (x, y, z)
-
-
