@@ -23,9 +23,9 @@ from rclpy.subscription import Subscription
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.ros.listener import NotForExecutors
+from rigid_body_sim.ros.qos import MOST_WATCHED
 from rigid_body_sim.ros.qos_overrides import ALLOWED, PUBLISHER, SUBSCRIPTION, QosOverrides
 
-MOST_WATCHED = 1000  # [topics] whose events are watched: the executor goes through all each time
 _REFUSALS = (
     InvalidParameterTypeException,
     InvalidQosOverridesError,
@@ -50,10 +50,6 @@ class Endpoints:
         self._watched = True
         self._lost: dict[int, int] = {}  # by subscription
 
-    def expect(self, topics: int) -> None:
-        """Say how many there will be; in a crowd no events are watched."""
-        self._watched = topics <= MOST_WATCHED
-
     @property
     def lost(self) -> int | None:
         """
@@ -61,6 +57,13 @@ class Endpoints:
         are too many to watch.
         """
         return sum(self._lost.values()) if self._watched else None
+
+    def watch(self, topics: int) -> None:
+        """
+        Watch what is made from now on for peers that do not fit and messages that are lost; not
+        where there are too many of them.
+        """
+        self._watched = topics <= MOST_WATCHED
 
     def publisher(self, kind: type, topic: str, profile: QoSProfile) -> Publisher:
         """Publish on a topic; UserError for overrides that cannot be."""

@@ -68,7 +68,7 @@ class SimNode(Node):
         """Publish the states and take commands: those that answer states for the gate."""
         state = qos.of_states()
         command = qos.of_commands(self.settings.command_reliability)
-        self._endpoints.expect(len(topics) + len(KINDS) * len(bodies))
+        self._endpoints.watch(len(topics) + len(KINDS) * len(bodies))
         publishers = {
             topic.name: self._endpoints.publisher(
                 conversions.MESSAGE_TYPES[topic.type], topic.name, state
@@ -254,7 +254,3 @@ class SimNode(Node):
 
 def _refused(reason: str) -> SetParametersResult:
     return SetParametersResult(successful=False, reason=reason)
-
-
-def _nowhere(_: bytes) -> None:
-    """Take a message that nobody publishes."""

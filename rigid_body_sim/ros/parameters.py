@@ -179,7 +179,7 @@ PARAMETERS = (
         'body_topics',
         EVERY_BODY,
         'bodies that have topics of their own, for states and commands: names or patterns (* and '
-        '?) separated by commas; empty: none, for crowds with publish_arrays',
+        '?) separated by commas; none: no body, for crowds with publish_arrays',
     ),
     Entry(
         'diagnostics_period',

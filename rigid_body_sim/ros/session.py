@@ -38,9 +38,15 @@ from rigid_body_sim.ros.parameters import Settings
 from rigid_body_sim.ros.run_loop import Ending, RunLoop
 from rigid_body_sim.runs.commands import topics_of
 from rigid_body_sim.runs.recorder import recorded_topics
-from rigid_body_sim.runs.run import Run, RunSettings, publish_every, rate_note
+from rigid_body_sim.runs.run import (
+    Run,
+    RunSettings,
+    need_numbers,
+    publish_every,
+    rate_note,
+)
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
-from rigid_body_sim.runs.viewing import ViewSettings, marker_every
+from rigid_body_sim.runs.viewing import ViewSettings, check_view, marker_every
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP
@@ -152,7 +158,8 @@ def _make_run(node: SimNode) -> Run:
     warn_if_plain(node.warn)
     settings = node.settings
     scene = load_scene(find_scene(settings.scene))
-
+    view = _view_settings(node)
+    need_numbers(scene.name, check_view(scene, view, settings.world_frame))
     simulation = simulation_of(
         scene,
         integrator=settings.integrator or None,
@@ -177,16 +184,8 @@ def _make_run(node: SimNode) -> Run:
             publish_every=every,
             estimate_error=settings.error_estimate,
             publish_contacts=settings.publish_contacts,
-            view=ViewSettings(
-                odometry=settings.publish_odometry,
-                transforms=settings.publish_tf,
-                markers=settings.publish_markers,
-                arrays=settings.publish_arrays,
-                marker_every=marker_every(settings.marker_rate, every, simulation.dt_ns),
-                arrow_scale=settings.arrow_scale,
-                frame_prefix=settings.frame_prefix,
-                node_name=node.get_name(),
-                body_topics=settings.body_topics,
+            view=replace(
+                view, marker_every=marker_every(settings.marker_rate, every, simulation.dt_ns)
             ),
         ),
         warn=node.warn,
@@ -204,6 +203,20 @@ def _make_run(node: SimNode) -> Run:
     if note is not None:
         node.warn(note)
     return run
+
+
+def _view_settings(node: SimNode) -> ViewSettings:
+    settings = node.settings
+    return ViewSettings(
+        odometry=settings.publish_odometry,
+        transforms=settings.publish_tf,
+        markers=settings.publish_markers,
+        arrays=settings.publish_arrays,
+        arrow_scale=settings.arrow_scale,
+        frame_prefix=settings.frame_prefix,
+        node_name=node.get_name(),
+        body_topics=settings.body_topics,
+    )
 
 
 def _make_gate(node: SimNode, run: Run) -> Gate:

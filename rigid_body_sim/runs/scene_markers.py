@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,6 +42,7 @@ from rigid_body_sim.recording.marker_packing import (
     TRIANGLE_LIST,
     Color,
     Form,
+    Poses,
     Scale,
 )
 
@@ -91,6 +92,28 @@ def forms_of(scene: Scene) -> list[Form]:
             )
             frames += 1
     return forms
+
+
+class MarkerPlaces:
+    """Where markers stand that go with bodies."""
+
+    def __init__(self, forms: Sequence[Form]) -> None:
+        self._bodies = np.array([form.body for form in forms], np.int64)
+        self._from_center = np.array([form.position for form in forms]).reshape(-1, 3)
+        self._turns = np.array([form.orientation for form in forms]).reshape(-1, 4)
+
+    def poses(self, position: Array, orientation: Array) -> Poses:
+        """
+        Give the pose of each marker.
+
+        position, orientation : (n, 3) [m], (n, 4) [-] of the bodies: centre of mass, world; xyzw,
+                                body to world
+        """
+        turns = orientation[self._bodies]
+        return Poses(
+            position[self._bodies] + rotation.rotate(turns, self._from_center),
+            rotation.multiply(turns, self._turns),
+        )
 
 
 def scale_of(scene: Scene, metres_per_newton: float) -> Scale:

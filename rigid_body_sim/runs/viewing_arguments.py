@@ -13,8 +13,7 @@ from rigid_body_sim.runs.viewing import (
     LARGEST_SCALE,
     MARKER_RATE,
     ViewSettings,
-    bodies_with_topics,
-    check_frames,
+    check_view,
     marker_every,
 )
 
@@ -64,7 +63,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         default=EVERY_BODY,
         metavar='NAMES',
         help='bodies that have topics of their own: names or patterns (* and ?), separated by '
-        'commas; default all; none: an empty text',
+        'commas, or none; default all',
     )
 
 
@@ -91,6 +90,4 @@ def settings_of(arguments: argparse.Namespace, *, publish_every: int, dt_ns: int
 
 def names_of(arguments: argparse.Namespace, scene: Scene) -> list[str]:
     """Name the bodies with topics of their own, before anything is compiled; UserError."""
-    check_frames(scene, settings_of(arguments, publish_every=1, dt_ns=1), 'world')
-    own = bodies_with_topics(scene, arguments.body_topics)
-    return [scene.bodies[place].name for place in own]
+    return check_view(scene, settings_of(arguments, publish_every=1, dt_ns=1), 'world')

@@ -33,8 +33,7 @@ from rigid_body_sim.recording.marker_packing import (
     Scale,
 )
 from rigid_body_sim.recording.topics import Topic
-from rigid_body_sim.recording.view_packing import Motions
-from rigid_body_sim.runs.scene_markers import forms_of, reach, scale_of
+from rigid_body_sim.runs.scene_markers import MarkerPlaces, forms_of, reach, scale_of
 
 from ..recording.ros_objects import by_rclpy, by_rosbags
 
@@ -73,19 +72,29 @@ def scene_of(shape, contact='none', **more):
     return load_scene({**scene, 'contact': {'mode': contact}})
 
 
-def motions_of(*poses):
+class Packer:
     """
-    Bodies at rest at given positions and orientations.
+    Packs the markers of a scene whose bodies stand at given positions and orientations.
     """
-    zeros = np.zeros((len(poses), 3))
-    positions, turns = (np.array(column, dtype=np.float64) for column in zip(*poses))
-    return Motions(positions, turns, zeros, zeros, zeros)
 
+    def __init__(self, scene, scale=SCALE):
+        forms = forms_of(scene)
+        self._places = MarkerPlaces(forms)
+        self.packer = MarkerPacker(
+            forms, topic=TOPIC, frame_id='world', scale=scale, first_channel_id=5
+        )
 
-def packer_of(scene, scale=SCALE):
-    return MarkerPacker(
-        forms_of(scene), topic=TOPIC, frame_id='world', scale=scale, first_channel_id=5
-    )
+    def start(self, *poses):
+        return self.packer.pack_start(3, 7, self._poses(poses)[1])
+
+    def pack(self, poses, force, torque, point=NOTHING, contact_force=NOTHING):
+        centers, placed = self._poses(poses)
+        arrows = Arrows(centers, force, torque, point, contact_force)
+        return self.packer.pack(4, 9, placed, arrows)
+
+    def _poses(self, poses):
+        positions, turns = (np.array(column, dtype=np.float64) for column in zip(*poses))
+        return positions, self._places.poses(positions, turns)
 
 
 def markers_in(batch):
@@ -163,7 +172,7 @@ def drawn(kind, contact):
     A scene of one shape, and its packer.
     """
     scene = scene_of(SHAPES[kind], contact)
-    return scene, packer_of(scene)
+    return scene, Packer(scene)
 
 
 @settings(max_examples=40)
@@ -171,7 +180,7 @@ def drawn(kind, contact):
 def test_what_is_drawn_is_the_shape_where_it_is(kind, contact, place, turn):
     scene, packer = drawn(kind, contact)
     turn = rotation.normalise(turn)
-    batch = packer.pack_start(3, 7, motions_of((place, turn)))
+    batch = packer.start((place, turn))
     ((_, payload),) = batch.payloads()
     markers = cdr.decode(cdr.MARKERS, payload).values['markers']
     found = np.max([support_of_marker(marker) for marker in markers], axis=0)
@@ -209,7 +218,7 @@ def test_a_plane_is_drawn_in_its_plane_around_the_scene():
     ]
     scene = load_scene({'version': 1, 'name': 'slope', 'dt': 0.001, 'bodies': bodies})
     initial = [(body.initial.position, body.initial.orientation) for body in scene.bodies]
-    plane, _ = markers_in(packer_of(scene).pack_start(0, 0, motions_of(*initial)))
+    plane, _ = markers_in(Packer(scene).start(*initial))
     turn = np.array(initial[0][1])
     normal = rotation.rotate(turn, np.array([1, 2, 2]) / 3.0)
     pose = plane['pose']
@@ -242,7 +251,7 @@ def test_points_are_small_balls_and_frames_are_three_axes():
     scene = load_scene({'version': 1, 'name': 'points', 'dt': 0.001, 'bodies': bodies})
     turn = rotation.normalise((1.0, 2.0, 3.0, 4.0))
     poses = [((1, 2, 3), (0, 0, 0, 1)), ((4, 5, 6), turn)]
-    stone, dumbbell, nose = markers_in(packer_of(scene).pack_start(0, 0, motions_of(*poses)))
+    stone, dumbbell, nose = markers_in(Packer(scene).start(*poses))
     assert (stone['type'], stone['ns'], stone['id']) == (SPHERE, 'shapes', 0)
     assert (dumbbell['type'], dumbbell['ns'], dumbbell['id']) == (SPHERE_LIST, 'shapes', 1)
     assert len(dumbbell['points']) == 3
@@ -261,15 +270,15 @@ def test_points_are_small_balls_and_frames_are_three_axes():
 
 def test_arrows_are_as_long_as_what_acts_and_end_where_it_ends():
     scene = scene_of(SHAPES['box'])
-    packer, motions = packer_of(scene), motions_of(((1, 2, 3), (0, 0, 0, 1)))
+    packer, poses = Packer(scene), [((1, 2, 3), (0, 0, 0, 1))]
     force, none = np.array([[0.0, -3.0, 4.0]]), np.zeros((1, 3))
     point, push = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]]), np.array([[0, 0, 2.0], [0, 0, 0]])
 
-    def arrows(acting):
-        batch = packer.pack(0, 0, motions, acting)
+    def arrows(*acting):
+        batch = packer.pack(poses, *acting)
         return [m for m in markers_in(batch) if m['ns'] != 'shapes']
 
-    first, second, third = arrows(Arrows(force, none, point, push))
+    first, second, third = arrows(force, none, point, push)
     assert [(m['ns'], m['id'], m['type'], m['action']) for m in (first, second, third)] == [
         ('forces', 0, ARROW, ADD),
         ('contact_forces', 0, ARROW, ADD),
@@ -278,30 +287,30 @@ def test_arrows_are_as_long_as_what_acts_and_end_where_it_ends():
     assert corners_of(first) == pytest.approx(np.array([[1, 2, 3], [1, 0.5, 5]]), abs=1e-14)
     assert corners_of(second) == pytest.approx(np.array([[0, 0, 1], [0, 0, 2]]), abs=1e-14)
     assert np.array_equal(*corners_of(third))
-    found = arrows(Arrows(none, force, point[:1], push[:1]))
+    found = arrows(none, force, point[:1], push[:1])
     assert [(m['ns'], m['id'], m['action']) for m in found] == [
         *(('forces', 0, DELETE), ('torques', 0, ADD)),
         *(('contact_forces', 0, ADD), ('contact_forces', 1, DELETE)),
     ]
-    found = arrows(Arrows(none, none, NOTHING, NOTHING))
+    found = arrows(none, none)
     assert [(m['ns'], m['action']) for m in found] == [
         ('torques', DELETE),
         ('contact_forces', DELETE),
     ]
-    assert arrows(Arrows(none, none, NOTHING, NOTHING)) == []
+    assert arrows(none, none) == []
 
 
 def test_an_impact_hides_nothing_and_no_number_is_lost():
     scene = scene_of(SHAPES['box'])
-    packer, motions = packer_of(scene), motions_of(((0, 0, 0), (0, 0, 0, 1)))
+    packer, poses = Packer(scene), [((0, 0, 0), (0, 0, 0, 1))]
     for size in (1e308, 1e6):
         force = np.array([[size, 0.0, -size]])
-        batch = packer.pack(0, 0, motions, Arrows(force, 0.0 * force, NOTHING, NOTHING))
+        batch = packer.pack(poses, force, 0.0 * force)
         _, arrow = markers_in(batch)
         ends = corners_of(arrow)
         assert np.linalg.norm(ends[1]) == pytest.approx(SCALE.longest, rel=1e-15)
     tiny = np.array([[5e-324, 0.0, 0.0]])
-    batch = packer.pack(0, 0, motions, Arrows(tiny, 0.0 * tiny, NOTHING, NOTHING))
+    batch = packer.pack(poses, tiny, 0.0 * tiny)
     assert np.isfinite(corners_of(markers_in(batch)[1])).all()
 
 
@@ -309,13 +318,13 @@ def test_an_impact_hides_nothing_and_no_number_is_lost():
 @given(st.lists(st.tuples(st.booleans(), st.booleans(), st.integers(0, 4)), max_size=6))
 def test_a_viewer_that_saw_all_messages_shows_what_the_last_one_says(steps):
     bodies = [{'name': name, 'shape': SHAPES['box'], 'mass': 1.0} for name in ('a', 'bcd')]
-    packer = packer_of(load_scene({'version': 1, 'name': 'two', 'dt': 0.001, 'bodies': bodies}))
-    motions = motions_of(*[((0, 0, 0), (0, 0, 0, 1))] * 2)
+    packer = Packer(load_scene({'version': 1, 'name': 'two', 'dt': 0.001, 'bodies': bodies}))
+    poses = [((0, 0, 0), (0, 0, 0, 1))] * 2
     seen = {}
     for one, two, count in steps:
         force = np.array([[float(one), 0, 0], [0, float(two), 0]])
         contacts = np.ones((count, 3))
-        batch = packer.pack(0, 0, motions, Arrows(force, force[::-1], contacts, contacts))
+        batch = packer.pack(poses, force, force[::-1], contacts, contacts)
         ((_, payload),) = batch.payloads()
         markers = cdr.decode(cdr.MARKERS, payload).values['markers']
         assert len({(m['ns'], m['id']) for m in markers}) == len(markers)
@@ -333,13 +342,13 @@ def test_a_viewer_that_saw_all_messages_shows_what_the_last_one_says(steps):
 
 def test_the_start_is_shown_without_arrows_and_changes_nothing_after_it():
     scene = scene_of(SHAPES['box'])
-    packer, motions = packer_of(scene), motions_of(((0, 0, 0), (0, 0, 0, 1)))
+    packer, poses = Packer(scene), [((0, 0, 0), (0, 0, 0, 1))]
     force = np.ones((1, 3))
-    packer.pack(0, 0, motions, Arrows(force, force, force, force))
-    shown = packer.shown
-    found = markers_in(packer.pack_start(1, 1, motions))
+    packer.pack(poses, force, force, force, force)
+    shown = packer.packer.shown
+    found = markers_in(packer.start(*poses))
     assert [m['action'] for m in found] == [ADD, DELETE, DELETE, DELETE]
-    assert packer.shown == shown
+    assert packer.packer.shown == shown
 
 
 def test_a_weight_is_as_long_as_the_largest_body_is_wide():
