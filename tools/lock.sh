@@ -7,7 +7,8 @@
 #   sh tools/lock.sh            locks anew what has changed in the lists; the other versions stay
 #   sh tools/lock.sh --upgrade  takes the newest version of all that the lists leave open
 # Writes requirements/locked.txt (runtime and test) and requirements/locked_ros.txt (what rclpy as wheels adds). uv,
-# which resolves for all Pythons at once, is installed into a temporary folder.
+# which resolves for all Pythons at once, is installed into a temporary folder. One package (empy) comes as source
+# alone: pip builds it with the setuptools of the day.
 set -eu
 cd "$(dirname "$0")/../requirements"
 python=$(sh ../tools/find_python.sh)

@@ -3,6 +3,7 @@
 """
 Instants at which the motion of a recorded run is less smooth, told by its commands and its scene.
 
+    set_state                                    the pose jumps, just after the sample there
     impulse                                      the velocity jumps
     held command that begins, changes, runs out  the force jumps
     table over time that begins or ends; burnout the force jumps
@@ -43,7 +44,7 @@ from rigid_body_sim.runs.manifest_values import (
 from rigid_body_sim.runs.reading_guard import interpreting
 
 PATH, TURN = 'path', 'turn'  # of the centre of mass, of the orientation
-IMPULSE, FORCE, RATE, CUBIC = 0, 1, 2, 4  # derivatives of the position that do not jump
+POSE, IMPULSE, FORCE, RATE, CUBIC = -1, 0, 1, 2, 4  # derivatives of the position that do not jump
 
 Place = tuple[str, str]  # body, PATH or TURN
 Events = dict[int, dict[Place, int]]  # [ns] -> what jumps there, with its continuity
@@ -71,17 +72,23 @@ def jumps_of(bag: Bag, scene: Scene) -> Jumps:
     """
     events: Events = {}
     couplings = _couplings(scene)
+    later = 0.0
     for instant, place, continuity in _of_scene(scene):
         _note(events, instant, place, continuity)
     if bag.holds_run:
         with interpreting(bag.path):
             for instant, place, continuity in _of_commands(bag, scene, couplings):
                 _note(events, instant, place, continuity)
+            # the state that was published at the tick is that of before
+            later = 0.5 * ManifestValues(bag.path, 'manifest', bag.manifest).integer(
+                'dt_ns', 1, MOST_NS
+            )
     found = Jumps(unknown=_unknown(scene))
     for instant in sorted(events):
         for (body, part), continuity in _felt(events[instant], couplings).items():
             table = found.paths if part == PATH else found.turns
-            table.setdefault(body, []).append(Break(float(instant), continuity))
+            at = instant + later if continuity == POSE else instant
+            table.setdefault(body, []).append(Break(float(at), continuity))
     return found
 
 
@@ -136,7 +143,11 @@ def _of_commands(
     dt_ns = values.integer('dt_ns', 1, MOST_NS)
     timeout_ns = values.integer('command_timeout_ns', 0, MOST_TIMEOUT_NS)
     lasts = FOREVER if timeout_ns == 0 else -(-timeout_ns // dt_ns)
-    rules = CommandRules(scene, world_frame=values.text('world_frame'))
+    rules = CommandRules(
+        scene,
+        world_frame=values.text('world_frame'),
+        frame_prefix=values.view('view').frame_prefix,
+    )
     layout = Layout(scene)
     held = HeldWrenches(layout, scene.gravity)
     held.slots |= values.held('held_at_start', layout.n_moving)
@@ -184,8 +195,14 @@ def _changed(
         reason = rules.refusal(command)
         if reason is not None:
             raise ValueError(f'command of tick {tick}: {reason}')
+        if command.state is not None:
+            yield instant, (command.body, PATH), POSE
+            yield instant, (command.body, TURN), POSE
+            continue
         if command.kind == 'impulse':
-            for part, vector in ((PATH, command.force), (TURN, command.torque)):
+            asked = command.body, command.force, command.torque, rules.frame(command)
+            _, linear, angular, _ = held.checked(*asked)
+            for part, vector in ((PATH, linear), (TURN, angular)):
                 if any(vector):
                     yield instant, (command.body, part), IMPULSE
             continue
@@ -251,6 +268,8 @@ def _felt(
         for places, later in couplings:
             for place in places.intersection(frontier):
                 continuity = found[place] + later
+                if later and found[place] == POSE:  # where, or how fast: a force jumps, no more
+                    continuity = FORCE
                 for other in places:
                     if continuity < min(smooth, found.get(other, smooth)):
                         found[other] = continuity

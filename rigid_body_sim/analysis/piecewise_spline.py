@@ -7,6 +7,7 @@ to be less smooth.
     min sum_i |y_i - s(t_i)|^2   over splines s in pieces of degree d, knots inside each piece
     at a break of continuity c   s, s', ..., s^(c) have no jump: c = 1 where a force jumps,
                                  c = 0 where an impulse strikes
+                                 c = -1 where a body was put elsewhere: nothing is shared
     at the ends                  s^(j) = given value, or s^(j)(end) = s^(j)(start), or nothing
 
 The samples, the breaks and the number of coefficients alone decide the linear map from samples to
@@ -65,7 +66,7 @@ class Break:
     An instant, in the unit of the samples' times, at which a motion is less smooth.
 
     continuity : how many derivatives of the position do not jump: 0 an impulse, 1 a force,
-                 2 the rate of a force
+                 2 the rate of a force; -1: the position itself jumps
     """
 
     instant: float
@@ -209,7 +210,8 @@ def with_fewer(layout: Layout) -> list[Break]:
     sizes = [piece.samples for piece in layout.pieces]
     room = [min(pair) for pair in pairwise(sizes)]
     most = len(strong) - max(1, len(strong) // 4)
-    kept = sorted(range(len(strong)), key=lambda i: room[i], reverse=True)[:most]
+    worth = [(b.continuity < 0, n) for b, n in zip(strong, room)]
+    kept = sorted(range(len(strong)), key=lambda i: worth[i], reverse=True)[:most]
     return [strong[i] for i in sorted(kept)]
 
 
@@ -246,7 +248,8 @@ def shares(
     for i, has in enumerate(doubled):
         for giver in (i - 1, i + 1):
             lack = 2 * FEWEST - doubled[i]
-            if has < 2 * FEWEST and lack > 0 and 0 <= giver < len(doubled):
+            shares_some = 0 <= giver < len(doubled) and continuity[min(i, giver)] >= 0
+            if has < 2 * FEWEST and lack > 0 and shares_some:
                 given = max(0, min(lack, doubled[giver] - 2 * FEWEST))
                 doubled[giver] -= given
                 doubled[i] += given

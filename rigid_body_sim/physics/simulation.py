@@ -24,7 +24,6 @@ import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from reprlib import repr as shortened
 from threading import get_ident
 from typing import Any
 
@@ -51,6 +50,7 @@ from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
 from rigid_body_sim.physics.state.contacts import Contacts
 from rigid_body_sim.physics.state.layout import Layout, as_vector
+from rigid_body_sim.physics.state.placement import asked_placement, rows_of
 from rigid_body_sim.physics.state.snapshot import State, StateReader
 from rigid_body_sim.physics.stepper import Stepper
 from rigid_body_sim.physics.validation import check_record
@@ -389,9 +389,10 @@ class Simulation:
         """
         Hold a force and a torque on a body until changed; it acts from the next tick on.
 
-        force  : (3,) [N]    at the centre of mass
+        force  : (3,) [N]    at the centre of mass, or at the origin of a frame of the body
         torque : (3,) [N m]
-        frame  : 'world', or 'body': axes that turn with the body
+        frame  : 'world', or 'body': axes that turn with the body; or a frame of the body by its
+                 name: axes and origin (`model.named_frames`), held beside those of other frames
         """
         self.hold(body, 'wrench', force=force, torque=torque, frame=frame)
 
@@ -406,7 +407,8 @@ class Simulation:
         until: int = FOREVER,
     ) -> None:
         """
-        Hold what one source asks of a body in place of what it asked before; sources add.
+        Hold what one source asks of a body in place of what it asked before; sources add, and
+        each named frame is one of its own.
 
         source : 'force', 'torque' or 'wrench'
         until  : [tick] first tick on which it no longer acts
@@ -429,13 +431,14 @@ class Simulation:
         """
         Change momentum and angular momentum at once, whatever dt is.
 
-        linear  : (3,) [N s]    at the centre of mass
+        linear  : (3,) [N s]    at the centre of mass, or at the origin of a frame of the body
         angular : (3,) [N m s]
-        returns : both in world axes
+        frame   : as of `set_wrench`
+        returns : both at the centre of mass, in world axes
         """
         self._settle()
-        core, linear, angular = self._held.checked(body, linear, angular, frame)
-        if frame == 'body':
+        core, linear, angular, frame = self._held.checked(body, linear, angular, frame)
+        if frame != 'world':
             self._layout.principal_axes(body, linear)  # refuses a point mass
             q = self.state.orientation[self._layout.index(body)]
             linear = as_vector(so3.rotate(q, linear))
@@ -453,6 +456,56 @@ class Simulation:
         if self.watch is not None:
             self.watch.strike(self.tick, body, linear=linear, angular=angular)
         return linear, angular
+
+    def set_state(
+        self,
+        body: str,
+        *,
+        position: Sequence[float] | None = None,
+        orientation: Sequence[float] | None = None,
+        velocity: Sequence[float] | None = None,
+        angular_velocity: Sequence[float] | None = None,
+        frame: str = 'world',
+    ) -> None:
+        """
+        Put a body elsewhere, or let it move otherwise, from this tick on; None: as it is.
+
+        position         : (3,) [m]      centre of mass, world
+        orientation      : (4,) [-]      quaternion xyzw of any length but zero, body to world
+        velocity         : (3,) [m/s]    centre of mass
+        angular_velocity : (3,) [rad/s]
+        frame            : axes of both velocities: 'world', or 'body' as it is turned then
+
+        The energy that it brings is work of commands. What is remembered of the body, by contacts
+        and by the integrator, begins anew; who slept beside it wakes.
+
+        Raises InvalidModel for an unknown or fixed body, numbers that are not finite, an
+        orientation of zero length, a turn of a point mass, and what would tear a body off its
+        pivot.
+        """
+        self._settle()
+        asked = {
+            'position': position,
+            'orientation': orientation,
+            'velocity': velocity,
+            'angular_velocity': angular_velocity,
+            'frame': frame,
+        }
+        index, state = self._layout.index(body), self.state
+        x, y, z, w = state.orientation[index].tolist()
+        placement = asked_placement(self.scene.bodies[index], **asked, now=(x, y, z, w))
+        placed = rows_of(self._layout, placement, body, state, self.scene_time)
+        work = self._stepper.work
+        before = 0.0 if work is None else sum(self._energies())
+        with self._all_or_nothing(), np.errstate(over='ignore', invalid='ignore'):
+            self._stepper.cut_work()
+            self._stepper.place(placed)
+            if work is not None:
+                self._read = None
+                after = self._read_state()
+                work.add_work(COMMANDS, self.invariants.energy(after) - before)
+        if self.watch is not None:
+            self.watch.place(self.tick, body, **asked)
 
     def _kinetic_energy_of(self, core: int) -> float:
         """Kinetic energy of one body [J]."""
@@ -738,7 +791,7 @@ def _whole(ticks: object) -> int:
         count = -1
     if count < 0:
         raise InvalidModel(
-            f'step: {shortened(ticks)} ticks; allowed: a whole number of at least 0; to advance '
+            f'step: {shown(ticks)} ticks; allowed: a whole number of at least 0; to advance '
             'by seconds, step(round(seconds / sim.dt))'
         )
     return count

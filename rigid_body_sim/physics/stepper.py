@@ -56,6 +56,7 @@ from rigid_body_sim.physics.state.blocks import (
 )
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
 from rigid_body_sim.physics.state.layout import Layout
+from rigid_body_sim.physics.state.placement import PlacedRows
 
 Array = NDArray[np.float64]
 
@@ -508,6 +509,25 @@ class Stepper:
             new.append((momentum, place, momentum[place] + angular))
         # in one call of C: an interrupt comes before both or after both
         deque(itertools.starmap(setitem, new), maxlen=0)
+
+    def place(self, placed: PlacedRows) -> None:
+        """
+        Put a body elsewhere; what the integrator and its contacts remember of it begins anew.
+        Between `begin` and `end`.
+        """
+        block, lane = divmod(placed.core, LANES)
+        for array, size, values in (
+            (self.translation, TRANSLATION, placed.translation),
+            (self.rotation, ROTATION, placed.rotation),
+        ):
+            for offset, new in values.items():
+                rows(array, size, offset, len(new))[block, :, lane] = new
+        if self._integrator.remembers is not None and ORIENTATION in placed.rotation:
+            memory = self._method_rows()[placed.core]
+            kept = rows(self._method, LANES * len(memory), 0, len(memory))
+            kept[block, :, lane] = memory
+        if self.contact is not None:
+            self.contact.forget_body(placed.core)
 
     def orientation(self, core: int) -> Array:
         """Quaternion (4,) of the principal axes of a rigid body."""

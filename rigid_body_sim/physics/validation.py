@@ -22,12 +22,14 @@ import numpy as np
 from rigid_body_sim.physics.errors import InvalidModel, blaming, choose_from, path_text
 from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
+from rigid_body_sim.physics.model.named_frames import check_frame_names
 from rigid_body_sim.physics.model.numbers import number, numbers, shown
 from rigid_body_sim.physics.model.pivot import check_pivot
 from rigid_body_sim.physics.model.place import WORLD
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import (
     Body,
+    Frame,
     InertiaOverTime,
     MassFlow,
     Material,
@@ -84,16 +86,20 @@ def check_record(scene: Scene) -> None:
         raise InvalidModel(f'{place}: {error}' if place else str(error), at=error.at) from None
 
 
-def check_name(name: object) -> None:
-    """Refuse what is no name of a body in a scene file: it becomes part of names of topics."""
+def check_name(name: object, *, of: str = 'body') -> None:
+    """
+    Refuse what is no name of a body in a scene file: it becomes part of names of topics.
+
+    of : what it names
+    """
     if not isinstance(name, str) or not NAME.fullmatch(name) or '__' in name:
         raise InvalidModel(
-            f'got {shown(name)}; a body name is a letter, '
+            f'got {shown(name)}; a {of} name is a letter, '
             'then letters, digits and single underscores'
         )
     if len(name) > LONGEST_NAME:
         raise InvalidModel(
-            f'got {shown(name)}, {len(name)} letters; a body name has at most {LONGEST_NAME}'
+            f'got {shown(name)}, {len(name)} letters; a {of} name has at most {LONGEST_NAME}'
         )
     if name in RESERVED:
         raise InvalidModel(_reserved(name))
@@ -146,6 +152,26 @@ def check_body(body: Body, *, sound: set[bytes]) -> None:
     if body.inertia_over_time is not None:
         with blaming('inertia_over_time'):
             _check_inertia_over_time(body, body.inertia_over_time)
+    with blaming('frames'):
+        check_frames(body)
+
+
+def check_frames(body: Body) -> None:
+    """Refuse frames that the body cannot have."""
+    _need(body.frames, Mapping, 'a mapping of names to frames')
+    if body.frames and body.is_point:
+        raise InvalidModel(
+            f'{body.name!r} is a point mass and has no axes to which a frame could be fixed; '
+            'remove frames, or give it a shape with extent'
+        )
+    for name, frame in body.frames.items():
+        check_name(name, of='frame')
+        with blaming(name):
+            _need(frame, Frame, 'a Frame')
+            with blaming('position'):
+                numbers(frame.position, 3, unit='m')
+            with blaming('orientation'):
+                _check_attitude(frame.orientation)
 
 
 def check_mass(body: Body) -> None:
@@ -202,6 +228,10 @@ def _check_bodies(scene: Scene) -> Collection[str]:
                 with blaming('pivot'):
                     _check_pivot(body)
         names[body.name] = None
+    for i, body in enumerate(scene.bodies):
+        if body.frames:
+            with blaming('bodies', i, 'frames'):
+                check_frame_names(body, names)
     return names
 
 

@@ -46,8 +46,11 @@ class BagWriter:
     One recording.
 
     topics      : topics[i] gets channel id i + 1, which the packers' batches must agree with
+    on_demand   : topics that get the next ids, each when its first message comes: a reader is not
+                  shown what nobody used
     manifest    : what the run is, as strings; SHA-256 of the attachments and of itself are added
     attachments : file name -> bytes; the scene and what it names
+    names       : of topics that have another name in the file: own -> there
     background  : False: chunks are closed by bytes, in the caller's thread; equal runs give equal
                   files. True: a worker thread writes them, half a second (wall) later at most
     """
@@ -60,6 +63,8 @@ class BagWriter:
         manifest: Mapping[str, str],
         attachments: Mapping[str, bytes],
         background: bool = False,
+        on_demand: Sequence[Topic] = (),
+        names: Mapping[str, str] | None = None,
     ) -> None:
         if len(topics) > _MAX_CHANNELS:
             raise UserError(
@@ -68,7 +73,11 @@ class BagWriter:
             )
         self.path = Path(directory)
         self._topics = tuple(topics)
+        self._names = names or {}
         self._channels = {topic.name: number for number, topic in enumerate(topics, start=1)}
+        self._on_demand = {topic.name: topic for topic in on_demand}
+        self._schemas: dict[str, int] = {}
+        self._declared = 0  # topics that are in the file
         self._custom = {
             f'{MANIFEST}.{key}': manifest[key] for key in _SHOWN_BY_ROSBAG2 if key in manifest
         }
@@ -83,7 +92,7 @@ class BagWriter:
         try:
             version = manifest.get('package_version', '')
             self._file = McapFile(self._stream, library=f'rigid_body_sim {version}'.rstrip())
-            self._declare_topics()
+            self._declare_topics(len(self._topics))
             stated = {**manifest, ATTACHMENTS: sha256_of(attachments)}
             self._file.write_metadata(MANIFEST, sealed(stated))
             for name, content in attachments.items():
@@ -111,6 +120,7 @@ class BagWriter:
         """
         layout = self._message_layouts.get((topic, len(payload)))
         if layout is None:
+            self._number(topic)
             layout = self._lay_out_message(topic, len(payload))
         head = MESSAGE_HEAD.pack(
             MESSAGE_OPCODE,
@@ -148,21 +158,39 @@ class BagWriter:
         finally:
             self._stream.close()
 
-    def _declare_topics(self) -> None:
-        qos = qos_text()
-        schemas: dict[str, int] = {}
-        for name, kind in self._topics:
+    def _number(self, topic: str) -> None:
+        """Give a topic the next channel id, if it has none."""
+        if topic in self._channels:
+            return
+        if len(self._topics) == _MAX_CHANNELS:
+            raise RunError(
+                f'{self.path}: messages on more than {_MAX_CHANNELS} topics; a recording holds no '
+                'more; record fewer bodies, or command fewer of them'
+            )
+        self._topics = (*self._topics, self._on_demand[topic])  # before a batch with it waits
+        self._channels[topic] = len(self._topics)
+
+    def _declare_topics(self, count: int) -> None:
+        """Write schemas and channels until so many topics are in the file."""
+        qos, schemas = qos_text(), self._schemas
+        for name, kind in self._topics[self._declared : count]:
             if kind not in schemas:
                 schemas[kind] = self._file.add_schema(kind, 'ros2msg', definition(kind).encode())
             metadata = {'offered_qos_profiles': qos, 'topic_type_hash': HASHES[kind]}
-            self._file.add_channel(schemas[kind], name, 'cdr', metadata)
+            self._file.add_channel(schemas[kind], self._names.get(name, name), 'cdr', metadata)
+            self._declared += 1
 
     def _summaries(self) -> list[TopicSummary]:
         return [
             TopicSummary(
-                name, kind, 'cdr', qos_text(), HASHES[kind], self._file.count(self._channels[name])
+                self._names.get(name, name),
+                kind,
+                'cdr',
+                qos_text(),
+                HASHES[kind],
+                self._file.count(self._channels[name]),
             )
-            for name, kind in self._topics
+            for name, kind in self._topics[: self._declared]
         ]
 
     def _check(self, layout: TickLayout) -> None:
@@ -188,7 +216,9 @@ class BagWriter:
     def _write_chunk(self, batches: Sequence[Batch]) -> None:
         self._raise_failure()
         try:
-            self._file.write_chunk(join(batches))
+            chunk = join(batches)
+            self._declare_topics(int(chunk.channels.max()))
+            self._file.write_chunk(chunk)
         except OSError as error:
             raise self._failed(error) from error
         self._safe_tick = max((batch.tick or 0 for batch in batches), default=0) or self._safe_tick

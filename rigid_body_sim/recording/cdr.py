@@ -9,10 +9,11 @@ counts from byte 4:
     4 int32 sec | 8 uint32 nanosec | 12 uint32 F | 16 frame_id, NUL (F bytes) | zeros | D doubles
     D = 4 + up(12 + F, 8)        up(x, a): x rounded up to a multiple of a
 
-`Clock` ends after nanosec; `PointCloud2` is laid out in `point_cloud`. `encode` writes little
+`Clock` ends after nanosec; `PointCloud2` is laid out in `point_cloud`, `Odometry` in `odometry`. `encode` writes little
 endian with zeroed padding, so equal messages have equal bytes; `decode` reads both byte orders and
 any padding, and refuses every other length or content with `CdrError`; `canonical` keeps the bytes
-that came where they are those that `encode` would write.
+that came where they are those that `encode` would write. What is only published for viewers
+(`DESCRIBED`) is read as its definition says, see `described`.
 
 Source: OMG DDS-XTYPES 1.3, section 7.4 (plain CDR version 1). Not a general decoder: only the
 types in `TYPES`.
@@ -25,6 +26,18 @@ from struct import Struct
 from typing import ClassVar
 
 from rigid_body_sim.recording.cdr_parts import U32, CdrError, require, text_of, up
+from rigid_body_sim.recording.described import (
+    Described,
+    decode_described,
+    encode_described,
+    flat,
+)
+from rigid_body_sim.recording.odometry import (
+    Odometry,
+    odometry_doubles,
+    odometry_tail,
+    read_odometry,
+)
 from rigid_body_sim.recording.point_cloud import CloudReader, PointCloud2, cloud_tail
 
 ENCAPSULATION = b'\x00\x01\x00\x00'
@@ -126,7 +139,15 @@ Message = (
     | WrenchStamped
     | Vector3Stamped
     | PointCloud2
+    | Odometry
+    | Described
 )
+
+POSE_ARRAY = 'geometry_msgs/msg/PoseArray'
+TWIST_ARRAY = 'sensor_msgs/msg/MultiDOFJointState'  # the standard type with names and twists
+TRANSFORMS = 'tf2_msgs/msg/TFMessage'
+MARKERS = 'visualization_msgs/msg/MarkerArray'
+DESCRIBED = (POSE_ARRAY, TWIST_ARRAY, TRANSFORMS, MARKERS)
 
 TYPES: dict[str, type[Message]] = {
     kind.TYPE: kind
@@ -138,8 +159,9 @@ TYPES: dict[str, type[Message]] = {
         WrenchStamped,
         Vector3Stamped,
         PointCloud2,
+        Odometry,
     )
-}
+} | dict.fromkeys(DESCRIBED, Described)
 
 
 def header_tail(frame_id: str) -> bytes:
@@ -157,6 +179,8 @@ def header_tail(frame_id: str) -> bytes:
 
 def encode(message: Message) -> bytes:
     """Return the little-endian payload of a message, padding zeroed."""
+    if isinstance(message, Described):
+        return ENCAPSULATION + encode_described(message)
     try:
         head = ENCAPSULATION + _HEAD[1].pack(message.sec, message.nanosec)
     except Exception as error:
@@ -167,6 +191,9 @@ def encode(message: Message) -> bytes:
     if isinstance(message, PointCloud2):
         points = b''.join(Struct(f'<{len(point)}d').pack(*point) for point in message.points)
         return head + cloud_tail(message.frame_id, message.names, points)
+    if isinstance(message, Odometry):
+        names = odometry_tail(message.frame_id, message.child_frame_id)
+        return head + names + odometry_doubles(message)
     values = [value for name, _ in message.PARTS for value in getattr(message, name)]
     return head + header_tail(message.frame_id) + _DOUBLES[1, len(values)].pack(*values)
 
@@ -182,29 +209,34 @@ def decode(type_name: str, payload: bytes) -> Message:
     if kind is None:
         raise CdrError(f'{type_name}: unknown type; known: {", ".join(TYPES)}')
     size = len(payload)
-    require(size >= 12, kind.TYPE, f'{size} bytes, but the stamp ends at byte 12')
+    require(size >= 4, type_name, f'{size} bytes, but the encapsulation alone has 4')
     order = payload[1]
     require(
         payload[0] == 0 and order <= 1,
-        kind.TYPE,
+        type_name,
         f'encapsulation {bytes(payload[:2]).hex(" ")}, allowed: 00 00 and 00 01 (plain CDR)',
     )
+    if kind is Described:
+        return decode_described(type_name, payload, order)
+    require(size >= 12, type_name, f'{size} bytes, but the stamp ends at byte 12')
     sec, nanosec = _HEAD[order].unpack_from(payload, 4)
     if kind is Clock:
-        require(size == 12, kind.TYPE, f'{size} bytes, expected 12')
+        require(size == 12, type_name, f'{size} bytes, expected 12')
         return Clock(sec, nanosec)
-    require(size >= 16, kind.TYPE, f'{size} bytes, but the length of frame_id ends at byte 16')
+    require(size >= 16, type_name, f'{size} bytes, but the length of frame_id ends at byte 16')
     if kind is PointCloud2:
         return CloudReader(payload, order).read(sec, nanosec)
+    if kind is Odometry:
+        return read_odometry(payload, order, sec, nanosec)
     (length,) = U32[order].unpack_from(payload, 12)
     start = 4 + up(12 + length, 8)
     count = sum(width for _, width in kind.PARTS)
     require(
         size == start + 8 * count,
-        kind.TYPE,
+        type_name,
         f'{size} bytes, expected {start + 8 * count} with a frame_id of {length} bytes',
     )
-    frame_id = text_of(payload[16 : 16 + length], kind.TYPE)
+    frame_id = text_of(payload[16 : 16 + length], type_name)
     values = _DOUBLES[order, count].unpack_from(payload, start)
     if count == 3:
         return Vector3Stamped(sec, nanosec, frame_id, values)
@@ -219,7 +251,10 @@ def canonical(message: Message, payload: bytes) -> bytes:
     What a sender left in the padding is not kept: it is whatever its memory held, and would make
     equal messages differ.
     """
-    if payload[:4] == ENCAPSULATION and not isinstance(message, PointCloud2):
+    if isinstance(message, PointCloud2 | Odometry | Described):  # padding in more places than one
+        ours = encode(message)
+        return payload if payload == ours else ours
+    if payload[:4] == ENCAPSULATION:
         if isinstance(message, Clock):
             return payload
         (length,) = U32[1].unpack_from(payload, 12)
@@ -231,6 +266,8 @@ def canonical(message: Message, payload: bytes) -> bytes:
 
 def fields(message: Message) -> dict[str, int | float | str]:
     """Every scalar of a message by its name, in the order of the bytes: `position.x` and so on."""
+    if isinstance(message, Described):
+        return flat(message.values)
     named: dict[str, int | float | str] = {
         'stamp.sec': message.sec,
         'stamp.nanosec': message.nanosec,
@@ -241,7 +278,10 @@ def fields(message: Message) -> dict[str, int | float | str]:
         named |= {'fields': ' '.join(message.names), 'width': len(message.points)}
         for index, point in enumerate(message.points):
             named |= {f'points[{index}].{n}': x for n, x in zip(message.names, point)}
-    for part, _ in message.PARTS:
-        for axis, value in zip('xyzw', getattr(message, part)):
+    if isinstance(message, Odometry):
+        named['child_frame_id'] = message.child_frame_id
+    for part, width in message.PARTS:
+        axes = 'xyzw' if width <= 4 else range(width)
+        for axis, value in zip(axes, getattr(message, part)):
             named[f'{part}.{axis}'] = value
     return named

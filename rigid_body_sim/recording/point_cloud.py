@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from struct import Struct
 from typing import ClassVar
 
-from rigid_body_sim.recording.cdr_parts import U32, require, string, text_of, up
+from rigid_body_sim.recording.cdr_parts import U32, PartReader, string
 
 FLOAT64 = 8  # datatype of a point field: sensor_msgs/msg/PointField
 
@@ -55,58 +55,37 @@ def cloud_tail(frame_id: str, names: Sequence[str], points: bytes) -> bytes:
     return bytes(parts) + points + b'\1'  # dense: no point is invalid
 
 
-class CloudReader:
+class CloudReader(PartReader):
     """Reads a cloud piece by piece: strings and lists of any length lie before its points."""
 
     def __init__(self, payload: bytes, order: int) -> None:
-        self._payload = payload
-        self._order = order
-        self._at = 12
+        super().__init__(PointCloud2.TYPE, payload, order)
+        self._size = len(payload)
 
     def read(self, sec: int, nanosec: int) -> PointCloud2:
         """Read what follows the stamp."""
-        frame_id = self._text()
-        height, width, count = self._u32(), self._u32(), self._u32()
-        self._need(count <= len(self._payload), f'{count} fields')
+        frame_id = self.text()
+        height, width, count = self.u32(), self.u32(), self.u32()
+        self.need(count <= self._size, f'{count} fields')
         names = tuple(self._field(8 * index) for index in range(count))
-        order = '>' if self._byte() else '<'
-        step, row, size = self._u32(), self._u32(), self._u32()
-        self._need(
+        order = '>' if self.byte() else '<'
+        step, row, size = self.u32(), self.u32(), self.u32()
+        self.need(
             step == 8 * count and row == step * width and size == row * height,
             f'steps {step} and {row} and {size} bytes for {height} x {width} points',
         )
-        points = self._take(size)
-        self._byte()
-        more = len(self._payload) - self._at
-        self._need(more < 4 and (more == 0 or len(self._payload) % 4 == 0), f'{more} bytes more')
+        points = self.take(size)
+        self.byte()
+        more = self.left
+        self.need(more < 4 and (more == 0 or self._size % 4 == 0), f'{more} bytes more')
         rows = Struct(f'{order}{count}d').iter_unpack(points) if size else ()
         return PointCloud2(sec, nanosec, frame_id, names, tuple(rows))
 
     def _field(self, place: int) -> str:
-        name, offset, datatype, count = self._text(), self._u32(), self._byte(), self._u32()
-        self._need(
+        name, offset, datatype, count = self.text(), self.u32(), self.byte(), self.u32()
+        self.need(
             (offset, datatype, count) == (place, FLOAT64, 1),
             f'field {name!r} at {offset} of type {datatype}, count {count}; read are single '
             f'float64 fields without gaps (here: at {place}, type {FLOAT64}, count 1)',
         )
         return name
-
-    def _text(self) -> str:
-        return text_of(self._take(self._u32()), PointCloud2.TYPE)
-
-    def _u32(self) -> int:
-        self._at = 4 + up(self._at - 4, 4)
-        return U32[self._order].unpack(self._take(4))[0]
-
-    def _byte(self) -> int:
-        return self._take(1)[0]
-
-    def _take(self, size: int) -> bytes:
-        end = self._at + size
-        self._need(end <= len(self._payload), f'{len(self._payload)} bytes, expected {end}')
-        content = bytes(self._payload[self._at : end])
-        self._at = end
-        return content
-
-    def _need(self, condition: bool, problem: str) -> None:
-        require(condition, PointCloud2.TYPE, problem)

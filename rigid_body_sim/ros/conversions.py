@@ -14,6 +14,7 @@ from typing import TypeVar
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
+from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
@@ -29,6 +30,7 @@ MESSAGE_TYPES = {
     cdr.WrenchStamped.TYPE: WrenchStamped,
     cdr.Vector3Stamped.TYPE: Vector3Stamped,
     cdr.PointCloud2.TYPE: PointCloud2,
+    cdr.Odometry.TYPE: Odometry,
 }
 _LEVELS = {OK: DiagnosticStatus.OK, WARN: DiagnosticStatus.WARN, ERROR: DiagnosticStatus.ERROR}
 

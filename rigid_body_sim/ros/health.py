@@ -32,6 +32,7 @@ class Health:
     overruns, lags       : see `Pacer`
     largest_lateness, last_lateness : [s]
     accepted, refused    : commands; refused ones by reason
+    lost                 : commands that never came, as far as the middleware tells
     bag                  : what is recorded to; empty when nothing is
     deepest_gap          : smallest distance of two bodies in contact [m], negative: they
                            overlapped; None where nothing touched
@@ -68,6 +69,7 @@ class Health:
     integrator: str = ''
     looks: str = ''
     failure: str = ''
+    lost: int = 0
     lockstep: LockstepFigures | None = None
 
     @property
@@ -117,6 +119,7 @@ class Health:
             'accepted commands': str(self.accepted),
             'refused commands': str(sum(self.refused.values())),
             'last refusal': self.last_refusal,
+            'lost commands': str(self.lost),
             'energy drift': _drift(self.drift.energy),
             'momentum drift': _drift(self.drift.momentum),
             'angular momentum drift': _drift(self.drift.angular_momentum),
@@ -162,7 +165,8 @@ class Health:
         return (
             f'{self.tick} ticks, {self.time:g} s; overruns {self.overruns}, largest lateness '
             f'{self.largest_lateness * 1e3:.3f} ms, last {self.last_lateness * 1e3:.3f} ms; '
-            f'commands {self.accepted}, refused {sum(self.refused.values())}; '
+            f'commands {self.accepted}, refused {sum(self.refused.values())}'
+            f'{f", lost {self.lost}" if self.lost else ""}; '
             f'{self._energy()}'
         )
 

@@ -8,10 +8,12 @@ A command is judged as it comes in: what is refused is counted by its reason and
 
 from __future__ import annotations
 
+import threading
 from collections import Counter, deque
 from collections.abc import Mapping
 
 from rigid_body_sim.recording.cdr import CdrError
+from rigid_body_sim.runs.asked_states import AskedState
 from rigid_body_sim.runs.commands import Command, CommandRules, decode
 
 ROOM = 100_000  # [commands] that may wait; only a paused simulation lets so many come together
@@ -22,10 +24,13 @@ OTHER = 'other reasons'
 
 
 class Inbox:
-    """One writer, one reader; no lock, because `deque` needs none for that."""
+    """
+    Topics and services write, the run reads; a lock keeps the counts, `deque` needs none.
+    """
 
     def __init__(self, rules: CommandRules) -> None:
         self._rules = rules
+        self._counting = threading.Lock()
         self._waiting: deque[Command] = deque()
         self._refused: Counter[str] = Counter()
         self.last_refusal = ''
@@ -42,7 +47,8 @@ class Inbox:
             return command
         if len(self._waiting) >= ROOM:
             return self._refuse(f'{ROOM} commands wait already; is the simulation paused?')
-        self.accepted += 1
+        with self._counting:
+            self.accepted += 1
         self._waiting.append(command)
         return None
 
@@ -56,9 +62,10 @@ class Inbox:
         return command if reason is None else self._refuse(reason)
 
     def _refuse(self, reason: str) -> str:
-        known = reason in self._refused or len(self._refused) < _REASONS
-        self._refused[reason if known else OTHER] += 1
-        self.last_refusal = reason
+        with self._counting:
+            known = reason in self._refused or len(self._refused) < _REASONS
+            self._refused[reason if known else OTHER] += 1
+            self.last_refusal = reason
         return reason
 
     @property
@@ -70,6 +77,11 @@ class Inbox:
         """Take what waits, in the order of arrival."""
         waiting = self._waiting
         return [waiting.popleft() for _ in range(len(waiting))]
+
+    def asked_states(self) -> dict[str, AskedState]:
+        """Which states wait to be given to bodies with the coming tick; the last one counts."""
+        waiting = self._waiting.copy()
+        return {command.body: command.state for command in waiting if command.state is not None}
 
     def clear(self) -> None:
         """Forget what waits."""

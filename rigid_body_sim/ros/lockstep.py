@@ -213,21 +213,17 @@ class Gate:
 
     def _drop(self, slot: _Slot, command: Command) -> str:
         """Say why an answer does not count."""
-        last, stamped = slot.last, self.terms.stamped
+        stamped, last = self.terms.stamped, slot.last
+        older = not stamped or self._stamp is None or command.stamp_ns < self._stamp
+        kind = OLDER if older else NEWER
+        if slot.waiting is None:
+            slot.trouble = _wrong_stamp(command.stamp_ns, kind)
         again = last is not None and (
             last.stamp_ns == command.stamp_ns if stamped else slot.waiting is not None
         )
         if again and last is not None:
             same = last.message[STAMP_END:] == command.message[STAMP_END:]
             return SAME if same else DIFFERENT
-        if not stamped or self._stamp is None or command.stamp_ns < self._stamp:
-            kind = OLDER
-        else:
-            kind = NEWER
-        slot.trouble = (
-            f'the last one bears the stamp {command.stamp_ns * 1e-9:.9f} s, {kind} than that of '
-            'the state, which it should bear'
-        )
         return kind
 
     @property
@@ -253,6 +249,11 @@ class Gate:
     def is_proven(self) -> bool:
         """Whether an answer has come on every topic by the present links."""
         return len(self.proven) == len(self._slots)
+
+
+def _wrong_stamp(stamp: int, kind: str) -> str:
+    text = f'the last one bears the stamp {stamp * 1e-9:.9g} s, {kind} than that of the state'
+    return f'{text}; one who gives no stamps needs lockstep_stamps:=false' if not stamp else text
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,7 @@ class LockstepTurns:
 
     door    : hands what comes to the gate
     links   : tells who is connected: a value that changes with it
+    silence : why nothing can come on a topic of the list, by its place there; empty: it can
     publish : says a batch again; what is said again is not recorded
     warn    : is told of a time-out and of its end
     """
@@ -55,6 +56,7 @@ class LockstepTurns:
         dt_ns: int,
         door: Door,
         links: Callable[[], Hashable],
+        silence: Callable[[int], str],
         publish: Callable[[Batch], None],
         warn: Callable[[str], None],
     ) -> None:
@@ -65,6 +67,7 @@ class LockstepTurns:
         self._dt_ns = dt_ns
         self._door = door
         self._links = links
+        self._silence = silence
         self._publish = publish
         self._warn = warn
         self._shown: Sequence[Batch] = ()
@@ -83,6 +86,7 @@ class LockstepTurns:
         self._stamp = tick * self._dt_ns
         self._shown = batches
         self.gate.open(self._stamp)
+        self.timed_out = False
         self._since, self._next_look = now, now + REPEAT
 
     def next_instant(self, tick: int) -> int:
@@ -124,7 +128,7 @@ class LockstepTurns:
         if now >= end:
             self.timed_out, end = True, NEVER
             self._warn(
-                f'paused: {no_answer(self.gate.missing)}, for {timeout * 1e-9:g} s '
+                f'paused: {no_answer(self.missing())}, for {timeout * 1e-9:g} s '
                 '(lockstep_timeout); goes on with the answer'
             )
         self._look(now)
@@ -162,7 +166,14 @@ class LockstepTurns:
     def no_answer(self) -> str:
         """Take what has come; say which topics are missing, empty where none is."""
         self._door.take()
-        return '' if self.gate.is_full else no_answer(self.gate.missing)
+        return '' if self.gate.is_full else no_answer(self.missing())
+
+    def missing(self) -> dict[str, str]:
+        """The topics that have not answered, and what is known of the reason."""
+        return {
+            topic: why or self._silence(self.gate.terms.topics.index(topic))
+            for topic, why in self.gate.missing.items()
+        }
 
     def close(self) -> None:
         """Hear no more; the thread has ended."""
@@ -170,7 +181,7 @@ class LockstepTurns:
 
     def figures(self, now: int) -> LockstepFigures:
         """Say where the run stands."""
-        missing = self.gate.missing
+        missing = self.missing()
         return LockstepFigures(
             time=self._stamp * 1e-9,
             period=self.period * self._dt_ns * 1e-9,

@@ -26,8 +26,9 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from rclpy.clock import Clock, ClockType
+from numpy.typing import NDArray
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
@@ -93,7 +94,7 @@ class Partner:
     """
     Answers the states of a node in lock-step with what a function makes of them.
 
-    node       : that publishes and subscribes; names of topics are taken in its namespace
+    node       : that publishes and subscribes
     controller : States -> {topic: command}; a value for every one of `topics`, each
                  force, torque    (3,) [N], [N m], world axes
                  wrench, impulse  (2, 3) or (6,): force [N] and torque [N m], of an impulse
@@ -102,6 +103,7 @@ class Partner:
     bodies     : whose states it is given
     topics     : on which it answers, such as satellite/torque
     period     : [s] lockstep_period of the node; other states are not answered. 0.0: all are
+    namespace  : of the simulation; '': that of `node`
     spins      : whether `spin` serves the subscriptions, in place of an executor: three times as
                  fast
 
@@ -117,12 +119,14 @@ class Partner:
         bodies: Sequence[str],
         topics: Sequence[str],
         period: float = 0.0,
+        namespace: str = '',
         spins: bool = False,
     ) -> None:
         self.controller = controller
         self.states: States | None = None  # the last ones that were whole
         self.answered = -1  # [ns] stamp of the last answer
         self._node, self._bodies = node, tuple(bodies)
+        self._prefix = f'{namespace.rstrip("/")}/' if namespace else ''
         self._period = round(period * 1e9)
         self._group = NotForExecutors() if spins else None
         self._publishers = {topic: self._publisher(topic) for topic in topics}
@@ -141,7 +145,7 @@ class Partner:
                 f'topic {topic!r}: not one for commands; these end in {", ".join(COMMAND_TYPES)}'
             )
         return self._node.create_publisher(
-            conversions.MESSAGE_TYPES[kind], topic, qos.of_commands()
+            conversions.MESSAGE_TYPES[kind], self._prefix + topic, qos.of_commands()
         )
 
     def _look(self) -> None:
@@ -157,7 +161,7 @@ class Partner:
     def _subscribe(self, topic: str, kind: str) -> None:
         self._subscriptions[topic] = self._node.create_subscription(
             conversions.MESSAGE_TYPES[kind],
-            topic,
+            self._prefix + topic,
             partial(self._hear, topic),
             DEPTH,
             callback_group=self._group,
@@ -165,7 +169,7 @@ class Partner:
         )
 
     def _forget(self) -> None:
-        self.answered, self._sent = -1, {}
+        self.states, self.answered, self._sent = None, -1, {}
         self._latest.clear()
         self._parts.clear()
 
@@ -294,7 +298,7 @@ def states_of(stamp: int, parts: Mapping[str, bytes], bodies: Sequence[str]) -> 
     return states
 
 
-def encoded(topic: str, command: ArrayLike | Any, stamp: int) -> bytes:
+def encoded(topic: str, command: Any, stamp: int) -> bytes:
     """
     Return the message of a command with a stamp [ns]; UserError for what is none.
 

@@ -25,6 +25,7 @@ from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.lockstep_turns import LockstepTurns
 from rigid_body_sim.ros.pacer import Pacer
 from rigid_body_sim.ros.requests import Answer, Request, RequestQueue
+from rigid_body_sim.ros.stepping import Steps
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.pace import Pace
@@ -52,6 +53,24 @@ class Ending:
 
     reason: str
     problem: Exception | None = None
+
+
+@dataclass(frozen=True)
+class Visit:
+    """
+    A run between two ticks, for a request of the name `visit`: it may look, and ask for more.
+
+    paused   : by a person, or because an answer in lock-step did not come
+    stepping : steps are being done that somebody asked for
+    inbox    : takes commands for the coming tick
+    ask      : grants another request at this tick boundary, by name and value
+    """
+
+    run: Run
+    inbox: Inbox
+    paused: bool
+    stepping: bool
+    ask: Callable[[str, object], Answer]
 
 
 class RunLoop:
@@ -96,6 +115,7 @@ class RunLoop:
         self._paused = paused
         self._rerecord = rerecord
         self._pace = Pace()
+        self._steps: Steps | None = None
         self._start: tuple[Batch, ...] = ()
         self._start_tick = run.simulation.tick
         self._breath = 0
@@ -139,7 +159,9 @@ class RunLoop:
             if now >= self._next_report:
                 self._tell(now)
                 self._next_report = now + self._report_period
-            if self._paused:
+            if self._steps is not None:
+                self._go_on(self._steps, now)
+            elif self._paused:
                 self._repeat_start(now)
                 self._doze(now, min(self._next_report, self._next_repeat))
             else:
@@ -151,13 +173,17 @@ class RunLoop:
         pacer, left = self._pacer, self._stop_tick - self._run.simulation.tick
         if not pacer.factor:
             pacer.begin(self._advance(left), now)
-            if now >= self._breath:
-                time.sleep(BREATH)
-                self._breath = time.monotonic_ns() + BREATH_EVERY
+            self._breathe(now)
         elif due := pacer.due(now):
             pacer.begin(self._advance(min(due, left)), now)
         else:
             self._doze(now, pacer.deadline)
+
+    def _breathe(self, now: int) -> None:
+        """Let other threads take the interpreter now and then."""
+        if now >= self._breath:
+            time.sleep(BREATH)
+            self._breath = time.monotonic_ns() + BREATH_EVERY
 
     def _lockstep_turn(self, now: int) -> None:
         """Do a period if every topic has answered, or wait for it."""
@@ -242,22 +268,36 @@ class RunLoop:
         while waiting:
             request = waiting.popleft()
             try:
-                request.give(self._answer(request))
+                answer = self._answer(request)
+                if answer is not None:
+                    request.give(answer)
             except Exception as problem:
                 request.give(Answer(False, str(problem)))
                 raise
 
     def _refuse_the_rest(self) -> None:
+        problem = self.ending.problem if self.ending else None
+        self._break_off(str(problem) if problem else 'the run has ended')
         waiting = self.requests.waiting
         while waiting:
             waiting.popleft().give(Answer(False, 'the run has ended'))
 
-    def _answer(self, request: Request) -> Answer:
+    def _answer(self, request: Request) -> Answer | None:
+        """Grant a wish or refuse it; None where the answer comes later."""
         match request.name:
             case 'pause':
                 return self._pause(bool(request.value))
             case 'step':
                 return self._step(int(request.value))
+            case 'steps':
+                return self._begin_steps(request)
+            case 'stop_steps':
+                if self._steps is not None and self._steps.request is request.value:
+                    self._break_off('cancelled')
+            case 'visit':
+                request.value(self._visit())
+            case 'quit':
+                self.stop = True
             case 'reset':
                 return self._reset()
             case 'record':
@@ -278,7 +318,60 @@ class RunLoop:
         simulation = self._run.simulation
         return f'tick {simulation.tick}, {simulation.time:g} s'
 
+    def _visit(self) -> Visit:
+        timed_out = self._lockstep is not None and self._lockstep.timed_out
+
+        def ask(name: str, value: object) -> Answer:
+            answer = self._answer(Request(name, value))
+            assert answer is not None  # those that are answered later are not asked for here
+            return answer
+
+        return Visit(
+            self._run,
+            self._inbox,
+            paused=self._paused or timed_out,
+            stepping=self._steps is not None,
+            ask=ask,
+        )
+
+    def _begin_steps(self, request: Request) -> Answer | None:
+        if not self._paused:
+            return Answer(False, f'not paused, at {self._where()}: pause the run first')
+        if self._steps is not None:
+            return Answer(False, _still(self._steps))
+        self._steps = Steps(request)
+        self._restart()
+        return None
+
+    def _go_on(self, steps: Steps, now: int) -> None:
+        """Do some of the steps that were asked for, or wait for what they need."""
+        lockstep, tick = self._lockstep, self._run.simulation.tick
+        if not steps.left:
+            pass
+        elif now < steps.due:
+            self._doze(now, steps.due)
+        elif lockstep is None:
+            steps.note(self._advance(min(steps.stretch, self._stop_tick - tick)))
+            self._breathe(now)
+        elif missing := lockstep.no_answer():
+            lockstep.wait(now, self._next_report)
+            if lockstep.timed_out:
+                self._break_off(missing)
+                return
+        else:
+            self._advance_period(now)
+            steps.note(int(self._run.simulation.tick == tick + lockstep.period))
+        if not steps.left:
+            self._break_off('')
+
+    def _break_off(self, why: str) -> None:
+        """End the steps that were asked for, if there are any; `why` not all of them were done."""
+        steps, self._steps = self._steps, None
+        if steps is not None:
+            steps.end(why, self._where())
+
     def _pause(self, paused: bool) -> Answer:
+        self._break_off('paused' if paused else 'resumed')
         self._paused = paused
         self._restart()
         return Answer(True, f'{"paused" if paused else "running"} at {self._where()}')
@@ -293,6 +386,8 @@ class RunLoop:
     def _step(self, ticks: int) -> Answer:
         if not self._paused:
             return Answer(False, 'not paused: call ~/pause with true first')
+        if self._steps is not None:
+            return Answer(False, _still(self._steps))
         if self._lockstep is not None:
             return self._step_period(self._lockstep)
         simulation = self._run.simulation
@@ -309,6 +404,7 @@ class RunLoop:
         return Answer(True, f'at {self._where()}')
 
     def _reset(self) -> Answer:
+        self._break_off('reset')
         recorded = self._bags.is_open
         self._bags.stop('reset')
         self._inbox.clear()
@@ -372,3 +468,7 @@ class RunLoop:
             looks=choices.looks_text(simulation),
             failure=str(problem) if problem else '',
         )
+
+
+def _still(steps: Steps) -> str:
+    return f'{steps.left} steps of another request are still to be done'

@@ -6,32 +6,50 @@ Commands to bodies as they come from a topic, a file or a recording, and which o
     kind      unit          lasts
     force     N             until the next force, or the command timeout
     torque    N m           until the next torque, or the command timeout
-    wrench    N, N m        until the next wrench, or the command timeout; force, torque and wrench
-    add impulse   N s, N m s    applied once, whatever the tick length
+    wrench    N, N m        until the next wrench, or the command timeout
+    impulse   N s, N m s    applied once, whatever the tick length
+    set_state m, m/s, …     pose and twist from then on: `asked_states`
 
-`frame_id` is empty or the world frame (world axes), or the name of the body (axes that turn with
-it); anything else is refused. A force acts at the centre of mass.
+Force, torque and wrench add, and each named frame holds its own beside them.
+
+`frame_id` is empty or the world frame (world axes), the name of the body (axes that turn with it),
+or a frame of the body, `<body>/<frame>` or `<frame>` (its origin and its axes, as tf2 reads a
+wrench); anything else is refused. But in a named frame, a force acts at the centre of mass.
 """
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.model.scene import Scene, Vector
+from rigid_body_sim.physics.errors import MOST_NAMED, InvalidModel
+from rigid_body_sim.physics.model.named_frames import (
+    at_center,
+    find_frame,
+    frame_names,
+    full_name,
+)
+from rigid_body_sim.physics.model.rotation import IDENTITY
+from rigid_body_sim.physics.model.scene import Body, Frame, Scene, Vector
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.topics import COMMAND_TYPES, body_topic
+from rigid_body_sim.runs import asked_states
+from rigid_body_sim.runs.asked_states import AskedState
 from rigid_body_sim.scene import numerals, regular_file
 
 KINDS = tuple(COMMAND_TYPES)
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
 LATEST = 2.0**31  # [s] what a stamp holds
-CSV_COLUMNS = ('time', 'body', 'kind', 'frame', 'fx', 'fy', 'fz', 'tx', 'ty', 'tz')
+WRENCH_COLUMNS = ('fx', 'fy', 'fz', 'tx', 'ty', 'tz')
+POSE_COLUMNS = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
+TWIST_COLUMNS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
+STATE_COLUMNS = POSE_COLUMNS + TWIST_COLUMNS
+CSV_COLUMNS = ('time', 'body', 'kind', 'frame', *WRENCH_COLUMNS, *STATE_COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -43,6 +61,7 @@ class Command:
     frame_id      : as it came
     stamp_ns      : time stamp of the sender [ns]; recorded, not used
     received      : the message in which it came, see `decode`; None if it was made here
+    state         : of a set_state, what is asked for
     """
 
     body: str
@@ -52,6 +71,7 @@ class Command:
     frame_id: str = ''
     stamp_ns: int = 0
     received: bytes | None = field(default=None, compare=False, repr=False)
+    state: AskedState | None = None
 
     @cached_property
     def message(self) -> bytes:
@@ -60,28 +80,76 @@ class Command:
 
 
 class CommandRules:
-    """What a scene allows to be commanded."""
+    """
+    What a scene allows to be commanded.
 
-    def __init__(self, scene: Scene, *, world_frame: str = 'world') -> None:
+    frame_prefix : stands before the names of frames of bodies; commands may leave it out
+    commanded    : names of the bodies that take commands; None: all
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        world_frame: str = 'world',
+        frame_prefix: str = '',
+        commanded: Collection[str] | None = None,
+    ) -> None:
         self._world_frame = world_frame
+        self._frame_prefix = frame_prefix
+        self._commanded = None if commanded is None else frozenset(commanded)
         self._bodies = {body.name: body for body in scene.bodies}
+        self._named = frozenset(name for body in scene.bodies for name in frame_names(body))
+
+    def without_prefix(self, command: Command) -> Command:
+        """Give the same command in frames without the prefix, where it names some of bodies so."""
+        if not self._frame_prefix:
+            return command
+        command = replace(command, frame_id=self._bare(command.frame_id))
+        if command.state is None:
+            return command
+        child = self._bare(command.state.child_frame_id)
+        return replace(command, state=replace(command.state, child_frame_id=child))
+
+    def _bare(self, name: str) -> str:
+        """Take the prefix off a name of a frame that means something without and nothing with."""
+        bare = name.removeprefix(self._frame_prefix)
+        if name == self._world_frame or name in self._named:
+            return name
+        return bare if bare in self._named else name
 
     def frame(self, command: Command) -> str:
-        """Axes of a command that was not refused: 'world' or 'body'."""
-        return 'body' if command.frame_id == command.body != self._world_frame else 'world'
+        """Frame of a command that was not refused, as `Simulation.hold` names it."""
+        command = self.without_prefix(command)
+        if command.frame_id in ('', self._world_frame):
+            return 'world'
+        return 'body' if command.frame_id == command.body else command.frame_id
 
     def refusal(self, command: Command) -> str | None:
         """Say why a command cannot be honoured, in one line; None if it can."""
+        command = self.without_prefix(command)
         body = self._bodies.get(command.body)
         if body is None:
             return f'no body is named {command.body!r}; the scene has: {", ".join(self._bodies)}'
+        if self._commanded is not None and body.name not in self._commanded:
+            return (
+                f'{body.name!r} has no topics of its own and takes no commands; name it in '
+                'body_topics'
+            )
         if body.fixed:
             return f'{body.name!r} is fixed; command a movable body'
-        if command.frame_id not in ('', self._world_frame, body.name):
-            return (
-                f'{command.kind} for {body.name!r} in frame {command.frame_id!r}; '
-                f"allowed: '', {self._world_frame!r}, {body.name!r}"
+        if command.state is not None:
+            return asked_states.refusal(
+                command.state,
+                body,
+                frame_id=command.frame_id,
+                world_frame=self._world_frame,
+                bodies=self._bodies,
             )
+        frame = find_frame(body, command.frame_id)
+        reason = self._refused_frame(command, body, frame)
+        if reason is not None:
+            return reason
         if not all(map(math.isfinite, (*command.force, *command.torque))):
             return f'{command.kind} for {body.name!r} is not finite; send finite numbers'
         if body.is_point and any(command.torque):
@@ -93,11 +161,41 @@ class CommandRules:
                 f'{command.kind} in the axes of the point mass {body.name!r}, which has '
                 'none; use the world frame'
             )
+        if frame is not None:
+            try:
+                at_center(frame, command.force, command.torque)
+            except InvalidModel as error:
+                return f'{command.kind} for {body.name!r} in frame {command.frame_id!r}: {error}'
+        return None
+
+    def _refused_frame(self, command: Command, body: Body, frame: Frame | None) -> str | None:
+        """Say why nobody knows which frame is meant, or whose; None where one does."""
+        name, plain = command.frame_id, ('', self._world_frame, body.name)
+        said = f'{command.kind} for {body.name!r} in frame {name!r}'
+        if (name in plain) is not (frame is not None):
+            return None
+        allowed = (*plain, *(full_name(body, own) for own in body.frames))
+        listed = ', '.join(map(repr, allowed[:MOST_NAMED]))
+        if frame is not None:
+            return f'{said}, which is both the world frame and a frame of the body; rename one'
+        owner = self._owner(name)
+        whose = '' if owner is None else f', which is fixed to {owner!r}'
+        return f'{said}{whose}; allowed: {listed}'
+
+    def _owner(self, name: str) -> str | None:
+        """Name the body that is called so, or has a frame that is."""
+        for body in self._bodies.values():
+            if name == body.name or find_frame(body, name) is not None:
+                return body.name
         return None
 
 
 def encode(command: Command) -> bytes:
     """Give the message of a command, padding zeroed."""
+    if command.state is not None:
+        return asked_states.encode(
+            command.state, stamp_ns=command.stamp_ns, frame_id=command.frame_id
+        )
     sec, nanosec = divmod(command.stamp_ns, 1_000_000_000)
     if command.kind in ('force', 'torque'):
         vector = command.force if command.kind == 'force' else command.torque
@@ -118,6 +216,15 @@ def decode(body: str, kind: str, data: bytes) -> Command:
     message = cdr.decode(COMMAND_TYPES[kind], data)
     assert not isinstance(message, cdr.Clock)
     stamp = message.sec * 1_000_000_000 + message.nanosec
+    if isinstance(message, cdr.Odometry):
+        return Command(
+            body,
+            kind,
+            frame_id=message.frame_id,
+            stamp_ns=stamp,
+            state=asked_states.decode(message),
+            received=cdr.canonical(message, data),
+        )
     if isinstance(message, cdr.Vector3Stamped):
         force = message.vector if kind == 'force' else NO_VECTOR
         torque = message.vector if kind == 'torque' else NO_VECTOR
@@ -137,24 +244,28 @@ def topics_of(bodies: Sequence[str], *, namespace: str) -> dict[str, tuple[str, 
     }
 
 
-def read_csv(path: Path, scene: Scene, *, dt_ns: int) -> list[tuple[int, Command]]:
+def read_csv(
+    path: Path, scene: Scene, *, dt_ns: int, commanded: Collection[str] | None = None
+) -> list[tuple[int, Command]]:
     """
-    Read timed commands: columns time [s], body, kind, frame (world or body), fx … tz; missing
-    numbers are zero.
+    Read timed commands: columns time [s], body, kind, frame (world, body, or a frame of the
+    body), fx … tz; missing numbers are zero. A set_state has x, y, z, qx … qw (none: not turned),
+    vx … wz in their place; frame (world or body) says the axes of the velocities.
 
+    commanded : names of the bodies that take commands; None: all
     returns : (tick, command), ascending; a command takes effect at the first tick boundary not
               before its time
     """
     timed = regular_file.rows(
         path,
-        lambda where, lines: _rows(where, lines, scene, dt_ns),
+        lambda where, lines: _rows(where, lines, CommandRules(scene, commanded=commanded), dt_ns),
         wanted='a CSV file of commands',
     )
     return sorted(timed, key=lambda item: item[0])
 
 
 def _rows(
-    path: Path, lines: Iterator[str], scene: Scene, dt_ns: int
+    path: Path, lines: Iterator[str], rules: CommandRules, dt_ns: int
 ) -> Iterator[tuple[int, Command]]:
     reader = csv.DictReader(lines)
     columns = tuple(reader.fieldnames or ())
@@ -165,13 +276,13 @@ def _rows(
             f'{path}: columns {", ".join(columns) or "none"}; needed: time, body, kind; '
             f'allowed: {", ".join(CSV_COLUMNS)}'
         )
-    rules = CommandRules(scene)
     for row in reader:
         where = f'{path}: line {reader.line_num}'
         if None in row or None in row.values():
             raise UserError(f'{where}: has not as many values as the header has columns')
         numbers = {
-            name: _number(where, name, row.get(name)) for name in ('time', *CSV_COLUMNS[4:])
+            name: _number(where, name, row.get(name))
+            for name in ('time', *WRENCH_COLUMNS, *STATE_COLUMNS)
         }
         if row['kind'] not in KINDS:
             raise UserError(f'{where}: kind {row["kind"]!r}; allowed: {", ".join(KINDS)}')
@@ -179,19 +290,44 @@ def _rows(
             raise UserError(
                 f'{where}: time {numbers["time"]:g} s; allowed: 0 and more, below 2^31 s'
             )
+        others = WRENCH_COLUMNS if row['kind'] == asked_states.KIND else STATE_COLUMNS
+        strange = [name for name in others if row.get(name)]
+        if strange:
+            raise UserError(
+                f'{where}: {row["kind"]} has no {strange[0]}; leave empty: {", ".join(others)}'
+            )
         frame = row.get('frame') or 'world'
-        command = Command(
-            body=row['body'],
-            kind=row['kind'],
-            force=(numbers['fx'], numbers['fy'], numbers['fz']),
-            torque=(numbers['tx'], numbers['ty'], numbers['tz']),
-            frame_id=row['body'] if frame == 'body' else frame,
-            stamp_ns=round(numbers['time'] * 1e9),
-        )
+        frame_id = row['body'] if frame == 'body' else frame
+        command = Command(row['body'], row['kind'], stamp_ns=round(numbers['time'] * 1e9))
+        if row['kind'] == asked_states.KIND:
+            if frame not in ('world', 'body'):
+                raise UserError(f'{where}: frame {frame!r} of a set_state; allowed: world, body')
+            command = replace(command, state=_state(row, numbers, frame_id))
+        else:
+            values = [numbers[name] for name in WRENCH_COLUMNS]
+            command = replace(
+                command,
+                force=(values[0], values[1], values[2]),
+                torque=(values[3], values[4], values[5]),
+                frame_id=frame_id,
+            )
         reason = rules.refusal(command)
         if reason is not None:
             raise UserError(f'{where}: {reason}')
         yield -(-command.stamp_ns // dt_ns), command
+
+
+def _state(row: dict[str, str], numbers: dict[str, float], frame_id: str) -> AskedState:
+    """Read the state that a line asks for; `frame_id` says the axes of its velocities."""
+    x, y, z, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz = (numbers[name] for name in STATE_COLUMNS)
+    is_turned = any(row.get(name) for name in ('qx', 'qy', 'qz', 'qw'))
+    return AskedState(
+        (x, y, z),
+        (qx, qy, qz, qw) if is_turned else IDENTITY,
+        (vx, vy, vz),
+        (wx, wy, wz),
+        child_frame_id=frame_id,
+    )
 
 
 def _number(where: str, name: str, text: str | None) -> float:

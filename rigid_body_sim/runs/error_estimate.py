@@ -99,7 +99,7 @@ class ReferenceRun:
         self._turns = any(not (body.is_point or body.fixed) for body in of.scene.bodies)
         self._spread = _spread_of_moments(of)
         self._method = of.integrator
-        name, settings = self._finer()
+        self._made = name, settings = self._finer()
         self.simulations = tuple(self._beside(name, options, of) for options in settings)
 
     def step(self, ticks: int) -> None:
@@ -167,10 +167,19 @@ class ReferenceRun:
         steady = not any(body.pivot for body in scene.bodies) or not any(scene.gravity)
         return steady and not scene.forces and not self._of.held_slots
 
+    def follow_the_state(self) -> None:
+        """
+        Go on with what resolves the motion, after a body was put elsewhere; the finer runs were
+        given the same.
+        """
+        method = self._finer()
+        if method != self._made:
+            self._follow_the_method()
+
     def _follow_the_method(self) -> None:
         """Go on from the finer states with what is finer than the method that `auto` took."""
         self._method = self._of.integrator
-        name, settings = self._finer()
+        self._made = name, settings = self._finer()
         self.simulations = tuple(
             self._beside(name, options, before)
             for options, before in zip(settings, self.simulations, strict=True)

@@ -12,7 +12,13 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-NOT_OF_THE_RUN = {'package_version', 'software', 'platform', 'integrator_choice'}
+NOT_OF_THE_RUN = {
+    'package_version',
+    'software',
+    'platform',
+    'integrator_choice',
+    'command_kinds',  # that were known then; a later version may know more
+}
 EXACT = ('last_tick', 'ticks', 'last_time_ns', 'final_state_sha256', 'state_chain_sha256')
 FIGURES = (
     'energy_drift',

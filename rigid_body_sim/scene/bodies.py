@@ -12,6 +12,9 @@ loses) with `exhaust_velocity` and `final_mass` make a rocket: `exhaust_velocity
 leaving mass relative to the body, three numbers in body axes (world axes for a particle), or its
 speed alone when it leaves along -z.
 
+`frames` names axes fixed to the body, in which commands may be given: their origins are told from
+the centre of mass, in body axes (`physics/model/named_frames.py`).
+
 `urdf` names a file that says shape and mass properties in their place (`scene/urdf.py`).
 Contact material: `restitution` and `friction` are numbers, `rolling_friction` and
 `torsional_friction` lengths [m].
@@ -28,7 +31,15 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import mass_properties, rotation
 from rigid_body_sim.physics.model.inertia_over_time import inertia_at_start
 from rigid_body_sim.physics.model.mass_properties import MassProperties
-from rigid_body_sim.physics.model.scene import Body, MassFlow, Material, Motion, Quaternion, Vector
+from rigid_body_sim.physics.model.scene import (
+    Body,
+    Frame,
+    MassFlow,
+    Material,
+    Motion,
+    Quaternion,
+    Vector,
+)
 from rigid_body_sim.physics.model.shapes import Particle, Particles, Plane, Shape, Union
 from rigid_body_sim.physics.model.variable_mass import check_flow
 from rigid_body_sim.physics.validation import MATERIAL, check_name
@@ -53,6 +64,7 @@ KEYS = (
     'fixed',
     'pivot',
     'initial',
+    'frames',
     *MATERIAL,
     'urdf',
     'repeat',
@@ -75,7 +87,7 @@ def read_bodies(value: Value, files: Files) -> tuple[Body, ...]:
     body = replace(body, initial=motion, material=_material(value), mass_flow=_mass_flow(value))
     with (value.find('final_mass') or value.find('mass_rate') or value).blamed():
         check_flow(body)
-    body = with_pivot(body, pivot, initial)
+    body = with_pivot(replace(body, frames=_frames(value.find('frames'))), pivot, initial)
     if repeat is None:
         return (body,)
     if pivot is not None:
@@ -288,6 +300,28 @@ def _motion(value: Value | None, *, is_particle: bool, fixed: bool) -> Motion:
     if fixed and any((*motion.velocity, *motion.angular_velocity)):
         raise value.error('a fixed body does not move; remove its velocities, or fixed')
     return motion
+
+
+def _frames(value: Value | None) -> dict[str, Frame]:
+    if value is None:
+        return {}
+    value.need_mapping('a mapping such as {left_thruster: {position: [0, 0.2, 0]}}')
+    frames = {}
+    for name in value.content:
+        with value.blamed():
+            check_name(name, of='frame')
+        given = value.find(name)
+        if given is None:
+            frames[name] = Frame()
+            continue
+        given.need_mapping('a mapping such as {position: [0, 0.2, 0]}')
+        given.need_known(('position', 'orientation'))
+        attitude = given.find('orientation')
+        frames[name] = Frame(
+            position=_vector(given, 'position', 'm'),
+            orientation=rotation.IDENTITY if attitude is None else attitude.quaternion(),
+        )
+    return frames
 
 
 def _angular_velocity(value: Value, orientation: Quaternion) -> Vector:

@@ -15,6 +15,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.named_frames import SEPARATOR
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.validation import check_name
 from rigid_body_sim.ros.playback import play_bag, publish_command
@@ -35,7 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--force', **vector, help='force [N], or with --impulse [N s]')
     parser.add_argument('--torque', **vector, help='torque [N m], or with --impulse [N m s]')
     parser.add_argument(
-        '--frame', choices=('world', 'body'), default='world', help='axes, default world'
+        '--frame',
+        default='world',
+        metavar='NAME',
+        help='world (default), body, or a frame of the body: axes, and where the force acts',
     )
     parser.add_argument('--impulse', action='store_true', help='send an impulse, once')
     parser.add_argument(
@@ -98,7 +103,7 @@ def _publish(arguments: argparse.Namespace) -> int:
         'impulse' if arguments.impulse else 'wrench',
         _vector(arguments.force),
         _vector(arguments.torque),
-        arguments.body if arguments.frame == 'body' else '',
+        _frame_id(arguments.body, arguments.frame),
     )
     return publish_command(
         command, namespace=arguments.namespace, rate_hz=arguments.rate, seconds=arguments.seconds
@@ -108,3 +113,19 @@ def _publish(arguments: argparse.Namespace) -> int:
 def _vector(numbers: Sequence[float] | None) -> Vector:
     x, y, z = numbers or NO_VECTOR
     return (x, y, z)
+
+
+def _frame_id(body: str, frame: str) -> str:
+    """Give the frame_id of a frame as it stands on the command line."""
+    if frame == 'world':
+        return ''
+    if frame == 'body':
+        return body
+    name = frame.removeprefix(body + SEPARATOR)
+    try:
+        check_name(name, of='frame')
+    except InvalidModel as error:
+        raise UserError(
+            f'--frame {frame}: {error}; allowed: world, body, a frame of {body!r}'
+        ) from None
+    return body + SEPARATOR + name

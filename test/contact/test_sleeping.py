@@ -57,6 +57,28 @@ def names(bodies):
     return {body.name for body in bodies if not body.fixed}
 
 
+def test_a_body_put_elsewhere_wakes_who_slept_on_it_and_nobody_else():
+    apart = box('far', 0.2, (5, 0, 0.1))
+    sim = Simulation(scene([*stack(3), apart], sleeping=True))
+    sim.step(SETTLED)
+    everybody = names(stack(3)) | {'far'}
+    assert inside.asleep(sim) == everybody
+    lowest = min(everybody - {'far'}, key=lambda name: sim.state.position[sim.body_index(name), 2])
+    others = [sim.body_index(name) for name in everybody - {'far', lowest}]
+    height = sim.state.position[others, 2]
+    sim.set_state(lowest, position=(2, 0, 0.1))
+    assert inside.asleep(sim) == {'far'}
+    sim.step(10)
+    assert (sim.state.velocity[others, 2] < -0.9 * G * 10 * DT).all()
+    assert (sim.state.position[others, 2] < height).all()
+    sim.step(2 * SETTLED)
+    assert inside.asleep(sim) == everybody
+    # and who comes down on a sleeper wakes it
+    sim.set_state(lowest, position=(5, 0, 0.3 + 1e-3))
+    sim.step(30)
+    assert 'far' not in inside.asleep(sim)
+
+
 def test_a_sleeping_stack_holds_its_pose_to_the_bit_and_does_not_move():
     sim = Simulation(scene(stack(5), sleeping=True))
     sim.step(SETTLED)

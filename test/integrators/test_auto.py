@@ -204,6 +204,20 @@ def test_a_quiet_run_is_looked_at_and_keeps_its_method():
     assert 0.0 < sim.watch.worst.error <= 1e-4
 
 
+def test_a_body_put_elsewhere_is_looked_at_and_is_no_error():
+    """The jump is given to the look under way too; what moves faster from there is seen."""
+    sim = Simulation(spring(1e-4))
+    sim.step(60)
+    sim.set_state('box', velocity=(0, 0, 0.1))  # calls for a look
+    sim.step(10)
+    sim.set_state('box', position=sim.state.position[0] + (0.0, 0.0, 0.01))
+    sim.step(400)
+    assert sim.watch.looks >= 1 and sim.watch.missed == 0
+    sim.set_state('box', position=sim.state.position[0] + (0.0, 0.0, 50.0))
+    sim.step(2000)
+    assert sim.watch.missed and len(sim.choices) > 1
+
+
 def test_a_named_integrator_is_not_watched():
     sim = Simulation(spring(1e-4), integrator='dmv6')
     assert (sim.watch, sim.choice, sim.choices) == (None, None, ())

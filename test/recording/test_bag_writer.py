@@ -26,7 +26,7 @@ from rigid_body_sim.recording.bag_check import check
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.mcap_file import CHUNK, McapFile
 from rigid_body_sim.recording.recovery import recover
-from rigid_body_sim.recording.topics import QOS, Topic
+from rigid_body_sim.recording.topics import COMMAND_TYPES, QOS, Topic
 
 from ..patience import HANGING
 
@@ -161,7 +161,45 @@ def test_an_empty_recording_is_valid_everywhere(record, mcap_of):
     for path in (directory, mcap_of(directory)):
         with Reader(path) as reader:
             assert reader.message_count == 0
-            assert len(reader.connections) == 15
+            assert len(reader.connections) == 17  # 1 + 2 bodies * (3 states + 5 commands)
+
+
+def test_a_channel_on_demand_is_made_by_its_first_message(tmp_path, run):
+    """
+    Equal messages give equal files, and readers find neither less nor more.
+    """
+    commands = [Topic(f'/box/{kind}', type_) for kind, type_ in COMMAND_TYPES.items()]
+    force = cdr.encode(cdr.Vector3Stamped(0, 0, '', (1.0, 0.0, 0.0)))
+    wrench = cdr.encode(cdr.WrenchStamped(0, 0, '', (1.0, 0.0, 0.0), (0.0, 0.0, 2.0)))
+
+    run.topics = run.packer.topics
+
+    def made(name, background):
+        writer = run.open(tmp_path / name / 'bag', on_demand=commands, background=background)
+        for tick in range(50):
+            if tick in (20, 40):
+                writer.write_message('/box/wrench', tick, tick * 1_000_000, wrench)
+            if tick == 30:
+                writer.flush()  # a chunk before the next new channel
+                writer.write_message('/box/force', tick, tick * 1_000_000, force)
+            writer.write(run.state(tick + 1))
+        writer.close({})
+        return tmp_path / name / 'bag'
+
+    bag, other, threaded = made('a', False), made('b', False), made('c', True)
+    (file,) = bag.glob('*.mcap')
+    assert file.read_bytes() == next(other.glob('*.mcap')).read_bytes()
+    assert list(Bag(threaded).messages()) == list(Bag(bag).messages())
+    names = [topic.name for topic in run.packer.topics]
+    for path in (bag, threaded):
+        assert check(path) == []
+        assert list(Bag(path).topics) == [*names, '/box/wrench', '/box/force']
+        assert read_by_mcap(next(path.glob('*.mcap')))
+        with Reader(path) as reader:
+            counts = {c.topic: c.msgcount for c in reader.connections}
+            assert len(list(reader.messages())) == sum(counts.values())
+        assert (counts['/box/wrench'], counts['/box/force']) == (2, 1)
+        assert not {'/box/torque', '/box/impulse', '/box/set_state'} & counts.keys()
 
 
 def test_an_existing_target_is_refused_and_left_alone(record, run, tmp_path):

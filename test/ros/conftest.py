@@ -50,6 +50,7 @@ bodies:
     shape: {type: box, size: [0.4, 0.2, 0.1]}
     mass: 2.0
     initial: {position: [0, 0, 0], orientation: [0, 0, 0.7071067811865476, 0.7071067811865476]}
+    frames: {nozzle: {position: [0.25, 0, 0]}}
   - name: stone
     shape: {type: particle}
     mass: 0.5
@@ -223,7 +224,7 @@ class NodeProcess:
     `sim_node` in a process of its own.
     """
 
-    def __init__(self, folder, *, namespace, parameters, preexec=None):
+    def __init__(self, folder, *, namespace, parameters, more=(), preexec=None):
         self.folder = folder
         self.namespace = namespace
         words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
@@ -240,7 +241,7 @@ class NodeProcess:
         self._ended = False
         self._changed = threading.Condition()
         self.process = subprocess.Popen(
-            [*command, *words],
+            [*command, *words, *more],
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -303,14 +304,18 @@ class NodeProcess:
         self.process.stdout.close()
 
 
-def start(folder, namespace, preexec=None, **parameters):
+def start(folder, namespace, preexec=None, more=(), **parameters):
     """
-    Start a node on the scene of this folder.
+    Start a node on the scene of this folder; more: further arguments for ROS.
     """
     scene = folder / 'laboratory.yaml'
     scene.write_text(SCENE)
     node = NodeProcess(
-        folder, namespace=namespace, parameters={'scene': scene, **parameters}, preexec=preexec
+        folder,
+        namespace=namespace,
+        parameters={'scene': scene, **parameters},
+        more=more,
+        preexec=preexec,
     )
     try:
         node.wait_until_ready()
@@ -409,7 +414,7 @@ def commands_in():
 
     def read(path):
         bag = Bag(path)
-        leaves = ('/force', '/torque', '/wrench', '/impulse')
+        leaves = ('/force', '/torque', '/wrench', '/impulse', '/set_state')
         return list(bag.messages([name for name in bag.topics if name.endswith(leaves)]))
 
     return read

@@ -50,6 +50,16 @@ def test_a_bad_parameter_exits_2_with_one_line(monkeypatch, tmp_path, capfd, giv
     assert [path.name for path in tmp_path.iterdir()] == ['taken']
 
 
+def test_lockstep_on_terms_that_do_not_fit_the_scene_exits_2(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    given = ['scene:=satellite', 'step_mode:=lockstep', 'lockstep_topics:=[satellite/torqe]']
+    assert main(['sim_node', '--ros-args', *(w for one in given for w in ('-p', one))]) == 2
+    said = capfd.readouterr().err
+    (line,) = [line for line in said.splitlines() if 'error' in line]
+    assert 'did you mean satellite/torque?' in line
+    assert 'Traceback' not in said
+
+
 @pytest.mark.parametrize('words', [['-q'], ['--params-file', 'none.yaml'], ['-r', '__ns:=//3']])
 def test_bad_arguments_for_ros_exit_2(capfd, words):
     assert main(['sim_node', '--ros-args', *words]) == 2

@@ -13,6 +13,7 @@ from rigid_body_sim.analysis.recorded_contacts import contact_topics, read_point
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE, GAP, NORMAL, OTHER, POINT
+from rigid_body_sim.runs.asked_states import AskedState
 from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.recorder import RunRecorder
@@ -190,3 +191,45 @@ def test_an_estimate_of_the_error_is_refused_where_bodies_meet(verb, tmp_path):
         'simulate', tmp_path / 'tower.yaml', '-o', tmp_path / 'a', '--estimate-error'
     )
     assert code == 2 and 'says nothing where bodies meet' in err
+
+
+def test_a_box_put_elsewhere_is_replayed_with_all_its_contacts(tmp_path):
+    """Out of a tower, onto it again, and where it was; nothing holds where it touched before."""
+    there = [(2.0, 0.0, 0.1), (0.05, 0.0, 0.55), (0.0, 0.0, 0.1)]
+    commands = {
+        103 + 60 * i: [Command('box_1', 'set_state', state=AskedState(position=place))]
+        for i, place in enumerate(there[:2])
+    }
+    run = make_run()
+    bag = record(run, tmp_path / 'a', 103, commands)
+    assert replay(bag).difference is None
+    simulation = run.simulation
+    simulation.set_state('box_1', position=there[0])
+    assert not len(simulation.contacts().bodies)  # of the last tick, which was another world
+    simulation.step()
+    found = simulation.contacts().bodies
+    # box_2 and box_3 fall; the box touches the ground alone
+    assert {tuple(sorted(pair)) for pair in found.tolist()} == {(0, 1), (2, 3)}
+    again = make_run()
+    bag = record(again, tmp_path / 'b', 400, commands)
+    compared = replay(bag)
+    assert compared.difference is None and compared.ticks == 400
+    balance = again.energy_balance()
+    # what overlap stores at most; impacts take the rest of what was brought
+    assert abs(balance.defect) < 1e-3 * balance.turnover and balance.contact > 0.0
+
+
+def test_impulses_of_contacts_are_forgotten_with_the_place(tmp_path):
+    """A box set down where it stood begins without the impulses that carried it there."""
+    run = make_run()
+    simulation = run.simulation
+    simulation.step(SETTLED)
+    kept = simulation.state_bytes()
+    simulation.set_state('box_2', velocity=simulation.state.velocity[2])
+    numbers = len(simulation.state_bytes())
+    assert numbers < len(kept)  # of box_1 on the ground alone
+    simulation.set_state('box_1', velocity=simulation.state.velocity[1])
+    assert len(simulation.state_bytes()) < numbers
+    simulation.step(SETTLED)
+    # they come back: the tower stands where it stood
+    assert simulation.state.position[:, 2] == pytest.approx([0, 0.1, 0.3, 0.5], abs=1e-3)

@@ -205,7 +205,7 @@ def test_more_bodies_than_a_scene_or_a_recording_holds_are_told(
     assert run.MOST_TOPICS == np.iinfo(np.uint16).max  # numbers of channels have 16 bits
     monkeypatch.setattr(run, 'MOST_TOPICS', 19)
     assert main(['simulate', str(tmp_path / 'few.yaml'), '-o', str(tmp_path / 'x')]) == 2
-    assert '5 bodies take commands on 20 topics' in capsys.readouterr().err
+    assert '5 bodies take commands on 25 topics' in capsys.readouterr().err
     monkeypatch.setattr(experiment, 'MOST_BODIES', 4)
     with pytest.raises(UserError, match='more than 4 bodies; make fewer copies'):
         load_scene(few)

@@ -20,7 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact import step, tick_counts
-from rigid_body_sim.physics.contact.collision import manifold_record, material_record
+from rigid_body_sim.physics.contact.collision import (
+    collider_record,
+    manifold_record,
+    material_record,
+)
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import symmetry_features
 from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
@@ -31,6 +35,7 @@ from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.readout import read, together
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
+from rigid_body_sim.physics.contact.solver.cache_entries import without_pairs_of
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
@@ -130,6 +135,21 @@ class ContactWorld:
         if self._sleepers is not None:
             self._sleepers.return_to(sleepers)
         self._restart_from(cache)
+
+    def forget_body(self, core: int) -> None:
+        """
+        Forget what was known of a body that has been put elsewhere: impulses, sleep and the
+        neighbours of all; who slept beside it wakes.
+        """
+        arrays = self.arrays
+        cache = arrays.cache_in_use.copy()
+        if self._sleepers is not None:
+            cache = self._sleepers.wake_body(core, cache)
+        cores = arrays.table[collider_record.BODY :: collider_record.SIZE]
+        # the table names who sleeps otherwise: `islands.sleep`
+        own = np.flatnonzero((cores == core) | (cores == -2 - core))
+        arrays.forget()
+        self._restart_from(without_pairs_of(cache, own, len(cores)))
 
     def _restart_from(self, cache: Array) -> None:
         """Let the next tick start from an impulse cache; what was read of the last one is gone."""

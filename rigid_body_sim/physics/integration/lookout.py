@@ -93,6 +93,11 @@ class Steps(Protocol):
         """Strike a body."""
         ...
 
+    @property
+    def set_state(self) -> Callable[..., object]:
+        """Put a body elsewhere."""
+        ...
+
 
 Read = Callable[[], State]
 Shadow = Callable[[str, Mapping[str, Any]], Steps]
@@ -145,6 +150,9 @@ class Watch:
 
     def strike(self, tick: int, body: str, **asked: Any) -> None:
         """Take notice of an impulse, in world axes."""
+
+    def place(self, tick: int, body: str, **asked: Any) -> None:
+        """Take notice of a body that was put elsewhere."""
 
     def reset(self, tick: int) -> None:
         """Begin anew: the scene is back at its start."""
@@ -286,6 +294,13 @@ class Lookout(Watch):
         shadow = self._with(tick)
         if shadow is not None:
             shadow.apply_impulse(body, **asked)
+        self._call(tick)
+
+    def place(self, tick: int, body: str, **asked: Any) -> None:
+        """Put a body elsewhere, as `hold` takes a command."""
+        shadow = self._with(tick)
+        if shadow is not None:
+            shadow.set_state(body, **asked)
         self._call(tick)
 
     def _call(self, tick: int) -> None:

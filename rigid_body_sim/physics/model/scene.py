@@ -106,6 +106,27 @@ class Pivot:
     at: Vector
 
 
+@dataclass(frozen=True)
+class Frame:
+    """
+    Axes fixed to a body, where something acts on it: a thruster, a rotor.
+
+    position    : (3,) [m]  its origin as seen from the centre of mass, body axes: where tf2 sees
+                  it from the frame of the body; not shape coordinates
+    orientation : (4,) [-]  unit quaternion xyzw, axes of the frame to body axes
+
+    An orientation of another length is scaled to one.
+    """
+
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Quaternion = IDENTITY
+
+    def __post_init__(self) -> None:
+        if self.orientation is not IDENTITY:
+            with blaming('orientation'):
+                object.__setattr__(self, 'orientation', unit_quaternion(self.orientation))
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """
@@ -121,6 +142,7 @@ class Body:
                      angular velocity, and its position and velocity follow from them
     shape_position, shape_orientation : where the shape lies: (3,) [m] its origin in body
         coordinates, (4,) [-] unit quaternion xyzw, shape axes to body axes
+    frames         : axes fixed to the body, by name: commands may be given in them
     """
 
     name: str
@@ -136,6 +158,7 @@ class Body:
     shape_position: Vector = (0.0, 0.0, 0.0)
     shape_orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
     inertia_over_time: InertiaOverTime | None = None
+    frames: Mapping[str, Frame] = field(default_factory=dict)
 
     @property
     def is_point(self) -> bool:

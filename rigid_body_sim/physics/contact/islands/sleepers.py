@@ -28,6 +28,7 @@ from rigid_body_sim.physics.contact.islands import sleep_record
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.islands.sleep_record import AWAKE
 from rigid_body_sim.physics.contact.solver import cache_record
+from rigid_body_sim.physics.contact.solver.cache_entries import cache_of, entries
 from rigid_body_sim.physics.integration.schemes.implicit.coupling import components, neighbours
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.contacts import Contacts
@@ -141,11 +142,11 @@ class Sleepers:
         for name in np.unique(names[fresh]).tolist():
             own = np.flatnonzero(moves & (owner == name))
             self._islands[name] = Island(
-                _cache_of(cache, substep, own, starts, sizes),
+                cache_of(cache, substep, own, starts, sizes),
                 _kept(read(manifolds[own].ravel()), h),
             )
         left = np.flatnonzero(~moves)
-        return _cache_of(cache, substep, left, starts, sizes), manifolds[left].ravel()
+        return cache_of(cache, substep, left, starts, sizes), manifolds[left].ravel()
 
     def wake(self, cache: Array) -> Array:
         """Wake the islands that are marked; return the cache with their contacts."""
@@ -163,7 +164,7 @@ class Sleepers:
         )
         caches[1:] = [_scaled(one, substep) for one in caches[1:]]
         ends = np.cumsum([0, *(len(one) for one in caches)])
-        places = [_entries(one) for one in caches]
+        places = [entries(one) for one in caches]
         starts = np.concatenate(
             [end + begin for end, (begin, _) in zip(ends, places, strict=False)]
         )
@@ -171,7 +172,19 @@ class Sleepers:
         numbers = np.concatenate(caches)
         # what is known of a pair since its island fell asleep comes first, and stays
         _, chosen = np.unique(numbers[starts + cache_record.PAIR_ID], return_index=True)
-        return _cache_of(numbers, substep, chosen, starts, sizes)
+        return cache_of(numbers, substep, chosen, starts, sizes)
+
+    def wake_body(self, core: int, cache: Array) -> Array:
+        """
+        Wake the island of a body, if it sleeps; it has not rested yet. Return the cache with the
+        contacts of who wakes.
+        """
+        name = self._names[core]
+        if name != AWAKE:
+            self._names[np.abs(self._names) == abs(name)] = -abs(name)
+            cache = self.wake(cache)
+        self.state.sleep_states.reshape(-1, sleep_record.SIZE)[core] = 0.0
+        return cache
 
     def contacts(self, awake: Contacts, h: float) -> Contacts:
         """Add the contacts that sleepers keep to those of a tick of length h [s]."""
@@ -222,21 +235,10 @@ class Sleepers:
             begin = end
 
 
-def _entries(cache: Array) -> tuple[Indices, Indices]:
-    """Tell where the numbers of each manifold begin in a cache, and how many they are."""
-    starts, place = [], cache_record.HEAD
-    for _ in range(int(cache[cache_record.MANIFOLDS])):
-        starts.append(place)
-        points = int(cache.item(place + cache_record.POINTS))
-        place += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
-    ends = np.array([*starts, place], dtype=np.int64)
-    return ends[:-1], np.diff(ends)
-
-
 def _scaled(cache: Array, substep: float) -> Array:
     """Copy a cache with the impulses that belong to a substep [s]."""
     cache = cache.copy()
-    starts, sizes = _entries(cache)
+    starts, sizes = entries(cache)
     counts = (sizes - cache_record.MANIFOLD_HEAD) // cache_record.POINT_SIZE
     points = np.repeat(starts + cache_record.MANIFOLD_HEAD, counts)
     points += cache_record.POINT_SIZE * _count_up(counts)
@@ -248,18 +250,6 @@ def _count_up(sizes: Indices) -> Indices:
     """Count from zero in each of several runs: (2, 3) gives 0 1 0 1 2."""
     ends = np.cumsum(sizes)
     return np.arange(int(np.sum(sizes))) - np.repeat(ends - sizes, sizes)
-
-
-def _cache_of(
-    numbers: Array, substep: float, chosen: Indices, starts: Indices, sizes: Indices
-) -> Array:
-    """Make a cache of some manifolds."""
-    sizes = sizes[chosen]
-    places = np.arange(int(np.sum(sizes)))
-    places += np.repeat(starts[chosen] - (np.cumsum(sizes) - sizes), sizes)
-    head = np.zeros(cache_record.HEAD)
-    head[cache_record.SUBSTEP], head[cache_record.MANIFOLDS] = substep, len(chosen)
-    return np.concatenate((head, numbers[places]))
 
 
 def _kept(contacts: Contacts, h: float) -> Array:

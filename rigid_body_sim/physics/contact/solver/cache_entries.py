@@ -1,0 +1,52 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Impulse caches taken apart and put together, manifold by manifold: see `cache_record`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.contact.solver import cache_record
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def entries(cache: Array) -> tuple[Indices, Indices]:
+    """Tell where the numbers of each manifold begin in a cache, and how many they are."""
+    starts, place = [], cache_record.HEAD
+    for _ in range(int(cache[cache_record.MANIFOLDS])):
+        starts.append(place)
+        points = int(cache.item(place + cache_record.POINTS))
+        place += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+    ends = np.array([*starts, place], dtype=np.int64)
+    return ends[:-1], np.diff(ends)
+
+
+def cache_of(
+    numbers: Array, substep: float, chosen: Indices, starts: Indices, sizes: Indices
+) -> Array:
+    """Make a cache of some manifolds."""
+    sizes = sizes[chosen]
+    places = np.arange(int(np.sum(sizes)))
+    places += np.repeat(starts[chosen] - (np.cumsum(sizes) - sizes), sizes)
+    head = np.zeros(cache_record.HEAD)
+    head[cache_record.SUBSTEP], head[cache_record.MANIFOLDS] = substep, len(chosen)
+    return np.concatenate((head, numbers[places]))
+
+
+def without_pairs_of(cache: Array, colliders: Indices, count: int) -> Array:
+    """
+    Make a cache without the manifolds of some colliders.
+
+    colliders : their places in the table
+    count     : of all colliders: the id of a pair is a * count + b
+    """
+    starts, sizes = entries(cache)
+    pairs = cache[starts + cache_record.PAIR_ID].astype(np.int64)
+    others = ~(np.isin(pairs // count, colliders) | np.isin(pairs % count, colliders))
+    substep = float(cache[cache_record.SUBSTEP])
+    return cache_of(cache, substep, np.flatnonzero(others), starts, sizes)
