@@ -86,7 +86,12 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.10',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={NAME: ['py.typed'], f'{NAME}.view': ['*.html'], f'{NAME}.report': ['assets/*']},
+    package_data={
+        NAME: ['py.typed'],
+        f'{NAME}.view': ['*.html'],
+        f'{NAME}.report': ['assets/*'],
+        f'{NAME}.testing': ['*.xml'],
+    },
     install_requires=[
         'setuptools',
         'matplotlib',
@@ -119,6 +124,8 @@ setup(
     ],
     entry_points={
         'console_scripts': console_scripts(),
+        # named as the module, so that `-p` of it is the same plugin
+        'pytest11': [f'{NAME}.testing.plugin = {NAME}.testing.plugin'],
     },
     zip_safe=True,
 )

@@ -31,7 +31,7 @@ from collections.abc import Sequence
 from rigid_body_sim import __version__
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.missing_packages import missing
-from rigid_body_sim.terminal import clean_output
+from rigid_body_sim.terminal import clean_output, printable, take_any_terminal
 
 NODE = 'sim_node'  # whose normal end is a signal
 VERBS = {
@@ -49,7 +49,7 @@ VERBS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb; return its exit code."""
-    _take_any_terminal()
+    take_any_terminal()
     words = list(sys.argv[1:] if argv is None else argv)
     if not words or words[0] in ('-h', '--help'):
         print(_overview())
@@ -80,7 +80,6 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
 
 
 def _run_verb(verb: str, words: Sequence[str]) -> int:
-    _take_any_terminal()
     try:
         module = importlib.import_module(f'rigid_body_sim.verbs.{verb}')
     except ModuleNotFoundError as error:
@@ -137,20 +136,9 @@ def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
     return own, for_ros
 
 
-def _take_any_terminal() -> None:
-    """Write what a terminal cannot show, such as … in ASCII, as an escape, and go on."""
-    for stream in (sys.stdout, sys.stderr):
-        reconfigure = getattr(stream, 'reconfigure', None)
-        if reconfigure is not None:
-            reconfigure(errors='backslashreplace')
-
-
 def _fail(verb: str, message: str, code: int) -> int:
     """Say on one line what went wrong; what is not printable, as in a foreign name, is escaped."""
-    line = ''.join(
-        letter if letter.isprintable() else ascii(letter)[1:-1] for letter in message.strip()
-    )
-    say(f'rigid_body_sim {verb}: error: {line}')
+    say(f'rigid_body_sim {verb}: error: {printable(message.strip())}')
     return code
 
 

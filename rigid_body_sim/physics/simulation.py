@@ -24,7 +24,6 @@ import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from reprlib import repr as shortened
 from threading import get_ident
 from typing import Any
 
@@ -393,7 +392,7 @@ class Simulation:
         force  : (3,) [N]    at the centre of mass, or at the origin of a frame of the body
         torque : (3,) [N m]
         frame  : 'world', or 'body': axes that turn with the body; or a frame of the body by its
-                 name: axes and origin (`model.named_frames`)
+                 name: axes and origin (`model.named_frames`), held beside those of other frames
         """
         self.hold(body, 'wrench', force=force, torque=torque, frame=frame)
 
@@ -408,7 +407,8 @@ class Simulation:
         until: int = FOREVER,
     ) -> None:
         """
-        Hold what one source asks of a body in place of what it asked before; sources add.
+        Hold what one source asks of a body in place of what it asked before; sources add, and
+        each named frame is one of its own.
 
         source : 'force', 'torque' or 'wrench'
         until  : [tick] first tick on which it no longer acts
@@ -437,8 +437,8 @@ class Simulation:
         returns : both at the centre of mass, in world axes
         """
         self._settle()
-        core, linear, angular, in_body = self._held.checked(body, linear, angular, frame)
-        if in_body:
+        core, linear, angular, frame = self._held.checked(body, linear, angular, frame)
+        if frame != 'world':
             self._layout.principal_axes(body, linear)  # refuses a point mass
             q = self.state.orientation[self._layout.index(body)]
             linear = as_vector(so3.rotate(q, linear))
@@ -791,7 +791,7 @@ def _whole(ticks: object) -> int:
         count = -1
     if count < 0:
         raise InvalidModel(
-            f'step: {shortened(ticks)} ticks; allowed: a whole number of at least 0; to advance '
+            f'step: {shown(ticks)} ticks; allowed: a whole number of at least 0; to advance '
             'by seconds, step(round(seconds / sim.dt))'
         )
     return count

@@ -136,7 +136,8 @@ def publish_command(command: Command, *, namespace: str, rate_hz: float, seconds
                 _sleep_until(time.monotonic() + 1 / rate_hz)
         finally:  # also when stopped
             if held:
-                sender.send(topic.name, _stamped(Command(command.body, command.kind), sender))
+                ended = Command(command.body, command.kind, frame_id=command.frame_id)
+                sender.send(topic.name, _stamped(ended, sender))
             sender.finish()
     return ticks + held
 

@@ -10,7 +10,7 @@ Commands to bodies as they come from a topic, a file or a recording, and which o
     impulse   N s, N m s    applied once, whatever the tick length
     set_state m, m/s, …     pose and twist from then on: `asked_states`
 
-Force, torque and wrench add.
+Force, torque and wrench add, and each named frame holds its own beside them.
 
 `frame_id` is empty or the world frame (world axes), the name of the body (axes that turn with it),
 or a frame of the body, `<body>/<frame>` or `<frame>` (its origin and its axes, as tf2 reads a

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import sys
 
-from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot
+from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot, is_source
 from rigid_body_sim.recording.marker_packing import Shown
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.runs.viewing import ViewSettings, shown_of
@@ -66,6 +66,7 @@ def _is_slot(value: object, bodies: int) -> bool:
     return (
         _is_place(core, bodies)
         and isinstance(source, str)
+        and is_source(source)
         and _is_vector(force)
         and _is_vector(torque)
         and isinstance(turns, bool)

@@ -71,6 +71,25 @@ def test_a_steady_push_off_centre_spins_a_free_body_up_along_a_clothoid():
     assert sim.state.velocity[0] == pytest.approx(expected, abs=2e-7)
 
 
+def test_each_frame_holds_a_command_of_its_own():
+    sim = free()
+    asked = {'nozzle': (1.0, 2.0, 3.0), 'side': (0.5, 0.0, -1.0), 'body': (0.0, 4.0, 0.0)}
+    for frame, force in asked.items():
+        sim.set_wrench('box', force=force, frame=frame)
+    parts = []
+    for frame, force in asked.items():
+        alone = free()
+        alone.set_wrench('box', force=force, frame=frame)
+        parts.append(np.concatenate(alone.applied_wrench()))
+    # three sums of three numbers, in another order
+    assert np.concatenate(sim.applied_wrench()) == pytest.approx(sum(parts), abs=1e-14)
+    sim.set_wrench('box', force=(0.0, 0.0, 7.0), frame='box/nozzle')  # in place of its last
+    sim.set_wrench('box', frame='side')
+    sim.set_wrench('box', force=(0.0, 4.0, 0.0))  # world and body axes are one source, as ever
+    assert sorted(source for _, source in sim.held_slots) == ['wrench', 'wrench/nozzle']
+    assert sim.applied_wrench()[0][0] == pytest.approx((0, 4, 7), abs=1e-15)
+
+
 def test_an_impulse_in_a_frame_leaves_r_cross_j_to_the_last_bit():
     sim = free()
     linear, arm = np.array((0.375, -1.1, 0.7)), np.array(FRAMES['nozzle']['position'])

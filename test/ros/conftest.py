@@ -31,6 +31,7 @@ from std_srvs.srv import SetBool, Trigger  # noqa: E402
 from rigid_body_sim.recording import cdr  # noqa: E402
 from rigid_body_sim.recording.bag_reader import Bag  # noqa: E402
 from rigid_body_sim.ros.conversions import MESSAGE_TYPES  # noqa: E402
+from rigid_body_sim.testing.surroundings import PROFILE, PROFILE_VARIABLES  # noqa: E402
 
 from ..patience import HANGING, PATIENCE  # noqa: E402
 
@@ -70,6 +71,10 @@ def isolated():
         patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         patch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
         patch.setenv('PYTHONPATH', str(ROOT), prepend=os.pathsep)
+        if not any(os.environ.get(name) for name in PROFILE_VARIABLES):
+            patch.setenv(PROFILE_VARIABLES[0], str(PROFILE))
+        # the same bits, and a node starts in two thirds of the time; some tests take it back
+        patch.setenv('RIGID_BODY_SIM_COMPILE', '0')
         yield
 
 
@@ -359,9 +364,11 @@ def running(tmp_path_factory):
     """
     One node in real time, and its peer, for many tests.
     """
-    node = start(
-        tmp_path_factory.mktemp('lab'), '/lab', publish_clock='false', diagnostics_period=0.1
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('RIGID_BODY_SIM_COMPILE', '1')
+        node = start(
+            tmp_path_factory.mktemp('lab'), '/lab', publish_clock='false', diagnostics_period=0.1
+        )
     peer = Peer('/lab')
     peer.node_process = node
     yield peer

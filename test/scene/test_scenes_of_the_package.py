@@ -130,6 +130,17 @@ def test_spring_ball_comes_to_rest_where_the_spring_carries_it() -> None:
     assert ball.state.position[0, 2] == pytest.approx(0.38869, abs=5e-6)
 
 
+def test_quadrotor_falls_and_hovers_on_four_rotors() -> None:
+    drone = at(start('quadrotor'), 1.0)
+    assert drone.state.position[0] == pytest.approx((0, 0, 10 - 0.5 * G), abs=1e-12)
+    drone = start('quadrotor')
+    for rotor in ('front_left', 'front_right', 'rear_left', 'rear_right'):
+        drone.set_wrench('drone', force=(0, 0, 2.943), frame=rotor)
+    at(drone, 10.0)
+    assert drone.state.position[0] == pytest.approx((0, 0, 10), abs=1e-12)  # round-off
+    assert drone.state.angular_velocity[0] == pytest.approx((0, 0, 0), abs=1e-12)
+
+
 def test_hovering_drone_is_stopped_by_drag() -> None:
     drone = at(start('hovering_drone'), 8.0)
     assert drone.state.position[0] == pytest.approx((17.293, 0.0, 10.0), abs=5e-4)

@@ -31,7 +31,7 @@ from rigid_body_sim.physics.contact.collision.collider_order import order
 from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
-from rigid_body_sim.physics.contact.islands.sleep import asleep_in_table, make_sleep_state
+from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.readout import read, together
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
@@ -146,7 +146,8 @@ class ContactWorld:
         if self._sleepers is not None:
             cache = self._sleepers.wake_body(core, cache)
         cores = arrays.table[collider_record.BODY :: collider_record.SIZE]
-        own = np.flatnonzero((cores == core) | (cores == asleep_in_table(core)))
+        # the table names who sleeps otherwise: `islands.sleep`
+        own = np.flatnonzero((cores == core) | (cores == -2 - core))
         arrays.forget()
         self._restart_from(without_pairs_of(cache, own, len(cores)))
 

@@ -4,8 +4,10 @@
 Commands that hold: the force and torque each source last asked for, until it asks for something
 else or its time is up.
 
-A body has one slot per source ('force', 'torque', 'wrench'); slots add, in this order. A slot in
-world axes stays as it is; one in body axes, or in a frame fixed to the body, turns with the body.
+A body has one slot per source ('force', 'torque', 'wrench'), and one more per source and named
+frame ('wrench/left_thruster'): thrusters push side by side. Slots add, in this order, frames by
+name. A slot in world axes stays as it is; one in body axes, or in a named frame, turns with the
+body.
 Force acts at the centre of mass, or at the origin of the frame: then it is held as what it does
 about the centre of mass.
 """
@@ -21,7 +23,12 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.power import HELD
-from rigid_body_sim.physics.model.named_frames import at_center, frame_of
+from rigid_body_sim.physics.model.named_frames import (
+    RESERVED_FRAMES,
+    SEPARATOR,
+    at_center,
+    frame_of,
+)
 from rigid_body_sim.physics.model.numbers import numbers, shown
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
@@ -74,16 +81,17 @@ class HeldWrenches:
 
     def checked(
         self, body: str, force: Any, torque: Any, frame: str
-    ) -> tuple[int, Vector, Vector, bool]:
+    ) -> tuple[int, Vector, Vector, str]:
         """
         Return the core index of a body, what is asked of it at its centre of mass as vectors, and
-        whether these are in body axes.
+        the frame: world axes in 'world', body axes in any other.
 
         Raises InvalidModel for an unknown or fixed body, an unknown frame, anything but finite
         numbers, a torque on a point mass.
         """
         core = self._layout.core(body)
-        at = frame_of(self._layout.body(core), frame)
+        record = self._layout.body(core)
+        frame = frame_of(record, frame)
         force, torque = (
             checked_vector(body, 'force', force),
             checked_vector(body, 'torque', torque),
@@ -93,28 +101,31 @@ class HeldWrenches:
                 f'command to {body!r}: torque {torque} on a point mass, which has no orientation; '
                 'give a force only, or give the body a shape with extent'
             )
-        if at is not None:
+        if frame in record.frames:
             try:
-                force, torque = at_center(at, force, torque)
+                force, torque = at_center(record.frames[frame], force, torque)
             except InvalidModel as error:
                 raise InvalidModel(f'command to {body!r} in frame {frame!r}: {error}') from None
-        return core, force, torque, frame != 'world'
+        return core, force, torque, frame
 
     def put(
         self, body: str, source: str, *, force: Any, torque: Any, frame: str, until: int
     ) -> None:
         """Put what one source asks of a body into its slot; see `Simulation.hold`."""
-        core, force, torque, in_body = self.checked(body, force, torque, frame)
+        core, force, torque, frame = self.checked(body, force, torque, frame)
         if not isinstance(source, str) or source not in SOURCES:
             raise InvalidModel(
                 f'command to {body!r}: source {shown(source)}; allowed: {", ".join(SOURCES)}'
             )
         if not isinstance(until, int | np.integer):
             raise InvalidModel(f'command to {body!r}: until {shown(until)}; a tick is needed')
+        in_body = frame != 'world'
         if in_body:
             force = self._layout.principal_axes(body, force)
             torque = self._layout.principal_axes(body, torque)
         slot = Slot(force, torque, in_body, until)
+        if frame not in RESERVED_FRAMES:
+            source += SEPARATOR + frame
         if slot.is_zero:
             self.slots.pop((core, source), None)
         else:
@@ -132,12 +143,7 @@ class HeldWrenches:
         return min((slot.until for slot in self.slots.values()), default=FOREVER)
 
     def _ordered(self) -> list[tuple[int, Slot]]:
-        return [
-            (core, self.slots[core, source])
-            for core in sorted({core for core, _ in self.slots})
-            for source in SOURCES
-            if (core, source) in self.slots
-        ]
+        return [(key[0], self.slots[key]) for key in sorted(self.slots, key=_place)]
 
     def sums(self) -> tuple[Array, Array, Array]:
         """
@@ -183,6 +189,17 @@ class HeldWrenches:
         if self._layout.n_rigid:
             scatter(rotation, ROTATION, HELD_TORQUE, torque[: self._layout.n_rigid])
         return table
+
+
+def _place(key: tuple[int, str]) -> tuple[int, int, str]:
+    """Order in which a slot is added."""
+    source, _, frame = key[1].partition(SEPARATOR)
+    return key[0], SOURCES.index(source), frame
+
+
+def is_source(name: str) -> bool:
+    """Tell whether a slot can have this name."""
+    return name.partition(SEPARATOR)[0] in SOURCES
 
 
 def checked_vector(body: str, what: str, values: Any) -> Vector:

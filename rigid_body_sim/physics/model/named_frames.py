@@ -58,31 +58,30 @@ def check_frame_names(body: Body, bodies: Collection[str]) -> None:
                 )
 
 
+def own_name(body: Body, name: str) -> str:
+    """Give `<frame>` for `<body>/<frame>`, and what is no full name as it is."""
+    return name if name in body.frames else name.removeprefix(body.name + SEPARATOR)
+
+
 def find_frame(body: Body, name: str) -> Frame | None:
     """Find a frame of a body by `<frame>` or `<body>/<frame>`; None where it has none of it."""
-    found = body.frames.get(name)
-    if found is None:
-        found = body.frames.get(name.removeprefix(body.name + SEPARATOR))
-    return found
+    return body.frames.get(own_name(body, name))
 
 
-def frame_of(body: Body, name: object) -> Frame | None:
+def frame_of(body: Body, name: object) -> str:
     """
-    Find the frame in which a command to a body is given; None for 'world' and 'body'.
+    Find the frame in which a command to a body is given: 'world', 'body', or the name of its own.
 
     Raises InvalidModel for anything else.
     """
-    found = None
     if isinstance(name, str):
-        if name in RESERVED_FRAMES:
-            return None
-        found = find_frame(body, name)
-    if found is None:
-        raise InvalidModel(
-            f'command to {body.name!r}: frame {shown(name)}'
-            f'{choose_from(name, [*RESERVED_FRAMES, *body.frames])}'
-        )
-    return found
+        own = name if name in RESERVED_FRAMES else own_name(body, name)
+        if own in RESERVED_FRAMES or own in body.frames:
+            return own
+    raise InvalidModel(
+        f'command to {body.name!r}: frame {shown(name)}'
+        f'{choose_from(name, [*RESERVED_FRAMES, *body.frames])}'
+    )
 
 
 def at_center(frame: Frame, force: Any, torque: Any) -> tuple[Vector, Vector]:

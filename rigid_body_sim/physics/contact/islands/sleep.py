@@ -118,7 +118,7 @@ def _mark_woken(body: int, sleep: Array) -> None:
 
 
 @inline
-def asleep_in_table(core: int) -> int:
+def _asleep_in_table(core: int) -> int:
     """How the table names a body that sleeps, and back: below STATIC."""
     return -2 - core
 
@@ -126,7 +126,7 @@ def asleep_in_table(core: int) -> int:
 @inline
 def _core_of(named: int) -> int:
     """Core index of a body that sleeps or not, as the table names it; STATIC stays so."""
-    return named if named >= STATIC else asleep_in_table(named)
+    return named if named >= STATIC else _asleep_in_table(named)
 
 
 @inline
@@ -156,7 +156,7 @@ def place_sleepers(
     for index in range(collider_count):
         core = table[index * collider_record.SIZE + collider_record.BODY]
         if core >= 0 and asleep(core, sleep):
-            table[index * collider_record.SIZE + collider_record.BODY] = asleep_in_table(core)
+            table[index * collider_record.SIZE + collider_record.BODY] = _asleep_in_table(core)
             row = index * swept_aabbs.SIZE
             store(swept, row + swept_aabbs.VELOCITY, (0.0, 0.0, 0.0))
             swept[row + swept_aabbs.TURNING] = 0.0
