@@ -692,7 +692,7 @@ class Simulation:
     def contacts(self) -> Contacts:
         """
         Where bodies touched in the last tick, and the impulses that acted there; none after
-        something that was put back.
+        something that was put back, or a body put elsewhere.
         """
         self._settle()
         return self._stepper.contacts()
