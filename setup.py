@@ -1,13 +1,16 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What is installed: the modules, one executable per verb, the scenes and node parameters.
+What is installed: the modules, the executables, the scenes and node parameters.
 
-Executables go to `lib/rigid_body_sim` (setup.cfg), where `ros2 run` looks. Scenes go to
-`share/rigid_body_sim/config`, in a colcon workspace as well as in a pip installation (there below
-`sys.prefix`).
+`ros2 run` looks for one executable per verb in `lib/rigid_body_sim`. colcon and the build farm
+install by `setup.py install` or `develop`, and setup.cfg sends the scripts there. pip asks for a
+wheel: of that, `rigid_body_sim` alone goes on the path (`rigid_body_sim VERB`), because names like
+view and report belong to others, and `lib/rigid_body_sim` gets a line of shell for each verb.
+Scenes go to `share/rigid_body_sim/config`, in a pip installation below `sys.prefix`.
 """
 
+import sys
 from pathlib import Path
 
 from setuptools import find_packages, setup
@@ -25,6 +28,35 @@ VERBS = (
     'view',
     'wrench_pub',
 )
+
+
+FOR_WHEEL = not {'install', 'develop'} & set(sys.argv)
+LAUNCHER = """#!/bin/sh
+exec "$(dirname "$0")/../../bin/{name}" {verb} "$@"
+"""
+
+
+def console_scripts() -> list[str]:
+    """
+    The scripts that are made where this installation puts them.
+    """
+    if FOR_WHEEL:
+        return [f'{NAME} = {NAME}.__main__:command']
+    return [f'{verb} = {NAME}.__main__:{verb}' for verb in VERBS]
+
+
+def launchers() -> list[tuple[str, list[str]]]:
+    """
+    What `ros2 run` finds after `pip install`: written below `build/`, for a wheel only.
+    """
+    if not FOR_WHEEL:
+        return []
+    folder = HERE / 'build' / 'launchers'
+    folder.mkdir(parents=True, exist_ok=True)
+    for verb in VERBS:
+        (folder / verb).write_text(LAUNCHER.format(name=NAME, verb=verb), encoding='utf-8')
+        (folder / verb).chmod(0o755)
+    return [(f'lib/{NAME}', [f'build/launchers/{verb}' for verb in VERBS])]
 
 
 def config_files() -> list[tuple[str, list[str]]]:
@@ -47,12 +79,19 @@ setup(
     name=NAME,
     version='0.1.0',
     description='Rigid bodies that answer forces and torques over ROS 2 topics',
+    author='rigid_body_sim maintainers',
     maintainer='rigid_body_sim maintainers',
-    maintainer_email='maintainers@rigid-body-sim.example',
+    url='https://github.com/rigid-body-sim/rigid_body_sim',
+    maintainer_email='rigid_body_sim@users.noreply.github.com',
     license='Apache-2.0',
     python_requires='>=3.10',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={NAME: ['py.typed'], f'{NAME}.view': ['*.html'], f'{NAME}.report': ['assets/*']},
+    package_data={
+        NAME: ['py.typed'],
+        f'{NAME}.view': ['*.html'],
+        f'{NAME}.report': ['assets/*'],
+        f'{NAME}.testing': ['*.xml'],
+    },
     install_requires=[
         'setuptools',
         'matplotlib',
@@ -81,9 +120,12 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
         *config_files(),
+        *launchers(),
     ],
     entry_points={
-        'console_scripts': [f'{verb} = {NAME}.__main__:{verb}' for verb in VERBS],
+        'console_scripts': console_scripts(),
+        # named as the module, so that `-p` of it is the same plugin
+        'pytest11': [f'{NAME}.testing.plugin = {NAME}.testing.plugin'],
     },
     zip_safe=True,
 )

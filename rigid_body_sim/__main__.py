@@ -30,7 +30,8 @@ from collections.abc import Sequence
 
 from rigid_body_sim import __version__
 from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.terminal import clean_output
+from rigid_body_sim.missing_packages import missing
+from rigid_body_sim.terminal import clean_output, printable, take_any_terminal
 
 NODE = 'sim_node'  # whose normal end is a signal
 VERBS = {
@@ -48,7 +49,7 @@ VERBS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb; return its exit code."""
-    _take_any_terminal()
+    take_any_terminal()
     words = list(sys.argv[1:] if argv is None else argv)
     if not words or words[0] in ('-h', '--help'):
         print(_overview())
@@ -79,13 +80,10 @@ def run_verb(verb: str, words: Sequence[str]) -> int:
 
 
 def _run_verb(verb: str, words: Sequence[str]) -> int:
-    _take_any_terminal()
     try:
         module = importlib.import_module(f'rigid_body_sim.verbs.{verb}')
-    except ModuleNotFoundError as missing:
-        return _fail(
-            verb, f'the Python package {missing.name!r} is missing; install it, or source ROS 2', 2
-        )
+    except ModuleNotFoundError as error:
+        return _fail_without(verb, error)
     parser = argparse.ArgumentParser(prog=f'rigid_body_sim {verb}', description=module.__doc__)
     module.add_arguments(parser)
     own, for_ros = list(words), []
@@ -102,6 +100,8 @@ def _run_verb(verb: str, words: Sequence[str]) -> int:
         return _fail(verb, str(error), error.exit_code)
     except InvalidModel as error:
         return _fail(verb, str(error), 2)
+    except ModuleNotFoundError as error:  # of what is imported where it is needed
+        return _fail_without(verb, error)
     except BrokenPipeError:  # whoever read our output has seen enough
         sys.stdout = open(os.devnull, 'w')  # noqa: PTH123, SIM115  (until the process ends)
         return 0
@@ -112,6 +112,13 @@ def _run_verb(verb: str, words: Sequence[str]) -> int:
         return _fail(verb, str(error), 1)
     except MemoryError:
         return _fail(verb, 'out of memory; take fewer bodies, or a shorter or rarer output', 1)
+
+
+def _fail_without(verb: str, error: ModuleNotFoundError) -> int:
+    """Name the package that is missing; one of our own is an error of ours."""
+    if error.name is None or error.name.partition('.')[0] == 'rigid_body_sim':
+        raise error
+    return _fail(verb, missing(error.name), 2)
 
 
 def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -129,20 +136,9 @@ def _split(words: Sequence[str]) -> tuple[list[str], list[str]]:
     return own, for_ros
 
 
-def _take_any_terminal() -> None:
-    """Write what a terminal cannot show, such as … in ASCII, as an escape, and go on."""
-    for stream in (sys.stdout, sys.stderr):
-        reconfigure = getattr(stream, 'reconfigure', None)
-        if reconfigure is not None:
-            reconfigure(errors='backslashreplace')
-
-
 def _fail(verb: str, message: str, code: int) -> int:
     """Say on one line what went wrong; what is not printable, as in a foreign name, is escaped."""
-    line = ''.join(
-        letter if letter.isprintable() else ascii(letter)[1:-1] for letter in message.strip()
-    )
-    say(f'rigid_body_sim {verb}: error: {line}')
+    say(f'rigid_body_sim {verb}: error: {printable(message.strip())}')
     return code
 
 
@@ -158,6 +154,14 @@ def _overview() -> str:
             'VERB --help tells the rest.',
         ]
     )
+
+
+def command() -> int:
+    """Entry point of the executable `rigid_body_sim` that pip installs: `rigid_body_sim VERB`."""
+    STOP.listen(owns_process=True)
+    code = main()
+    STOP.ignore()
+    return code
 
 
 def _process(verb: str) -> int:

@@ -27,9 +27,18 @@ def printable(text: str, *, keep: frozenset[str] = frozenset()) -> str:
     )
 
 
+def take_any_terminal() -> None:
+    """Write what a terminal cannot show, such as … in ASCII, as an escape, and go on."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, 'reconfigure', None)
+        if reconfigure is not None:
+            reconfigure(errors='backslashreplace')
+
+
 @contextmanager
 def clean_output() -> Iterator[None]:
     """Let standard output and standard error pass on nothing but text while a verb runs."""
+    take_any_terminal()
     out, err = sys.stdout, sys.stderr
     clean_out, clean_err = _CleanStream(out), _CleanStream(err)
     sys.stdout, sys.stderr = clean_out, clean_err  # type: ignore[assignment]  # all but by name

@@ -2,8 +2,9 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 #
-# Make .venv with the pinned requirements, unless it stands and is complete. The stamp is written last and holds
-# what the environment was made from, so one that was interrupted, or made from other requirements, is made anew.
+# Make .venv with what requirements/locked*.txt name, by hash (tools/lock.sh makes them), unless it stands and is
+# complete. The stamp is written last and holds what the environment was made from, so one that was interrupted, or
+# made from another lock, is made anew.
 # Where a ROS 2 Jazzy is sourced, its python3 and its rclpy are used; elsewhere rclpy comes as wheels.
 set -eu
 cd "$(dirname "$0")/.."
@@ -17,15 +18,15 @@ fail() {
 
 if [ "${ROS_DISTRO:-}" = jazzy ] && python3 -c 'import rclpy' 2>/dev/null; then
     source=sourced
-    lists='runtime test'
+    lists='locked'
 else
     source=wheels
-    lists='runtime ros test'
+    lists='locked locked_ros'
     unset PYTHONPATH
 fi
 set --
 for list in $lists; do set -- "$@" -r "requirements/$list.txt"; done
-wanted="$source $(cat requirements/*.txt | cksum)"
+wanted="$source $(cat requirements/locked*.txt | cksum)"
 if [ "$(cat $stamp 2>/dev/null)" = "$wanted" ] && .venv/bin/python -c '' 2>/dev/null; then
     exit 0
 fi
@@ -40,8 +41,8 @@ fi
 echo "1/3 .venv from $python"
 rm -rf .venv
 "$python" -m venv $site .venv || fail "$python could not make .venv (its message stands above)"
-echo "2/3 installing requirements ($lists): about a minute, 800 MB"
-.venv/bin/python -m pip install --quiet --disable-pip-version-check "$@" || {
+echo "2/3 installing requirements: about a minute, 800 MB"
+.venv/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes "$@" || {
     [ $source = sourced ] || [ "$(uname -sm)" = 'Linux x86_64' ] || fail \
         "ROS 2 has wheels for Linux x86_64 only and this is $(uname -sm): source a ROS 2 Jazzy installation and try again"
     fail 'the requirements could not be installed (pip says why above); after mending that, make venv starts anew'

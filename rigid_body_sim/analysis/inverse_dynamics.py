@@ -37,8 +37,9 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
     errors,
     follow,
 )
-from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, Undetermined
+from rigid_body_sim.analysis.piecewise_spline import BEFORE, Break, End, Undetermined
 from rigid_body_sim.analysis.run_steps import RunSteps, left_in_first, left_in_second
+from rigid_body_sim.analysis.samples import need_bandwidth, need_motion, vector_of
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import moments_at, rates_at
@@ -47,9 +48,7 @@ from rigid_body_sim.physics.model.variable_mass import mass_at
 
 Array = NDArray[np.float64]
 
-FEWEST = DEGREE + 1  # samples
 QUATERNION = 4  # columns
-FARTHEST = 1e100  # [m] squares of what is farther are no numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +105,20 @@ class Smoothing:
     dropped: tuple[float, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class KnownEnds:
+    """
+    What is known of a motion at its first and its last sample; it is kept exactly.
+
+    start_velocity, end_velocity : (3,) [m/s]; None: not known
+    at_rest                      : whether the body neither moves nor turns at either
+    """
+
+    start_velocity: ArrayLike | None = None
+    end_velocity: ArrayLike | None = None
+    at_rest: bool = False
+
+
 def derive(
     time: Array,
     position: Array,
@@ -116,9 +129,7 @@ def derive(
     breaks: Sequence[float | Break] = (),
     turning_breaks: Sequence[float | Break] | None = None,
     bandwidth: float | None = None,
-    start_velocity: ArrayLike | None = None,
-    end_velocity: ArrayLike | None = None,
-    at_rest: bool = False,
+    ends: KnownEnds | None = None,
     steps: RunSteps | None = None,
     unit: float = 1.0,
 ) -> tuple[Derived, dict[str, Estimate]]:
@@ -133,8 +144,7 @@ def derive(
         breaks      : [unit] instants at which a force jumps, or a `Break` for an impulse
         turning_breaks : those at which a torque jumps; None: the same
         bandwidth   : [Hz] faster motion is taken for noise; None: found from the samples
-        start_velocity, end_velocity : (3,) [m/s] where they are known; they are kept exactly
-        at_rest     : whether the body neither moves nor turns at the first and the last sample
+        ends        : what is known of the motion at the first and the last sample
         steps       : of the run that made the motion: what they left in it counts as error
         unit        : [s] of the times: whole nanoseconds are exact where seconds are rounded
         returns     : the quantities, and the estimates by name; without any where the samples are
@@ -142,10 +152,13 @@ def derive(
 
     Raises UserError for samples that tell no motion, or a bandwidth that is not positive.
     """
-    _check(time, position, orientation, bandwidth)
+    need_motion(time, position)
+    need_bandwidth(bandwidth)
+    if not np.all(np.isfinite(orientation)):
+        raise UserError('orientations hold NaN or infinity; every number must be finite')
     turning = breaks if turning_breaks is None else turning_breaks
     quaternions = continuous(so3.normalise(orientation))
-    path_ends, turn_ends = _ends(at_rest, start_velocity, end_velocity, unit)
+    path_ends, turn_ends = _ends(ends or KnownEnds(), unit)
     path = _follow(time, position, breaks, path_ends, bandwidth, unit)
     turn = _follow(time, quaternions, turning, turn_ends, bandwidth, unit)
     found, judge = (
@@ -167,30 +180,17 @@ def derive(
     return derived, {name: Estimate(error.rms, error.largest) for name, error in told.items()}
 
 
-def _ends(
-    at_rest: bool, start: ArrayLike | None, end: ArrayLike | None, unit: float
-) -> tuple[list[End], list[End]]:
+def _ends(known: KnownEnds, unit: float) -> tuple[list[End], list[End]]:
     """Conditions of the path and of the turn."""
     path = []
-    for side, what, given in ((0, 'start', start), (-1, 'end', end)):
-        velocity = np.zeros(3) if given is None and at_rest else given
-        if at_rest and np.any(velocity):
+    for side, what, given in ((0, 'start', known.start_velocity), (-1, 'end', known.end_velocity)):
+        velocity = np.zeros(3) if given is None and known.at_rest else given
+        if known.at_rest and np.any(velocity):
             raise UserError(f'{what} velocity {given} of a body at rest; give one of them')
         if velocity is not None:
             path.append(End(1, unit * vector_of(f'{what} velocity', velocity), side))
-    turn = [End(1, np.zeros(4), side) for side in (0, -1)] if at_rest else []
+    turn = [End(1, np.zeros(4), side) for side in (0, -1)] if known.at_rest else []
     return path, turn
-
-
-def vector_of(what: str, values: ArrayLike) -> Array:
-    """Return three finite numbers; UserError for anything else."""
-    try:
-        found = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        found = np.zeros(0)
-    if found.shape != (3,) or not np.all(np.isfinite(found)):
-        raise UserError(f'{what} {values!r}; allowed: three finite numbers')
-    return found
 
 
 def continuous(quaternions: Array) -> Array:
@@ -198,27 +198,6 @@ def continuous(quaternions: Array) -> Array:
     flips = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0
     signs = np.concatenate(([1.0], np.where(np.cumsum(flips) % 2 == 1, -1.0, 1.0)))
     return quaternions * signs[:, None]
-
-
-def _check(time: Array, position: Array, orientation: Array, bandwidth: float | None) -> None:
-    if len(time) < FEWEST:
-        raise UserError(
-            f'{len(time)} samples; a spline of degree {DEGREE} needs at least {FEWEST}'
-        )
-    if not (np.all(np.isfinite(position)) and np.all(np.isfinite(orientation))):
-        raise UserError(
-            'positions or orientations hold NaN or infinity; every number must be finite'
-        )
-    if np.max(np.abs(position)) > FARTHEST:
-        raise UserError(f'positions up to {np.max(np.abs(position)):g} m; allowed: 1e100 m')
-    late = np.flatnonzero(np.diff(time) <= 0.0)
-    if late.size:
-        raise UserError(
-            f'sample {late[0] + 1}, at {time[late[0] + 1]:.9g} s, is not later '
-            'than the one before; times must ascend'
-        )
-    if bandwidth is not None and not (np.isfinite(bandwidth) and bandwidth > 0.0):
-        raise UserError(f'bandwidth {bandwidth:g} Hz; allowed: a positive number')
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,14 +40,13 @@ from rigid_body_sim.analysis.derivatives_with_bands import (
     follow,
     noise_of,
 )
-from rigid_body_sim.analysis.inverse_dynamics import FARTHEST, vector_of
 from rigid_body_sim.analysis.piecewise_spline import BEFORE, DEGREE, Break, End, Undetermined, cut
+from rigid_body_sim.analysis.samples import need_bandwidth, need_motion, vector_of
 from rigid_body_sim.errors import UserError
 
 Array = NDArray[np.float64]
 
 ENDS = ('free', 'natural', 'periodic')
-FEWEST = DEGREE + 1  # samples
 SAME = 1e-9  # [-] of the largest position: how far apart ends that repeat may be, beside noise
 
 
@@ -116,8 +115,7 @@ def inverse_kinematics(
         if value is not None
     ]
     conditions += _of_ends(ends, bool(conditions))
-    if bandwidth is not None and not (np.isfinite(bandwidth) and bandwidth > 0.0):
-        raise UserError(f'bandwidth {bandwidth:g} Hz; allowed: a positive number')
+    need_bandwidth(bandwidth)
     if ends == 'periodic':
         _must_repeat(samples, noise_of(cut(stamps), samples))
     try:
@@ -155,18 +153,7 @@ def _samples(time: ArrayLike, position: ArrayLike) -> tuple[Array, Array]:
             f'times of shape {stamps.shape}, positions of shape {samples.shape}; needed: (n,) '
             'and (n, 3)'
         )
-    if len(stamps) < FEWEST:
-        raise UserError(f'{len(stamps)} samples; at least {FEWEST} are needed')
-    if not (np.all(np.isfinite(stamps)) and np.all(np.isfinite(samples))):
-        raise UserError('times or positions hold NaN or infinity; every number must be finite')
-    if np.max(np.abs(samples)) > FARTHEST:
-        raise UserError(f'positions up to {np.max(np.abs(samples)):g} m; allowed: 1e100 m')
-    late = np.flatnonzero(np.diff(stamps) <= 0.0)
-    if late.size:
-        raise UserError(
-            f'sample {late[0] + 1}, at {stamps[late[0] + 1]:.9g} s, is not later '
-            'than the one before; times must ascend'
-        )
+    need_motion(stamps, samples)
     return stamps, samples
 
 

@@ -143,7 +143,11 @@ def _of_commands(
     dt_ns = values.integer('dt_ns', 1, MOST_NS)
     timeout_ns = values.integer('command_timeout_ns', 0, MOST_TIMEOUT_NS)
     lasts = FOREVER if timeout_ns == 0 else -(-timeout_ns // dt_ns)
-    rules = CommandRules(scene, world_frame=values.text('world_frame'))
+    rules = CommandRules(
+        scene,
+        world_frame=values.text('world_frame'),
+        frame_prefix=values.view('view').frame_prefix,
+    )
     layout = Layout(scene)
     held = HeldWrenches(layout, scene.gravity)
     held.slots |= values.held('held_at_start', layout.n_moving)

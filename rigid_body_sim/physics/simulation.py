@@ -24,7 +24,6 @@ import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from reprlib import repr as shortened
 from threading import get_ident
 from typing import Any
 
@@ -792,7 +791,7 @@ def _whole(ticks: object) -> int:
         count = -1
     if count < 0:
         raise InvalidModel(
-            f'step: {shortened(ticks)} ticks; allowed: a whole number of at least 0; to advance '
+            f'step: {shown(ticks)} ticks; allowed: a whole number of at least 0; to advance '
             'by seconds, step(round(seconds / sim.dt))'
         )
     return count

@@ -80,7 +80,7 @@ def _check_channels(bag: Bag) -> Iterator[str]:
         elif _profiles(qos) is None:
             yield f'{channel.topic}: the quality of service in its channel is no list of profiles'
         stated = channel.metadata.get('topic_type_hash', '')
-        known = HASHES.get(bag.topics[channel.topic].type)
+        known = HASHES.get(bag.topics[bag.own_name(channel.topic)].type)
         if stated and known and stated != known:
             yield f'{channel.topic}: type hash {stated}, expected {known}'
 
@@ -125,7 +125,7 @@ def _compare_metadata(bag: Bag, information: dict[str, Any]) -> Iterator[str]:
         entry['topic_metadata']['name']: entry
         for entry in information['topics_with_message_count']
     }
-    for name in sorted(stated.keys() ^ bag.topics.keys()):
+    for name in sorted(stated.keys() ^ set(map(bag.wire_name, bag.topics))):
         yield f'{name}: in the {"metadata" if name in stated else "file"} only'
     for channel in bag.channels:
         if channel.topic in stated:
@@ -134,10 +134,11 @@ def _compare_metadata(bag: Bag, information: dict[str, Any]) -> Iterator[str]:
 
 def _compare_topic(bag: Bag, channel: Any, entry: dict[str, Any]) -> Iterator[str]:
     name, topic = channel.topic, entry['topic_metadata']
-    if topic['type'] != bag.topics[name].type:
-        yield f'{name}: type {topic["type"]}, in the file {bag.topics[name].type}'
-    if entry['message_count'] != bag.counts[name]:
-        yield f'{name}: {entry["message_count"]} messages, the file holds {bag.counts[name]}'
+    kind, count = bag.topics[bag.own_name(name)].type, bag.counts[bag.own_name(name)]
+    if topic['type'] != kind:
+        yield f'{name}: type {topic["type"]}, in the file {kind}'
+    if entry['message_count'] != count:
+        yield f'{name}: {entry["message_count"]} messages, the file holds {count}'
     qos = topic['offered_qos_profiles']
     qos = _profiles(qos) if isinstance(qos, str) else qos
     if qos != _profiles(channel.metadata.get('offered_qos_profiles', '')):

@@ -19,6 +19,10 @@ from rigid_body_sim.recording.mcap_file import McapFile
 from rigid_body_sim.recording.topics import dump_yaml
 
 
+class PathTaken(UserError):
+    """Something is where a new bag was to be; another process may have put it there just now."""
+
+
 def file_name(directory: Path) -> str:
     """Name of the MCAP file in a bag directory, as rosbag2 gives it."""
     return f'{directory.resolve().name}_0.mcap'
@@ -34,7 +38,7 @@ def create(directory: Path) -> Path:
     try:
         directory.mkdir(parents=True)
     except FileExistsError as error:
-        raise UserError(
+        raise PathTaken(
             f'{directory}: exists already, and a recording is never overwritten; '
             'choose another path or remove it'
         ) from error

@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
 from mcap.records import Channel, Statistics
 
@@ -22,6 +22,8 @@ from rigid_body_sim.recording import bag_files, bag_metadata, mcap_file, mcap_sc
 from rigid_body_sim.recording.bag_files import DamagedBag, damaged
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, ENDING, MANIFEST
 from rigid_body_sim.recording.mcap_summary import Summary
+from rigid_body_sim.recording.record_values import RecordValues
+from rigid_body_sim.recording.recorded_message import RecordedMessage
 from rigid_body_sim.recording.seal import (
     ATTACHMENTS,
     MESSAGES_CRC,
@@ -29,6 +31,7 @@ from rigid_body_sim.recording.seal import (
     is_broken,
     without_checks,
 )
+from rigid_body_sim.recording.topic_names import own_names, read_names
 from rigid_body_sim.recording.topics import Topic
 
 __all__ = ['RECOVERED', 'SUSPECT', 'Bag', 'DamagedBag', 'RecordedMessage']
@@ -38,24 +41,6 @@ SUSPECT = 'suspect'  # key in it: what shows that the source was altered, not on
 _TITLES = {MANIFEST: 'manifest', ENDING: 'ending record', RECOVERED: 'recovery record'}
 
 
-class RecordedMessage(NamedTuple):
-    """
-    One message as the file holds it.
-
-    topic    : absolute name
-    sequence : tick (see `packing`); 0 in bags of other recorders
-    log_time : [ns] simulation time in our bags
-    data     : CDR payload
-    publish_time : [ns] equal to log_time in our bags
-    """
-
-    topic: str
-    sequence: int
-    log_time: int
-    data: bytes
-    publish_time: int
-
-
 class Bag:
     """
     One finished recording.
@@ -63,7 +48,8 @@ class Bag:
     path        : what was asked for
     files       : its MCAP files in order
     information : inner map of metadata.yaml; None for a lone file
-    topics      : name -> Topic
+    topics      : name -> Topic, by the names that the run gives them
+    wire_names  : of topics that have another name in the file: own -> there
     counts      : name -> number of messages
     first_time, last_time : [ns] log times; 0 where there is no message
     manifest    : what the run was; empty in bags of other recorders
@@ -84,6 +70,8 @@ class Bag:
         self.messages_crc: str | None = None
         self._attachments_stated: str | None = None
         self.topics: dict[str, Topic] = {}
+        self.wire_names: dict[str, str] = {}
+        self._own_names: dict[str, str] = {}
         self.counts: dict[str, int] = {}
         self.attachments: dict[str, bytes] = {}
         self.channels: list[Channel] = []
@@ -142,6 +130,14 @@ class Bag:
         """What the file itself holds of metadata.yaml; None where nobody wrote it."""
         return self._metadata.get(bag_metadata.RECORD_NAME, {}).get('serialized_metadata')
 
+    def wire_name(self, topic: str) -> str:
+        """Name in the file, and on the wire, of a topic."""
+        return self.wire_names.get(topic, topic)
+
+    def own_name(self, wire_name: str) -> str:
+        """Name that the run gives a topic of the file."""
+        return self._own_names.get(wire_name, wire_name)
+
     def messages(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
         """Yield the messages of the given topics, all by default, in file order."""
         for file, names in zip(self.files, self._names):
@@ -188,14 +184,19 @@ class Bag:
 
     def _take(self, file: Path, summary: Summary, statistics: Statistics) -> tuple[int, ...]:
         counts = statistics.channel_message_counts
+        self.wire_names = read_names(RecordValues(self.path, 'manifest', self.manifest))
+        self._own_names = own_names(self.wire_names)
+        names = {n: self.own_name(channel.topic) for n, channel in summary.channels.items()}
+        if len(set(names.values())) < len({c.topic for c in summary.channels.values()}):
+            raise damaged(file, 'two topics have one name in its manifest')
         for number, channel in summary.channels.items():
             schema = summary.schemas.get(channel.schema_id)
-            topic = Topic(channel.topic, schema.name if schema else '')
+            topic = Topic(names[number], schema.name if schema else '')
             if self.topics.setdefault(topic.name, topic) != topic:
                 raise UserError(f'{file}: topic {topic.name} has two types')
             self.counts[topic.name] = self.counts.get(topic.name, 0) + counts.get(number, 0)
         self.channels += summary.channels.values()
-        self._names.append({number: channel.topic for number, channel in summary.channels.items()})
+        self._names.append(names)
         if statistics.message_count == 0:
             return ()
         return statistics.message_start_time, statistics.message_end_time

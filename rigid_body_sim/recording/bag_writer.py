@@ -50,6 +50,7 @@ class BagWriter:
                   shown what nobody used
     manifest    : what the run is, as strings; SHA-256 of the attachments and of itself are added
     attachments : file name -> bytes; the scene and what it names
+    names       : of topics that have another name in the file: own -> there
     background  : False: chunks are closed by bytes, in the caller's thread; equal runs give equal
                   files. True: a worker thread writes them, half a second (wall) later at most
     """
@@ -63,6 +64,7 @@ class BagWriter:
         attachments: Mapping[str, bytes],
         background: bool = False,
         on_demand: Sequence[Topic] = (),
+        names: Mapping[str, str] | None = None,
     ) -> None:
         if len(topics) > _MAX_CHANNELS:
             raise UserError(
@@ -71,6 +73,7 @@ class BagWriter:
             )
         self.path = Path(directory)
         self._topics = tuple(topics)
+        self._names = names or {}
         self._channels = {topic.name: number for number, topic in enumerate(topics, start=1)}
         self._on_demand = {topic.name: topic for topic in on_demand}
         self._schemas: dict[str, int] = {}
@@ -174,13 +177,18 @@ class BagWriter:
             if kind not in schemas:
                 schemas[kind] = self._file.add_schema(kind, 'ros2msg', definition(kind).encode())
             metadata = {'offered_qos_profiles': qos, 'topic_type_hash': HASHES[kind]}
-            self._file.add_channel(schemas[kind], name, 'cdr', metadata)
+            self._file.add_channel(schemas[kind], self._names.get(name, name), 'cdr', metadata)
             self._declared += 1
 
     def _summaries(self) -> list[TopicSummary]:
         return [
             TopicSummary(
-                name, kind, 'cdr', qos_text(), HASHES[kind], self._file.count(self._channels[name])
+                self._names.get(name, name),
+                kind,
+                'cdr',
+                qos_text(),
+                HASHES[kind],
+                self._file.count(self._channels[name]),
             )
             for name, kind in self._topics[: self._declared]
         ]

@@ -12,7 +12,8 @@ counts from byte 4:
 `Clock` ends after nanosec; `PointCloud2` is laid out in `point_cloud`, `Odometry` in `odometry`. `encode` writes little
 endian with zeroed padding, so equal messages have equal bytes; `decode` reads both byte orders and
 any padding, and refuses every other length or content with `CdrError`; `canonical` keeps the bytes
-that came where they are those that `encode` would write.
+that came where they are those that `encode` would write. What is only published for viewers
+(`DESCRIBED`) is read as its definition says, see `described`.
 
 Source: OMG DDS-XTYPES 1.3, section 7.4 (plain CDR version 1). Not a general decoder: only the
 types in `TYPES`.
@@ -25,6 +26,12 @@ from struct import Struct
 from typing import ClassVar
 
 from rigid_body_sim.recording.cdr_parts import U32, CdrError, require, text_of, up
+from rigid_body_sim.recording.described import (
+    Described,
+    decode_described,
+    encode_described,
+    flat,
+)
 from rigid_body_sim.recording.odometry import (
     Odometry,
     odometry_doubles,
@@ -133,7 +140,14 @@ Message = (
     | Vector3Stamped
     | PointCloud2
     | Odometry
+    | Described
 )
+
+POSE_ARRAY = 'geometry_msgs/msg/PoseArray'
+TWIST_ARRAY = 'sensor_msgs/msg/MultiDOFJointState'  # the standard type with names and twists
+TRANSFORMS = 'tf2_msgs/msg/TFMessage'
+MARKERS = 'visualization_msgs/msg/MarkerArray'
+DESCRIBED = (POSE_ARRAY, TWIST_ARRAY, TRANSFORMS, MARKERS)
 
 TYPES: dict[str, type[Message]] = {
     kind.TYPE: kind
@@ -147,7 +161,7 @@ TYPES: dict[str, type[Message]] = {
         PointCloud2,
         Odometry,
     )
-}
+} | dict.fromkeys(DESCRIBED, Described)
 
 
 def header_tail(frame_id: str) -> bytes:
@@ -165,6 +179,8 @@ def header_tail(frame_id: str) -> bytes:
 
 def encode(message: Message) -> bytes:
     """Return the little-endian payload of a message, padding zeroed."""
+    if isinstance(message, Described):
+        return ENCAPSULATION + encode_described(message)
     try:
         head = ENCAPSULATION + _HEAD[1].pack(message.sec, message.nanosec)
     except Exception as error:
@@ -193,18 +209,21 @@ def decode(type_name: str, payload: bytes) -> Message:
     if kind is None:
         raise CdrError(f'{type_name}: unknown type; known: {", ".join(TYPES)}')
     size = len(payload)
-    require(size >= 12, kind.TYPE, f'{size} bytes, but the stamp ends at byte 12')
+    require(size >= 4, type_name, f'{size} bytes, but the encapsulation alone has 4')
     order = payload[1]
     require(
         payload[0] == 0 and order <= 1,
-        kind.TYPE,
+        type_name,
         f'encapsulation {bytes(payload[:2]).hex(" ")}, allowed: 00 00 and 00 01 (plain CDR)',
     )
+    if kind is Described:
+        return decode_described(type_name, payload, order)
+    require(size >= 12, type_name, f'{size} bytes, but the stamp ends at byte 12')
     sec, nanosec = _HEAD[order].unpack_from(payload, 4)
     if kind is Clock:
-        require(size == 12, kind.TYPE, f'{size} bytes, expected 12')
+        require(size == 12, type_name, f'{size} bytes, expected 12')
         return Clock(sec, nanosec)
-    require(size >= 16, kind.TYPE, f'{size} bytes, but the length of frame_id ends at byte 16')
+    require(size >= 16, type_name, f'{size} bytes, but the length of frame_id ends at byte 16')
     if kind is PointCloud2:
         return CloudReader(payload, order).read(sec, nanosec)
     if kind is Odometry:
@@ -214,10 +233,10 @@ def decode(type_name: str, payload: bytes) -> Message:
     count = sum(width for _, width in kind.PARTS)
     require(
         size == start + 8 * count,
-        kind.TYPE,
+        type_name,
         f'{size} bytes, expected {start + 8 * count} with a frame_id of {length} bytes',
     )
-    frame_id = text_of(payload[16 : 16 + length], kind.TYPE)
+    frame_id = text_of(payload[16 : 16 + length], type_name)
     values = _DOUBLES[order, count].unpack_from(payload, start)
     if count == 3:
         return Vector3Stamped(sec, nanosec, frame_id, values)
@@ -232,7 +251,7 @@ def canonical(message: Message, payload: bytes) -> bytes:
     What a sender left in the padding is not kept: it is whatever its memory held, and would make
     equal messages differ.
     """
-    if isinstance(message, PointCloud2 | Odometry):  # padding in more places than one
+    if isinstance(message, PointCloud2 | Odometry | Described):  # padding in more places than one
         ours = encode(message)
         return payload if payload == ours else ours
     if payload[:4] == ENCAPSULATION:
@@ -247,6 +266,8 @@ def canonical(message: Message, payload: bytes) -> bytes:
 
 def fields(message: Message) -> dict[str, int | float | str]:
     """Every scalar of a message by its name, in the order of the bytes: `position.x` and so on."""
+    if isinstance(message, Described):
+        return flat(message.values)
     named: dict[str, int | float | str] = {
         'stamp.sec': message.sec,
         'stamp.nanosec': message.nanosec,

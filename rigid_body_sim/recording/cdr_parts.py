@@ -91,3 +91,45 @@ class PartReader:
     def need(self, condition: bool, problem: str) -> None:
         """Refuse the message unless the condition holds."""
         require(condition, self._type_name, problem)
+
+
+class PartWriter:
+    """Writes a payload piece by piece, little endian; each call returns where its value begins."""
+
+    def __init__(self) -> None:
+        self.content = bytearray(b'\0\1\0\0')
+
+    def align(self, alignment: int) -> int:
+        """Fill up with zeros; alignment counts from byte 4."""
+        self.content += bytes(-(len(self.content) - 4) % alignment)
+        return len(self.content)
+
+    def text(self, text: str) -> int:
+        """Write a text."""
+        at = self.align(4)
+        self.content += string(text)
+        return at
+
+    def words(self, *values: int) -> int:
+        """Write numbers of four bytes, with or without sign."""
+        at = self.align(4)
+        self.content += b''.join(U32[1].pack(value & 0xFFFFFFFF) for value in values)
+        return at
+
+    def floats(self, *values: float) -> int:
+        """Write numbers in single precision."""
+        at = self.align(4)
+        self.content += Struct(f'<{len(values)}f').pack(*values)
+        return at
+
+    def doubles(self, *values: float) -> int:
+        """Write numbers in double precision."""
+        at = self.align(8)
+        self.content += Struct(f'<{len(values)}d').pack(*values)
+        return at
+
+    def raw(self, content: bytes) -> int:
+        """Write bytes as they are."""
+        at = len(self.content)
+        self.content += content
+        return at

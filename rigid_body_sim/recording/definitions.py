@@ -46,6 +46,39 @@ _FIELDS = {
         *('std_msgs/Header header', 'string child_frame_id'),
         *('geometry_msgs/PoseWithCovariance pose', 'geometry_msgs/TwistWithCovariance twist'),
     ),
+    'geometry_msgs/msg/PoseArray': ('std_msgs/Header header', 'Pose[] poses'),
+    'geometry_msgs/msg/Transform': ('Vector3 translation', 'Quaternion rotation'),
+    'geometry_msgs/msg/TransformStamped': (
+        *('std_msgs/Header header', 'string child_frame_id', 'Transform transform'),
+    ),
+    'tf2_msgs/msg/TFMessage': ('geometry_msgs/TransformStamped[] transforms',),
+    'sensor_msgs/msg/MultiDOFJointState': (
+        *('std_msgs/Header header', 'string[] joint_names'),
+        *('geometry_msgs/Transform[] transforms', 'geometry_msgs/Twist[] twist'),
+        'geometry_msgs/Wrench[] wrench',
+    ),
+    'builtin_interfaces/msg/Duration': ('int32 sec', 'uint32 nanosec'),
+    'std_msgs/msg/ColorRGBA': ('float32 r', 'float32 g', 'float32 b', 'float32 a'),
+    'sensor_msgs/msg/CompressedImage': (
+        *('std_msgs/Header header', 'string format', 'uint8[] data'),
+    ),
+    'visualization_msgs/msg/UVCoordinate': ('float32 u', 'float32 v'),
+    'visualization_msgs/msg/MeshFile': ('string filename', 'uint8[] data'),
+    'visualization_msgs/msg/Marker': (
+        *('int32 ARROW=0', 'int32 CUBE=1', 'int32 SPHERE=2', 'int32 CYLINDER=3'),
+        *('int32 LINE_STRIP=4', 'int32 LINE_LIST=5', 'int32 CUBE_LIST=6', 'int32 SPHERE_LIST=7'),
+        *('int32 POINTS=8', 'int32 TEXT_VIEW_FACING=9', 'int32 MESH_RESOURCE=10'),
+        *('int32 TRIANGLE_LIST=11', 'int32 ARROW_STRIP=12'),
+        *('int32 ADD=0', 'int32 MODIFY=0', 'int32 DELETE=2', 'int32 DELETEALL=3'),
+        *('std_msgs/Header header', 'string ns', 'int32 id', 'int32 type', 'int32 action'),
+        *('geometry_msgs/Pose pose', 'geometry_msgs/Vector3 scale', 'std_msgs/ColorRGBA color'),
+        *('builtin_interfaces/Duration lifetime', 'bool frame_locked'),
+        *('geometry_msgs/Point[] points', 'std_msgs/ColorRGBA[] colors'),
+        *('string texture_resource', 'sensor_msgs/CompressedImage texture'),
+        *('UVCoordinate[] uv_coordinates', 'string text', 'string mesh_resource'),
+        *('MeshFile mesh_file', 'bool mesh_use_embedded_materials'),
+    ),
+    'visualization_msgs/msg/MarkerArray': ('Marker[] markers',),
 }
 
 HASHES = {
@@ -70,10 +103,27 @@ HASHES = {
     'nav_msgs/msg/Odometry': (
         'RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0'
     ),
+    'geometry_msgs/msg/PoseArray': (
+        'RIHS01_af0cc36d190e104d546d168d6b39df04fa4b4ccecf59cb4c9ed328d3d5004aa0'
+    ),
+    'sensor_msgs/msg/MultiDOFJointState': (
+        'RIHS01_4d4ded702cfba7ff3ec783835c1a1425f75e53939a430ff355d1fee4b3bbc40b'
+    ),
+    'visualization_msgs/msg/MarkerArray': (
+        'RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf'
+    ),
+    'tf2_msgs/msg/TFMessage': (
+        'RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087'
+    ),
     'rosgraph_msgs/msg/Clock': (
         'RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564'
     ),
 }
+
+
+def fields_of(type_name: str) -> tuple[str, ...]:
+    """Return the lines of a type's definition, constants too."""
+    return _FIELDS[type_name]
 
 
 def definition(type_name: str) -> str:

@@ -117,7 +117,8 @@ class StatePacker:
         self._template_row = np.frombuffer(template, np.uint8)
         self._blocks = self._template_row[None][:0]
         self._wrench_dtype = wrench
-        self._wrench_rows = self._template_row[: count * wrench.itemsize].reshape(count, -1)
+        rows = self._template_row[: count * wrench.itemsize]
+        self._wrench_rows = rows.reshape(count, wrench.itemsize)
         self._wrench_layouts: dict[bytes, TickLayout] = {}
         self._before, self._after = _StampCell(), _StampCell()
 

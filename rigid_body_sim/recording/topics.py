@@ -8,7 +8,7 @@ Names are absolute: namespace + '/' + body + '/' + leaf; the clock is `/clock` i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -78,7 +78,13 @@ def body_topic(namespace: str, body: str, leaf: str, type_name: str) -> Topic:
     return Topic(f'/{prefix}/{body}/{leaf}' if prefix else f'/{body}/{leaf}', type_name)
 
 
-def command_topics(bodies: tuple[str, ...] | list[str], *, namespace: str = '') -> list[Topic]:
+def node_topic(namespace: str, leaf: str, type_name: str) -> Topic:
+    """Topic of all bodies, for example `/lab/poses` in the namespace `/lab`."""
+    prefix = namespace.strip('/')
+    return Topic(f'/{prefix}/{leaf}' if prefix else f'/{leaf}', type_name)
+
+
+def command_topics(bodies: Sequence[str], *, namespace: str = '') -> list[Topic]:
     """Every topic on which a body takes commands, body by body."""
     return [
         body_topic(namespace, body, leaf, type_name)

@@ -6,11 +6,13 @@ The bags of one node: at most one is open; each stretch of recording gets one of
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from datetime import datetime
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.recording.bag_directory import PathTaken
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, TickOutput
 from rigid_body_sim.scene import regular_file
@@ -37,10 +39,17 @@ class Bags:
 
     def start(self) -> Path:
         """Open the next bag at the present tick; UserError if its path is taken."""
-        path = self._next_path()
-        self._recorder = RunRecorder(self._run, path)
-        self.path = path
-        return path
+        for path in self._next_paths():
+            try:
+                self._recorder = RunRecorder(self._run, path)
+            except PathTaken:
+                if path == self._asked and self.path is None:
+                    raise
+                continue  # by another node that began in the same second
+            self.path = path
+            break
+        assert self.path is not None
+        return self.path
 
     def record(self, output: TickOutput, tick: int) -> None:
         """Record what came of the ticks from `tick` on, if a bag is open; RunError: disk full."""
@@ -53,12 +62,14 @@ class Bags:
         if recorder is not None:
             recorder.close(reason)
 
-    def _next_path(self) -> Path:
+    def _next_paths(self) -> Iterator[Path]:
+        """Yield the paths to try, best first."""
         if self._asked is None:
-            return _free(Path(f'rigid_body_sim_{datetime.now():%Y%m%d_%H%M%S}'))
-        if self.path is None:
-            return need_free(self._asked)
-        return _free(self._asked)
+            yield from _free(Path(f'rigid_body_sim_{datetime.now():%Y%m%d_%H%M%S}'))
+        elif self.path is None:
+            yield need_free(self._asked)
+        else:
+            yield from _free(self._asked)
 
 
 def need_free(path: Path) -> Path:
@@ -68,9 +79,7 @@ def need_free(path: Path) -> Path:
     return path
 
 
-def _free(path: Path) -> Path:
-    """Return the path, or the first of path_2, path_3, … that nothing has."""
-    if not regular_file.exists(path):
-        return path
+def _free(path: Path) -> Iterator[Path]:
+    """Yield the path, path_2, path_3, …, those that nothing has."""
     later = (path.with_name(f'{path.name}_{number}') for number in count(2))
-    return next(candidate for candidate in later if not candidate.exists())
+    return (candidate for candidate in chain([path], later) if not regular_file.exists(candidate))

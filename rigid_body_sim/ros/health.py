@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field
 from rigid_body_sim.physics.diagnostics.conserved_groups import KeptQuantity
 from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
 from rigid_body_sim.physics.diagnostics.invariants import Drift
+from rigid_body_sim.ros.lockstep import LockstepFigures
 from rigid_body_sim.runs.error_estimate import ErrorEstimate
 from rigid_body_sim.runs.kept_lines import defect_words
 
@@ -31,6 +32,7 @@ class Health:
     overruns, lags       : see `Pacer`
     largest_lateness, last_lateness : [s]
     accepted, refused    : commands; refused ones by reason
+    lost                 : commands that never came, as far as the middleware tells
     bag                  : what is recorded to; empty when nothing is
     deepest_gap          : smallest distance of two bodies in contact [m], negative: they
                            overlapped; None where nothing touched
@@ -41,6 +43,7 @@ class Health:
     integrator           : what the run goes on with now
     looks                : what `auto` saw on the way, in words
     failure              : why the run ended, if it failed
+    lockstep             : what it waits for; None where it waits for nobody
     """
 
     scene: str
@@ -66,6 +69,8 @@ class Health:
     integrator: str = ''
     looks: str = ''
     failure: str = ''
+    lost: int = 0
+    lockstep: LockstepFigures | None = None
 
     @property
     def level(self) -> int:
@@ -74,11 +79,17 @@ class Health:
         """
         if self.failure:
             return ERROR
-        return WARN if self._is_slow or self.warnings else OK
+        return WARN if self._is_slow or self.warnings or self._of_lockstep else OK
+
+    @property
+    def _of_lockstep(self) -> str:
+        return self.lockstep.warning if self.lockstep else ''
 
     @property
     def _is_slow(self) -> bool:
-        return not self.paused and self.factor < BEHIND * self.factor_asked
+        if self.paused or self.lockstep:  # where the factor is an upper bound
+            return False
+        return self.factor < BEHIND * self.factor_asked
 
     @property
     def message(self) -> str:
@@ -90,7 +101,9 @@ class Health:
             said = (
                 f'slower than asked: real-time factor {self.factor:.3f} of {self.factor_asked:g}'
             )
-        return '; '.join([said, *self.warnings[:1]])
+        if self.lockstep and self.lockstep.timed_out:
+            return '; '.join([self._of_lockstep, *self.warnings[:1]])
+        return '; '.join(filter(None, [said, self._of_lockstep, *self.warnings[:1]]))
 
     def values(self) -> dict[str, str]:
         """Every figure by name, as text."""
@@ -106,12 +119,15 @@ class Health:
             'accepted commands': str(self.accepted),
             'refused commands': str(sum(self.refused.values())),
             'last refusal': self.last_refusal,
+            'lost commands': str(self.lost),
             'energy drift': _drift(self.drift.energy),
             'momentum drift': _drift(self.drift.momentum),
             'angular momentum drift': _drift(self.drift.angular_momentum),
             'recording': self.bag,
             'integrator': self.integrator,
         }
+        if self.lockstep is not None:
+            texts |= self.lockstep.values()
         texts |= self._balance_values()
         if self.looks:
             texts['auto'] = self.looks
@@ -149,7 +165,8 @@ class Health:
         return (
             f'{self.tick} ticks, {self.time:g} s; overruns {self.overruns}, largest lateness '
             f'{self.largest_lateness * 1e3:.3f} ms, last {self.last_lateness * 1e3:.3f} ms; '
-            f'commands {self.accepted}, refused {sum(self.refused.values())}; '
+            f'commands {self.accepted}, refused {sum(self.refused.values())}'
+            f'{f", lost {self.lost}" if self.lost else ""}; '
             f'{self._energy()}'
         )
 

@@ -7,6 +7,9 @@ rclpy's executor builds its wait set anew for every message, twice: with the 40 
 10 bodies that took 1.1 ms of processor per message, during which the stepping thread hardly gets
 the interpreter. This loop takes 0.2 ms. It uses what the executor itself uses below (`WaitSet`,
 `take_message`), which rclpy does not promise to keep; that is in this file alone.
+
+A subscription belongs into one wait set only: two that wait for it take its messages from each
+other, and one of them sleeps on although they came.
 """
 
 from __future__ import annotations
@@ -18,18 +21,67 @@ from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.context import Context
+from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 
 WAIT = 100_000_000  # [ns] between looks whether to end
 
+Taker = Callable[[bytes], object]
+
 
 class NotForExecutors(ReentrantCallbackGroup):
-    """The group of subscriptions that a `Listener` serves: an executor never waits for them."""
+    """The group of subscriptions that an `OwnWaitSet` serves: an executor never waits for them."""
 
     def can_execute(self, entity: object) -> Any:  # rclpy says: always True
         """Never."""
         return False
+
+
+class OwnWaitSet:
+    """
+    Subscriptions that one thread waits for; another may wake it.
+
+    takers : subscription -> function, called with the bytes of each message by the thread that
+             waits
+    """
+
+    def __init__(self, context: Context, takers: Mapping[Subscription, Taker]) -> None:
+        assert context.handle is not None  # it was initialised before a node was made
+        self._guard = GuardCondition(None, None, context=context)
+        self._kept = ExitStack()
+        for held in (context.handle, self._guard.handle, *(one.handle for one in takers)):
+            self._kept.enter_context(held)
+        self._handles = [subscription.handle for subscription in takers]
+        self._takers = {one.handle.pointer: (one, taker) for one, taker in takers.items()}
+        self._wait_set = rclpy_implementation.WaitSet(
+            len(self._handles), 1, 0, 0, 0, 0, context.handle
+        )
+
+    def wait(self, longest: int) -> None:
+        """Take what has come, or comes within so many nanoseconds."""
+        wait_set = self._wait_set
+        wait_set.clear_entities()
+        for handle in self._handles:
+            wait_set.add_subscription(handle)
+        wait_set.add_guard_condition(self._guard.handle)
+        wait_set.wait(max(0, longest))
+        for pointer in wait_set.get_ready_entities('subscription'):
+            _take_all(*self._takers[pointer])
+
+    def take(self) -> None:
+        """Take what has come."""
+        for subscription, taker in self._takers.values():
+            _take_all(subscription, taker)
+
+    def wake(self) -> None:
+        """Let the thread that waits, or will wait next, go on at once; from any thread."""
+        self._guard.trigger()
+
+    def close(self) -> None:
+        """Let go of the subscriptions; no thread waits any more."""
+        self._kept.close()
+        self._guard.destroy()
 
 
 class Listener:
@@ -39,9 +91,7 @@ class Listener:
     takers : subscription -> function; called in the listener's thread
     """
 
-    def __init__(
-        self, context: Context, takers: Mapping[Subscription, Callable[[bytes], object]]
-    ) -> None:
+    def __init__(self, context: Context, takers: Mapping[Subscription, Taker]) -> None:
         self._context = context
         self._takers = takers
         self._ending = False
@@ -58,27 +108,12 @@ class Listener:
             self._thread.join()
 
     def _listen(self) -> None:
-        context = self._context.handle
-        assert context is not None  # it was initialised before a node was made
-        with ExitStack() as kept:
-            kept.enter_context(context)
-            for subscription in self._takers:
-                kept.enter_context(subscription.handle)
-            handles = [subscription.handle for subscription in self._takers]
-            wait_set = rclpy_implementation.WaitSet(len(handles), 0, 0, 0, 0, 0, context)
-            takers = {
-                subscription.handle.pointer: (subscription, taker)
-                for subscription, taker in self._takers.items()
-            }
-            while not self._ending:
-                wait_set.clear_entities()
-                for handle in handles:
-                    wait_set.add_subscription(handle)
-                wait_set.wait(WAIT)
-                for pointer in wait_set.get_ready_entities('subscription'):
-                    _take_all(*takers[pointer])
+        wait_set = OwnWaitSet(self._context, self._takers)
+        while not self._ending:
+            wait_set.wait(WAIT)
+        wait_set.close()
 
 
-def _take_all(subscription: Subscription, taker: Callable[[bytes], object]) -> None:
+def _take_all(subscription: Subscription, taker: Taker) -> None:
     while (taken := subscription.handle.take_message(subscription.msg_type, True)) is not None:
         taker(taken[0])

@@ -10,11 +10,14 @@ The `Listener`'s thread judges and stores commands (`Inbox`), the executor's pas
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -27,14 +30,18 @@ from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.topics import CLOCK_TOPIC, COMMAND_TYPES, Topic, body_topic
 from rigid_body_sim.ros import conversions, parameters, qos
 from rigid_body_sim.ros.bags import Bags
+from rigid_body_sim.ros.endpoints import Endpoints
 from rigid_body_sim.ros.health import Health
 from rigid_body_sim.ros.inbox import Inbox
-from rigid_body_sim.ros.listener import Listener, NotForExecutors
+from rigid_body_sim.ros.listener import Listener, OwnWaitSet, Taker
+from rigid_body_sim.ros.lockstep import Gate
+from rigid_body_sim.ros.neighbours import Neighbours
 from rigid_body_sim.ros.requests import Answer
 from rigid_body_sim.ros.run_loop import RunLoop
 from rigid_body_sim.runs.commands import KINDS
 
 NAME = 'rigid_body_sim'
+LOOK_AROUND = 1.0  # [s] between looks for neighbours, at most
 ARRIVAL = 0.5  # [s] for the last messages to arrive, all together
 ANSWER_PERIOD = (
     0.05  # [s] between looks whether the run has ended while a service waits for its answer
@@ -49,15 +56,21 @@ class SimNode(Node):
         self.settings = parameters.declare(self)
         for warning in parameters.strangers(list(self._parameter_overrides)):
             self.get_logger().warning(warning)
+        self._endpoints = Endpoints(self, self._parameter_overrides)
+        self._neighbours = Neighbours(
+            self, clock=self.resolve_topic_name(CLOCK_TOPIC) if self.settings.publish_clock else ''
+        )
         self._senders: list[Callable[[bytes], None]] = []
         self._health: Health | None = None
 
-    def open_topics(self, topics: Sequence[Topic], bodies: Sequence[str], inbox: Inbox) -> None:
-        """Publish the states and take commands."""
+    def open_topics(
+        self, topics: Sequence[Topic], bodies: Sequence[str], inbox: Inbox, gate: Gate | None
+    ) -> None:
+        """Publish the states and take commands: those that answer states for the gate."""
         state = qos.of_states()
         command = qos.of_commands(self.settings.command_reliability)
         publishers = {
-            topic.name: self.create_publisher(
+            topic.name: self._endpoints.publisher(
                 conversions.MESSAGE_TYPES[topic.type], topic.name, state
             )
             for topic in topics
@@ -65,28 +78,66 @@ class SimNode(Node):
         }
         # channel ids count from 1; what has no publisher is recorded only
         self._senders = [_nowhere, *(_sender(publishers.get(topic.name)) for topic in topics)]
-        takers: dict[Subscription, Callable[[bytes], object]] = {}
+        targets = gate.terms.targets if gate is not None else ()
+        takers: dict[Subscription, Taker] = {}
+        self._answering: dict[int, Subscription] = {}  # by place in the list of lock-step
         for body in bodies:
             for kind in KINDS:
-                subscription = self.create_subscription(
+                subscription = self._endpoints.subscription(
                     conversions.MESSAGE_TYPES[COMMAND_TYPES[kind]],
                     body_topic(self.get_namespace(), body, kind, '').name,
-                    _nowhere,
                     command,
-                    callback_group=NotForExecutors(),
-                    raw=True,
+                    must_be_reliable=(body, kind) in targets,
                 )
-                takers[subscription] = partial(self._receive, inbox, body, kind)
+                if gate is not None and (body, kind) in targets:
+                    self._answering[targets.index((body, kind))] = subscription
+                else:
+                    takers[subscription] = partial(self._receive, inbox, body, kind)
         self.listener = Listener(self.context, takers)
+        self._states = list(publishers.values())
         self._events = qos.NowAndThen()
-        self._events.adopt([*publishers.values(), *takers])
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', state)
+        self._events.adopt([*publishers.values(), *takers, *self._answering.values()])
+        self._diagnostics = self._endpoints.publisher(DiagnosticArray, '/diagnostics', state)
+        for warning in self._endpoints.warnings():
+            self.get_logger().warning(warning)
         self._reported = self.create_guard_condition(self._publish_health)
 
     def _receive(self, inbox: Inbox, body: str, kind: str, data: bytes) -> None:
         reason = inbox.receive(body, kind, data)
         if reason is not None:
             self.get_logger().warning(f'refused: {reason}', throttle_duration_sec=1.0)
+
+    def _answer(self, gate: Gate, index: int, data: bytes) -> None:
+        warning = gate.receive(index, data)
+        if warning is not None:
+            self.get_logger().warning(warning, throttle_duration_sec=1.0)
+
+    def open_door(self, gate: Gate) -> OwnWaitSet:
+        """Make what a run in lock-step waits with; call its `close` when the run has ended."""
+        answering = self._answering.items()
+        takers = {one: partial(self._answer, gate, index) for index, one in answering}
+        return OwnWaitSet(self.context, takers)
+
+    def links(self) -> Hashable:
+        """Tell who is connected by states and answers: it changes with them."""
+        asked = (publisher.get_subscription_count() for publisher in self._states)
+        peers = (
+            bytes(info.endpoint_gid)
+            for subscription in self._answering.values()
+            for info in self.get_publishers_info_by_topic(subscription.topic_name)
+        )
+        answering = (one.handle.get_publisher_count() for one in self._answering.values())
+        return (*asked, *answering, *sorted(peers))
+
+    def silence(self, index: int) -> str:
+        """Say why no answer can come on a topic of lock-step; empty: one can."""
+        subscription = self._answering[index]
+        if subscription.handle.get_publisher_count():
+            return ''
+        found = self.get_publishers_info_by_topic(subscription.topic_name)
+        if found:
+            return f'the publisher of {found[0].node_name} does not match: is it best effort?'
+        return 'nobody publishes it'
 
     def publish(self, batch: Batch) -> None:
         """Send what was packed; called by the run's thread."""
@@ -105,11 +156,26 @@ class SimNode(Node):
 
     def _publish_health(self) -> None:
         self._events.look()
-        if self._health is not None:
+        health = self._whole_health()
+        if health is not None:
             stamp = self.get_clock().now().to_msg()
             name = self.get_fully_qualified_name().lstrip('/')
-            message = conversions.diagnostics(self._health, node_name=name, stamp=stamp)
+            message = conversions.diagnostics(health, node_name=name, stamp=stamp)
             self._diagnostics.publish(message)
+
+    def _whole_health(self) -> Health | None:
+        """Add to the figures of the run what only the node knows."""
+        if self._health is None:
+            return None
+        warnings = (*self._health.warnings, *self._neighbours.warnings)
+        return replace(self._health, lost=self._endpoints.lost, warnings=warnings)
+
+    def _look_around(self) -> None:
+        before = self._neighbours.warnings
+        for warning in self._neighbours.look():
+            self.warn(warning)
+        if self._neighbours.warnings != before:
+            self._publish_health()
 
     def last_words(self) -> str:
         """Publish the figures of the end, let all messages arrive, and put them in a sentence."""
@@ -118,11 +184,14 @@ class SimNode(Node):
         for publisher in self.publishers:
             left = max(0.0, deadline - time.monotonic())
             publisher.wait_for_all_acked(Duration(seconds=left))
-        return self._health.summary() if self._health is not None else ''
+        health = self._whole_health()
+        return health.summary() if health is not None else ''
 
     def serve(self, loop: RunLoop, bags: Bags) -> None:
         """Offer the services and the live parameters."""
         self._loop, self._bags = loop, bags
+        period = min(LOOK_AROUND, self.settings.diagnostics_period)
+        self.create_timer(period, self._look_around, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.create_service(SetBool, '~/pause', partial(self._switch, 'pause'))
         self.create_service(SetBool, '~/record', partial(self._switch, 'record'))
         self.create_service(Trigger, '~/step', self._step)

@@ -72,7 +72,7 @@ class Pacer:
 
     def begin(self, ticks: int, now: int) -> None:
         """Note that ticks begin, which are then as good as done."""
-        self._window_ticks += ticks
+        self.count(ticks)
         if not self.factor:
             return
         late = now - self._anchor - int((self._done + min(self._group, ticks)) * self._period)
@@ -82,6 +82,10 @@ class Pacer:
         whole = int((now - self._anchor) / self._period) - self._done
         self.overruns += max(0, min(ticks, whole - self._group))
         self._done += ticks
+
+    def count(self, ticks: int) -> None:
+        """Count ticks that have no deadline."""
+        self._window_ticks += ticks
 
     def factor_reached(self, now: int) -> float:
         """Real-time factor since the last call or restart."""

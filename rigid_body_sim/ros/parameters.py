@@ -70,10 +70,35 @@ PARAMETERS = (
     Entry(
         'step_mode',
         'free',
-        'free: time runs by itself; lockstep (comes in a later version): steps wait for commands',
+        'free: time runs by itself; lockstep: it waits for the commands that answer its states',
         choices=('free', 'lockstep'),
     ),
-    Entry('lockstep_topics', (), 'topics that a step waits for (comes in a later version)'),
+    Entry(
+        'lockstep_topics',
+        (),
+        'command topics that answer each state, such as satellite/torque, in the order in which '
+        'the answers are applied; for step_mode lockstep',
+    ),
+    Entry(
+        'lockstep_stamps',
+        True,
+        'an answer bears the stamp of its state; false: the first command that comes after the '
+        'state was published is the answer, whatever its stamp',
+    ),
+    Entry(
+        'lockstep_period',
+        0.0,
+        'simulation time between two states that are answered [s], a whole number of publishing '
+        'periods; 0.0: one',
+        (0.0, LARGEST),
+    ),
+    Entry(
+        'lockstep_timeout',
+        10.0,
+        'how long answers may take [s of wall time] before the node counts as paused and names '
+        'what is missing; it goes on when the answers come; 0.0: for ever',
+        (0.0, LARGEST),
+    ),
     Entry('step_count', 1, 'ticks per call of ~/step', (1, 2**31 - 1), live=True),
     Entry(
         'command_timeout',
@@ -146,6 +171,9 @@ class Settings:
     start_paused: bool
     step_mode: str
     lockstep_topics: tuple[str, ...]
+    lockstep_stamps: bool
+    lockstep_period: float
+    lockstep_timeout: float
     step_count: int
     command_timeout: float
     stop_time: float
@@ -176,11 +204,7 @@ def declare(node: Node) -> Settings:
             raise UserError(
                 f'parameter {name}: got true; it comes in a later version; leave it out'
             )
-    if settings.step_mode != 'free' or settings.lockstep_topics:
-        raise UserError(
-            'parameter step_mode: lockstep comes in a later version; allowed: free, without '
-            'lockstep_topics; or start paused and call ~/step'
-        )
+    _judge_lockstep(settings)
     if not settings.world_frame or '\0' in settings.world_frame:
         raise UserError(
             f'parameter world_frame: got {settings.world_frame!r}; allowed: a name, such as world'
@@ -188,10 +212,25 @@ def declare(node: Node) -> Settings:
     return settings
 
 
+def _judge_lockstep(settings: Settings) -> None:
+    if settings.step_mode == 'free' and settings.lockstep_topics:
+        raise UserError(
+            f'parameter lockstep_topics: got {", ".join(settings.lockstep_topics)}, but step_mode '
+            'is free and waits for nobody; add step_mode:=lockstep, or leave lockstep_topics out'
+        )
+    if settings.step_mode == 'lockstep' and settings.command_reliability != 'reliable':
+        raise UserError(
+            'parameter command_reliability: got best_effort; step_mode lockstep allows: reliable; '
+            'it would wait for ever for an answer that was lost'
+        )
+
+
 def _declare(node: Node, entry: Entry) -> Any:
-    default = Parameter.Type.STRING_ARRAY if entry.default == () else entry.default
     try:
-        value = node.declare_parameter(entry.name, default, _descriptor(entry)).value
+        if entry.default == ():
+            value = _declare_texts(node, entry)
+        else:
+            value = node.declare_parameter(entry.name, entry.default, _descriptor(entry)).value
     except InvalidParameterTypeException as error:
         raise UserError(_type_problem(entry, str(error))) from None
     except InvalidParameterValueException as error:
@@ -199,7 +238,26 @@ def _declare(node: Node, entry: Entry) -> Any:
         raise UserError(f'parameter {entry.name}: got {got}; allowed: {allowed(entry)}') from None
     if entry.choices and value not in entry.choices:
         raise UserError(f'parameter {entry.name}: got {value!r}; allowed: {allowed(entry)}')
-    return tuple(value or ()) if entry.default == () else value
+    return value
+
+
+def _declare_texts(node: Node, entry: Entry) -> tuple[str, ...]:
+    """
+    Declare a list of texts, which may be empty.
+
+    ROS takes the default `[]` for a list of bytes, and a given `[]` for no value at all; one
+    parameter without a value empties the answer to every request that asks for several. So the
+    empty list is set, while the parameter may still be written.
+    """
+    kind = Parameter.Type.STRING_ARRAY
+    descriptor = _descriptor(entry)
+    descriptor.read_only = False
+    if node.declare_parameter(entry.name, kind, descriptor).value is None:
+        node.set_parameters([Parameter(entry.name, kind, [])])
+    final = _descriptor(entry)
+    final.type = kind.value
+    node.set_descriptor(entry.name, final)
+    return tuple(node.get_parameter(entry.name).value or ())
 
 
 def _type_problem(entry: Entry, message: str) -> str:

@@ -165,10 +165,13 @@ def play_bag(path: Path, *, topics: Sequence[str], rate_factor: float) -> int:
 def commands_of_bag(
     path: Path, *, topics: Sequence[str], rate_factor: float
 ) -> tuple[list[Topic], list[Message]]:
-    """Read the command topics of a bag and their messages by log time; UserError if none."""
+    """
+    Read the command topics of a bag and their messages by log time; UserError if none. What was
+    remapped is sent under the name on the wire.
+    """
     bag = Bag(path)
     present = {
-        topic.name: topic
+        bag.wire_name(topic.name): Topic(bag.wire_name(topic.name), topic.type)
         for topic in bag.topics.values()
         if is_command(topic) and bag.counts[topic.name]
     }
@@ -180,11 +183,16 @@ def commands_of_bag(
         )
     chosen = [topic for name, topic in present.items() if not topics or name in topics]
     recorded = sorted(
-        bag.messages([topic.name for topic in chosen]), key=lambda message: message.log_time
+        bag.messages([bag.own_name(topic.name) for topic in chosen]),
+        key=lambda message: message.log_time,
     )
     first = recorded[0].log_time
     return chosen, [
-        Message((message.log_time - first) * 1e-9 / rate_factor, message.topic, message.data)
+        Message(
+            (message.log_time - first) * 1e-9 / rate_factor,
+            bag.wire_name(message.topic),
+            message.data,
+        )
         for message in recorded
     ]
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Answer(NamedTuple):
@@ -24,12 +25,14 @@ class Request:
     """
     One wish.
 
-    name  : pause, step, reset, record, or the name of a live parameter
-    value : what it is about
+    name  : pause, step, steps, stop_steps, reset, record, visit, quit, or a live parameter
+    value : what it is about; of `visit`, what to do with the run at its tick boundary
+    told  : is called when it is answered, by whoever answers it
     """
 
     name: str
-    value: float = 0.0
+    value: Any = 0.0
+    told: Callable[[], object] | None = None
     answer: Answer | None = None
     answered: threading.Event = field(default_factory=threading.Event)
 
@@ -38,18 +41,27 @@ class Request:
         if self.answer is None:
             self.answer = answer
             self.answered.set()
+            if self.told is not None:
+                self.told()
 
 
 class RequestQueue:
-    """Requests in the order in which they were made; looking at `waiting` costs nothing."""
+    """
+    Requests in the order in which they were made; looking at `waiting` costs nothing.
 
-    def __init__(self) -> None:
+    call : wakes whoever serves them; None: they wait for `wake`
+    """
+
+    def __init__(self, call: Callable[[], object] | None = None) -> None:
         self.waiting: deque[Request] = deque()
         self.wake = threading.Event()
+        self._call = call or self.wake.set
 
-    def post(self, name: str, value: float = 0.0) -> Request:
+    def post(
+        self, name: str, value: Any = 0.0, told: Callable[[], object] | None = None
+    ) -> Request:
         """Add a wish and wake whoever serves them."""
-        request = Request(name, value)
+        request = Request(name, value, told)
         self.waiting.append(request)
-        self.wake.set()
+        self._call()
         return request

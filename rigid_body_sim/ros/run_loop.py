@@ -12,7 +12,8 @@ runs, never what it computes.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from rigid_body_sim.errors import RunError, UserError
@@ -21,9 +22,12 @@ from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.ros.bags import Bags
 from rigid_body_sim.ros.health import Health
 from rigid_body_sim.ros.inbox import Inbox
+from rigid_body_sim.ros.lockstep_turns import LockstepTurns
 from rigid_body_sim.ros.pacer import Pacer
 from rigid_body_sim.ros.requests import Answer, Request, RequestQueue
+from rigid_body_sim.ros.stepping import Steps
 from rigid_body_sim.runs import choices
+from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.pace import Pace
 from rigid_body_sim.runs.run import Run
 from rigid_body_sim.stop_signals import STOP
@@ -51,6 +55,24 @@ class Ending:
     problem: Exception | None = None
 
 
+@dataclass(frozen=True)
+class Visit:
+    """
+    A run between two ticks, for a request of the name `visit`: it may look, and ask for more.
+
+    paused   : by a person, or because an answer in lock-step did not come
+    stepping : steps are being done that somebody asked for
+    inbox    : takes commands for the coming tick
+    ask      : grants another request at this tick boundary, by name and value
+    """
+
+    run: Run
+    inbox: Inbox
+    paused: bool
+    stepping: bool
+    ask: Callable[[str, object], Answer]
+
+
 class RunLoop:
     """
     Steps one run until it is told to stop, reaches the stop time, or fails.
@@ -58,6 +80,8 @@ class RunLoop:
     publish : takes each packed batch
     report  : takes the figures, every `report_period` seconds
     stop    : set it to end the run as by a signal; a signal ends it too
+
+    lockstep : how it waits for answers; None: time runs by itself
 
     The states where it begins, at t = 0 or at a reset, are published before the first tick; while
     it is paused there, again every second, for whoever came later.
@@ -76,10 +100,12 @@ class RunLoop:
         stop_time: float,
         paused: bool,
         rerecord: bool,
+        lockstep: LockstepTurns | None = None,
     ) -> None:
         self.stop = False
         self.ending: Ending | None = None
-        self.requests = RequestQueue()
+        self.requests = RequestQueue(lockstep.wake if lockstep else None)
+        self._lockstep = lockstep
         self._run = run
         self._inbox = inbox
         self._bags = bags
@@ -89,8 +115,10 @@ class RunLoop:
         self._paused = paused
         self._rerecord = rerecord
         self._pace = Pace()
+        self._steps: Steps | None = None
         self._start: tuple[Batch, ...] = ()
         self._start_tick = run.simulation.tick
+        self._breath = 0
         now = time.monotonic_ns()
         self._next_repeat = now
         self._next_report = now + self._report_period
@@ -118,9 +146,9 @@ class RunLoop:
         return reason
 
     def _loop(self) -> str:
-        self._pacer.restart(time.monotonic_ns())
-        breath = 0
-        requests, simulation, pacer = self.requests, self._run.simulation, self._pacer
+        self._restart()
+        requests, simulation = self.requests, self._run.simulation
+        turn = self._free_turn if self._lockstep is None else self._lockstep_turn
         self._publish_start()
         while not self._stopped:
             if requests.waiting:
@@ -131,19 +159,55 @@ class RunLoop:
             if now >= self._next_report:
                 self._tell(now)
                 self._next_report = now + self._report_period
-            if self._paused:
+            if self._steps is not None:
+                self._go_on(self._steps, now)
+            elif self._paused:
                 self._repeat_start(now)
                 self._doze(now, min(self._next_report, self._next_repeat))
-            elif not pacer.factor:
-                pacer.begin(self._advance(self._stop_tick - simulation.tick), now)
-                if now >= breath:
-                    time.sleep(BREATH)
-                    breath = time.monotonic_ns() + BREATH_EVERY
-            elif due := pacer.due(now):
-                pacer.begin(self._advance(min(due, self._stop_tick - simulation.tick)), now)
             else:
-                self._doze(now, pacer.deadline)
+                turn(now)
         return 'signal'
+
+    def _free_turn(self, now: int) -> None:
+        """Do what is due by the wall clock, or wait for it."""
+        pacer, left = self._pacer, self._stop_tick - self._run.simulation.tick
+        if not pacer.factor:
+            pacer.begin(self._advance(left), now)
+            self._breathe(now)
+        elif due := pacer.due(now):
+            pacer.begin(self._advance(min(due, left)), now)
+        else:
+            self._doze(now, pacer.deadline)
+
+    def _breathe(self, now: int) -> None:
+        """Let other threads take the interpreter now and then."""
+        if now >= self._breath:
+            time.sleep(BREATH)
+            self._breath = time.monotonic_ns() + BREATH_EVERY
+
+    def _lockstep_turn(self, now: int) -> None:
+        """Do a period if every topic has answered, or wait for it."""
+        lockstep = self._lockstep
+        assert lockstep is not None
+        if lockstep.is_ready(now):
+            self._advance_period(now)
+        else:
+            was = lockstep.timed_out
+            lockstep.wait(now, self._next_report)
+            if lockstep.timed_out != was:
+                self._next_report = now
+
+    def _advance_period(self, now: int) -> None:
+        """Take the answers and go to the next instant; a signal or the stop time may be nearer."""
+        lockstep, simulation = self._lockstep, self._run.simulation
+        assert lockstep is not None
+        commands = lockstep.take(self._inbox.take(), now)
+        tick = simulation.tick
+        end = min(tick + lockstep.period, self._stop_tick)
+        while simulation.tick < end and not self._stopped:
+            self._do(end - simulation.tick, commands)
+            commands = []
+        self._pacer.count(simulation.tick - tick)
 
     @property
     def _stopped(self) -> bool:
@@ -152,7 +216,10 @@ class RunLoop:
     def _publish_start(self) -> None:
         """Publish the states where the run stands, before the first tick from there."""
         self._start, self._start_tick = self._run.start(), self._run.simulation.tick
-        self._repeat_start(time.monotonic_ns(), at_once=True)
+        now = time.monotonic_ns()
+        if self._lockstep is not None:
+            self._lockstep.reach(self._start_tick, self._start, now)
+        self._repeat_start(now, at_once=True)
 
     def _repeat_start(self, now: int, *, at_once: bool = False) -> None:
         """Publish them again if it is time and no tick was done since."""
@@ -165,6 +232,9 @@ class RunLoop:
 
     def _doze(self, now: int, until: int) -> None:
         """Sleep up to a time, less if a request comes."""
+        if self._lockstep is not None:
+            self._lockstep.rest(now, until)
+            return
         left = until - now
         if left <= LONGEST_SLEEP:
             time.sleep(max(0, left) * 1e-9)
@@ -179,12 +249,16 @@ class RunLoop:
 
         returns : ticks done
         """
+        return self._do(ticks, self._inbox.take())
+
+    def _do(self, ticks: int, commands: Sequence[Command]) -> int:
         run, tick = self._run, self._run.simulation.tick
-        commands = self._inbox.take()
         begin = time.perf_counter()
         output = run.advance(1 if commands else min(ticks, BURST, self._pace.ticks), commands)
         self._pace.note(output.tick - tick, time.perf_counter() - begin)
         self._bags.record(output, tick)
+        if self._lockstep is not None:
+            self._lockstep.reach(output.tick, output.batches, time.monotonic_ns())
         for batch in output.batches:
             self._publish(batch)
         return output.tick - tick
@@ -194,28 +268,43 @@ class RunLoop:
         while waiting:
             request = waiting.popleft()
             try:
-                request.give(self._answer(request))
+                answer = self._answer(request)
+                if answer is not None:
+                    request.give(answer)
             except Exception as problem:
                 request.give(Answer(False, str(problem)))
                 raise
 
     def _refuse_the_rest(self) -> None:
+        problem = self.ending.problem if self.ending else None
+        self._break_off(str(problem) if problem else 'the run has ended')
         waiting = self.requests.waiting
         while waiting:
             waiting.popleft().give(Answer(False, 'the run has ended'))
 
-    def _answer(self, request: Request) -> Answer:
+    def _answer(self, request: Request) -> Answer | None:
+        """Grant a wish or refuse it; None where the answer comes later."""
         match request.name:
             case 'pause':
                 return self._pause(bool(request.value))
             case 'step':
                 return self._step(int(request.value))
+            case 'steps':
+                return self._begin_steps(request)
+            case 'stop_steps':
+                if self._steps is not None and self._steps.request is request.value:
+                    self._break_off('cancelled')
+            case 'visit':
+                request.value(self._visit())
+            case 'quit':
+                self.stop = True
             case 'reset':
                 return self._reset()
             case 'record':
                 return self._record(bool(request.value))
             case 'real_time_factor':
                 self._pacer.set_factor(request.value, time.monotonic_ns())
+                self._restart()
             case 'stop_time':
                 self._stop_tick = self._tick_of(request.value)
             case 'command_timeout':
@@ -229,25 +318,98 @@ class RunLoop:
         simulation = self._run.simulation
         return f'tick {simulation.tick}, {simulation.time:g} s'
 
+    def _visit(self) -> Visit:
+        timed_out = self._lockstep is not None and self._lockstep.timed_out
+
+        def ask(name: str, value: object) -> Answer:
+            answer = self._answer(Request(name, value))
+            assert answer is not None  # those that are answered later are not asked for here
+            return answer
+
+        return Visit(
+            self._run,
+            self._inbox,
+            paused=self._paused or timed_out,
+            stepping=self._steps is not None,
+            ask=ask,
+        )
+
+    def _begin_steps(self, request: Request) -> Answer | None:
+        if not self._paused:
+            return Answer(False, f'not paused, at {self._where()}: pause the run first')
+        if self._steps is not None:
+            return Answer(False, _still(self._steps))
+        self._steps = Steps(request)
+        self._restart()
+        return None
+
+    def _go_on(self, steps: Steps, now: int) -> None:
+        """Do some of the steps that were asked for, or wait for what they need."""
+        lockstep, tick = self._lockstep, self._run.simulation.tick
+        if not steps.left:
+            pass
+        elif now < steps.due:
+            self._doze(now, steps.due)
+        elif lockstep is None:
+            steps.note(self._advance(min(steps.stretch, self._stop_tick - tick)))
+            self._breathe(now)
+        elif missing := lockstep.no_answer():
+            lockstep.wait(now, self._next_report)
+            if lockstep.timed_out:
+                self._break_off(missing)
+                return
+        else:
+            self._advance_period(now)
+            steps.note(int(self._run.simulation.tick == tick + lockstep.period))
+        if not steps.left:
+            self._break_off('')
+
+    def _break_off(self, why: str) -> None:
+        """End the steps that were asked for, if there are any; `why` not all of them were done."""
+        steps, self._steps = self._steps, None
+        if steps is not None:
+            steps.end(why, self._where())
+
     def _pause(self, paused: bool) -> Answer:
+        self._break_off('paused' if paused else 'resumed')
         self._paused = paused
-        self._pacer.restart(time.monotonic_ns())
+        self._restart()
         return Answer(True, f'{"paused" if paused else "running"} at {self._where()}')
+
+    def _restart(self) -> None:
+        """Let the wall clock count from now on."""
+        now = time.monotonic_ns()
+        self._pacer.restart(now)
+        if self._lockstep is not None:
+            self._lockstep.restart(now, self._pacer.factor)
 
     def _step(self, ticks: int) -> Answer:
         if not self._paused:
             return Answer(False, 'not paused: call ~/pause with true first')
+        if self._steps is not None:
+            return Answer(False, _still(self._steps))
+        if self._lockstep is not None:
+            return self._step_period(self._lockstep)
         simulation = self._run.simulation
         end = min(simulation.tick + ticks, self._stop_tick)
         while simulation.tick < end and not self._stopped:
             self._advance(end - simulation.tick)
         return Answer(simulation.tick == end, f'at {self._where()}')
 
+    def _step_period(self, lockstep: LockstepTurns) -> Answer:
+        """Do one period, whose answers must be there: nobody waits for them here."""
+        if missing := lockstep.no_answer():
+            return Answer(False, f'{missing}, at {self._where()}')
+        self._advance_period(time.monotonic_ns())
+        return Answer(True, f'at {self._where()}')
+
     def _reset(self) -> Answer:
+        self._break_off('reset')
         recorded = self._bags.is_open
         self._bags.stop('reset')
         self._inbox.clear()
-        self._run.reset()
+        lockstep, tick = self._lockstep, self._run.simulation.tick
+        self._run.reset(None if lockstep is None else lockstep.next_instant(tick))
         said = f'reset at {self._where()}; time goes on'
         if recorded:
             said += f'; closed {self._bags.path}'
@@ -276,20 +438,25 @@ class RunLoop:
         """Take the figures; for the thread of the loop, or when it has ended."""
         simulation, pacer = self._run.simulation, self._pacer
         problem = self.ending.problem if self.ending else None
+        lockstep, inboxes = None, [self._inbox]
+        if self._lockstep is not None:
+            lockstep = self._lockstep.figures(now)
+            inboxes.append(self._lockstep.gate.inbox)
         return Health(
             scene=simulation.scene.name,
             tick=simulation.tick,
             time=simulation.time,
-            paused=self._paused,
+            paused=self._paused or (lockstep is not None and lockstep.timed_out),
+            lockstep=lockstep,
             factor_asked=pacer.factor,
             factor=pacer.factor_reached(now),
             overruns=pacer.overruns,
             lags=pacer.lags,
             largest_lateness=pacer.largest_lateness * 1e-9,
             last_lateness=pacer.last_lateness * 1e-9,
-            accepted=self._inbox.accepted,
-            refused=self._inbox.refused,
-            last_refusal=self._inbox.last_refusal,
+            accepted=sum(inbox.accepted for inbox in inboxes),
+            refused=sum((Counter(inbox.refused) for inbox in inboxes), Counter()),
+            last_refusal=' '.join(filter(None, (inbox.last_refusal for inbox in inboxes))),
             drift=self._run.sample_drift(),
             balance=self._run.energy_balance(),
             kept=self._run.kept(),
@@ -301,3 +468,7 @@ class RunLoop:
             looks=choices.looks_text(simulation),
             failure=str(problem) if problem else '',
         )
+
+
+def _still(steps: Steps) -> str:
+    return f'{steps.left} steps of another request are still to be done'

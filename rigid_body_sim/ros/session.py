@@ -7,31 +7,46 @@ The life of the node from the command line to its end.
 from __future__ import annotations
 
 import gc
+import os
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
+from rigid_body_sim.recording.topic_names import names_on_the_wire
+from rigid_body_sim.ros import lockstep, standard
 from rigid_body_sim.ros.bags import Bags, need_free
 from rigid_body_sim.ros.domain import check_domain
 from rigid_body_sim.ros.inbox import Inbox
-from rigid_body_sim.ros.node import SimNode
+from rigid_body_sim.ros.lockstep import Gate, Terms
+from rigid_body_sim.ros.lockstep_turns import LockstepTurns
+from rigid_body_sim.ros.node import NAME, SimNode
 from rigid_body_sim.ros.parameters import Settings
 from rigid_body_sim.ros.run_loop import Ending, RunLoop
+from rigid_body_sim.runs.commands import topics_of
+from rigid_body_sim.runs.recorder import recorded_topics
 from rigid_body_sim.runs.run import Run, RunSettings, publish_every, rate_note
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP
+
+SHOWN = 4  # [topics] named in a line
+if TYPE_CHECKING:
+    from rigid_body_sim.ros.standard.services import Standard
 
 SPIN = 0.1  # [s] between looks whether the run has ended or a signal came
 SWITCH_INTERVAL = 5e-4  # [s] that a thread may keep the interpreter; Python's 5 ms make ticks late
@@ -56,29 +71,58 @@ def run_node(words: Sequence[str]) -> None:
 
 
 def _session(words: Sequence[str], context: Context) -> None:
-    node = _make_node(words, context)
+    with _logged(NAME):
+        node = _make_node(words, context)
     try:
-        run = _make_run(node)
-        STOP.keep()
-        ending = _serve(node, run, context)
+        with _logged(node.get_logger().name):
+            run = _make_run(node)
+            STOP.keep()
+            ending = _serve(node, run, context)
+            if ending.problem is not None:
+                raise ending.problem
     finally:
         node.destroy_node()
-    if ending.problem is not None:
-        raise ending.problem
+
+
+@contextmanager
+def _logged(name: str) -> Iterator[None]:
+    """
+    Put what fails into the log of ROS too: its file, and /rosout once there is a node. Not to the
+    terminal, where the verb says it.
+    """
+    try:
+        yield
+    except Exception as error:
+        sys.stderr.flush()
+        terminal, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+        try:
+            os.dup2(nowhere, 2)
+            get_logger(name).fatal(' '.join(str(error).split()))
+        finally:
+            os.dup2(terminal, 2)
+            os.close(terminal)
+            os.close(nowhere)
+        raise
 
 
 def _serve(node: SimNode, run: Run, context: Context) -> Ending:
     """Let the run meet its topics, services and bags, up to its end."""
     log = node.get_logger()
     inbox = Inbox(run.rules)
+    gate = _make_gate(node, run) if node.settings.step_mode == 'lockstep' else None
     bags = Bags(run, _record_path(node.settings))
-    node.open_topics(run.topics, [body.name for body in run.simulation.scene.bodies], inbox)
+    bodies = [body.name for body in run.simulation.scene.bodies]
+    node.open_topics(run.topics, bodies, inbox, gate)
     if node.settings.record:
         bags.start()
-    loop = _make_loop(node, run, inbox, bags)
+    turns = _make_turns(node, run, gate) if gate is not None else None
+    loop = _make_loop(node, run, inbox, bags, turns)
     node.serve(loop, bags)
+    more = standard.offer(node, loop, run, world_frame=node.settings.world_frame)
     log.info(_ready_line(node, run, bags))
-    ending = _spin(node, loop, context)
+    ending = _spin(node, loop, context, more)
+    if turns is not None:
+        turns.close()
     log.info(f'{ending.reason}: {node.last_words()}')
     if bags.path is not None:
         log.info(f'recorded: {bags.path}')
@@ -135,13 +179,61 @@ def _make_run(node: SimNode) -> Run:
         ),
         warn=node.warn,
     )
+    names, shared = names_on_the_wire(
+        [topic.name for topic in recorded_topics(run)], node.resolve_topic_name
+    )
+    run.settings = replace(run.settings, topic_names=names)
+    if shared:
+        node.warn(
+            f'remapping gives one name to several topics; they are recorded under their own: '
+            f'{", ".join(sorted(shared)[:SHOWN])}{" …" if len(shared) > SHOWN else ""}'
+        )
     note = rate_note(settings.publish_rate, simulation.dt_ns)
     if note is not None:
         node.warn(note)
     return run
 
 
-def _make_loop(node: SimNode, run: Run, inbox: Inbox, bags: Bags) -> RunLoop:
+def _make_gate(node: SimNode, run: Run) -> Gate:
+    """Agree on the terms of lock-step; UserError where they do not fit the scene."""
+    settings, scene = node.settings, run.simulation.scene
+    terms = Terms(
+        settings.lockstep_topics,
+        lockstep.targets_of(
+            settings.lockstep_topics,
+            known=topics_of([body.name for body in scene.bodies], namespace=node.get_namespace()),
+            namespace=node.get_namespace(),
+            scene=scene,
+            remapped=node.resolve_topic_name,
+        ),
+        lockstep.period_of(
+            settings.lockstep_period,
+            publish_every=run.settings.publish_every,
+            dt_ns=run.simulation.dt_ns,
+        ),
+        stamped=settings.lockstep_stamps,
+        timeout=round(settings.lockstep_timeout * 1e9),
+    )
+    for text in lockstep.notes(terms, run.settings, dt_ns=run.simulation.dt_ns):
+        node.warn(text)
+    return Gate(terms, Inbox(run.rules))
+
+
+def _make_turns(node: SimNode, run: Run, gate: Gate) -> LockstepTurns:
+    return LockstepTurns(
+        gate,
+        dt_ns=run.simulation.dt_ns,
+        door=node.open_door(gate),
+        links=node.links,
+        silence=node.silence,
+        publish=node.publish,
+        warn=node.warn,
+    )
+
+
+def _make_loop(
+    node: SimNode, run: Run, inbox: Inbox, bags: Bags, turns: LockstepTurns | None
+) -> RunLoop:
     settings = node.settings
     return RunLoop(
         run,
@@ -154,6 +246,7 @@ def _make_loop(node: SimNode, run: Run, inbox: Inbox, bags: Bags) -> RunLoop:
         stop_time=settings.stop_time,
         paused=settings.start_paused,
         rerecord=settings.record,
+        lockstep=turns,
     )
 
 
@@ -165,11 +258,17 @@ def _ready_line(node: SimNode, run: Run, bags: Bags) -> str:
     return (
         f'ready: {simulation.scene.name} ({names}), {simulation.integrator.name}, '
         f'dt {simulation.dt:g} s, topics {prefix}/<body>/…, {recording}'
-        f'{", paused" if node.settings.start_paused else ""}'
+        f'{", paused" if node.settings.start_paused else ""}{_waiting_for(node.settings)}'
     )
 
 
-def _spin(node: SimNode, loop: RunLoop, context: Context) -> Ending:
+def _waiting_for(settings: Settings) -> str:
+    return f', in lock-step with {", ".join(settings.lockstep_topics)}' * (
+        settings.step_mode == 'lockstep'
+    )
+
+
+def _spin(node: SimNode, loop: RunLoop, context: Context, more: Standard | None) -> Ending:
     """Let the loop run in its thread, and the executor here, until it has ended."""
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
@@ -182,6 +281,8 @@ def _spin(node: SimNode, loop: RunLoop, context: Context) -> Ending:
     try:
         while loop.ending is None:
             executor.spin_once(timeout_sec=SPIN)
+        if more is not None:
+            more.settle(executor)
     finally:
         loop.stop = True
         thread.join()

@@ -22,7 +22,7 @@ from rigid_body_sim.physics.integration.choose import Choice, integrator_of
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording import cdr
-from rigid_body_sim.recording.bag_reader import RecordedMessage
+from rigid_body_sim.recording.recorded_message import RecordedMessage
 from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.runs.run import Run
 

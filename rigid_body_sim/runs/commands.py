@@ -21,14 +21,19 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import MOST_NAMED, InvalidModel
-from rigid_body_sim.physics.model.named_frames import at_center, find_frame, full_name
+from rigid_body_sim.physics.model.named_frames import (
+    at_center,
+    find_frame,
+    frame_names,
+    full_name,
+)
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import Body, Frame, Scene, Vector
 from rigid_body_sim.recording import cdr
@@ -75,23 +80,62 @@ class Command:
 
 
 class CommandRules:
-    """What a scene allows to be commanded."""
+    """
+    What a scene allows to be commanded.
 
-    def __init__(self, scene: Scene, *, world_frame: str = 'world') -> None:
+    frame_prefix : stands before the names of frames of bodies; commands may leave it out
+    commanded    : names of the bodies that take commands; None: all
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        world_frame: str = 'world',
+        frame_prefix: str = '',
+        commanded: Collection[str] | None = None,
+    ) -> None:
         self._world_frame = world_frame
+        self._frame_prefix = frame_prefix
+        self._commanded = None if commanded is None else frozenset(commanded)
         self._bodies = {body.name: body for body in scene.bodies}
+        self._named = frozenset(name for body in scene.bodies for name in frame_names(body))
+
+    def without_prefix(self, command: Command) -> Command:
+        """Give the same command in frames without the prefix, where it names some of bodies so."""
+        if not self._frame_prefix:
+            return command
+        command = replace(command, frame_id=self._bare(command.frame_id))
+        if command.state is None:
+            return command
+        child = self._bare(command.state.child_frame_id)
+        return replace(command, state=replace(command.state, child_frame_id=child))
+
+    def _bare(self, name: str) -> str:
+        """Take the prefix off a name of a frame that means something without and nothing with."""
+        bare = name.removeprefix(self._frame_prefix)
+        if name == self._world_frame or name in self._named:
+            return name
+        return bare if bare in self._named else name
 
     def frame(self, command: Command) -> str:
         """Frame of a command that was not refused, as `Simulation.hold` names it."""
+        command = self.without_prefix(command)
         if command.frame_id in ('', self._world_frame):
             return 'world'
         return 'body' if command.frame_id == command.body else command.frame_id
 
     def refusal(self, command: Command) -> str | None:
         """Say why a command cannot be honoured, in one line; None if it can."""
+        command = self.without_prefix(command)
         body = self._bodies.get(command.body)
         if body is None:
             return f'no body is named {command.body!r}; the scene has: {", ".join(self._bodies)}'
+        if self._commanded is not None and body.name not in self._commanded:
+            return (
+                f'{body.name!r} has no topics of its own and takes no commands; name it in '
+                'body_topics'
+            )
         if body.fixed:
             return f'{body.name!r} is fixed; command a movable body'
         if command.state is not None:
@@ -200,25 +244,28 @@ def topics_of(bodies: Sequence[str], *, namespace: str) -> dict[str, tuple[str, 
     }
 
 
-def read_csv(path: Path, scene: Scene, *, dt_ns: int) -> list[tuple[int, Command]]:
+def read_csv(
+    path: Path, scene: Scene, *, dt_ns: int, commanded: Collection[str] | None = None
+) -> list[tuple[int, Command]]:
     """
     Read timed commands: columns time [s], body, kind, frame (world, body, or a frame of the
     body), fx … tz; missing numbers are zero. A set_state has x, y, z, qx … qw (none: not turned),
     vx … wz in their place; frame (world or body) says the axes of the velocities.
 
+    commanded : names of the bodies that take commands; None: all
     returns : (tick, command), ascending; a command takes effect at the first tick boundary not
               before its time
     """
     timed = regular_file.rows(
         path,
-        lambda where, lines: _rows(where, lines, scene, dt_ns),
+        lambda where, lines: _rows(where, lines, CommandRules(scene, commanded=commanded), dt_ns),
         wanted='a CSV file of commands',
     )
     return sorted(timed, key=lambda item: item[0])
 
 
 def _rows(
-    path: Path, lines: Iterator[str], scene: Scene, dt_ns: int
+    path: Path, lines: Iterator[str], rules: CommandRules, dt_ns: int
 ) -> Iterator[tuple[int, Command]]:
     reader = csv.DictReader(lines)
     columns = tuple(reader.fieldnames or ())
@@ -229,7 +276,6 @@ def _rows(
             f'{path}: columns {", ".join(columns) or "none"}; needed: time, body, kind; '
             f'allowed: {", ".join(CSV_COLUMNS)}'
         )
-    rules = CommandRules(scene)
     for row in reader:
         where = f'{path}: line {reader.line_num}'
         if None in row or None in row.values():

@@ -7,7 +7,9 @@ from __future__ import annotations
 import sys
 
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot, is_source
+from rigid_body_sim.recording.marker_packing import Shown
 from rigid_body_sim.recording.record_values import RecordValues
+from rigid_body_sim.runs.viewing import ViewSettings, shown_of
 
 MOST_TICKS = 2**32 - 1  # a sequence number has 32 bits
 MOST_NS = 2**31 * 10**9  # [ns] a ROS stamp counts 2^31 s
@@ -35,6 +37,22 @@ class ManifestValues(RecordValues):
             (core, source): Slot(tuple(force), tuple(torque), turns, until)
             for core, source, force, torque, turns, until in value
         }
+
+    def view(self, key: str) -> ViewSettings:
+        """Return what was published beside the states; nothing in old recordings."""
+        value = self.mapping(key, '{}')
+        try:
+            return ViewSettings.of(value)
+        except ValueError as error:
+            raise self.refusal(key, value, f'settings of a view; not {error}') from error
+
+    def shown(self, key: str, bodies: int) -> Shown:
+        """Return the arrows of the markers before the first, as `viewing.shown_text` wrote them."""
+        value = self.json(key, '[[], [], 0]')
+        try:
+            return shown_of(value, bodies)
+        except ValueError as error:
+            raise self.refusal(key, value, 'two lists of bodies and a count') from error
 
 
 def _is_place(value: object, count: int) -> bool:

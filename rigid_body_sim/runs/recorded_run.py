@@ -15,7 +15,7 @@ from rigid_body_sim.physics.integration.choose import NAME as AUTO
 from rigid_body_sim.recording.bag_reader import Bag, DamagedBag
 from rigid_body_sim.recording.topics import CLOCK_TOPIC, command_topics
 from rigid_body_sim.runs import choices
-from rigid_body_sim.runs.commands import Command, CommandRules, decode, topics_of
+from rigid_body_sim.runs.commands import Command, decode, topics_of
 from rigid_body_sim.runs.manifest_values import (
     MOST_NS,
     MOST_TICKS,
@@ -24,7 +24,7 @@ from rigid_body_sim.runs.manifest_values import (
 )
 from rigid_body_sim.runs.reading_guard import interpreting
 from rigid_body_sim.runs.recorder import SCENE_FILE, SCHEMA_VERSION, START_FILE, TICK_SEMANTICS
-from rigid_body_sim.runs.run import Run, RunSettings
+from rigid_body_sim.runs.run import Run, RunSettings, command_rules
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 
@@ -71,14 +71,18 @@ class RecordedRun:
             publish_every=values.integer('publish_every', 1, 2**63 - 1),
             publish_contacts=values.yes('publish_contacts', 'false'),
             publish_start=values.yes('publish_start', 'false'),
+            view=values.view('view'),
+            topic_names=self.bag.wire_names,
         )
         self.look_every = values.integer('look_every', 0, 2**63 - 1, '0')
         self.last_tick = self._last_tick()
         self._held = values.held('held_at_start', len(bodies))
+        self._shown = values.shown('shown_at_start', len(bodies))
         self._touching = values.places('touching_at_start', len(bodies), '[]')
         self._command_topics = topics_of(bodies, namespace=self.settings.namespace)
         self._choices_topic = choices.topic_of(self.settings.namespace).name
-        self._rules = CommandRules(self.scene, world_frame=self.settings.world_frame)
+        with interpreting(path):
+            self._rules = command_rules(self.scene, self.settings)
         self._check_ticks()
 
     def _attachment(self, name: str, sha256: str | None) -> bytes:
@@ -198,15 +202,15 @@ class RecordedRun:
         run = Run(simulation, self.settings, warn=warn)
         if run.contact_packer is not None:
             run.contact_packer.touching = self._touching
+        run.viewing.shown = self._shown
         self._check_topics(run)
         return run
 
     def _check_topics(self, run: Run) -> None:
         """Refuse a bag with topics that its run neither publishes nor takes."""
-        bodies = [body.name for body in self.scene.bodies]
         expected = {
             *run.topics,
-            *command_topics(bodies, namespace=self.settings.namespace),
+            *command_topics(run.names, namespace=self.settings.namespace),
             choices.topic_of(self.settings.namespace),
         }
         other = sorted(set(self.bag.topics.values()) - expected)

@@ -24,11 +24,13 @@ from rigid_body_sim import __version__
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.held_wrenches import Slot
+from rigid_body_sim.recording import topic_names
 from rigid_body_sim.recording.bag_writer import BagWriter
-from rigid_body_sim.recording.topics import command_topics
+from rigid_body_sim.recording.topics import Topic, command_topics
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import KINDS
 from rigid_body_sim.runs.run import Run, TickOutput
+from rigid_body_sim.runs.viewing import shown_text
 from rigid_body_sim.stop_signals import STOP, Stopped
 
 SCENE_FILE = 'scene.yaml'
@@ -71,14 +73,11 @@ class RunRecorder:
     def _open(self, path: Path, start: bytes) -> BagWriter:
         run = self._run
         scene = run.simulation.scene
-        names = [body.name for body in scene.bodies]
         writer = BagWriter(
             path,
             topics=run.topics,
-            on_demand=[
-                *command_topics(names, namespace=run.settings.namespace),
-                *choices.topics_of(run),
-            ],
+            on_demand=_topics_on_demand(run),
+            names=run.settings.topic_names,
             manifest=self.manifest,
             attachments={SCENE_FILE: scene.source, START_FILE: start, **scene.files},
             background=True,
@@ -113,12 +112,17 @@ class RunRecorder:
             'publish_contacts': json.dumps(settings.publish_contacts),
             'publish_start': json.dumps(settings.publish_start),
             'touching_at_start': json.dumps(_touching(run)),
+            'view': settings.view.as_text(),
+            'shown_at_start': shown_text(run.viewing.shown),
             'namespace': settings.namespace,
             'world_frame': settings.world_frame,
             'bodies': json.dumps([body.name for body in scene.bodies]),
             'command_kinds': json.dumps(KINDS),
             'gravity': json.dumps(scene.gravity),
             **({'look_every': str(self._look_every)} if self._look_every else {}),
+            **(
+                {topic_names.KEY: json.dumps(settings.topic_names)} if settings.topic_names else {}
+            ),
         }
 
     def record(self, output: TickOutput, *, tick: int) -> None:
@@ -189,6 +193,19 @@ class RunRecorder:
             'wall_start': self._wall_start.isoformat(timespec='seconds'),
             'wall_seconds': f'{time.monotonic() - self._clock_start:.3f}',
         }
+
+
+def recorded_topics(run: Run) -> list[Topic]:
+    """Every topic of a bag of this run, by its own name."""
+    return [*run.topics, *_topics_on_demand(run)]
+
+
+def _topics_on_demand(run: Run) -> list[Topic]:
+    """Give the topics that a bag has when their first message comes."""
+    return [
+        *command_topics(run.names, namespace=run.settings.namespace),
+        *choices.topics_of(run),
+    ]
 
 
 def _touching(run: Run) -> list[int]:

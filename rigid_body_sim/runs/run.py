@@ -23,8 +23,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,6 +51,7 @@ from rigid_body_sim.runs.commands import Command, CommandRules, topics_of
 from rigid_body_sim.runs.energy_log import EnergyLog
 from rigid_body_sim.runs.error_estimate import ErrorEstimate, ReferenceRun
 from rigid_body_sim.runs.pace import Pace
+from rigid_body_sim.runs.viewing import Viewing, ViewSettings, bodies_with_topics
 
 if TYPE_CHECKING:
     from rigid_body_sim.physics.state.contacts import Contacts
@@ -73,6 +74,8 @@ class RunSettings:
                          message
     publish_contacts   : whether contacts are packed too
     publish_start      : whether the states before the first tick are; not in old recordings
+    view               : what is published beside the states
+    topic_names        : of topics that have another name on the wire: own -> there
     """
 
     namespace: str = ''
@@ -82,19 +85,41 @@ class RunSettings:
     estimate_error: bool = False
     publish_contacts: bool = False
     publish_start: bool = True
+    view: ViewSettings = ViewSettings()
+    topic_names: Mapping[str, str] = field(default_factory=dict)
+
+
+def command_rules(
+    scene: Scene, settings: RunSettings, names: Collection[str] | None = None
+) -> CommandRules:
+    """
+    Make the rules for commands to a run.
+
+    names : of the bodies that take them; None: as the settings say
+    """
+    if names is None:
+        own = bodies_with_topics(scene, settings.view.body_topics)
+        names = [scene.bodies[place].name for place in own]
+    return CommandRules(
+        scene,
+        world_frame=settings.world_frame,
+        frame_prefix=settings.view.frame_prefix,
+        commanded=names,
+    )
 
 
 RATES = (1e-9, 1e9)  # [Hz] of publishing; ticks are at least a nanosecond, runs less than 2^31 s
 MOST_TOPICS = 65535  # [-] channels of a recording: their numbers have 16 bits
 
 
-def need_numbers(scene: Scene) -> None:
-    """Refuse a scene of more bodies than there are numbers of topics; UserError."""
-    count = len(scene.bodies) * len(COMMAND_TYPES)
+def need_numbers(scene: str, bodies: Sequence[str]) -> None:
+    """Refuse more bodies with topics of their own than topics have numbers; UserError."""
+    count = len(bodies) * len(COMMAND_TYPES)
     if count > MOST_TOPICS:
         raise UserError(
-            f'scene {scene.name!r}: {len(scene.bodies)} bodies take commands on {count} topics; a '
-            f'recording holds at most {MOST_TOPICS}; record fewer bodies'
+            f'scene {scene!r}: {len(bodies)} bodies take commands on {count} topics; a recording '
+            f'holds at most {MOST_TOPICS}; give fewer bodies topics of their own (body_topics), '
+            'and publish all in arrays (publish_arrays)'
         )
 
 
@@ -156,6 +181,7 @@ class Run:
                the run was seen beyond a limit of its integrator (`diagnostics.step_limits`), at
                the start and whenever drift was sampled: a line each, every body once a limit
     warn     : is given each of them when it is found
+    names    : of the bodies that have topics of their own, scene order
     """
 
     def __init__(
@@ -167,14 +193,17 @@ class Run:
     ) -> None:
         self.simulation = simulation
         self.settings = settings
-        self.rules = CommandRules(simulation.scene, world_frame=settings.world_frame)
         names = [body.name for body in simulation.scene.bodies]
         self._index = {name: i for i, name in enumerate(names)}
-        topics = topics_of(names, namespace=settings.namespace)
+        self._own = bodies_with_topics(simulation.scene, settings.view.body_topics)
+        self._all_own = len(self._own) == len(names)
+        self.names = tuple(names[place] for place in self._own)
+        topics = topics_of(self.names, namespace=settings.namespace)
         self._command_topic = {body_and_kind: topic for topic, body_and_kind in topics.items()}
-        need_numbers(simulation.scene)
+        self.rules = command_rules(simulation.scene, settings, self.names)
+        need_numbers(simulation.scene.name, self.names)
         self.packer = StatePacker(
-            names,
+            self.names,
             dt_ns=simulation.dt_ns,
             namespace=settings.namespace,
             frame_id=settings.world_frame,
@@ -183,6 +212,16 @@ class Run:
         self.topics = self.packer.topics + (
             self.contact_packer.topics if self.contact_packer else ()
         )
+        self.viewing = Viewing(
+            simulation,
+            settings.view,
+            own=self._own,
+            namespace=settings.namespace,
+            world_frame=settings.world_frame,
+            publish_every=settings.publish_every,
+            first_channel_id=1 + len(self.topics),
+        )
+        self.topics += self.viewing.topics
         self.command_timeout_ns = settings.command_timeout_ns
         self._applied = np.array(simulation.applied_wrench())
         self._meter = DriftMeter(simulation.invariants, simulation.state, time=simulation.time)
@@ -236,9 +275,12 @@ class Run:
                 f'contacts of the scene {scene.name!r}: asked for, but its bodies do not meet; '
                 'give the scene contact: {mode: timestep}, or do not ask'
             )
+        own = set(self._own.tolist())
         return ContactPacker(
             names,
-            movable=[not body.fixed for body in scene.bodies],
+            movable=[
+                not body.fixed and i in own for i, body in enumerate(scene.bodies)
+            ],
             dt_ns=self.simulation.dt_ns,
             namespace=settings.namespace,
             frame_id=settings.world_frame,
@@ -290,6 +332,7 @@ class Run:
         """
         Give a command to a simulation; return an impulse in world axes, None for anything else.
         """
+        command = self.rules.without_prefix(command)
         if command.state is not None:
             asked = command.state
             simulation.set_state(
@@ -327,15 +370,18 @@ class Run:
         if not self.settings.publish_start:
             return ()
         state = self.simulation.state
-        return (
-            self.packer.pack_states(
-                self.simulation.tick,
-                position=state.position,
-                orientation=state.orientation,
-                velocity=state.velocity,
-                angular_velocity=state.angular_velocity,
-            ),
+        batch = self.packer.pack_states(
+            self.simulation.tick,
+            position=self._of_own(state.position),
+            orientation=self._of_own(state.orientation),
+            velocity=self._of_own(state.velocity),
+            angular_velocity=self._of_own(state.angular_velocity),
         )
+        return (*self.viewing.start(), batch)
+
+    def _of_own(self, array: Array) -> Array:
+        """Give the rows of the bodies that have topics of their own."""
+        return array if self._all_own else array[self._own]
 
     def advance(self, ticks: int, commands: Sequence[Command] = ()) -> TickOutput:
         """
@@ -372,8 +418,10 @@ class Run:
             self.energy.at_publish()
             return TickOutput(stop, consumed, self._pack_states())
         if changed.size:
-            force, torque = self._applied + self._mean_force
-            batch = self.packer.pack_wrenches(changed, tick, force=force, torque=torque)
+            force, torque = map(self._of_own, self._applied + self._mean_force)
+            batch = self.packer.pack_wrenches(
+                np.searchsorted(self._own, changed), tick, force=force, torque=torque
+            )
             return TickOutput(stop, consumed, (batch,))
         return TickOutput(stop, consumed)
 
@@ -417,27 +465,32 @@ class Run:
         return np.flatnonzero(different)
 
     def _pack_states(self) -> tuple[Batch, ...]:
-        state = self.simulation.state
+        simulation, state = self.simulation, self.simulation.state
         force, torque = self._applied + self._mean_force if self._any_impulse else self._applied
         batch = self.packer.pack(
-            self.simulation.tick,
-            position=state.position,
-            orientation=state.orientation,
-            velocity=state.velocity,
-            angular_velocity=state.angular_velocity,
-            force=force,
-            torque=torque,
+            simulation.tick,
+            position=self._of_own(state.position),
+            orientation=self._of_own(state.orientation),
+            velocity=self._of_own(state.velocity),
+            angular_velocity=self._of_own(state.angular_velocity),
+            force=self._of_own(force),
+            torque=self._of_own(torque),
         )
-        contacts = self._pack_contacts() if self.contact_packer is not None else None
-        if contacts is None:
+        seen = self.viewing.shows_contacts(simulation.tick) and self.has_contact
+        found = simulation.contacts() if seen or self.contact_packer is not None else None
+        contacts = self._pack_contacts(found) if found is not None else None
+        between = (() if contacts is None else (contacts,)) + self.viewing.pack(force, torque, found if seen else None)
+        if not between:
             return (batch,)
+        if not self.names:
+            return (*between, batch)
         wrenches, states = self.packer.split(batch)
-        return (wrenches, contacts, states)
+        return (wrenches, *between, states)
 
-    def _pack_contacts(self) -> Batch | None:
-        assert self.contact_packer is not None
+    def _pack_contacts(self, found: Contacts) -> Batch | None:
+        if self.contact_packer is None:
+            return None
         simulation = self.simulation
-        found = simulation.contacts()
         self._note_depth(found)
         return self.contact_packer.pack(
             simulation.tick,
@@ -501,9 +554,18 @@ class Run:
         self._kept.sample(simulation.state, time=simulation.time, commanded=touched)
         self._touched = held
 
-    def reset(self) -> None:
-        """Put every body back to the start of the scene; time goes on, drift is measured anew."""
-        self.simulation.reset()
+    def reset(self, tick: int | None = None) -> None:
+        """
+        Put every body back to the start of the scene; time goes on, drift is measured anew.
+
+        tick : where it goes on; None: at the present one
+        """
+        simulation = self.simulation
+        if tick is not None and tick != simulation.tick:
+            simulation.restore(
+                tick=tick, state=simulation.state_bytes(), slots=simulation.held_slots
+            )
+        simulation.reset()
         if self.settings.estimate_error:
             self._reference = ReferenceRun(self.simulation)
         self._applied = np.zeros_like(self._applied)

@@ -74,11 +74,12 @@ def _info(arguments: argparse.Namespace) -> int:
         ('recovered', bag.recovered),
     ):
         _print_map(title, content)
-    width = max((len(printable(name)) for name in bag.topics), default=0)
+    names = {name: printable(bag.wire_name(name)) for name in bag.topics}
+    width = max(map(len, names.values()), default=0)
     print('topics:')
     for name, topic in bag.topics.items():
         count = bag.counts[name]
-        print(f'  {printable(name):<{width}}  {printable(topic.type):<32}  {count:>9}')
+        print(f'  {names[name]:<{width}}  {printable(topic.type):<32}  {count:>9}')
     return 0
 
 
@@ -90,7 +91,7 @@ def _facts(bag: Bag) -> dict[str, Any]:
         'duration': (bag.last_time - bag.first_time) / 1e9,
         'messages': sum(bag.counts.values()),
         'topics': {
-            name: {'type': topic.type, 'count': bag.counts[name]}
+            bag.wire_name(name): {'type': topic.type, 'count': bag.counts[name]}
             for name, topic in bag.topics.items()
         },
         'contacts': None if (contacts := summarise(bag)) is None else asdict(contacts),

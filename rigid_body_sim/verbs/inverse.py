@@ -26,7 +26,13 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rigid_body_sim import __version__
-from rigid_body_sim.analysis.inverse_dynamics import Derived, Estimate, Smoothing, derive
+from rigid_body_sim.analysis.inverse_dynamics import (
+    Derived,
+    Estimate,
+    KnownEnds,
+    Smoothing,
+    derive,
+)
 from rigid_body_sim.analysis.jumps import Jumps, jumps_of
 from rigid_body_sim.analysis.piecewise_spline import Break
 from rigid_body_sim.analysis.recorded_poses import Poses, from_bag, from_csv
@@ -200,9 +206,7 @@ def _derive(
             breaks=breaks[0],
             turning_breaks=breaks[1],
             bandwidth=arguments.bandwidth,
-            start_velocity=arguments.start_velocity,
-            end_velocity=arguments.end_velocity,
-            at_rest=arguments.at_rest,
+            ends=KnownEnds(arguments.start_velocity, arguments.end_velocity, arguments.at_rest),
             steps=steps,
             unit=1e-9,
         )

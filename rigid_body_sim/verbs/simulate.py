@@ -22,7 +22,7 @@ from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.new_output import check_new
-from rigid_body_sim.runs import choices
+from rigid_body_sim.runs import choices, viewing_arguments
 from rigid_body_sim.runs.commands import Command, read_csv
 from rigid_body_sim.runs.energy_log import as_numbers
 from rigid_body_sim.runs.kept_lines import balance_line, drift_text, momentum_lines
@@ -101,6 +101,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action='store_true',
         help='record where bodies touch and with what force, on <body>/contacts',
     )
+    viewing_arguments.add(parser)
     parser.add_argument('--json', action='store_true', help='print one JSON object')
 
 
@@ -111,7 +112,8 @@ def run(arguments: argparse.Namespace) -> int:
     """
     STOP.stage = 'while the scene was read; nothing is recorded'
     scene = _load_scene(find_scene(arguments.scene), quiet=arguments.json)
-    need_numbers(scene)
+    names = viewing_arguments.names_of(arguments, scene)
+    need_numbers(scene.name, names)
     warn_if_plain(warning_printer('simulate'))
     rate = PUBLISH_RATE if arguments.publish_rate is None else arguments.publish_rate
     with _Note('reading the scene', shown=not arguments.json) as note:
@@ -130,7 +132,9 @@ def run(arguments: argparse.Namespace) -> int:
         )
     ticks = whole_ticks(arguments.duration, simulation)
     timed = (
-        read_csv(arguments.commands, scene, dt_ns=simulation.dt_ns) if arguments.commands else []
+        read_csv(arguments.commands, scene, dt_ns=simulation.dt_ns, commanded=names)
+        if arguments.commands
+        else []
     )
     every = publish_every(rate, simulation.dt_ns)
     settings = RunSettings(
@@ -138,6 +142,9 @@ def run(arguments: argparse.Namespace) -> int:
         publish_every=every,
         estimate_error=arguments.estimate_error,
         publish_contacts=arguments.contacts,
+        view=viewing_arguments.settings_of(
+            arguments, publish_every=every, dt_ns=simulation.dt_ns
+        ),
     )
     check_new(arguments.output)
     STOP.stage = 'while compiling; nothing is recorded'

@@ -44,6 +44,20 @@ def run(
     )
 
 
+def copy_parts(source: Path) -> None:
+    """
+    Copy what the package is built from into a new folder.
+    """
+    source.mkdir(parents=True)
+    for part in PARTS:
+        if (ROOT / part).is_dir():
+            shutil.copytree(
+                ROOT / part, source / part, ignore=shutil.ignore_patterns('__pycache__')
+            )
+        else:
+            shutil.copy(ROOT / part, source / part)
+
+
 @pytest.fixture(scope='module')
 def environment():
     """
@@ -64,15 +78,7 @@ def workspace(tmp_path_factory, environment):
     """
     pytest.importorskip('colcon_core')
     workspace = tmp_path_factory.mktemp('workspace')
-    source = workspace / 'src' / NAME
-    source.mkdir(parents=True)
-    for part in PARTS:
-        if (ROOT / part).is_dir():
-            shutil.copytree(
-                ROOT / part, source / part, ignore=shutil.ignore_patterns('__pycache__')
-            )
-        else:
-            shutil.copy(ROOT / part, source / part)
+    copy_parts(workspace / 'src' / NAME)
     built = run(sys.executable, '-m', 'colcon', 'build', environment=environment, cwd=workspace)
     assert built.returncode == 0, built.stdout + built.stderr
     return workspace

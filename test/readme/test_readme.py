@@ -20,7 +20,8 @@ ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / 'README.md').read_text()
 
 
-BLOCKS = re.findall(r'^```(\w*)\n(.*?)^```$', TEXT, flags=re.DOTALL | re.MULTILINE)
+BLOCK = re.compile(r'^```(\w*)\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
+BLOCKS = BLOCK.findall(TEXT)
 
 
 def block_with(language, words):
@@ -79,14 +80,23 @@ def test_the_commands_of_a_first_run_work(tmp_path):
     assert (tmp_path / 'run.png').stat().st_size > 10_000
 
 
-def test_the_test_of_a_controller_passes(tmp_path):
+def test_the_test_of_a_controller_is_the_one_that_ships():
+    """And that one is run by test/testing."""
+    shipped = ROOT / 'examples' / 'controller_tests' / 'test_attitude_damper.py'
+    licence = 2  # lines
+    shown = block_with('python', 'simulation(')
+    assert shown.splitlines() == shipped.read_text().splitlines()[licence:]
+
+
+def test_the_test_of_a_node_of_its_own_passes(tmp_path):
     pytest.importorskip('rclpy')
-    file = tmp_path / 'test_controller.py'
-    file.write_text(block_with('python', 'class RateDamper'))
+    page = (ROOT / 'docs' / 'testing_controllers.md').read_text()
+    (text,) = (text for _, text in BLOCK.findall(page) if 'class RateDamper' in text)
+    (tmp_path / 'test_controller.py').write_text(text)
+    plugin = ('-p', 'rigid_body_sim.testing.plugin', '-p', 'no:cacheprovider')
     printed = run(
-        [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', str(file)],
+        [sys.executable, '-m', 'pytest', '-q', *plugin, 'test_controller.py'],
         folder=tmp_path,
-        ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
-        ROS_DOMAIN_ID=str(1 + os.getpid() % 100),
+        RIGID_BODY_SIM_COMPILE='0',
     )
     assert '1 passed' in printed

@@ -31,6 +31,7 @@ from std_srvs.srv import SetBool, Trigger  # noqa: E402
 from rigid_body_sim.recording import cdr  # noqa: E402
 from rigid_body_sim.recording.bag_reader import Bag  # noqa: E402
 from rigid_body_sim.ros.conversions import MESSAGE_TYPES  # noqa: E402
+from rigid_body_sim.testing.surroundings import PROFILE, PROFILE_VARIABLES  # noqa: E402
 
 from ..patience import HANGING, PATIENCE  # noqa: E402
 
@@ -70,6 +71,10 @@ def isolated():
         patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
         patch.setenv('ROS_DOMAIN_ID', str(DOMAIN))
         patch.setenv('PYTHONPATH', str(ROOT), prepend=os.pathsep)
+        if not any(os.environ.get(name) for name in PROFILE_VARIABLES):
+            patch.setenv(PROFILE_VARIABLES[0], str(PROFILE))
+        # the same bits, and a node starts in two thirds of the time; some tests take it back
+        patch.setenv('RIGID_BODY_SIM_COMPILE', '0')
         yield
 
 
@@ -219,7 +224,7 @@ class NodeProcess:
     `sim_node` in a process of its own.
     """
 
-    def __init__(self, folder, *, namespace, parameters, preexec=None):
+    def __init__(self, folder, *, namespace, parameters, more=(), preexec=None):
         self.folder = folder
         self.namespace = namespace
         words = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
@@ -236,7 +241,7 @@ class NodeProcess:
         self._ended = False
         self._changed = threading.Condition()
         self.process = subprocess.Popen(
-            [*command, *words],
+            [*command, *words, *more],
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -299,14 +304,18 @@ class NodeProcess:
         self.process.stdout.close()
 
 
-def start(folder, namespace, preexec=None, **parameters):
+def start(folder, namespace, preexec=None, more=(), **parameters):
     """
-    Start a node on the scene of this folder.
+    Start a node on the scene of this folder; more: further arguments for ROS.
     """
     scene = folder / 'laboratory.yaml'
     scene.write_text(SCENE)
     node = NodeProcess(
-        folder, namespace=namespace, parameters={'scene': scene, **parameters}, preexec=preexec
+        folder,
+        namespace=namespace,
+        parameters={'scene': scene, **parameters},
+        more=more,
+        preexec=preexec,
     )
     try:
         node.wait_until_ready()
@@ -355,9 +364,11 @@ def running(tmp_path_factory):
     """
     One node in real time, and its peer, for many tests.
     """
-    node = start(
-        tmp_path_factory.mktemp('lab'), '/lab', publish_clock='false', diagnostics_period=0.1
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('RIGID_BODY_SIM_COMPILE', '1')
+        node = start(
+            tmp_path_factory.mktemp('lab'), '/lab', publish_clock='false', diagnostics_period=0.1
+        )
     peer = Peer('/lab')
     peer.node_process = node
     yield peer

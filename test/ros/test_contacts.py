@@ -29,10 +29,11 @@ bodies:
 
 
 @pytest.fixture
-def tower(tmp_path):
+def tower(tmp_path, monkeypatch):
     """
-    A scene of two boxes, one on the other.
+    A scene of two boxes, one on the other, for compiled kernels.
     """
+    monkeypatch.setenv('RIGID_BODY_SIM_COMPILE', '1')
     path = tmp_path / 'tower.yaml'
     path.write_text(TOWER)
     return path

@@ -5,6 +5,7 @@ Services and live parameters: each is answered at a tick boundary.
 """
 
 import time
+from importlib.util import find_spec
 
 import pytest
 from geometry_msgs.msg import Vector3Stamped
@@ -126,3 +127,15 @@ def test_impulses_and_forces_sent_while_paused_wait_for_the_next_tick(lab, messa
         'the force',
     )
     assert acting
+
+
+@pytest.mark.skipif(
+    find_spec('simulation_interfaces') is not None, reason='simulation_interfaces is installed'
+)
+def test_where_the_standard_of_simulators_is_absent_nothing_is_said_of_it(lab):
+    def services():
+        return {name for name, _ in lab.node.get_service_names_and_types()}
+
+    lab.until(lambda: '/lab/rigid_body_sim/step' in services(), 'the services')
+    assert not [name for name in services() if name.startswith('/lab') and 'simulat' in name]
+    assert 'simulation_interfaces' not in lab.node_process.said

@@ -27,9 +27,9 @@ ROOT = Path(__file__).parents[2]
         ('integrator:=rk5', ['rk5', 'dmv6']),
         ('record:=1', ['record', 'true or false']),
         ('use_sim_time:=true', ['use_sim_time']),
-        ('step_mode:=lockstep', ['step_mode', 'later']),
+        ('step_mode:=lockstep', ['lockstep_topics', '<body>/wrench']),
         ('step_mode:=some', ['step_mode', 'free']),
-        ('lockstep_topics:=[a]', ['lockstep', 'later']),
+        ('lockstep_topics:=[a]', ['lockstep_topics', 'step_mode:=lockstep']),
         ('publish_tf:=true', ['publish_tf', 'later']),
         ('publish_arrays:=true', ['publish_arrays', 'later']),
         ("world_frame:=''", ['world_frame']),
@@ -48,6 +48,16 @@ def test_a_bad_parameter_exits_2_with_one_line(monkeypatch, tmp_path, capfd, giv
     assert all(word in line for word in expected), line
     assert 'Traceback' not in said
     assert [path.name for path in tmp_path.iterdir()] == ['taken']
+
+
+def test_lockstep_on_terms_that_do_not_fit_the_scene_exits_2(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    given = ['scene:=satellite', 'step_mode:=lockstep', 'lockstep_topics:=[satellite/torqe]']
+    assert main(['sim_node', '--ros-args', *(w for one in given for w in ('-p', one))]) == 2
+    said = capfd.readouterr().err
+    (line,) = [line for line in said.splitlines() if 'error' in line]
+    assert 'did you mean satellite/torque?' in line
+    assert 'Traceback' not in said
 
 
 @pytest.mark.parametrize('words', [['-q'], ['--params-file', 'none.yaml'], ['-r', '__ns:=//3']])

@@ -36,6 +36,12 @@ def full_name(body: Body, frame: str) -> str:
     return f'{body.name}{SEPARATOR}{frame}'
 
 
+def frame_names(body: Body) -> list[str]:
+    """Every name by which a command may mean a frame of a body: its own and those of its frames."""
+    full = [full_name(body, frame) for frame in body.frames]
+    return [body.name, *full, *body.frames]
+
+
 def check_frame_names(body: Body, bodies: Collection[str]) -> None:
     """Refuse names of frames that a command could take for something else."""
     for name in body.frames:

@@ -1,0 +1,53 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What samples of a motion must be for a spline through them to tell its derivatives.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rigid_body_sim.analysis.piecewise_spline import DEGREE
+from rigid_body_sim.errors import UserError
+
+Array = NDArray[np.float64]
+
+FEWEST = DEGREE + 1  # samples
+FARTHEST = 1e100  # [m] squares of what is farther are no numbers
+
+
+def need_motion(time: Array, position: Array) -> None:
+    """Refuse times (k,) that do not ascend and positions (k, 3) [m] that are no numbers."""
+    if len(time) < FEWEST:
+        raise UserError(
+            f'{len(time)} samples; a spline of degree {DEGREE} needs at least {FEWEST}'
+        )
+    if not (np.all(np.isfinite(time)) and np.all(np.isfinite(position))):
+        raise UserError('times or positions hold NaN or infinity; every number must be finite')
+    if np.max(np.abs(position)) > FARTHEST:
+        raise UserError(f'positions up to {np.max(np.abs(position)):g} m; allowed: 1e100 m')
+    late = np.flatnonzero(np.diff(time) <= 0.0)
+    if late.size:
+        raise UserError(
+            f'sample {late[0] + 1}, at {time[late[0] + 1]:.9g} s, is not later '
+            'than the one before; times must ascend'
+        )
+
+
+def need_bandwidth(bandwidth: float | None) -> None:
+    """Refuse a bandwidth [Hz] that is not positive."""
+    if bandwidth is not None and not (np.isfinite(bandwidth) and bandwidth > 0.0):
+        raise UserError(f'bandwidth {bandwidth:g} Hz; allowed: a positive number')
+
+
+def vector_of(what: str, values: ArrayLike) -> Array:
+    """Return three finite numbers; UserError for anything else."""
+    try:
+        found = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (3,) or not np.all(np.isfinite(found)):
+        raise UserError(f'{what} {values!r}; allowed: three finite numbers')
+    return found

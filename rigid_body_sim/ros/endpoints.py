@@ -1,0 +1,119 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Makes the publishers and subscriptions of a node, with the quality of service that the user gave
+for a topic, and counts the messages that the middleware says were lost on their way here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import InvalidQosOverridesError
+from rclpy.subscription import Subscription
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.ros.listener import NotForExecutors
+from rigid_body_sim.ros.qos_overrides import ALLOWED, PUBLISHER, SUBSCRIPTION, QosOverrides
+
+_REFUSALS = (
+    InvalidParameterTypeException,
+    InvalidQosOverridesError,
+    OverflowError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    rclpy_implementation.RCLError,
+)
+
+
+class Endpoints:
+    """
+    What one node publishes and takes.
+
+    given : names of all given parameters, of which the overrides are taken
+    """
+
+    def __init__(self, node: Node, given: Iterable[str]) -> None:
+        self._node = node
+        self._overrides = QosOverrides(given)
+        self._lost: dict[int, int] = {}  # by subscription
+
+    @property
+    def lost(self) -> int:
+        """Messages that never came, of all subscriptions, as far as the middleware tells."""
+        return sum(self._lost.values())
+
+    def publisher(self, kind: type, topic: str, profile: QoSProfile) -> Publisher:
+        """Publish on a topic; UserError for overrides that cannot be."""
+        name = self._node.resolve_topic_name(topic)
+        options = self._overrides.options(name, PUBLISHER)
+        if options is None:
+            return self._node.create_publisher(kind, topic, profile)
+        with _refusing(name):
+            return self._node.create_publisher(
+                kind, topic, _copy(profile), qos_overriding_options=options
+            )
+
+    def subscription(
+        self, kind: type, topic: str, profile: QoSProfile, *, must_be_reliable: bool = False
+    ) -> Subscription:
+        """
+        Take the bytes of a topic, for an `OwnWaitSet`; UserError for overrides that cannot be.
+
+        must_be_reliable : refuse best effort, where the run waits for every message
+        """
+        name = self._node.resolve_topic_name(topic)
+        profile = _copy(profile)
+        options = self._overrides.options(name, SUBSCRIPTION, must_be_reliable=must_be_reliable)
+        place = len(self._lost)
+        self._lost[place] = 0
+        with _refusing(name):
+            return self._node.create_subscription(
+                kind,
+                topic,
+                _nowhere,
+                profile,
+                callback_group=NotForExecutors(),
+                raw=True,
+                event_callbacks=SubscriptionEventCallbacks(
+                    message_lost=partial(self._note_lost, place)
+                ),
+                **({} if options is None else {'qos_overriding_options': options}),
+            )
+
+    def _note_lost(self, place: int, status: Any) -> None:
+        self._lost[place] = status.total_count
+
+    def warnings(self) -> list[str]:
+        """One line for each given override that no topic took; after all were made."""
+        return self._overrides.warnings()
+
+
+@contextmanager
+def _refusing(topic: str) -> Iterator[None]:
+    try:
+        yield
+    except _REFUSALS as error:
+        said = ' '.join(str(error).split()).partition(', at /')[0]
+        raise UserError(f'quality of service of {topic}: {said}; allowed: {ALLOWED}') from None
+
+
+def _copy(profile: QoSProfile) -> QoSProfile:
+    """Copy a profile: rclpy writes overrides into the one that it is given."""
+    return QoSProfile(
+        **{name.removeprefix('_'): getattr(profile, name) for name in profile.__slots__}
+    )
+
+
+def _nowhere(_: bytes) -> None:
+    """Take a message that an executor would have taken."""

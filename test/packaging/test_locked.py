@@ -1,0 +1,88 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What `make venv` installs is locked whole: one version for each Python, files by their hash."""
+
+import re
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[2] / 'requirements'
+LISTS = ('runtime', 'ros', 'test')
+PYTHONS = ('3.10', '3.11', '3.12', '3.13')
+
+
+def locked():
+    """Every entry of the locks: (requirement, its hashes)."""
+    for name in ('locked', 'locked_ros'):
+        for entry in re.split(r'(?m)^(?=[^\s#])', (ROOT / f'{name}.txt').read_text())[1:]:
+            head, *hashes = (line.strip(' \\') for line in entry.splitlines())
+            yield Requirement(head), hashes
+
+
+def machine(python):
+    """Marker values of Linux with that Python."""
+    return {
+        'python_version': python,
+        'python_full_version': f'{python}.9',
+        'sys_platform': 'linux',
+        'platform_system': 'Linux',
+        'platform_machine': 'x86_64',
+    }
+
+
+def versions(python):
+    """What one Python gets: name -> specifier; a name twice fails."""
+    found = {}
+    for requirement, _ in locked():
+        if requirement.marker is None or requirement.marker.evaluate(machine(python)):
+            name = canonicalize_name(requirement.name)
+            assert name not in found, f'{name} is locked twice for Python {python}'
+            found[name] = str(requirement.specifier)
+    return found
+
+
+def test_each_entry_is_one_version_with_the_hashes_of_its_files():
+    entries = list(locked())
+    assert len(entries) > 150
+    for requirement, hashes in entries:
+        assert re.fullmatch('==[^*,]+', str(requirement.specifier)), requirement
+        assert requirement.url is None
+        assert hashes, f'{requirement.name} has no hash'
+        assert all(re.fullmatch('--hash=sha256:[0-9a-f]{64}', line) for line in hashes)
+
+
+@pytest.mark.parametrize('python', PYTHONS)
+def test_the_lock_holds_what_the_lists_pin(python):
+    found = versions(python)
+    for name in LISTS:
+        lines = (ROOT / f'{name}.txt').read_text().splitlines()
+        for line in filter(None, (line.partition('#')[0].strip() for line in lines)):
+            pin = Requirement(line)
+            if pin.marker is None or pin.marker.evaluate(machine(python)):
+                assert found[canonicalize_name(pin.name)] == str(pin.specifier)
+
+
+@pytest.mark.parametrize('python', PYTHONS)
+def test_what_a_locked_package_requires_is_locked_too(python):
+    """Of the packages that are installed here: what they ask for on any Python is in the lock."""
+    found = versions(python)
+    asked = 0
+    for name, locked_as in found.items():
+        try:
+            installed = distribution(name)
+        except PackageNotFoundError:  # of another Python, or ROS is sourced
+            continue
+        requires = installed.requires or () if f'=={installed.version}' == locked_as else ()
+        for requirement in map(Requirement, requires):
+            marker = requirement.marker
+            if marker is None or marker.evaluate({**machine(python), 'extra': ''}):
+                asked += 1
+                specifier = found[canonicalize_name(requirement.name)]
+                assert requirement.specifier.contains(
+                    specifier.removeprefix('=='), prereleases=True
+                )
+    assert asked > 50

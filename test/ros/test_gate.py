@@ -1,0 +1,320 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Lock-step without ROS: which answers count, in which order they act, when a state is said again.
+"""
+
+import random
+from collections import deque
+
+import pytest
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.ros.inbox import Inbox
+from rigid_body_sim.ros.lockstep import (
+    DIFFERENT,
+    NEWER,
+    OLDER,
+    SAME,
+    Gate,
+    Terms,
+    notes,
+    period_of,
+    targets_of,
+)
+from rigid_body_sim.ros.lockstep_turns import LONGEST_WAIT, REPEAT, LockstepTurns
+from rigid_body_sim.runs.commands import Command, CommandRules, encode, topics_of
+from rigid_body_sim.runs.run import RunSettings
+from rigid_body_sim.scene import load_scene
+
+MS = 1_000_000  # [ns]
+SCENE = load_scene(
+    {
+        'dt': 0.001,
+        'bodies': [
+            {'name': 'box', 'shape': {'type': 'box', 'size': [1, 1, 1]}, 'mass': 1.0},
+            {'name': 'stone', 'shape': {'type': 'particle'}, 'mass': 1.0},
+            {'name': 'plate', 'shape': {'type': 'sphere', 'radius': 1}, 'fixed': True},
+        ],
+    }
+)
+TOPICS = ('box/torque', 'box/force', 'stone/impulse')
+TARGETS = tuple(tuple(topic.split('/')) for topic in TOPICS)
+
+
+def make_gate(stamped=True, topics=TOPICS, timeout=0):
+    targets = tuple(tuple(topic.split('/')) for topic in topics)
+    terms = Terms(topics, targets, 10, stamped=stamped, timeout=timeout)
+    return Gate(terms, Inbox(CommandRules(SCENE)))
+
+
+def answer(index, stamp, x=0.0):
+    body, kind = TARGETS[index]
+    vector = (float(x), 0.0, 0.0)
+    if kind == 'torque':
+        return Command(body, kind, torque=vector, stamp_ns=stamp)
+    return Command(body, kind, force=vector, stamp_ns=stamp)
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_answers_act_in_the_order_of_the_list_whatever_comes_in_which_order(seed):
+    """
+    Between the answers that count there are doubles, old, early and refused ones, as DDS may
+    bring them; what is taken of each state is always the same.
+    """
+    dice = random.Random(seed)
+    gate = make_gate()
+    for instant in range(10):
+        stamp = instant * 10 * MS
+        gate.open(stamp)
+        right = [answer(index, stamp, x=100 * instant + index) for index in range(3)]
+        others = [
+            answer(
+                dice.randrange(3), dice.choice([stamp - 10 * MS, stamp + 10 * MS]), x=dice.random()
+            )
+            for _ in range(4)
+        ]
+        mixed = [*right, *others, *dice.sample(right, 2)]
+        dice.shuffle(mixed)
+        for command in mixed:
+            body_and_kind = (command.body, command.kind)
+            gate.receive(TARGETS.index(body_and_kind), encode(command))
+        assert gate.is_full
+        assert gate.take() == right
+    assert gate.inbox.accepted == 30
+    assert sum(gate.dropped.values()) == 60
+
+
+def test_what_does_not_count_is_told_apart():
+    gate = make_gate()
+    gate.open(20 * MS)
+    assert gate.offer(0, answer(0, 10 * MS)) == OLDER
+    assert gate.offer(0, answer(0, 0)) == OLDER  # a zero stamp is that of t = 0
+    assert 'older' in gate.missing['box/torque']
+    assert gate.offer(1, answer(1, 30 * MS)) == NEWER
+    assert 'newer' in gate.missing['box/force']
+    assert gate.missing['stone/impulse'] == ''
+    assert gate.offer(0, answer(0, 20 * MS, x=1)) is None
+    assert gate.offer(0, answer(0, 20 * MS, x=1)) == SAME
+    assert gate.offer(0, answer(0, 20 * MS, x=2)) == DIFFERENT
+    assert list(gate.missing) == ['box/force', 'stone/impulse']
+    gate.open(30 * MS)
+    # a double that comes late is the same double
+    assert gate.offer(0, answer(0, 20 * MS, x=1)) == SAME
+    assert gate.offer(0, answer(0, 20 * MS, x=2)) == DIFFERENT
+    assert dict(gate.dropped) == {OLDER: 2, NEWER: 1, SAME: 2, DIFFERENT: 2}
+
+
+def test_a_partner_that_gives_no_stamps_is_told_what_to_do():
+    gate = make_gate()
+    gate.open(0)
+    assert gate.offer(0, answer(0, 0, x=1)) is None
+    gate.open(10 * MS)
+    assert gate.offer(0, answer(0, 0, x=2)) == DIFFERENT
+    assert 'lockstep_stamps:=false' in gate.missing['box/torque']
+
+
+def test_a_refused_answer_leaves_its_place_empty_and_says_why():
+    gate = make_gate()
+    gate.open(0)
+    bad = answer(0, 0, x=float('nan'))
+    assert 'finite' in gate.receive(0, encode(bad))
+    assert 'finite' in gate.missing['box/torque']
+    assert gate.receive(0, encode(answer(0, 0, x=1))) is None
+    assert 'box/torque' not in gate.missing
+
+
+def test_without_stamps_the_first_command_after_the_state_counts():
+    gate = make_gate(stamped=False, topics=TOPICS[:1])
+    gate.open(0)
+    assert gate.offer(0, answer(0, 123, x=1)) is None
+    assert gate.offer(0, answer(0, 124, x=1)) == SAME
+    assert gate.offer(0, answer(0, 125, x=2)) == DIFFERENT
+    assert gate.take() == [answer(0, 123, x=1)]
+    gate.open(10 * MS)
+    assert not gate.is_full
+    assert gate.offer(0, answer(0, 123, x=1)) is None
+
+
+class Door:
+    """
+    Answers come in when it is waited at; time passes by as much.
+    """
+
+    def __init__(self):
+        self.coming = deque()
+        self.now = 0
+        self.gate = None
+        self.waits = []
+
+    def wait(self, longest):
+        self.waits.append(longest)
+        self.now += max(0, longest)
+        self.take()
+
+    def take(self):
+        while self.coming and self.coming[0][0] <= self.now:
+            _, index, command = self.coming.popleft()
+            self.gate.offer(index, command)
+
+    def wake(self):
+        raise AssertionError
+
+    close = wake
+
+
+def make_turns(timeout=0, stamped=True):
+    door = Door()
+    door.gate = make_gate(stamped=stamped, topics=TOPICS[:1], timeout=timeout)
+    said, links, warned = [], [0], []
+    turns = LockstepTurns(
+        door.gate,
+        dt_ns=MS,
+        door=door,
+        links=lambda: links[0],
+        silence=lambda index: 'nobody publishes it',
+        publish=lambda batch: said.append((door.now, batch)),
+        warn=warned.append,
+    )
+    return turns, door, said, links, warned
+
+
+FAR = 2**61  # [ns]
+
+
+def wait_until(turns, door, end):
+    while door.now < end and not turns.is_ready(door.now):
+        turns.wait(door.now, min(FAR, end))
+
+
+def test_a_state_is_said_again_until_everybody_has_answered_and_when_somebody_comes_or_goes():
+    turns, door, said, links, _ = make_turns()
+    turns.restart(0, 0.0)
+    turns.reach(0, ['t = 0'], 0)
+    wait_until(turns, door, 3 * REPEAT + 1)
+    assert [batch for _, batch in said] == ['t = 0'] * 3
+    door.coming.append((door.now, 0, answer(0, 0)))
+    wait_until(turns, door, door.now + REPEAT)
+    assert turns.take([], door.now) == [answer(0, 0)]
+    # the link has proved itself: a slow partner is left in peace
+    turns.reach(10, ['next'], door.now)
+    said.clear()
+    wait_until(turns, door, door.now + 20 * REPEAT)
+    assert said == []
+    # another partner is there: it has not heard the state
+    links[0] = 1
+    wait_until(turns, door, door.now + 2 * REPEAT)
+    assert [batch for _, batch in said] == ['next'] * 2
+    assert max(door.waits) <= LONGEST_WAIT
+
+
+def test_a_run_that_waited_too_long_counts_as_paused_until_the_answer_comes():
+    turns, door, _, _, warned = make_turns(timeout=1000 * MS)
+    turns.restart(0, 0.0)
+    turns.reach(0, [], 0)
+    wait_until(turns, door, 3000 * MS)
+    assert turns.timed_out
+    (warning,) = warned
+    assert 'box/torque (nobody publishes it)' in warning
+    assert 'paused' in turns.figures(door.now).warning
+    door.coming.append((door.now, 0, answer(0, 0)))
+    wait_until(turns, door, door.now + 1000 * MS)
+    assert not turns.timed_out
+    assert 'goes on' in warned[1]
+
+
+def test_a_person_who_pauses_ends_the_other_pause_and_answers_come_in_all_the_same():
+    turns, door, _, _, _ = make_turns(timeout=1000 * MS)
+    turns.restart(0, 0.0)
+    turns.reach(0, [], 0)
+    wait_until(turns, door, 2000 * MS)
+    assert turns.timed_out
+    turns.restart(door.now, 0.0)
+    assert not turns.timed_out
+    door.coming.append((door.now, 0, answer(0, 0)))
+    turns.rest(door.now, FAR)
+    assert turns.is_ready(door.now)
+
+
+def test_the_real_time_factor_holds_back_and_is_not_caught_up_with():
+    turns, door, _, _, _ = make_turns()
+    turns.restart(0, 1.0)
+    began = []
+    for tick in range(0, 60, 10):
+        turns.reach(tick, [], door.now)
+        late = 25 * MS if tick == 20 else 1 * MS
+        door.coming.append((door.now + late, 0, answer(0, tick * MS)))
+        door.waits.clear()
+        while not turns.is_ready(door.now):
+            turns.wait(door.now, door.now + MS)
+        began.append(door.now // MS)
+        turns.take([], door.now)
+    # 10 ms each; the third is 15 ms late, and one period is all that is caught up with
+    assert began == [10, 20, 45, 46, 55, 65]
+
+
+def test_a_reset_goes_on_to_an_instant_of_its_own():
+    turns, *_ = make_turns()
+    assert [turns.next_instant(tick) for tick in (0, 1, 9, 10, 15)] == [10, 10, 10, 20, 20]
+
+
+@pytest.mark.parametrize(
+    ('names', 'why'),
+    [
+        ((), 'name the topics'),
+        (('box/torqe',), 'did you mean box/torque'),
+        (('~/box/torque',), 'did you mean box/torque'),
+        (('/box/torque',), 'did you mean box/torque'),
+        (('box/pose',), 'no body of the scene takes commands there'),
+        (('nobody/wrench',), 'no body of the scene takes commands there'),
+        (('plate/force',), 'fixed'),
+        (('stone/torque',), 'point mass'),
+        (('box/force', '/lab/box/force'), 'twice'),
+        (('box/wrench',), 'remapped to /thrusters'),
+    ],
+)
+def test_topics_on_which_no_answer_could_come_are_refused(names, why):
+    with pytest.raises(UserError, match=r'parameter lockstep_topics') as caught:
+        targets(names)
+    assert why in str(caught.value)
+
+
+def targets(names):
+    known = topics_of(['box', 'stone', 'plate'], namespace='/lab')
+    return targets_of(
+        names,
+        known=known,
+        namespace='/lab',
+        scene=SCENE,
+        remapped=lambda name: '/thrusters' if name == '/lab/box/wrench' else name,
+    )
+
+
+def test_topics_may_be_named_with_and_without_the_namespace():
+    names = ('stone/impulse', '/lab/box/force', 'box/torque')
+    assert targets(names) == (('stone', 'impulse'), ('box', 'force'), ('box', 'torque'))
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'ticks'), [(0.0, 10), (0.01, 10), (0.03, 30), (1.0, 1000), (0.07, 70)]
+)
+def test_a_period_is_a_whole_number_of_publishing_periods(seconds, ticks):
+    assert period_of(seconds, publish_every=10, dt_ns=MS) == ticks
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'nearest'), [(0.001, '0.01'), (0.016, '0.02'), (0.0149, '0.01'), (1e-12, '0.01')]
+)
+def test_any_other_period_is_refused_and_the_nearest_named(seconds, nearest):
+    with pytest.raises(UserError) as caught:
+        period_of(seconds, publish_every=10, dt_ns=MS)
+    assert f'the nearest is {nearest};' in str(caught.value)
+
+
+def test_terms_that_may_not_be_meant_are_warned_of():
+    settings = RunSettings(command_timeout_ns=200 * MS, publish_every=10)
+    assert notes(Terms(TOPICS, TARGETS, 200), settings, dt_ns=MS) == []
+    (warning,) = notes(Terms(TOPICS, TARGETS, 210), settings, dt_ns=MS)
+    assert 'command_timeout of 0.2 s is shorter' in warning
+    (warning,) = notes(Terms(TOPICS, TARGETS, 20, stamped=False), settings, dt_ns=MS)
+    assert 'lockstep_stamps' in warning

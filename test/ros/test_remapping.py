@@ -1,0 +1,69 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What remapping moves is recorded under the name on the wire, as rosbag2 does, and replays."""
+
+import json
+
+import yaml
+from geometry_msgs.msg import Vector3Stamped
+
+from rigid_body_sim.__main__ import main
+from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.cdr import WrenchStamped as Applied
+from rigid_body_sim.recording.topic_names import names_on_the_wire
+
+RULES = {
+    'box/pose': '/gps/pose',
+    'box/force': '/thrust',
+    'box/twist': 'stone/twist',  # these two change places
+    'stone/twist': 'box/twist',
+    'box/torque': '/turn',  # two that would have one name
+    'stone/torque': '/turn',
+    '/clock': '/simulated/clock',
+}
+
+
+def test_a_remapped_topic_is_recorded_under_the_name_on_the_wire(
+    start_node, meet, messages, capsys
+):
+    rules = [word for old, new in RULES.items() for word in ('-r', f'{old}:={new}')]
+    node = start_node(more=rules, record='true', record_path='moved', publish_clock='false')
+    peer = meet(node)
+    applied = peer.listen('box/applied_wrench', Applied)
+    peer.sender('/thrust', Vector3Stamped).publish(messages.force(0, 0, 3))
+    peer.until(lambda: any(a.force[2] == 3.0 for a in applied), 'the force')
+    assert node.stop() == 0
+    assert 'remapping gives one name to several topics' in node.said
+    bag = node.folder / 'moved'
+
+    space = node.namespace
+    own = {name if name[0] == '/' else f'{space}/{name}' for name in RULES}
+    wire = {
+        topic['topic_metadata']['name']: topic['message_count']
+        for topic in yaml.safe_load((bag / 'metadata.yaml').read_text())[
+            'rosbag2_bagfile_information'
+        ]['topics_with_message_count']
+    }
+    assert wire['/thrust'] == 1
+    assert wire['/gps/pose'] == wire['/simulated/clock'] > 0
+    assert not {f'{space}/box/pose', f'{space}/box/force', '/clock', '/turn'} & wire.keys()
+    assert {f'{space}/box/torque', f'{space}/stone/torque'} <= wire.keys()
+
+    opened = Bag(bag)
+    assert own <= opened.topics.keys()
+    first = next(opened.messages([f'{space}/box/twist']))
+    assert opened.wire_name(first.topic) == f'{space}/stone/twist'
+
+    assert main(['bag', 'check', str(bag)]) == 0
+    capsys.readouterr()
+    assert main(['bag', 'info', str(bag), '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['topics'].keys() == wire.keys()
+    assert main(['replay', str(bag), '-o', str(node.folder / 'again')]) == 0
+    assert Bag(node.folder / 'again').wire_names == opened.wire_names
+
+
+def test_names_that_would_meet_stay_apart():
+    rules = {'/a': '/x', '/b': '/x', '/c': '/a', '/d': '/e', '/e': '/d'}
+    names, kept = names_on_the_wire([*rules, '/f'], lambda name: rules.get(name, name))
+    assert names == {'/d': '/e', '/e': '/d'}  # /c would take the name that /a keeps
+    assert sorted(kept) == ['/a', '/b', '/c']

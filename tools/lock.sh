@@ -1,0 +1,52 @@
+#!/bin/sh
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+#
+# Lock what `make venv` installs: every package that the lists runtime, ros and test come to, at one version for each
+# Python from 3.10 to 3.13, with the SHA-256 of each file of that version (any processor).
+#   sh tools/lock.sh            locks anew what has changed in the lists; the other versions stay
+#   sh tools/lock.sh --upgrade  takes the newest version of all that the lists leave open
+# Writes requirements/locked.txt (runtime and test) and requirements/locked_ros.txt (what rclpy as wheels adds). uv,
+# which resolves for all Pythons at once, is installed into a temporary folder. One package (empy) comes as source
+# alone: pip builds it with the setuptools of the day.
+set -eu
+cd "$(dirname "$0")/../requirements"
+python=$(sh ../tools/find_python.sh)
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+"$python" -m venv "$folder/venv"
+"$folder/venv/bin/python" -m pip install --quiet --disable-pip-version-check uv
+
+compile() {  # OUTPUT LISTS…
+    output=$1
+    shift
+    "$folder/venv/bin/uv" pip compile --quiet --universal --python-version 3.10 \
+        --generate-hashes --no-annotate --no-header --no-emit-index-url --output-file "$output" "$@"
+}
+
+[ "${1:-}" = --upgrade ] || [ ! -f locked.txt ] || cat locked.txt locked_ros.txt > "$folder/all.txt"
+compile "$folder/all.txt" runtime.txt ros.txt test.txt
+compile "$folder/base.txt" runtime.txt test.txt --constraints "$folder/all.txt"
+"$python" - "$folder/all.txt" "$folder/base.txt" <<'PYTHON'
+import re
+import sys
+from pathlib import Path
+
+HEAD = '# Made by tools/lock.sh from the lists beside it: {}\n'
+
+
+def entries(path):
+    every = re.split(r'(?m)^(?=\S)', Path(path).read_text())[1:]
+    return [entry for entry in every if "sys_platform == 'win32'" not in entry.partition('\n')[0]]
+
+
+total, base = map(entries, sys.argv[1:])
+names = {entry.partition('==')[0] for entry in base}
+parts = {
+    'locked.txt': ('what runtime.txt and test.txt come to.', [e for e in total if e.partition('==')[0] in names]),
+    'locked_ros.txt': ('what ros.txt adds.', [e for e in total if e.partition('==')[0] not in names]),
+}
+for name, (what, kept) in parts.items():
+    Path(name).write_text(HEAD.format(what) + ''.join(kept))
+    print(f'requirements/{name}: {len(kept)} entries')
+PYTHON
