@@ -10,11 +10,12 @@ import re
 import shlex
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from ..patience import HANGING
+from ..patience import HANGING, PATIENCE
 
 pytest.importorskip('rclpy')
 pytest_plugins = ['pytester']
@@ -225,3 +226,30 @@ def test_nothing_but_pytest_is_imported_before_a_test_asks_for_a_simulation():
         'rigid_body_sim.testing',
         'rigid_body_sim.testing.plugin',
     ]
+
+
+ORPHAN = """
+import os, sys
+from pathlib import Path
+from rigid_body_sim.testing.node_process import NodeProcess
+
+node = NodeProcess([], folder=Path(sys.argv[1]), environment=os.environ)
+print(node.pid, flush=True)
+os._exit(1)
+"""
+
+
+def test_a_node_ends_when_the_process_of_its_test_is_gone(tmp_path):
+    run = subprocess.run(
+        [sys.executable, '-c', ORPHAN, str(tmp_path)],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+        check=False,
+    )
+    assert run.returncode == 1
+    process = Path('/proc') / run.stdout.strip()
+    deadline = time.monotonic() + PATIENCE
+    while process.exists():
+        assert time.monotonic() < deadline, 'the node outlives the test'
+        time.sleep(0.05)
