@@ -1,7 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What is installed: the modules, the executables, the scenes and node parameters.
+What is installed: the modules, the executables, the scenes, node parameters and what viewers
+read, the launch file.
 
 `ros2 run` looks for one executable per verb in `lib/rigid_body_sim`. colcon and the build farm
 install by `setup.py install` or `develop`, and setup.cfg sends the scripts there. pip asks for a
@@ -119,6 +120,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
+        (f'share/{NAME}/launch', ['launch/sim_node.launch.py']),
         *config_files(),
         *launchers(),
     ],

@@ -9,11 +9,11 @@ counts from byte 4:
     4 int32 sec | 8 uint32 nanosec | 12 uint32 F | 16 frame_id, NUL (F bytes) | zeros | D doubles
     D = 4 + up(12 + F, 8)        up(x, a): x rounded up to a multiple of a
 
-`Clock` ends after nanosec; `PointCloud2` is laid out in `point_cloud`, `Odometry` in `odometry`. `encode` writes little
-endian with zeroed padding, so equal messages have equal bytes; `decode` reads both byte orders and
-any padding, and refuses every other length or content with `CdrError`; `canonical` keeps the bytes
-that came where they are those that `encode` would write. What is only published for viewers
-(`DESCRIBED`) is read as its definition says, see `described`.
+`Clock` ends after nanosec; `PointCloud2` is laid out in `point_cloud`, `Odometry` in `odometry`.
+`encode` writes little endian with zeroed padding, so equal messages have equal bytes; `decode`
+reads both byte orders and any padding, and refuses every other length or content with `CdrError`;
+`canonical` keeps the bytes that came where they are those that `encode` would write. What is only
+published for viewers (`DESCRIBED`) is read as its definition says, see `described`.
 
 Source: OMG DDS-XTYPES 1.3, section 7.4 (plain CDR version 1). Not a general decoder: only the
 types in `TYPES`.

@@ -27,9 +27,18 @@ from rigid_body_sim.recording.cdr_parts import U32, CdrError, PartReader, string
 from rigid_body_sim.recording.definitions import fields_of
 
 _FORMATS = {
-    **{'bool': 'B', 'uint8': 'B', 'byte': 'B', 'int8': 'b', 'uint16': 'H', 'int16': 'h'},
-    **{'uint32': 'I', 'int32': 'i', 'uint64': 'Q', 'int64': 'q'},
-    **{'float32': 'f', 'float64': 'd'},
+    'bool': 'B',
+    'uint8': 'B',
+    'byte': 'B',
+    'int8': 'b',
+    'uint16': 'H',
+    'int16': 'h',
+    'uint32': 'I',
+    'int32': 'i',
+    'uint64': 'Q',
+    'int64': 'q',
+    'float32': 'f',
+    'float64': 'd',
 }
 _NUMBERS = {
     name: (Struct(f'>{letter}'), Struct(f'<{letter}')) for name, letter in _FORMATS.items()
@@ -40,11 +49,11 @@ Values = Mapping[str, Any]
 
 
 class _Field(NamedTuple):
-    """count: None for one value, -1 for a list of any length."""
+    """length: None for one value, -1 for a list of any length."""
 
     name: str
     kind: str
-    count: int | None
+    length: int | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,13 +95,13 @@ def encode_described(message: Described) -> bytes:
 def _write_message(content: bytearray, type_name: str, values: Values) -> None:
     for field in _fields(type_name):
         value = values[field.name]
-        if field.count is None:
+        if field.length is None:
             _write(content, field.kind, value)
             continue
-        if field.count < 0:
+        if field.length < 0:
             _write(content, 'uint32', len(value))
-        elif len(value) != field.count:
-            raise CdrError(f'{type_name}: {field.name} needs {field.count} values')
+        elif len(value) != field.length:
+            raise CdrError(f'{type_name}: {field.name} needs {field.length} values')
         for each in value:
             _write(content, field.kind, each)
 
@@ -128,9 +137,9 @@ class _DescribedReader(PartReader):
         return {field.name: self._field(field) for field in _fields(type_name)}
 
     def _field(self, field: _Field) -> Any:
-        if field.count is None:
+        if field.length is None:
             return self._value(field.kind)
-        count = self.u32() if field.count < 0 else field.count
+        count = self.u32() if field.length < 0 else field.length
         self.need(count * _least(field.kind) <= self.left, f'{count} values of {field.name}')
         return [self._value(field.kind) for _ in range(count)]
 
@@ -152,7 +161,7 @@ def _least(kind: str) -> int:
     if kind == 'string':
         return U32[1].size
     return sum(
-        _least(field.kind) if field.count is None else max(4, field.count * _least(field.kind))
+        _least(field.kind) if field.length is None else max(4, field.length * _least(field.kind))
         for field in _fields(kind)
     )
 

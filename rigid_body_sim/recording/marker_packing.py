@@ -13,9 +13,10 @@ second.
     shapes          place of the body in the scene     ADD
                     + number of bodies * part
     frames          count of named frames before it    ADD
-    forces          place of the body in the scene     ADD while a force is commanded, then one DELETE
+    forces          place of the body in the scene     ADD while a force is commanded, then DELETE
+                                                       once
     torques         the same                           the same, for torques
-    contact_forces  from 0, in the order in which      ADD; DELETE for those that the message before
+    contact_forces  from 0, in the order in which      ADD; DELETE for those that the last message
                     contacts were found                had more
 
 An arrow is `metres` times as long as its force, but never longer than `longest`: an impact would
@@ -32,13 +33,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.model import rotation
-from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.cdr_parts import PartWriter, up
 from rigid_body_sim.recording.template import MessageTemplate
 from rigid_body_sim.recording.topics import Topic
-from rigid_body_sim.recording.view_packing import Motions
 
 Array = NDArray[np.float64]
 Color = tuple[float, float, float, float]
@@ -95,15 +93,32 @@ class Arrows(NamedTuple):
     """
     What acts at one instant, world axes.
 
+    center        : (n, 3) [m]  centre of mass of every body
     force, torque : (n, 3) [N], [N m]  commanded, of every body
     point         : (m, 3) [m]  of each contact
     contact_force : (m, 3) [N]  on a body that can move
     """
 
+    center: Array
     force: Array
     torque: Array
     point: Array
     contact_force: Array
+
+
+_NO_ARROWS = Arrows(*[np.zeros((0, 3))] * 5)
+
+
+class Poses(NamedTuple):
+    """
+    Where the markers of the forms stand, in their order.
+
+    position    : (m, 3) [m]  world
+    orientation : (m, 4) [-]  unit quaternions xyzw, axes of the marker to world
+    """
+
+    position: Array
+    orientation: Array
 
 
 @dataclass(frozen=True)
@@ -170,39 +185,30 @@ class MarkerPacker:
         )
         places = self._template.places(poses, 7)
         self._positions, self._orientations = places[:, :3], places[:, 3:]
-        self._bodies = np.array([form.body for form in forms], np.int64)
-        self._from_center = np.array([form.position for form in forms]).reshape(-1, 3)
-        self._turns = np.array([form.orientation for form in forms]).reshape(-1, 4)
         self._arrows = {
             (namespace, action): tuple(
-                _Arrow(namespace, action, frame_id, scale.reference, phase)
-                for phase in (0, 4)
+                _Arrow(namespace, action, frame_id, scale.reference, phase) for phase in (0, 4)
             )
             for namespace in _COLORS
             for action in (ADD, DELETE)
         }
 
-    def pack(self, tick: int, time_ns: int, motions: Motions, arrows: Arrows) -> Batch:
+    def pack(self, tick: int, time_ns: int, poses: Poses, arrows: Arrows) -> Batch:
         """Pack one instant, and remember its arrows."""
-        batch, self.shown = self._packed(tick, time_ns, motions, arrows)
+        batch, self.shown = self._packed(tick, time_ns, poses, arrows)
         return batch
 
-    def pack_start(self, tick: int, time_ns: int, motions: Motions) -> Batch:
+    def pack_start(self, tick: int, time_ns: int, poses: Poses) -> Batch:
         """Pack an instant at which nothing acts yet; nothing is remembered."""
-        zeros = np.zeros_like(motions.position)
-        nothing = Arrows(zeros, zeros, zeros[:0], zeros[:0])
-        return self._packed(tick, time_ns, motions, nothing)[0]
+        return self._packed(tick, time_ns, poses, None)[0]
 
     def _packed(
-        self, tick: int, time_ns: int, motions: Motions, arrows: Arrows
+        self, tick: int, time_ns: int, poses: Poses, arrows: Arrows | None
     ) -> tuple[Batch, Shown]:
-        moved = motions.of(self._bodies)
         doubles = self._template.doubles
-        doubles[self._positions] = moved.position + rotation.rotate(
-            moved.orientation, self._from_center
-        )
-        doubles[self._orientations] = rotation.multiply(moved.orientation, self._turns)
-        entries, shown = self._entries(motions, arrows)
+        doubles[self._positions] = poses.position
+        doubles[self._orientations] = poses.orientation
+        entries, shown = self._entries(_NO_ARROWS if arrows is None else arrows)
         words = self._template.words
         words[self._template.word(self._count_at)] = self._fixed + len(entries)
         stamp, phase = _TIME.pack(*divmod(time_ns, 1_000_000_000)), self._phase
@@ -215,9 +221,7 @@ class MarkerPacker:
             phase = (phase + len(tail[-1]) + len(_GAP)) % 8
         return self._template.batch(tick, time_ns, b''.join(tail)), shown
 
-    def _entries(
-        self, motions: Motions, arrows: Arrows
-    ) -> tuple[list[tuple[str, int, list[float] | None]], Shown]:
+    def _entries(self, arrows: Arrows) -> tuple[list[tuple[str, int, list[float] | None]], Shown]:
         """Give namespace, id and both ends of every arrow, no ends where it is to be deleted."""
         scale, entries = self._scale, []
         found: dict[str, frozenset[int]] = {}
@@ -226,7 +230,7 @@ class MarkerPacker:
             (TORQUES, arrows.torque, scale.metres_per_newton_metre, self.shown.torques),
         ):
             acting = np.flatnonzero(vectors.any(axis=1))
-            starts = motions.position[acting]
+            starts = arrows.center[acting]
             ends = starts + self._limited(vectors[acting], metres)
             both = dict(zip(acting.tolist(), np.hstack((starts, ends)).tolist()))
             found[namespace] = frozenset(both)

@@ -71,7 +71,9 @@ class StatePacker:
         frame_id: str = 'world',
         first_channel_id: int = 1,
     ) -> None:
-        def topics(leaf: str, kind: type[cdr.Message]) -> tuple[Topic, ...]:
+        def topics(
+            leaf: str, kind: type[cdr.PoseStamped | cdr.TwistStamped | cdr.WrenchStamped]
+        ) -> tuple[Topic, ...]:
             return tuple(body_topic(namespace, body, leaf, kind.TYPE) for body in bodies)
 
         count = len(bodies)

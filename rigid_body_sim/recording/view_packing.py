@@ -24,8 +24,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.model import rotation
-from rigid_body_sim.physics.model.scene import Frame
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.batch import (
     MESSAGE_HEAD,
@@ -56,14 +54,12 @@ class Motions(NamedTuple):
     orientation      : (n, 4) [-]      unit quaternions xyzw, body to world
     velocity         : (n, 3) [m/s]    centre of mass, world
     angular_velocity : (n, 3) [rad/s]  world axes
-    angular_velocity_body : (n, 3) [rad/s]  body axes
     """
 
     position: Array
     orientation: Array
     velocity: Array
     angular_velocity: Array
-    angular_velocity_body: Array
 
     def of(self, places: NDArray[np.int64]) -> Motions:
         """Give those of some bodies."""
@@ -72,7 +68,7 @@ class Motions(NamedTuple):
 
 class OdometryPacker:
     """
-    One message per body: v_B = R(q)^T v.
+    One message per body.
 
     Records of equal size lie together: those of one size are one array of records.
 
@@ -117,17 +113,28 @@ class OdometryPacker:
             time_offsets=[0] * len(order),
         )
 
-    def pack(self, sequence: int, time_ns: int, motions: Motions) -> Batch:
-        """Pack the message of every body."""
-        velocity = rotation.rotate_back(motions.orientation, motions.velocity)
+    def pack(
+        self,
+        sequence: int,
+        time_ns: int,
+        motions: Motions,
+        *,
+        velocity_body: Array,
+        angular_velocity_body: Array,
+    ) -> Batch:
+        """
+        Pack the message of every body.
+
+        velocity_body, angular_velocity_body : (n, 3) [m/s], [rad/s]  body axes
+        """
         sec, nanosec = divmod(time_ns, 1_000_000_000)
         for rows, places in self._groups:
             rows['sequence'], rows['log_time'], rows['publish_time'] = sequence, time_ns, time_ns
             rows['sec'], rows['nanosec'] = sec, nanosec
             rows['position'] = motions.position[places]
             rows['orientation'] = motions.orientation[places]
-            rows['linear'] = velocity[places]
-            rows['angular'] = motions.angular_velocity_body[places]
+            rows['linear'] = velocity_body[places]
+            rows['angular'] = angular_velocity_body[places]
         return Batch(self._layout, bytes(self._block), (time_ns,), None)
 
 
@@ -160,14 +167,15 @@ class TransformPacker:
     """
     All transforms in one message.
 
-    frames : of each body, by name
+    frames : of each body, by name: position (3,) [m] and orientation (4,) [-] in the body, 7
+             numbers
     topics : the one it writes
     """
 
     def __init__(
         self,
         bodies: Sequence[str],
-        frames: Sequence[Mapping[str, Frame]],
+        frames: Sequence[Mapping[str, Sequence[float]]],
         *,
         frame_id: str,
         frame_prefix: str,
@@ -186,7 +194,7 @@ class TransformPacker:
                 stamps.append(writer.words(0, 0))
                 writer.text(frame_prefix + body)
                 writer.text(f'{frame_prefix}{body}/{name}')
-                writer.doubles(*frame.position, *frame.orientation)
+                writer.doubles(*frame)
         self._template = MessageTemplate(
             self.topics[0], first_channel_id, payload=bytes(writer.content), stamps=stamps
         )

@@ -9,21 +9,23 @@ Commands and states never become message objects: their bytes are read and writt
 
 from __future__ import annotations
 
-from typing import TypeVar
+from contextlib import suppress
+from typing import Any, TypeVar
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
+from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped, Vector3Stamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import MultiDOFJointState, PointCloud2
 from std_srvs.srv import SetBool, Trigger
+from visualization_msgs.msg import MarkerArray
 
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.ros.health import ERROR, OK, WARN, Health
 from rigid_body_sim.ros.requests import Answer
 
-MESSAGE_TYPES = {
+MESSAGE_TYPES: dict[str, Any] = {
     cdr.Clock.TYPE: Clock,
     cdr.PoseStamped.TYPE: PoseStamped,
     cdr.TwistStamped.TYPE: TwistStamped,
@@ -31,7 +33,14 @@ MESSAGE_TYPES = {
     cdr.Vector3Stamped.TYPE: Vector3Stamped,
     cdr.PointCloud2.TYPE: PointCloud2,
     cdr.Odometry.TYPE: Odometry,
+    cdr.POSE_ARRAY: PoseArray,
+    cdr.TWIST_ARRAY: MultiDOFJointState,
+    cdr.MARKERS: MarkerArray,
 }
+with suppress(ImportError):  # not part of common_interfaces: a small installation has none
+    from tf2_msgs.msg import TFMessage  # type: ignore[import-not-found]
+
+    MESSAGE_TYPES[cdr.TRANSFORMS] = TFMessage
 _LEVELS = {OK: DiagnosticStatus.OK, WARN: DiagnosticStatus.WARN, ERROR: DiagnosticStatus.ERROR}
 
 

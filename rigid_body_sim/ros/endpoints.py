@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
-from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -23,6 +23,7 @@ from rclpy.subscription import Subscription
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.ros.listener import NotForExecutors
+from rigid_body_sim.ros.qos import MOST_WATCHED
 from rigid_body_sim.ros.qos_overrides import ALLOWED, PUBLISHER, SUBSCRIPTION, QosOverrides
 
 _REFUSALS = (
@@ -47,21 +48,32 @@ class Endpoints:
         self._node = node
         self._overrides = QosOverrides(given)
         self._lost: dict[int, int] = {}  # by subscription
+        self._watched = True
 
     @property
     def lost(self) -> int:
         """Messages that never came, of all subscriptions, as far as the middleware tells."""
         return sum(self._lost.values())
 
+    def watch(self, topics: int) -> None:
+        """
+        Watch what is made from now on for peers that do not fit and messages that are lost; not
+        where there are too many of them.
+        """
+        self._watched = topics <= MOST_WATCHED
+
     def publisher(self, kind: type, topic: str, profile: QoSProfile) -> Publisher:
         """Publish on a topic; UserError for overrides that cannot be."""
         name = self._node.resolve_topic_name(topic)
         options = self._overrides.options(name, PUBLISHER)
+        events = PublisherEventCallbacks(use_default_callbacks=self._watched)
         if options is None:
-            return self._node.create_publisher(kind, topic, profile)
+            return self._node.create_publisher(kind, topic, profile, event_callbacks=events)
         with _refusing(name):
             return self._node.create_publisher(
-                kind, topic, _copy(profile), qos_overriding_options=options
+                *(kind, topic, _copy(profile)),
+                event_callbacks=events,
+                qos_overriding_options=options,
             )
 
     def subscription(
@@ -86,7 +98,8 @@ class Endpoints:
                 callback_group=NotForExecutors(),
                 raw=True,
                 event_callbacks=SubscriptionEventCallbacks(
-                    message_lost=partial(self._note_lost, place)
+                    message_lost=partial(self._note_lost, place) if self._watched else None,
+                    use_default_callbacks=self._watched,
                 ),
                 **({} if options is None else {'qos_overriding_options': options}),
             )

@@ -25,7 +25,7 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 
-WAIT = 100_000_000  # [ns] between looks whether to end
+WAIT = 1_000_000_000  # [ns] between looks whether to end, if nobody wakes it
 
 Taker = Callable[[bytes], object]
 
@@ -95,23 +95,26 @@ class Listener:
         self._context = context
         self._takers = takers
         self._ending = False
+        self._wait_set: OwnWaitSet | None = None
         self._thread = threading.Thread(target=self._listen, name='listener', daemon=True)
 
     def start(self) -> None:
         """Begin to listen."""
+        self._wait_set = OwnWaitSet(self._context, self._takers)
         self._thread.start()
 
     def stop(self) -> None:
-        """End; at most 0.1 s."""
+        """End."""
         self._ending = True
-        if self._thread.is_alive():
+        if self._wait_set is not None:
+            self._wait_set.wake()
             self._thread.join()
+            self._wait_set.close()
 
     def _listen(self) -> None:
-        wait_set = OwnWaitSet(self._context, self._takers)
+        assert self._wait_set is not None
         while not self._ending:
-            wait_set.wait(WAIT)
-        wait_set.close()
+            self._wait_set.wait(WAIT)
 
 
 def _take_all(subscription: Subscription, taker: Taker) -> None:

@@ -10,7 +10,7 @@ The `Listener`'s thread judges and stores commands (`Inbox`), the executor's pas
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -22,7 +22,6 @@ from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 from std_srvs.srv import SetBool, Trigger
 
@@ -36,6 +35,7 @@ from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.listener import Listener, OwnWaitSet, Taker
 from rigid_body_sim.ros.lockstep import Gate
 from rigid_body_sim.ros.neighbours import Neighbours
+from rigid_body_sim.ros.publishing import Senders
 from rigid_body_sim.ros.requests import Answer
 from rigid_body_sim.ros.run_loop import RunLoop
 from rigid_body_sim.runs.commands import KINDS
@@ -60,7 +60,6 @@ class SimNode(Node):
         self._neighbours = Neighbours(
             self, clock=self.resolve_topic_name(CLOCK_TOPIC) if self.settings.publish_clock else ''
         )
-        self._senders: list[Callable[[bytes], None]] = []
         self._health: Health | None = None
 
     def open_topics(
@@ -69,15 +68,16 @@ class SimNode(Node):
         """Publish the states and take commands: those that answer states for the gate."""
         state = qos.of_states()
         command = qos.of_commands(self.settings.command_reliability)
+        self._endpoints.watch(len(topics) + len(KINDS) * len(bodies))
         publishers = {
             topic.name: self._endpoints.publisher(
                 conversions.MESSAGE_TYPES[topic.type], topic.name, state
             )
             for topic in topics
-            if topic.name != CLOCK_TOPIC or self.settings.publish_clock
+            if (topic.name != CLOCK_TOPIC or self.settings.publish_clock)
+            and self._is_installed(topic)
         }
-        # channel ids count from 1; what has no publisher is recorded only
-        self._senders = [_nowhere, *(_sender(publishers.get(topic.name)) for topic in topics)]
+        self._senders = Senders(topics, publishers)
         targets = gate.terms.targets if gate is not None else ()
         takers: dict[Subscription, Taker] = {}
         self._answering: dict[int, Subscription] = {}  # by place in the list of lock-step
@@ -101,6 +101,18 @@ class SimNode(Node):
         for warning in self._endpoints.warnings():
             self.get_logger().warning(warning)
         self._reported = self.create_guard_condition(self._publish_health)
+
+    def _is_installed(self, topic: Topic) -> bool:
+        """Whether the message type of a topic can be published here; say it if not."""
+        if topic.type in conversions.MESSAGE_TYPES:
+            return True
+        package = topic.type.partition('/')[0]
+        self.get_logger().warning(
+            f'{topic.name} is not published: the ROS package {package} is not installed '
+            f'(sudo apt install ros-jazzy-{package.replace("_", "-")}); it is recorded all the '
+            'same'
+        )
+        return False
 
     def _receive(self, inbox: Inbox, body: str, kind: str, data: bytes) -> None:
         reason = inbox.receive(body, kind, data)
@@ -141,9 +153,7 @@ class SimNode(Node):
 
     def publish(self, batch: Batch) -> None:
         """Send what was packed; called by the run's thread."""
-        senders = self._senders
-        for channel, payload in batch.payloads():
-            senders[channel](payload)
+        self._senders.send(batch)
 
     def warn(self, text: str) -> None:
         """Log a warning of the run; called by the thread that runs it."""
@@ -214,6 +224,7 @@ class SimNode(Node):
 
     def _ask(self, name: str, value: float = 0.0) -> Answer:
         """Wait for the tick boundary at which the run's thread answers."""
+        self._senders.look()  # who asks may have begun to listen just before
         request = self._loop.requests.post(name, value)
         while not request.answered.wait(ANSWER_PERIOD):
             if self._loop.ending is not None:
@@ -243,16 +254,3 @@ class SimNode(Node):
 
 def _refused(reason: str) -> SetParametersResult:
     return SetParametersResult(successful=False, reason=reason)
-
-
-def _sender(publisher: Publisher | None) -> Callable[[bytes], None]:
-    """
-    Return what sends bytes: below `publish`, whose guard against destruction costs as much again.
-
-    The node keeps its publishers until the thread that sends has ended.
-    """
-    return _nowhere if publisher is None else publisher.handle.publish_raw
-
-
-def _nowhere(_: bytes) -> None:
-    """Take a message that nobody publishes."""

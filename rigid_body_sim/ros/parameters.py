@@ -20,6 +20,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.runs.viewing import EVERY_BODY, MARKER_RATE
 
 LARGEST = 1e9  # upper end of ranges that have no natural one
 _BUILT_IN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
@@ -135,13 +136,50 @@ PARAMETERS = (
         'publish (and record) where bodies touch and with what force, on <body>/contacts; for '
         'scenes with contact',
     ),
-    Entry('publish_odometry', False, 'publish <body>/odom (comes in a later version)'),
-    Entry('publish_tf', False, 'publish /tf (comes in a later version)'),
-    Entry('publish_markers', False, 'publish ~/markers (comes in a later version)'),
+    Entry(
+        'publish_odometry',
+        False,
+        'publish (and record) <body>/odom: pose in the world frame, twist in the axes of the body',
+    ),
+    Entry(
+        'publish_tf',
+        False,
+        'publish (and record) /tf: world frame to each body and its named frames',
+    ),
+    Entry(
+        'publish_markers',
+        False,
+        'publish (and record) ~/markers: shapes as they collide, named frames, arrows of commands '
+        'and contact forces; every message is whole',
+    ),
     Entry(
         'publish_arrays',
         False,
-        'publish poses and twists of all bodies in one message (comes in a later version)',
+        'publish (and record) poses and twists: all bodies in one message each',
+    ),
+    Entry(
+        'marker_rate',
+        MARKER_RATE,
+        'messages of ~/markers per second of simulation time [Hz], rounded to published states',
+        (1e-9, LARGEST),
+    ),
+    Entry(
+        'arrow_scale',
+        0.0,
+        'length of the arrows of ~/markers [m/N]; 0.0: chosen from the scene',
+        (0.0, LARGEST),
+    ),
+    Entry(
+        'frame_prefix',
+        '',
+        'put before the names of frames of bodies (not the world frame), such as lab/; commands '
+        'may leave it out',
+    ),
+    Entry(
+        'body_topics',
+        EVERY_BODY,
+        'bodies that have topics of their own, for states and commands: names or patterns (* and '
+        '?) separated by commas; none: no body, for crowds with publish_arrays',
     ),
     Entry(
         'diagnostics_period',
@@ -156,7 +194,6 @@ PARAMETERS = (
         choices=('reliable', 'best_effort'),
     ),
 )
-_LATER = ('publish_odometry', 'publish_tf', 'publish_markers', 'publish_arrays')
 
 
 @dataclass(frozen=True)
@@ -187,6 +224,10 @@ class Settings:
     publish_tf: bool
     publish_markers: bool
     publish_arrays: bool
+    marker_rate: float
+    arrow_scale: float
+    frame_prefix: str
+    body_topics: str
     diagnostics_period: float
     command_reliability: str
 
@@ -199,11 +240,6 @@ def declare(node: Node) -> Settings:
             'must not wait for it; leave use_sim_time out'
         )
     settings = Settings(**{entry.name: _declare(node, entry) for entry in PARAMETERS})
-    for name in _LATER:
-        if getattr(settings, name):
-            raise UserError(
-                f'parameter {name}: got true; it comes in a later version; leave it out'
-            )
     _judge_lockstep(settings)
     if not settings.world_frame or '\0' in settings.world_frame:
         raise UserError(

@@ -27,6 +27,7 @@ from rclpy.subscription import Subscription
 
 STATE_DEPTH = 10  # [messages]
 COMMAND_DEPTH = 1000  # [messages] 10 lost some of a burst on a busy machine
+MOST_WATCHED = 1000  # [topics] whose peers are watched: the executor goes through all each time
 LOOK = 0.01  # [s] enough for a few rounds of the executor
 
 

@@ -38,12 +38,20 @@ from rigid_body_sim.ros.parameters import Settings
 from rigid_body_sim.ros.run_loop import Ending, RunLoop
 from rigid_body_sim.runs.commands import topics_of
 from rigid_body_sim.runs.recorder import recorded_topics
-from rigid_body_sim.runs.run import Run, RunSettings, publish_every, rate_note
+from rigid_body_sim.runs.run import (
+    Run,
+    RunSettings,
+    need_numbers,
+    publish_every,
+    rate_note,
+)
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
+from rigid_body_sim.runs.viewing import ViewSettings, check_view, marker_every
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP
 
+MOST_SHOWN = 12  # [bodies] named in the line that says that the node is ready
 SHOWN = 4  # [topics] named in a line
 if TYPE_CHECKING:
     from rigid_body_sim.ros.standard.services import Standard
@@ -111,8 +119,7 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
     inbox = Inbox(run.rules)
     gate = _make_gate(node, run) if node.settings.step_mode == 'lockstep' else None
     bags = Bags(run, _record_path(node.settings))
-    bodies = [body.name for body in run.simulation.scene.bodies]
-    node.open_topics(run.topics, bodies, inbox, gate)
+    node.open_topics(run.topics, run.names, inbox, gate)
     if node.settings.record:
         bags.start()
     turns = _make_turns(node, run, gate) if gate is not None else None
@@ -151,7 +158,8 @@ def _make_run(node: SimNode) -> Run:
     warn_if_plain(node.warn)
     settings = node.settings
     scene = load_scene(find_scene(settings.scene))
-
+    view = _view_settings(node)
+    need_numbers(scene.name, check_view(scene, view, settings.world_frame))
     simulation = simulation_of(
         scene,
         integrator=settings.integrator or None,
@@ -176,6 +184,9 @@ def _make_run(node: SimNode) -> Run:
             publish_every=every,
             estimate_error=settings.error_estimate,
             publish_contacts=settings.publish_contacts,
+            view=replace(
+                view, marker_every=marker_every(settings.marker_rate, every, simulation.dt_ns)
+            ),
         ),
         warn=node.warn,
     )
@@ -194,6 +205,20 @@ def _make_run(node: SimNode) -> Run:
     return run
 
 
+def _view_settings(node: SimNode) -> ViewSettings:
+    settings = node.settings
+    return ViewSettings(
+        odometry=settings.publish_odometry,
+        transforms=settings.publish_tf,
+        markers=settings.publish_markers,
+        arrays=settings.publish_arrays,
+        arrow_scale=settings.arrow_scale,
+        frame_prefix=settings.frame_prefix,
+        node_name=node.get_name(),
+        body_topics=settings.body_topics,
+    )
+
+
 def _make_gate(node: SimNode, run: Run) -> Gate:
     """Agree on the terms of lock-step; UserError where they do not fit the scene."""
     settings, scene = node.settings, run.simulation.scene
@@ -201,7 +226,7 @@ def _make_gate(node: SimNode, run: Run) -> Gate:
         settings.lockstep_topics,
         lockstep.targets_of(
             settings.lockstep_topics,
-            known=topics_of([body.name for body in scene.bodies], namespace=node.get_namespace()),
+            known=topics_of(run.names, namespace=node.get_namespace()),
             namespace=node.get_namespace(),
             scene=scene,
             remapped=node.resolve_topic_name,
@@ -214,8 +239,6 @@ def _make_gate(node: SimNode, run: Run) -> Gate:
         stamped=settings.lockstep_stamps,
         timeout=round(settings.lockstep_timeout * 1e9),
     )
-    for text in lockstep.notes(terms, run.settings, dt_ns=run.simulation.dt_ns):
-        node.warn(text)
     return Gate(terms, Inbox(run.rules))
 
 
@@ -223,6 +246,7 @@ def _make_turns(node: SimNode, run: Run, gate: Gate) -> LockstepTurns:
     return LockstepTurns(
         gate,
         dt_ns=run.simulation.dt_ns,
+        publish_every=run.settings.publish_every,
         door=node.open_door(gate),
         links=node.links,
         silence=node.silence,
@@ -252,7 +276,10 @@ def _make_loop(
 
 def _ready_line(node: SimNode, run: Run, bags: Bags) -> str:
     simulation = run.simulation
-    names = ', '.join(body.name for body in simulation.scene.bodies)
+    bodies = [body.name for body in simulation.scene.bodies]
+    names = ', '.join(bodies[:MOST_SHOWN])
+    if len(bodies) > MOST_SHOWN:
+        names += f', … {len(bodies)} bodies'
     prefix = node.get_namespace().rstrip('/')
     recording = f'recording to {bags.path}' if bags.is_open else 'not recording'
     return (

@@ -47,7 +47,7 @@ class ManifestValues(RecordValues):
             raise self.refusal(key, value, f'settings of a view; not {error}') from error
 
     def shown(self, key: str, bodies: int) -> Shown:
-        """Return the arrows of the markers before the first, as `viewing.shown_text` wrote them."""
+        """Return the arrows of the markers before, as `viewing.shown_text` wrote them."""
         value = self.json(key, '[[], [], 0]')
         try:
             return shown_of(value, bodies)

@@ -85,7 +85,7 @@ class RunSettings:
     estimate_error: bool = False
     publish_contacts: bool = False
     publish_start: bool = True
-    view: ViewSettings = ViewSettings()
+    view: ViewSettings = field(default_factory=ViewSettings)
     topic_names: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -278,9 +278,7 @@ class Run:
         own = set(self._own.tolist())
         return ContactPacker(
             names,
-            movable=[
-                not body.fixed and i in own for i, body in enumerate(scene.bodies)
-            ],
+            movable=[not body.fixed and i in own for i, body in enumerate(scene.bodies)],
             dt_ns=self.simulation.dt_ns,
             namespace=settings.namespace,
             frame_id=settings.world_frame,
@@ -388,7 +386,8 @@ class Run:
         Take commands, then advance over ticks up to the next publish tick or expiry of a command,
         at most `ticks`.
 
-        Raises SimulationDiverged; what was packed before is not lost, the ticks before are done.
+        Raises SimulationDiverged; what was packed before is not lost, the ticks before are done,
+        and what the commands did at once is undone: they are part of no recording.
         """
         simulation = self.simulation
         tick = simulation.tick
@@ -398,6 +397,7 @@ class Run:
         self._mean_force = np.zeros_like(self._applied)
         self._any_impulse = False
         held = simulation.held_slots if changing else {}
+        mark = simulation.mark() if any(command.acts_at_once for command in commands) else None
         consumed = self._consume(commands)
         self._update_applied(changing)
         changed = self._changed_since(held) if changing else _NOBODY
@@ -406,12 +406,12 @@ class Run:
         if changing:  # where a look at the drift falls must not depend on what is done at once
             stop = tick + 1
         stop = min(stop, max(tick + 1, simulation.next_expiry))
-        if stop % every == 0 and stop > tick + 1:
-            self._step(stop - 1 - tick)
-            self._update_applied(False)
-            self._step(1)
-        else:
-            self._step(stop - tick)
+        try:
+            self._step_to(stop)
+        except SimulationDiverged:
+            if mark is not None:
+                simulation.return_to(mark)
+            raise
         if changing:
             self._close_stretch()
         if stop % every == 0:
@@ -424,6 +424,15 @@ class Run:
             )
             return TickOutput(stop, consumed, (batch,))
         return TickOutput(stop, consumed)
+
+    def _step_to(self, stop: int) -> None:
+        """Advance to a tick, with the applied wrenches of the one before it where it is told."""
+        ticks = stop - self.simulation.tick
+        if stop % self.settings.publish_every == 0 and ticks > 1:
+            self._step(ticks - 1)
+            self._update_applied(False)
+            ticks = 1
+        self._step(ticks)
 
     def follow(
         self, commands: Mapping[int, Sequence[Command]], last_tick: int
@@ -476,16 +485,23 @@ class Run:
             force=self._of_own(force),
             torque=self._of_own(torque),
         )
-        seen = self.viewing.shows_contacts(simulation.tick) and self.has_contact
-        found = simulation.contacts() if seen or self.contact_packer is not None else None
-        contacts = self._pack_contacts(found) if found is not None else None
-        between = (() if contacts is None else (contacts,)) + self.viewing.pack(force, torque, found if seen else None)
+        between = self._pack_contacts_and_views(force, torque)
         if not between:
             return (batch,)
         if not self.names:
             return (*between, batch)
         wrenches, states = self.packer.split(batch)
         return (wrenches, *between, states)
+
+    def _pack_contacts_and_views(self, force: Array, torque: Array) -> tuple[Batch, ...]:
+        """Pack what lies between the wrenches of a tick and its states."""
+        drawn = self.has_contact and self.viewing.shows_contacts(self.simulation.tick)
+        if not drawn and self.contact_packer is None:
+            return self.viewing.pack(force, torque, None)
+        found = self.simulation.contacts()
+        contacts = self._pack_contacts(found)
+        views = self.viewing.pack(force, torque, found)
+        return views if contacts is None else (contacts, *views)
 
     def _pack_contacts(self, found: Contacts) -> Batch | None:
         if self.contact_packer is None:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,6 +42,7 @@ from rigid_body_sim.recording.marker_packing import (
     TRIANGLE_LIST,
     Color,
     Form,
+    Poses,
     Scale,
 )
 
@@ -85,12 +86,34 @@ def forms_of(scene: Scene) -> list[Form]:
                     color=(1.0, 1.0, 1.0, 1.0),
                     position=frame.position,
                     orientation=frame.orientation,
-                    points=length * _AXIS_LINES,
+                    points=np.multiply(length, _AXIS_LINES, dtype=np.float64),
                     colors=_AXIS_COLORS,
                 )
             )
             frames += 1
     return forms
+
+
+class MarkerPlaces:
+    """Where markers stand that go with bodies."""
+
+    def __init__(self, forms: Sequence[Form]) -> None:
+        self._bodies = np.array([form.body for form in forms], np.int64)
+        self._from_center = np.array([form.position for form in forms]).reshape(-1, 3)
+        self._turns = np.array([form.orientation for form in forms]).reshape(-1, 4)
+
+    def poses(self, position: Array, orientation: Array) -> Poses:
+        """
+        Give the pose of each marker.
+
+        position, orientation : (n, 3) [m], (n, 4) [-] of the bodies: centre of mass, world; xyzw,
+                                body to world
+        """
+        turns = orientation[self._bodies]
+        return Poses(
+            position[self._bodies] + rotation.rotate(turns, self._from_center),
+            rotation.multiply(turns, self._turns),
+        )
 
 
 def scale_of(scene: Scene, metres_per_newton: float) -> Scale:
@@ -135,6 +158,10 @@ def _middle(bodies: list[Body]) -> Array:
     return 0.5 * places.min(axis=0) + 0.5 * places.max(axis=0)
 
 
+def _cube(edge: float) -> tuple[float, float, float]:
+    return edge, edge, edge
+
+
 class _OfBody:
     """The markers of one body."""
 
@@ -143,21 +170,20 @@ class _OfBody:
         self._place = place
         self._color = color
         self._size = size
-        self._ball = 2.0 * BALL * size
+        self._ball = _cube(2.0 * BALL * size)
         self._meets = scene.contact.get('mode', 'none') != 'none'
 
     def forms(self) -> list[Form]:
         """Give them, part by part."""
         body = self._scene.bodies[self._place]
         if body.shape is None:
-            return [self._form(SPHERE, (self._ball,) * 3, body, centered=True)]
+            return [self._form(SPHERE, self._ball, body, centered=True)]
         return [form for part in placed_parts(body) for form in self._of_part(part)]
 
     def _of_part(self, part: Body) -> Iterator[Form]:
-        ball = (self._ball,) * 3
         match part.shape:
             case shapes.Sphere(radius):
-                yield self._form(SPHERE, (2.0 * radius,) * 3, part)
+                yield self._form(SPHERE, _cube(2.0 * radius), part)
             case shapes.Box(size):
                 yield self._form(CUBE, (size[0], size[1], size[2]), part)
             case shapes.Cylinder(radius, length):
@@ -165,21 +191,21 @@ class _OfBody:
             case shapes.Capsule(radius, length):
                 yield self._form(CYLINDER, (2.0 * radius, 2.0 * radius, length), part)
                 for end in (-0.5 * length, 0.5 * length):
-                    yield self._form(SPHERE, (2.0 * radius,) * 3, part, at=(0.0, 0.0, end))
+                    yield self._form(SPHERE, _cube(2.0 * radius), part, at=(0.0, 0.0, end))
             case shapes.Mesh(vertices, faces) if not self._meets:
                 yield self._triangles(vertices[faces], part)
             case shapes.ConvexHull() | shapes.Mesh() as shape:
                 triangles = hull_triangles(shape)
                 if triangles is None:
-                    yield self._form(SPHERE_LIST, ball, part, points=shape.vertices)
+                    yield self._form(SPHERE_LIST, self._ball, part, points=shape.vertices)
                 else:
                     yield self._triangles(triangles, part)
             case shapes.Plane() as plane:
                 yield self._triangles(self._square(plane, part), part)
             case shapes.Particles(positions=positions):
-                yield self._form(SPHERE_LIST, ball, part, points=positions)
+                yield self._form(SPHERE_LIST, self._ball, part, points=positions)
             case _:
-                yield self._form(SPHERE, ball, part)
+                yield self._form(SPHERE, self._ball, part)
 
     def _triangles(self, corners: Array, part: Body) -> Form:
         return self._form(TRIANGLE_LIST, _UNIT, part, points=corners.reshape(-1, 3))

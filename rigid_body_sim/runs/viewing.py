@@ -11,8 +11,7 @@ a tick that is whole has them.
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
@@ -21,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.model.named_frames import frame_names, full_name
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
@@ -34,7 +34,7 @@ from rigid_body_sim.recording.view_packing import (
     OdometryPacker,
     TransformPacker,
 )
-from rigid_body_sim.runs.scene_markers import forms_of, scale_of
+from rigid_body_sim.runs.scene_markers import MarkerPlaces, forms_of, scale_of
 
 if TYPE_CHECKING:
     from rigid_body_sim.physics.state.contacts import Contacts
@@ -44,6 +44,7 @@ Array = NDArray[np.float64]
 MARKER_RATE = 25.0  # [Hz] that eyes take for motion
 NODE_NAME = 'rigid_body_sim'
 EVERY_BODY = '*'
+NO_BODY = 'none'  # which is easier to write on a command line than an empty text
 LARGEST_SCALE = 1e9  # [m/N] of arrows
 
 
@@ -96,16 +97,19 @@ def bodies_with_topics(scene: Scene, wanted: str) -> NDArray[np.int64]:
     """
     Find the bodies (their places in the scene) that have topics of their own.
 
-    wanted : names or patterns with * and ?, separated by commas; UserError for one that fits none
+    wanted : names or patterns with * and ?, separated by commas; `none` or nothing: no body;
+             UserError for a pattern that fits none
     """
     names = [body.name for body in scene.bodies]
     chosen = np.zeros(len(names), dtype=bool)
+    if wanted.strip() == NO_BODY:
+        return np.flatnonzero(chosen)
     for pattern in filter(None, map(str.strip, wanted.split(','))):
         fits = [fnmatchcase(name, pattern) for name in names]
         if not any(fits):
             raise UserError(
-                f'body_topics: no body of the scene {scene.name!r} is called {pattern!r}; allowed: '
-                'names or patterns with * and ?, separated by commas, or nothing'
+                f'body_topics: no body of the scene {scene.name!r} is called {pattern!r}; '
+                'allowed: names or patterns with * and ?, separated by commas, or none'
             )
         chosen |= fits
     return np.flatnonzero(chosen)
@@ -138,6 +142,17 @@ def check_frames(scene: Scene, settings: ViewSettings, world_frame: str) -> None
                         f'frame {world_frame!r}: it is that of the world and of a body; rename '
                         'one, or set world_frame or frame_prefix'
                     )
+
+
+def check_view(scene: Scene, settings: ViewSettings, world_frame: str) -> list[str]:
+    """
+    Refuse settings that do not fit a scene, before anything is compiled for it; UserError.
+
+    returns : names of the bodies that have topics of their own
+    """
+    check_frames(scene, settings, world_frame)
+    own = bodies_with_topics(scene, settings.body_topics)
+    return [scene.bodies[place].name for place in own]
 
 
 class Viewing:
@@ -180,7 +195,13 @@ class Viewing:
         if settings.transforms:
             self._transforms = TransformPacker(
                 names,
-                [body.frames for body in scene.bodies],
+                [
+                    {
+                        name: (*frame.position, *frame.orientation)
+                        for name, frame in body.frames.items()
+                    }
+                    for body in scene.bodies
+                ],
                 frame_id=world_frame,
                 frame_prefix=settings.frame_prefix,
                 first_channel_id=first_channel_id + len(self.topics),
@@ -195,8 +216,10 @@ class Viewing:
             )
             self.topics += self._arrays.topics
         if settings.markers:
+            forms = forms_of(scene)
+            self._marker_places = MarkerPlaces(forms)
             self._markers = MarkerPacker(
-                forms_of(scene),
+                forms,
                 topic=node_topic(namespace, f'{settings.node_name}/markers', cdr.MARKERS),
                 frame_id=world_frame,
                 scale=scale_of(scene, settings.arrow_scale),
@@ -221,7 +244,8 @@ class Viewing:
         tick, time_ns, motions = self._now()
         batches = self._states(tick, time_ns, motions)
         if self._markers is not None:
-            batches.append(self._markers.pack_start(tick, time_ns, motions))
+            poses = self._marker_places.poses(motions.position, motions.orientation)
+            batches.append(self._markers.pack_start(tick, time_ns, poses))
         return tuple(batches)
 
     def shows_contacts(self, tick: int) -> bool:
@@ -240,8 +264,10 @@ class Viewing:
         tick, time_ns, motions = self._now()
         batches = self._states(tick, time_ns, motions)
         if self._markers is not None and tick % self._marker_ticks == 0:
-            arrows = Arrows(force, torque, *self._contact_arrows(contacts))
-            batches.append(self._markers.pack(tick, time_ns, motions, arrows))
+            poses = self._marker_places.poses(motions.position, motions.orientation)
+            touching = self._contact_arrows(contacts)
+            arrows = Arrows(motions.position, force, torque, *touching)
+            batches.append(self._markers.pack(tick, time_ns, poses, arrows))
         return tuple(batches)
 
     def _now(self) -> tuple[int, int, Motions]:
@@ -251,14 +277,20 @@ class Viewing:
             state.orientation,
             state.velocity,
             state.angular_velocity,
-            state.angular_velocity_body,
         )
         return simulation.tick, simulation.tick * simulation.dt_ns, motions
 
     def _states(self, tick: int, time_ns: int, motions: Motions) -> list[Batch]:
         batches = []
         if self._odometry is not None:
-            batches.append(self._odometry.pack(tick, time_ns, motions.of(self._own)))
+            own = motions.of(self._own)
+            spin = self._simulation.state.angular_velocity_body[self._own]
+            velocity = rotation.rotate_back(own.orientation, own.velocity)
+            batches.append(
+                self._odometry.pack(
+                    tick, time_ns, own, velocity_body=velocity, angular_velocity_body=spin
+                )
+            )
         if self._transforms is not None:
             batches.append(self._transforms.pack(tick, time_ns, motions))
         if self._arrays is not None:

@@ -13,8 +13,7 @@ from rigid_body_sim.runs.viewing import (
     LARGEST_SCALE,
     MARKER_RATE,
     ViewSettings,
-    bodies_with_topics,
-    check_frames,
+    check_view,
     marker_every,
 )
 
@@ -64,19 +63,15 @@ def add(parser: argparse.ArgumentParser) -> None:
         default=EVERY_BODY,
         metavar='NAMES',
         help='bodies that have topics of their own: names or patterns (* and ?), separated by '
-        'commas; default all; none: an empty text',
+        'commas, or none; default all',
     )
 
 
-def settings_of(
-    arguments: argparse.Namespace, *, publish_every: int, dt_ns: int
-) -> ViewSettings:
+def settings_of(arguments: argparse.Namespace, *, publish_every: int, dt_ns: int) -> ViewSettings:
     """Read the options; UserError for what cannot be used."""
     rate, scale = arguments.marker_rate, arguments.arrow_scale
     if not LEAST_RATE <= rate <= MOST_RATE:
-        raise UserError(
-            f'--marker-rate {rate:g} Hz; allowed: {LEAST_RATE:g} to {MOST_RATE:g} Hz'
-        )
+        raise UserError(f'--marker-rate {rate:g} Hz; allowed: {LEAST_RATE:g} to {MOST_RATE:g} Hz')
     if not 0.0 <= scale <= LARGEST_SCALE:
         raise UserError(
             f'--arrow-scale {scale:g} m/N; allowed: 0 (of the scene) to {LARGEST_SCALE:g}'
@@ -95,6 +90,4 @@ def settings_of(
 
 def names_of(arguments: argparse.Namespace, scene: Scene) -> list[str]:
     """Name the bodies with topics of their own, before anything is compiled; UserError."""
-    check_frames(scene, settings_of(arguments, publish_every=1, dt_ns=1), 'world')
-    own = bodies_with_topics(scene, arguments.body_topics)
-    return [scene.bodies[place].name for place in own]
+    return check_view(scene, settings_of(arguments, publish_every=1, dt_ns=1), 'world')

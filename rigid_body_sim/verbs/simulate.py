@@ -142,9 +142,7 @@ def run(arguments: argparse.Namespace) -> int:
         publish_every=every,
         estimate_error=arguments.estimate_error,
         publish_contacts=arguments.contacts,
-        view=viewing_arguments.settings_of(
-            arguments, publish_every=every, dt_ns=simulation.dt_ns
-        ),
+        view=viewing_arguments.settings_of(arguments, publish_every=every, dt_ns=simulation.dt_ns),
     )
     check_new(arguments.output)
     STOP.stage = 'while compiling; nothing is recorded'

@@ -20,7 +20,10 @@ from ..patience import HANGING
 
 NAME = 'rigid_body_sim'
 ROOT = Path(__file__).parents[2]
-PARTS = (NAME, 'config', 'resource', 'package.xml', 'setup.py', 'setup.cfg', 'pyproject.toml')
+PARTS = (
+    *(NAME, 'config', 'launch', 'resource'),
+    *('package.xml', 'setup.py', 'setup.cfg', 'pyproject.toml'),
+)
 VERBS = sorted(
     path.stem for path in (ROOT / NAME / 'verbs').glob('*.py') if path.stem != '__init__'
 )

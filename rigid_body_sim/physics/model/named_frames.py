@@ -37,7 +37,7 @@ def full_name(body: Body, frame: str) -> str:
 
 
 def frame_names(body: Body) -> list[str]:
-    """Every name by which a command may mean a frame of a body: its own and those of its frames."""
+    """Every name by which a command may mean a frame of a body: its own, and of its frames."""
     full = [full_name(body, frame) for frame in body.frames]
     return [body.name, *full, *body.frames]
 
