@@ -8,12 +8,15 @@ Nodes and bags are real. Kernels are plain Python here: scenes are small, and no
 
 import re
 import shlex
+import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
+
+from rigid_body_sim.testing.domains import DomainLease
 
 from ..patience import HANGING, PATIENCE
 
@@ -253,3 +256,15 @@ def test_a_node_ends_when_the_process_of_its_test_is_gone(tmp_path):
     while process.exists():
         assert time.monotonic() < deadline, 'the node outlives the test'
         time.sleep(0.05)
+
+
+def test_a_domain_is_taken_by_one_only():
+    one, two = DomainLease(), DomainLease()
+    assert one.number != two.number
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as somebody:
+        one.end()
+        somebody.bind(('', 7410 + 250 * one.number))  # as the first node of that domain does
+        three = DomainLease()
+        assert three.number not in (one.number, two.number)
+    two.end()
+    three.end()
