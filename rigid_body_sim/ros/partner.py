@@ -123,6 +123,8 @@ class Partner:
         namespace: str = '',
         spins: bool = False,
     ) -> None:
+        if not bodies or not topics:
+            raise UserError(f'a partner needs bodies and topics; got {bodies!r} and {topics!r}')
         self.controller = controller
         self.states: States | None = None  # the last ones that were whole
         self.answered = -1  # [ns] stamp of the last answer
