@@ -61,6 +61,8 @@ class BodyFacts:
     degrees_of_freedom : how many numbers say where it is
     points, coordinates, constraints : of the points that its shape lists, if it does: there are n
         of them, 3 n coordinates, and what rigidity takes from these
+    frames : name -> position (3,) [m] from the centre of mass and orientation (4,) [-] xyzw, body
+        axes, of the frames fixed to it
     """
 
     name: str
@@ -75,6 +77,7 @@ class BodyFacts:
     points: int | None = None
     coordinates: int | None = None
     constraints: int | None = None
+    frames: dict[str, dict[str, list[float]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -143,6 +146,10 @@ def _of_body(body: Body) -> BodyFacts:
         points=points if listed else None,
         coordinates=3 * points if listed and points is not None else None,
         constraints=3 * points - freedom if listed and points is not None else None,
+        frames={
+            name: {'position': list(frame.position), 'orientation': list(frame.orientation)}
+            for name, frame in body.frames.items()
+        },
     )
 
 

@@ -52,7 +52,7 @@ from rigid_body_sim.physics.state.contacts import Contacts
 from rigid_body_sim.physics.state.layout import Layout, as_vector
 from rigid_body_sim.physics.state.placement import asked_placement, rows_of
 from rigid_body_sim.physics.state.snapshot import State, StateReader
-from rigid_body_sim.physics.stepper import Stepper
+from rigid_body_sim.physics.stepper import Stepper, Undo
 from rigid_body_sim.physics.validation import check_record
 
 Array = NDArray[np.float64]
@@ -334,6 +334,19 @@ class Simulation:
         except BaseException:
             self._return()
             raise
+
+    def mark(self) -> Undo:
+        """Note the tick with its state and what is held, for `return_to`."""
+        self._settle()
+        undo = self._stepper.begin((self._start_ns, dict(self._held.slots)))
+        self._stepper.end(undo)
+        return undo
+
+    def return_to(self, mark: Undo) -> None:
+        """Return to what `mark` noted."""
+        self._settle()
+        self._stepper.undo = mark
+        self._return()
 
     def _ticks_with_mass(self) -> int:
         """Count the whole ticks before a body is out of mass; SimulationDiverged if none."""
@@ -691,7 +704,7 @@ class Simulation:
     def contacts(self) -> Contacts:
         """
         Where bodies touched in the last tick, and the impulses that acted there; none after
-        something that was put back.
+        something that was put back, or a body put elsewhere.
         """
         self._settle()
         return self._stepper.contacts()

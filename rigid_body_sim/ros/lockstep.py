@@ -19,14 +19,13 @@ from __future__ import annotations
 
 import difflib
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.runs.commands import Command
-from rigid_body_sim.runs.run import RunSettings
 
 OLDER, NEWER = 'older', 'newer'  # than the state that is waited for
 SAME, DIFFERENT = 'same again', 'different again'  # second answers to one state
@@ -121,23 +120,23 @@ def period_of(seconds: float, *, publish_every: int, dt_ns: int) -> int:
     return asked // dt_ns
 
 
-def notes(terms: Terms, settings: RunSettings, *, dt_ns: int) -> list[str]:
+def notes(
+    terms: Terms, *, command_timeout_ns: int, publish_every: int, dt_ns: int
+) -> Iterator[str]:
     """Warn in a line each of terms that may not be meant."""
     period = terms.period * dt_ns
-    found = []
-    if 0 < settings.command_timeout_ns < period:
-        found.append(
-            f'command_timeout of {settings.command_timeout_ns * 1e-9:g} s is shorter than the '
+    if 0 < command_timeout_ns < period:
+        yield (
+            f'command_timeout of {command_timeout_ns * 1e-9:g} s is shorter than the '
             f'lock-step period of {period * 1e-9:g} s: an answer ends before the next one acts; '
             'give command_timeout:=0.0 to hold it'
         )
-    if not terms.stamped and terms.period > settings.publish_every:
-        found.append(
+    if not terms.stamped and terms.period > publish_every:
+        yield (
             f'lockstep_stamps is false and states are published within the lock-step period of '
             f'{period * 1e-9:g} s: an answer to one of those may come late and count for the '
             'next instant, so that runs differ; let answers bear stamps, or choose one period'
         )
-    return found
 
 
 @dataclass

@@ -14,7 +14,7 @@ from collections.abc import Callable, Hashable, Sequence
 from typing import Protocol
 
 from rigid_body_sim.recording.batch import Batch
-from rigid_body_sim.ros.lockstep import Gate, LockstepFigures, no_answer
+from rigid_body_sim.ros.lockstep import Gate, LockstepFigures, no_answer, notes
 from rigid_body_sim.runs.commands import Command
 
 REPEAT = 250_000_000  # [ns] between two times that a state is said to a link that is not proven
@@ -54,6 +54,7 @@ class LockstepTurns:
         gate: Gate,
         *,
         dt_ns: int,
+        publish_every: int,
         door: Door,
         links: Callable[[], Hashable],
         silence: Callable[[int], str],
@@ -65,6 +66,7 @@ class LockstepTurns:
         self.timed_out = False
         self.wake = door.wake
         self._dt_ns = dt_ns
+        self._publish_every = publish_every
         self._door = door
         self._links = links
         self._silence = silence
@@ -76,6 +78,16 @@ class LockstepTurns:
         self._outside: Counter[str] = Counter()
         self._wall = 0  # [ns] that a period must last; 0: as fast as possible
         self._due = self._since = self._next_look = 0
+
+    def note(self, command_timeout_ns: int) -> None:
+        """Warn of terms that may not be meant; `command_timeout_ns`: how long a command holds."""
+        for text in notes(
+            self.gate.terms,
+            command_timeout_ns=command_timeout_ns,
+            publish_every=self._publish_every,
+            dt_ns=self._dt_ns,
+        ):
+            self._warn(text)
 
     def reach(self, tick: int, batches: Sequence[Batch], now: int) -> None:
         """Stand at a tick: if it is an instant, wait for answers to the states in `batches`."""

@@ -42,6 +42,7 @@ from rigid_body_sim.ros.listener import NotForExecutors, OwnWaitSet
 from rigid_body_sim.runs.commands import Command, encode
 
 LOOK = 0.05  # [s] between looks who is connected
+NUMBERS = {'force': 3, 'torque': 3, 'wrench': 6, 'impulse': 6}
 DEPTH = 100  # [messages] of states that may wait for the controller
 
 Array = NDArray[np.float64]
@@ -83,8 +84,8 @@ class States(dict[str, BodyState]):
 
     @property
     def time(self) -> float:
-        """Simulation time [s]."""
-        return self.stamp * 1e-9
+        """Simulation time [s], the double nearest to the stamp."""
+        return self.stamp / 1e9
 
 
 Controller = Callable[[States], Mapping[str, Any]]
@@ -313,15 +314,15 @@ def encoded(topic: str, command: Any, stamp: int) -> bytes:
             )
         command.header.stamp.sec, command.header.stamp.nanosec = divmod(stamp, 10**9)
         return serialize_message(command)
-    count = 3 if kind in ('force', 'torque') else 6
+    count = NUMBERS.get(kind, 0)
     try:
         numbers = np.asarray(command, dtype=np.float64).ravel().tolist()
     except (TypeError, ValueError):
         numbers = []
-    if len(numbers) != count:
+    if not count or len(numbers) != count:
         raise UserError(
-            f'{topic}: the controller returned {command!r}; allowed: {count} numbers, or a '
-            f'message of {COMMAND_TYPES[kind]}'
+            f'{topic}: the controller returned {command!r}; allowed: '
+            f'{f"{count} numbers, or " if count else ""}a message of {COMMAND_TYPES[kind]}'
         )
     first, second = tuple(numbers[:3]), tuple(numbers[3:]) or (0.0, 0.0, 0.0)
     force, torque = (second, first) if kind == 'torque' else (first, second)

@@ -146,6 +146,7 @@ class RunLoop:
         return reason
 
     def _loop(self) -> str:
+        self._note_terms()
         self._restart()
         requests, simulation = self.requests, self._run.simulation
         turn = self._free_turn if self._lockstep is None else self._lockstep_turn
@@ -309,6 +310,7 @@ class RunLoop:
                 self._stop_tick = self._tick_of(request.value)
             case 'command_timeout':
                 self._run.command_timeout_ns = round(request.value * 1e9)
+                self._note_terms()
         return Answer(True, '')
 
     def _tick_of(self, stop_time: float) -> int:
@@ -375,6 +377,10 @@ class RunLoop:
         self._paused = paused
         self._restart()
         return Answer(True, f'{"paused" if paused else "running"} at {self._where()}')
+
+    def _note_terms(self) -> None:
+        if self._lockstep is not None:
+            self._lockstep.note(self._run.command_timeout_ns)
 
     def _restart(self) -> None:
         """Let the wall clock count from now on."""

@@ -239,8 +239,6 @@ def _make_gate(node: SimNode, run: Run) -> Gate:
         stamped=settings.lockstep_stamps,
         timeout=round(settings.lockstep_timeout * 1e9),
     )
-    for text in lockstep.notes(terms, run.settings, dt_ns=run.simulation.dt_ns):
-        node.warn(text)
     return Gate(terms, Inbox(run.rules))
 
 
@@ -248,6 +246,7 @@ def _make_turns(node: SimNode, run: Run, gate: Gate) -> LockstepTurns:
     return LockstepTurns(
         gate,
         dt_ns=run.simulation.dt_ns,
+        publish_every=run.settings.publish_every,
         door=node.open_door(gate),
         links=node.links,
         silence=node.silence,

@@ -73,6 +73,11 @@ class Command:
     received: bytes | None = field(default=None, compare=False, repr=False)
     state: AskedState | None = None
 
+    @property
+    def acts_at_once(self) -> bool:
+        """Whether it changes the state before a tick does."""
+        return self.kind in ('impulse', asked_states.KIND)
+
     @cached_property
     def message(self) -> bytes:
         """What is published and recorded of it: as it came, or encoded when first asked for."""

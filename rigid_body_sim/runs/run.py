@@ -386,7 +386,8 @@ class Run:
         Take commands, then advance over ticks up to the next publish tick or expiry of a command,
         at most `ticks`.
 
-        Raises SimulationDiverged; what was packed before is not lost, the ticks before are done.
+        Raises SimulationDiverged; what was packed before is not lost, the ticks before are done,
+        and what the commands did at once is undone: they are part of no recording.
         """
         simulation = self.simulation
         tick = simulation.tick
@@ -396,6 +397,7 @@ class Run:
         self._mean_force = np.zeros_like(self._applied)
         self._any_impulse = False
         held = simulation.held_slots if changing else {}
+        mark = simulation.mark() if any(command.acts_at_once for command in commands) else None
         consumed = self._consume(commands)
         self._update_applied(changing)
         changed = self._changed_since(held) if changing else _NOBODY
@@ -404,12 +406,12 @@ class Run:
         if changing:  # where a look at the drift falls must not depend on what is done at once
             stop = tick + 1
         stop = min(stop, max(tick + 1, simulation.next_expiry))
-        if stop % every == 0 and stop > tick + 1:
-            self._step(stop - 1 - tick)
-            self._update_applied(False)
-            self._step(1)
-        else:
-            self._step(stop - tick)
+        try:
+            self._step_to(stop)
+        except SimulationDiverged:
+            if mark is not None:
+                simulation.return_to(mark)
+            raise
         if changing:
             self._close_stretch()
         if stop % every == 0:
@@ -422,6 +424,15 @@ class Run:
             )
             return TickOutput(stop, consumed, (batch,))
         return TickOutput(stop, consumed)
+
+    def _step_to(self, stop: int) -> None:
+        """Advance to a tick, with the applied wrenches of the one before it where it is told."""
+        ticks = stop - self.simulation.tick
+        if stop % self.settings.publish_every == 0 and ticks > 1:
+            self._step(ticks - 1)
+            self._update_applied(False)
+            ticks = 1
+        self._step(ticks)
 
     def follow(
         self, commands: Mapping[int, Sequence[Command]], last_tick: int

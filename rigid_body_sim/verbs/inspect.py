@@ -27,6 +27,7 @@ from rigid_body_sim.analysis.scene_facts import (
     needs_of,
 )
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
@@ -138,6 +139,10 @@ def _of_bodies(bodies: list[BodyFacts]) -> Iterator[str]:
             axis = [row[i] for row in body.principal_axes]
             yield f'    principal moment {moment:.6g} kg m^2 about {_vector(axis)}'
         yield f'    {_freedom(body)}'
+        for name, frame in body.frames.items():
+            turned = frame['orientation'] != list(IDENTITY)
+            also = f', turned by {_vector(frame["orientation"])}' if turned else ''
+            yield f'    frame {name} {_vector(frame["position"])} m from the centre of mass{also}'
 
 
 def _freedom(body: BodyFacts) -> str:

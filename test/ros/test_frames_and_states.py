@@ -56,15 +56,16 @@ def test_frames_and_states_are_honoured_recorded_and_replayed(
             ),
             reason,
         )
-    sent = run_verb('wrench_pub', 'box', '--force', 0, 1, 0, '--frame', 'nozzle', '--impulse',
-                    '--namespace', node.namespace)  # fmt: skip
+    words = ('--frame', 'nozzle', '--for', 0.05, '--namespace', node.namespace)
+    sent = run_verb('wrench_pub', 'box', '--force', 0, 1, 0, *words)
     assert sent.returncode == 0, sent.stderr
-    peer.until(lambda: [a for a in applied if a.torque[2] > 100], 'an impulse')
+    peer.until(lambda: [a for a in applied if a.torque[2] == 0.25], 'the wrench of the verb')
+    peer.until(lambda: not any((*applied[-1].force, *applied[-1].torque)), 'its end')
     assert node.stop() == 0
 
     bag = tmp_path / 'bag'
     kinds = [message.topic.rsplit('/', 1)[-1] for message in commands_in(bag)]
-    assert kinds == ['force', 'force', 'set_state', 'impulse']
+    assert kinds[:3] == ['force', 'force', 'set_state'] and set(kinds[3:]) == {'wrench'}
     recorded = Bag(bag)
     (asked,) = recorded.messages([f'{node.namespace}/stone/set_state'])
     for pose in recorded.messages([f'{node.namespace}/stone/pose']):

@@ -24,7 +24,6 @@ from rigid_body_sim.ros.lockstep import (
 )
 from rigid_body_sim.ros.lockstep_turns import LONGEST_WAIT, REPEAT, LockstepTurns
 from rigid_body_sim.runs.commands import Command, CommandRules, encode, topics_of
-from rigid_body_sim.runs.run import RunSettings
 from rigid_body_sim.scene import load_scene
 
 MS = 1_000_000  # [ns]
@@ -170,6 +169,7 @@ def make_turns(timeout=0, stamped=True):
     turns = LockstepTurns(
         door.gate,
         dt_ns=MS,
+        publish_every=10,
         door=door,
         links=lambda: links[0],
         silence=lambda index: 'nobody publishes it',
@@ -312,9 +312,11 @@ def test_any_other_period_is_refused_and_the_nearest_named(seconds, nearest):
 
 
 def test_terms_that_may_not_be_meant_are_warned_of():
-    settings = RunSettings(command_timeout_ns=200 * MS, publish_every=10)
-    assert notes(Terms(TOPICS, TARGETS, 200), settings, dt_ns=MS) == []
-    (warning,) = notes(Terms(TOPICS, TARGETS, 210), settings, dt_ns=MS)
+    every = {'publish_every': 10, 'dt_ns': MS}
+    assert list(notes(Terms(TOPICS, TARGETS, 200), command_timeout_ns=200 * MS, **every)) == []
+    assert list(notes(Terms(TOPICS, TARGETS, 200), command_timeout_ns=0, **every)) == []
+    (warning,) = notes(Terms(TOPICS, TARGETS, 210), command_timeout_ns=200 * MS, **every)
     assert 'command_timeout of 0.2 s is shorter' in warning
-    (warning,) = notes(Terms(TOPICS, TARGETS, 20, stamped=False), settings, dt_ns=MS)
+    unstamped = Terms(TOPICS, TARGETS, 20, stamped=False)
+    (warning,) = notes(unstamped, command_timeout_ns=200 * MS, **every)
     assert 'lockstep_stamps' in warning

@@ -133,3 +133,12 @@ def test_a_point_of_a_body_moves_as_the_lecture_says():
     assert moved.position == pytest.approx(np.array([[1, 0, 0], [0, 1, 0]]))
     assert moved.velocity == pytest.approx(np.array([[1, 2, 0], [-1, 0, 0]]))
     assert moved.acceleration == pytest.approx(np.array([[-4, 0, -9.81], [0, -4, -9.81]]))
+
+
+def test_frames_are_told_from_the_centre_of_mass(verb, as_json):
+    code, facts = as_json('inspect', 'quadrotor')
+    assert code == 0
+    frames = facts['bodies'][0]['frames']
+    assert frames['rear_left'] == {'position': [-0.15, 0.15, 0.02], 'orientation': [0, 0, 0, 1]}
+    code, said, _ = verb('inspect', 'quadrotor')
+    assert code == 0 and 'frame rear_left (-0.15, 0.15, 0.02) m from the centre of mass' in said

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
@@ -16,7 +16,7 @@ from rigid_body_sim.runs.asked_states import AskedState
 from rigid_body_sim.runs.commands import Command, CommandRules, decode
 from rigid_body_sim.runs.recorded_facts import manifest_differences
 from rigid_body_sim.runs.recorded_run import RecordedRun
-from rigid_body_sim.runs.recorder import RunRecorder
+from rigid_body_sim.runs.recorder import RunRecorder, recording
 from rigid_body_sim.runs.replay import compare
 from rigid_body_sim.runs.run import Run, RunSettings
 
@@ -178,6 +178,25 @@ def test_a_bag_of_a_version_that_knew_fewer_commands_is_no_other_run():
     again = {'command_kinds': '["force", "set_state"]', 'dt_ns': '1'}
     assert list(manifest_differences(said, again)) == []
     assert len(list(manifest_differences(said, again | {'dt_ns': '2'}))) == 1
+
+
+@pytest.mark.filterwarnings('ignore:overflow')  # on the way to infinity
+@pytest.mark.parametrize('kind', ['set_state', 'impulse'])
+def test_a_command_that_breaks_a_run_is_in_neither_bag_nor_state(tmp_path, kind):
+    wild = AskedState(angular=(0, 0, 1e307))
+    commands = {
+        10: [asked('box', MOVED)],
+        20: [
+            Command('box', kind, torque=(0, 0, 1e307)) if kind == 'impulse' else asked('box', wild)
+        ],
+    }
+    run = Run(free(), RunSettings(publish_every=5))
+    with pytest.raises(SimulationDiverged), recording(run, tmp_path / 'a', done='') as recorder:
+        for tick, output in run.follow(commands, 40):
+            recorder.record(output, tick=tick)
+    assert run.simulation.tick == 20
+    assert np.abs(run.simulation.state.angular_velocity).max() < 10
+    assert replayed(tmp_path / 'a').difference is None
 
 
 def test_an_estimate_of_the_error_goes_on_and_replays(tmp_path):

@@ -213,7 +213,9 @@ def test_nothing_but_pytest_is_imported_before_a_test_asks_for_a_simulation():
     """
     The plugin is loaded by every pytest of an environment.
     """
-    program = 'import pytest, sys; before = set(sys.modules); import rigid_body_sim.testing.plugin; '
+    program = (
+        'import pytest, sys; before = set(sys.modules); import rigid_body_sim.testing.plugin; '
+    )
     program += 'print(*sorted(set(sys.modules) - before))'
     run = subprocess.run(
         [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT, check=True
