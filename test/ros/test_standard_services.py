@@ -45,6 +45,7 @@ class Client(Peer):
 
         client = ActionClient(self.node, SimulateSteps, self.full('rigid_body_sim/simulate_steps'))
         self.until(client.server_is_ready, 'the action')
+        self.be_known()  # or the first feedback is lost
         return client
 
     def close(self):
