@@ -425,6 +425,8 @@ class RunLoop:
         if recorded and self._rerecord:
             said += f'; recording to {self._bags.start()}'
         self._publish_start()
+        # closing a bag waits for the disk, most of a second where both are busy: no tick's fault
+        self._pacer.restart(time.monotonic_ns())
         return Answer(True, said)
 
     def _record(self, wanted: bool) -> Answer:
