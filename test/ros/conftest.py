@@ -127,14 +127,21 @@ class Peer:
         )
         self._subscriptions.append(subscription)
         self.until(subscription.get_publisher_count, f'a publisher of {name}')
-        # The node may not know of us yet. It learns of the client below later, in the order in
-        # which both were made; so when that one has its answer, the publisher sends to us. It
-        # must be a new one: those that are kept were there before the subscription.
+        self.be_known()
+        return heard
+
+    def be_known(self):
+        """
+        Wait until the node knows of all readers that were made so far, and sends to them.
+
+        It learns of the client below later, in the order in which both were made; so when that
+        one has its answer, publishers send to us. It must be a new one: those that are kept were
+        there before.
+        """
         client = self._client(ListParameters, 'rigid_body_sim/list_parameters')
         while not self._is_answered(client, ListParameters.Request()):
             pass  # the node answered before it knew of the reader of its answer: that one is lost
         self.node.destroy_client(client)
-        return heard
 
     def sender(self, name, kind, reliability='reliable'):
         """

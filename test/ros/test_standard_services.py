@@ -5,9 +5,11 @@ The services of simulation_interfaces, called by another process as its clients 
 """
 
 import math
+from functools import cached_property
 
 import pytest
 from geometry_msgs.msg import Point, Quaternion, Vector3, Vector3Stamped
+from rclpy.action import ActionClient
 
 from rigid_body_sim.recording.bag_reader import Bag
 
@@ -36,6 +38,20 @@ class Client(Peer):
         name = ''.join(f'_{c.lower()}' if c.isupper() else c for c in kind).lstrip('_')
         service = getattr(srv, kind)
         return self.call(service, f'rigid_body_sim/{name}', service.Request(**fields))
+
+    @cached_property
+    def action(self):
+        from simulation_interfaces.action import SimulateSteps
+
+        client = ActionClient(self.node, SimulateSteps, self.full('rigid_body_sim/simulate_steps'))
+        self.until(client.server_is_ready, 'the action')
+        self.be_known()  # or the first feedback is lost
+        return client
+
+    def close(self):
+        if 'action' in self.__dict__:
+            self.action.destroy()  # before its node, which does not know of it
+        super().close()
 
     def state_of(self, entity):
         response = self.ask('GetEntityState', entity=entity)
@@ -247,12 +263,9 @@ def act(client, steps, seen):
     """
     Send a goal; return its handle.
     """
-    from rclpy.action import ActionClient
     from simulation_interfaces.action import SimulateSteps
 
-    action = ActionClient(client.node, SimulateSteps, client.full('rigid_body_sim/simulate_steps'))
-    client.until(action.server_is_ready, 'the action')
-    sent = action.send_goal_async(
+    sent = client.action.send_goal_async(
         SimulateSteps.Goal(steps=steps),
         feedback_callback=lambda told: seen.append(
             (told.feedback.completed_steps, told.feedback.remaining_steps)
