@@ -158,6 +158,8 @@ class Peer:
         self._executor.shutdown()
         self._node.destroy_node()
         self._context.try_shutdown()
+        # what the middleware made ends here, and not in whichever thread collects garbage later
+        del self._ears, self._states, self._publishers, self._clients, self._executor, self._node
 
 
 def _named(take: Taker, name: str) -> Callable[[bytes], object]:

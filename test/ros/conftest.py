@@ -31,12 +31,13 @@ from std_srvs.srv import SetBool, Trigger  # noqa: E402
 from rigid_body_sim.recording import cdr  # noqa: E402
 from rigid_body_sim.recording.bag_reader import Bag  # noqa: E402
 from rigid_body_sim.ros.conversions import MESSAGE_TYPES  # noqa: E402
+from rigid_body_sim.testing.domains import DomainLease  # noqa: E402
 from rigid_body_sim.testing.surroundings import PROFILE, PROFILE_VARIABLES  # noqa: E402
 
 from ..patience import HANGING, PATIENCE  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
-DOMAIN = 1 + os.getpid() % 100
+DOMAIN = DomainLease().number  # held as long as this process lives
 ASK_AGAIN = 5.0  # [s] for an answer that can be lost
 
 # A box turned by 90 degrees about z (its x axis points along y), a point mass, a fixed body.

@@ -8,13 +8,17 @@ Nodes and bags are real. Kernels are plain Python here: scenes are small, and no
 
 import re
 import shlex
+import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
-from ..patience import HANGING
+from rigid_body_sim.testing.domains import DomainLease
+
+from ..patience import HANGING, PATIENCE
 
 pytest.importorskip('rclpy')
 pytest_plugins = ['pytester']
@@ -190,7 +194,7 @@ def test_two_at_once(simulation):
     one.force('ball', (0, 0, 20.0), frame='body')
     one.call('step')
     assert one.state('ball').velocity[2] == pytest.approx(1.0)  # 20 N, 2 kg, 0.1 s
-    assert [one.bag(k).counts['/ball/impulse'] for k in (0, 1)] == [1, 0]
+    assert [one.bag(k).counts.get('/ball/impulse', 0) for k in (0, 1)] == [1, 0]
 """
 
 
@@ -225,3 +229,42 @@ def test_nothing_but_pytest_is_imported_before_a_test_asks_for_a_simulation():
         'rigid_body_sim.testing',
         'rigid_body_sim.testing.plugin',
     ]
+
+
+ORPHAN = """
+import os, sys
+from pathlib import Path
+from rigid_body_sim.testing.node_process import NodeProcess
+
+node = NodeProcess([], folder=Path(sys.argv[1]), environment=os.environ)
+print(node.pid, flush=True)
+os._exit(1)
+"""
+
+
+def test_a_node_ends_when_the_process_of_its_test_is_gone(tmp_path):
+    run = subprocess.run(
+        [sys.executable, '-c', ORPHAN, str(tmp_path)],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+        check=False,
+    )
+    assert run.returncode == 1
+    process = Path('/proc') / run.stdout.strip()
+    deadline = time.monotonic() + PATIENCE
+    while process.exists():
+        assert time.monotonic() < deadline, 'the node outlives the test'
+        time.sleep(0.05)
+
+
+def test_a_domain_is_taken_by_one_only():
+    one, two = DomainLease(), DomainLease()
+    assert one.number != two.number
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as somebody:
+        one.end()
+        somebody.bind(('', 7410 + 250 * one.number))  # as the first node of that domain does
+        three = DomainLease()
+        assert three.number not in (one.number, two.number)
+    two.end()
+    three.end()
