@@ -41,13 +41,14 @@ class Endpoints:
     """
     What one node publishes and takes.
 
-    given : names of all given parameters, of which the overrides are taken
+    given   : names of all given parameters, of which the overrides are taken
+    watched : whether they are few enough to be watched, see `watch`
     """
 
     def __init__(self, node: Node, given: Iterable[str]) -> None:
         self._node = node
         self._overrides = QosOverrides(given)
-        self._watched = True
+        self.watched = True
         self._lost: dict[int, int] = {}  # by subscription
 
     @property
@@ -56,20 +57,20 @@ class Endpoints:
         Messages that never came, of all subscriptions, as far as the middleware tells; None: they
         are too many to watch.
         """
-        return sum(self._lost.values()) if self._watched else None
+        return sum(self._lost.values()) if self.watched else None
 
     def watch(self, topics: int) -> None:
         """
         Watch what is made from now on for peers that do not fit and messages that are lost; not
         where there are too many of them.
         """
-        self._watched = topics <= MOST_WATCHED
+        self.watched = topics <= MOST_WATCHED
 
     def publisher(self, kind: type, topic: str, profile: QoSProfile) -> Publisher:
         """Publish on a topic; UserError for overrides that cannot be."""
         name = self._node.resolve_topic_name(topic)
         options = self._overrides.options(name, PUBLISHER)
-        events = PublisherEventCallbacks(use_default_callbacks=self._watched)
+        events = PublisherEventCallbacks(use_default_callbacks=self.watched)
         if options is None:
             return self._node.create_publisher(kind, topic, profile, event_callbacks=events)
         with _refusing(name):
@@ -95,8 +96,8 @@ class Endpoints:
         place = len(self._lost)
         self._lost[place] = 0
         events = SubscriptionEventCallbacks(
-            message_lost=partial(self._note_lost, place) if self._watched else None,
-            use_default_callbacks=self._watched,
+            message_lost=partial(self._note_lost, place) if self.watched else None,
+            use_default_callbacks=self.watched,
         )
         with _refusing(name):
             return self._node.create_subscription(

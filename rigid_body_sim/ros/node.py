@@ -102,6 +102,11 @@ class SimNode(Node):
             self.get_logger().warning(warning)
         self._reported = self.create_guard_condition(self._publish_health)
 
+    @property
+    def is_crowd(self) -> bool:
+        """Whether it has more topics than can be watched."""
+        return not self._endpoints.watched
+
     def _is_installed(self, topic: Topic) -> bool:
         """Whether the message type of a topic can be published here; say it if not."""
         if topic.type in conversions.MESSAGE_TYPES:

@@ -20,7 +20,6 @@ A marker stands where its shape does: x_m = x + R (o - c), q_m = q q_s
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -52,7 +51,8 @@ BALL = 0.01  # [-] of the size of the scene: radius of what stands for a point
 STANDARD_GRAVITY = 9.80665  # [m/s^2]
 LONGEST = 10.0  # [-] usual arrows
 AXES = 0.5  # [-] of the reach of its body: length of the axes of a named frame
-LEAST_SIZE = 1e-6  # [m] where nothing has any extent
+LEAST_SIZE, LARGEST_SIZE = 1e-6, 1e30  # [m] of scenes: viewers draw in single precision
+LEAST_WEIGHT, LARGEST_WEIGHT = 1e-200, 1e200  # [N] that set the length of arrows
 _FIXED: Color = (0.6, 0.6, 0.6, 1.0)
 _COLORS: tuple[Color, ...] = (  # told apart by all eyes: Okabe and Ito
     (0.00, 0.45, 0.70, 1.0),
@@ -77,7 +77,7 @@ def forms_of(scene: Scene) -> list[Form]:
         own = _OfBody(scene, place, color, size).forms()
         forms += [replace(form, number=place + count * k) for k, form in enumerate(own)]
     for place, body in enumerate(scene.bodies):
-        length = AXES * (reach(body) or size)
+        length = AXES * min(reach(body) or size, LARGEST_SIZE)
         for frame in body.frames.values():
             forms.append(
                 Form(
@@ -127,11 +127,11 @@ def scale_of(scene: Scene, metres_per_newton: float) -> Scale:
     """
     moving = [body for body in scene.bodies if not body.fixed]
     size = max((reach(body) for body in moving), default=0.0) or size_of(scene)
+    size = min(max(size, LEAST_SIZE), LARGEST_SIZE)
     weight = STANDARD_GRAVITY * max((body.mass for body in moving), default=1.0)
     reference = 2.0 * size
-    metres = metres_per_newton or reference / max(weight, sys.float_info.min)
-    lengths = (metres, metres / size, reference, LONGEST * reference)
-    return Scale(*(min(length, sys.float_info.max) for length in lengths))
+    metres = metres_per_newton or reference / min(max(weight, LEAST_WEIGHT), LARGEST_WEIGHT)
+    return Scale(metres, metres / size, reference, LONGEST * reference)
 
 
 def reach(body: Body) -> float:
@@ -147,15 +147,14 @@ def size_of(scene: Scene) -> float:
     if not bodies:
         return 1.0
     middle = _middle(bodies)
-    return max(
-        LEAST_SIZE,
-        *(math.dist(body.initial.position, middle) + reach(body) for body in bodies),
-    )
+    sizes = (math.dist(body.initial.position, middle) + reach(body) for body in bodies)
+    return min(max(LEAST_SIZE, *sizes), LARGEST_SIZE)
 
 
 def _middle(bodies: list[Body]) -> Array:
     places = np.array([body.initial.position for body in bodies])
-    return 0.5 * places.min(axis=0) + 0.5 * places.max(axis=0)
+    middle = 0.5 * places.min(axis=0) + 0.5 * places.max(axis=0)
+    return np.clip(middle, -LARGEST_SIZE, LARGEST_SIZE)
 
 
 def _cube(edge: float) -> tuple[float, float, float]:
@@ -237,9 +236,8 @@ class _OfBody:
         normal = np.array(plane.normal)
         bodies = [b for b in self._scene.bodies if not isinstance(b.shape, shapes.Plane)]
         middle = _middle(bodies) if bodies else np.zeros(3)
-        from_center = rotation.rotate_back(
-            part.initial.orientation, middle - np.array(part.initial.position)
-        )
+        to_middle = np.clip(middle - part.initial.position, -LARGEST_SIZE, LARGEST_SIZE)
+        from_center = rotation.rotate_back(part.initial.orientation, to_middle)
         origin = np.subtract(part.shape_position, part.center_of_mass)
         seen = rotation.rotate_back(part.shape_orientation, from_center - origin)
         nearest = seen + (plane.offset - float(np.sum(normal * seen))) * normal

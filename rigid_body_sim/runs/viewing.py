@@ -216,13 +216,14 @@ class Viewing:
             )
             self.topics += self._arrays.topics
         if settings.markers:
-            forms = forms_of(scene)
+            with np.errstate(all='ignore'):
+                forms, scale = forms_of(scene), scale_of(scene, settings.arrow_scale)
             self._marker_places = MarkerPlaces(forms)
             self._markers = MarkerPacker(
                 forms,
                 topic=node_topic(namespace, f'{settings.node_name}/markers', cdr.MARKERS),
                 frame_id=world_frame,
-                scale=scale_of(scene, settings.arrow_scale),
+                scale=scale,
                 first_channel_id=first_channel_id + len(self.topics),
             )
             self.topics += self._markers.topics
@@ -241,6 +242,10 @@ class Viewing:
         """Pack where the run stands, before anything acts."""
         if not self.topics:
             return ()
+        with np.errstate(all='ignore'):
+            return self._packed_start()
+
+    def _packed_start(self) -> tuple[Batch, ...]:
         tick, time_ns, motions = self._now()
         batches = self._states(tick, time_ns, motions)
         if self._markers is not None:
@@ -261,6 +266,10 @@ class Viewing:
         """
         if not self.topics:
             return ()
+        with np.errstate(all='ignore'):  # where a run leaves the numbers, so does what is shown
+            return self._packed(force, torque, contacts)
+
+    def _packed(self, force: Array, torque: Array, contacts: Contacts | None) -> tuple[Batch, ...]:
         tick, time_ns, motions = self._now()
         batches = self._states(tick, time_ns, motions)
         if self._markers is not None and tick % self._marker_ticks == 0:
