@@ -570,9 +570,13 @@ class Simulation:
                   order, world axes
         """
         self._settle()
+        slots = dict(self._held.slots)  # who looks ends no command: a tick does, and tells of it
         self._take_held()
         found = np.zeros((2, len(self.scene.bodies), 3))
         linear, angular = self._stepper.accelerations(self._scene_tick, self.dt)
+        if len(slots) != len(self._held.slots):
+            self._held_changed = True
+            self._held.slots = slots
         found[0, self._layout.moving] = linear
         found[1, self._layout.moving[: self._layout.n_rigid]] = angular
         return found[0], found[1]

@@ -28,7 +28,7 @@ COMMAND_TYPES = {
 
 _INFINITE = {'sec': 9223372036, 'nsec': 854775807}
 
-# The profile of the state publishers and of the command subscriptions.
+# The profile with which a bag is played: that of ROS where nothing else is asked for.
 QOS: tuple[Mapping[str, Any], ...] = (
     {
         'history': 'keep_last',

@@ -47,13 +47,16 @@ class Endpoints:
     def __init__(self, node: Node, given: Iterable[str]) -> None:
         self._node = node
         self._overrides = QosOverrides(given)
-        self._lost: dict[int, int] = {}  # by subscription
         self._watched = True
+        self._lost: dict[int, int] = {}  # by subscription
 
     @property
-    def lost(self) -> int:
-        """Messages that never came, of all subscriptions, as far as the middleware tells."""
-        return sum(self._lost.values())
+    def lost(self) -> int | None:
+        """
+        Messages that never came, of all subscriptions, as far as the middleware tells; None: they
+        are too many to watch.
+        """
+        return sum(self._lost.values()) if self._watched else None
 
     def watch(self, topics: int) -> None:
         """
@@ -71,7 +74,9 @@ class Endpoints:
             return self._node.create_publisher(kind, topic, profile, event_callbacks=events)
         with _refusing(name):
             return self._node.create_publisher(
-                *(kind, topic, _copy(profile)),
+                kind,
+                topic,
+                _copy(profile),
                 event_callbacks=events,
                 qos_overriding_options=options,
             )
@@ -89,6 +94,10 @@ class Endpoints:
         options = self._overrides.options(name, SUBSCRIPTION, must_be_reliable=must_be_reliable)
         place = len(self._lost)
         self._lost[place] = 0
+        events = SubscriptionEventCallbacks(
+            message_lost=partial(self._note_lost, place) if self._watched else None,
+            use_default_callbacks=self._watched,
+        )
         with _refusing(name):
             return self._node.create_subscription(
                 kind,
@@ -97,10 +106,7 @@ class Endpoints:
                 profile,
                 callback_group=NotForExecutors(),
                 raw=True,
-                event_callbacks=SubscriptionEventCallbacks(
-                    message_lost=partial(self._note_lost, place) if self._watched else None,
-                    use_default_callbacks=self._watched,
-                ),
+                event_callbacks=events,
                 **({} if options is None else {'qos_overriding_options': options}),
             )
 

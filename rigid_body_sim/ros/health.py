@@ -32,7 +32,8 @@ class Health:
     overruns, lags       : see `Pacer`
     largest_lateness, last_lateness : [s]
     accepted, refused    : commands; refused ones by reason
-    lost                 : commands that never came, as far as the middleware tells
+    lost                 : commands that never came, as far as the middleware tells; None: there
+                           are too many topics to ask
     bag                  : what is recorded to; empty when nothing is
     deepest_gap          : smallest distance of two bodies in contact [m], negative: they
                            overlapped; None where nothing touched
@@ -69,7 +70,7 @@ class Health:
     integrator: str = ''
     looks: str = ''
     failure: str = ''
-    lost: int = 0
+    lost: int | None = 0
     lockstep: LockstepFigures | None = None
 
     @property
@@ -119,7 +120,7 @@ class Health:
             'accepted commands': str(self.accepted),
             'refused commands': str(sum(self.refused.values())),
             'last refusal': self.last_refusal,
-            'lost commands': str(self.lost),
+            'lost commands': 'too many topics to count' if self.lost is None else str(self.lost),
             'energy drift': _drift(self.drift.energy),
             'momentum drift': _drift(self.drift.momentum),
             'angular momentum drift': _drift(self.drift.angular_momentum),

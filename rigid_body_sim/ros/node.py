@@ -66,7 +66,7 @@ class SimNode(Node):
         self, topics: Sequence[Topic], bodies: Sequence[str], inbox: Inbox, gate: Gate | None
     ) -> None:
         """Publish the states and take commands: those that answer states for the gate."""
-        state = qos.of_states()
+        state = qos.of_states(self.settings.state_depth or qos.depth_of_states(len(topics)))
         command = qos.of_commands(self.settings.command_reliability)
         self._endpoints.watch(len(topics) + len(KINDS) * len(bodies))
         publishers = {

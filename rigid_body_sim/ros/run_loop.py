@@ -60,7 +60,8 @@ class Visit:
     """
     A run between two ticks, for a request of the name `visit`: it may look, and ask for more.
 
-    paused   : by a person, or because an answer in lock-step did not come
+    held     : paused by a person, or a client: until one lets it go on
+    paused   : so, or because an answer in lock-step did not come
     stepping : steps are being done that somebody asked for
     inbox    : takes commands for the coming tick
     ask      : grants another request at this tick boundary, by name and value
@@ -68,6 +69,7 @@ class Visit:
 
     run: Run
     inbox: Inbox
+    held: bool
     paused: bool
     stepping: bool
     ask: Callable[[str, object], Answer]
@@ -331,6 +333,7 @@ class RunLoop:
         return Visit(
             self._run,
             self._inbox,
+            held=self._paused,
             paused=self._paused or timed_out,
             stepping=self._steps is not None,
             ask=ask,
@@ -422,6 +425,8 @@ class RunLoop:
         if recorded and self._rerecord:
             said += f'; recording to {self._bags.start()}'
         self._publish_start()
+        # closing a bag waits for the disk, most of a second where both are busy: no tick's fault
+        self._pacer.restart(time.monotonic_ns())
         return Answer(True, said)
 
     def _record(self, wanted: bool) -> Answer:

@@ -88,12 +88,14 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
 
     samples : at most about so many instants of each body are kept, first and last among them
     """
-    poses = {name: t for name, t in bag.topics.items() if _is(t, 'pose', cdr.PoseStamped)}
-    twists = {name: t for name, t in bag.topics.items() if _is(t, 'twist', cdr.TwistStamped)}
+    poses = {name: t for name, t in bag.topics.items() if _is(t, 'pose', cdr.PoseStamped.TYPE)}
+    twists = {name: t for name, t in bag.topics.items() if _is(t, 'twist', cdr.TwistStamped.TYPE)}
     wrenches = {
-        name for name, t in bag.topics.items() if _is(t, 'applied_wrench', cdr.WrenchStamped)
+        name for name, t in bag.topics.items() if _is(t, 'applied_wrench', cdr.WrenchStamped.TYPE)
     }
-    impulses = {name for name, t in bag.topics.items() if _is(t, 'impulse', cdr.WrenchStamped)}
+    impulses = {
+        name for name, t in bag.topics.items() if _is(t, 'impulse', cdr.WrenchStamped.TYPE)
+    }
     kept: dict[str, list[bytes]] = {name: [] for name in (*poses, *twists)}
     seen = dict.fromkeys(kept, 0)
     commands: set[int] = set()
@@ -140,8 +142,8 @@ def _load(rows: list[tuple[float, float]], samples: int) -> Load:
     return Load(time[starts], np.maximum.reduceat(force, starts) if len(time) else force)
 
 
-def _is(topic: Topic, leaf: str, kind: type[cdr.Message]) -> bool:
-    return topic.name.endswith(f'/{leaf}') and topic.type == kind.TYPE
+def _is(topic: Topic, leaf: str, type_name: str) -> bool:
+    return topic.name.endswith(f'/{leaf}') and topic.type == type_name
 
 
 def _track(topic: str, poses: list[bytes], twists: list[bytes]) -> Track:
@@ -158,7 +160,9 @@ def _track(topic: str, poses: list[bytes], twists: list[bytes]) -> Track:
     )
 
 
-def _columns(kind: type[cdr.Message], payloads: list[bytes]) -> tuple[Array, Array]:
+def _columns(
+    kind: type[cdr.PoseStamped] | type[cdr.TwistStamped], payloads: list[bytes]
+) -> tuple[Array, Array]:
     """Times [s] and numbers of payloads of one topic: at once where all are laid out alike."""
     width = sum(count for _, count in kind.PARTS)
     if not payloads:
@@ -167,7 +171,7 @@ def _columns(kind: type[cdr.Message], payloads: list[bytes]) -> tuple[Array, Arr
     cdr.decode(kind.TYPE, payloads[0])  # refuses what is no such message
     alike = all(len(payload) == size and payload[1] == 1 for payload in payloads)
     if not alike:
-        messages = [cdr.decode(kind.TYPE, payload) for payload in payloads]
+        messages: list[Any] = [cdr.decode(kind.TYPE, payload) for payload in payloads]
         stamps = np.array([10**9 * message.sec + message.nanosec for message in messages])
         rows = [[x for part, _ in kind.PARTS for x in getattr(m, part)] for m in messages]
         return 1e-9 * stamps, np.array(rows, dtype=np.float64)

@@ -34,10 +34,10 @@ def test_two_nodes_of_one_name_and_two_clocks_are_told_of_each_other(
     peer.until(lambda: name in told, 'diagnostics of the first')
     assert 'qos_overrides./box/pose.publisher.depth has no effect' in first.said
 
-    values = _flood(peer, messages, lambda: told[name][-1])
+    values, sent = _flood(peer, messages, lambda: told[name][-1])
     lost, accepted = int(values['lost commands']), int(values['accepted commands'])
-    assert accepted == FLOOD or lost > 0, values
-    assert accepted + lost <= FLOOD
+    assert accepted >= FLOOD or lost > 0, values
+    assert accepted + lost <= sent
 
     second = start(
         tmp_path_factory.mktemp('second'),
@@ -77,18 +77,28 @@ def _flood(peer, messages, status):
     sender = peer.node.create_publisher(Vector3Stamped, peer.full('box/force'), 10)
     peer.until(sender.get_subscription_count, 'a subscriber of box/force')
     message = messages.force(0, 0, 1)
-    for _ in range(FLOOD):
-        sender.publish(message)
+    sent = 0
 
     def figures():
         return {pair.key: pair.value for pair in status().values}
 
+    def is_heard():
+        """Send one more, until one came: the node may learn of the sender later."""
+        nonlocal sent
+        sender.publish(message)
+        sent += 1
+        return int(figures()['accepted commands']) > 0
+
+    peer.until(is_heard, 'a first command')
+    for _ in range(FLOOD):
+        sender.publish(message)
+    sent += FLOOD
     seen = []
     peer.until(
         lambda: seen.append(figures()) or (len(seen) > 1 and _came(seen)), 'the end of the flood'
     )
     peer.node.destroy_publisher(sender)
-    return seen[-1]
+    return seen[-1], sent
 
 
 def _came(seen):

@@ -5,7 +5,7 @@
 import json
 
 import yaml
-from geometry_msgs.msg import Vector3Stamped
+from geometry_msgs.msg import Vector3Stamped, WrenchStamped
 
 from rigid_body_sim.__main__ import main
 from rigid_body_sim.recording.bag_reader import Bag
@@ -17,8 +17,8 @@ RULES = {
     'box/force': '/thrust',
     'box/twist': 'stone/twist',  # these two change places
     'stone/twist': 'box/twist',
-    'box/torque': '/turn',  # two that would have one name
-    'stone/torque': '/turn',
+    'box/impulse': '/kick',  # two that would have one name
+    'stone/impulse': '/kick',
     '/clock': '/simulated/clock',
 }
 
@@ -30,14 +30,22 @@ def test_a_remapped_topic_is_recorded_under_the_name_on_the_wire(
     node = start_node(more=rules, record='true', record_path='moved', publish_clock='false')
     peer = meet(node)
     applied = peer.listen('box/applied_wrench', Applied)
+    felt = peer.listen('stone/applied_wrench', Applied)
     peer.sender('/thrust', Vector3Stamped).publish(messages.force(0, 0, 3))
     peer.until(lambda: any(a.force[2] == 3.0 for a in applied), 'the force')
+    kick = peer.sender('/kick', WrenchStamped)
+    peer.until(lambda: kick.get_subscription_count() == 2, 'both that are kicked')
+    kick.publish(messages.wrench((1, 0, 0)))
+    peer.until(lambda: any(a.force[0] for a in applied), 'the kick')
+    peer.until(lambda: any(a.force[0] for a in felt), 'the kick of the other')
     assert node.stop() == 0
     assert 'remapping gives one name to several topics' in node.said
     bag = node.folder / 'moved'
 
     space = node.namespace
-    own = {name if name[0] == '/' else f'{space}/{name}' for name in RULES}
+    own = {
+        name if name[0] == '/' else f'{space}/{name}' for name in RULES if name != 'stone/impulse'
+    }
     wire = {
         topic['topic_metadata']['name']: topic['message_count']
         for topic in yaml.safe_load((bag / 'metadata.yaml').read_text())[
@@ -46,8 +54,8 @@ def test_a_remapped_topic_is_recorded_under_the_name_on_the_wire(
     }
     assert wire['/thrust'] == 1
     assert wire['/gps/pose'] == wire['/simulated/clock'] > 0
-    assert not {f'{space}/box/pose', f'{space}/box/force', '/clock', '/turn'} & wire.keys()
-    assert {f'{space}/box/torque', f'{space}/stone/torque'} <= wire.keys()
+    assert not {f'{space}/box/pose', f'{space}/box/force', '/clock', '/kick'} & wire.keys()
+    assert {f'{space}/box/impulse', f'{space}/stone/impulse'} <= wire.keys()
 
     opened = Bag(bag)
     assert own <= opened.topics.keys()

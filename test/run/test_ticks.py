@@ -8,6 +8,7 @@ import pytest
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.runs.commands import Command, decode
+from rigid_body_sim.runs.felt_accelerations import felt_accelerations
 from rigid_body_sim.runs.run import Run, RunSettings
 
 SCENE = {
@@ -69,6 +70,22 @@ def test_held_command_times_out_and_says_so_on_that_tick():
     assert values[25] == 0.0
     # 20 ticks of 1 m/s^2
     assert run.simulation.state.velocity[0, 0] == pytest.approx(0.02, rel=1e-12)  # round-off
+
+
+def test_who_looks_between_ticks_changes_no_byte():
+    commands = {
+        5: [Command('box', 'wrench', force=(2.0, 0, 0), torque=(0, 0, 0.1), frame_id='box')]
+    }
+    plain, watched = (make_run(command_timeout_ns=20_000_000) for _ in range(2))
+    expected, found = [], []
+    for tick in range(60):
+        for run, kept in ((plain, expected), (watched, found)):
+            output = run.advance(1, commands.get(tick, ()))
+            kept += [payload for batch in output.batches for _, payload in batch.payloads()]
+        linear, _ = felt_accelerations(watched.simulation)  # also when the command is about to end
+        assert linear[0].any() == (5 <= tick < 24)
+    assert found == expected
+    assert watched.simulation.state_bytes() == plain.simulation.state_bytes()
 
 
 def test_a_command_repeated_in_time_does_not_end():

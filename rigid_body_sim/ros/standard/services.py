@@ -302,7 +302,8 @@ def _nothing() -> None:
 
 def _set_paused(wanted: bool, visit: Visit) -> tuple[bool, str]:
     """Pause or go on; whether it was so before."""
-    if visit.paused == wanted and not visit.stepping:
+    is_so = visit.held if wanted else not visit.paused
+    if is_so and not visit.stepping:
         return True, 'already paused' if wanted else 'already playing'
     return False, visit.ask('pause', wanted).message
 
