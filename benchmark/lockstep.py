@@ -114,10 +114,14 @@ class SimNode:
         self.process = psutil.Process(self._process.pid)
         assert self._process.stdout is not None
         said = []
-        for line in self._process.stdout:
-            said.append(line)
-            if 'ready:' in line:
-                return
+        try:
+            for line in self._process.stdout:
+                said.append(line)
+                if 'ready:' in line:
+                    return
+        except BaseException:
+            self._process.kill()
+            raise
         raise SystemExit(''.join(said))
 
     def __enter__(self) -> SimNode:
@@ -255,6 +259,8 @@ def main() -> int:
     if given.partner:
         answer(given.partner, spins=given.spins, until=given.until)
         return 0
+    os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)  # hear nobody else
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     parts = given.parts or ['pace', 'waiting', 'bags']
     print(
         f'{platform.machine()}, {psutil.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, '

@@ -218,8 +218,8 @@ def report(load: Load, watcher: Watcher, bag: Bag, arguments: argparse.Namespace
         'machine': f'{platform.machine()}, {psutil.cpu_count()} cores, '
         f'load {psutil.getloadavg()[0]:.1f}, Python {platform.python_version()}',
         'run': f'{load.bodies} bodies{" in arrays" if arguments.arrays else ""}, '
-        f'dt {load.dt:g} s, {arguments.seconds:g} s, published at '
-        f'{arguments.publish_rate:g} Hz, commands at {COMMAND_RATE if load.commanded else 0} Hz',
+        f'dt {load.dt:g} s, {arguments.seconds:g} s, published at {arguments.publish_rate:g} Hz, '
+        f'commands at {COMMAND_RATE if load.commanded else 0} Hz',
         'ticks done of due': f'{figures["tick"]} of {due}',
         'drift of the last deadline': f'{float(figures["last lateness [s]"]) * 1e3:.3f} ms',
         'largest lateness': f'{float(figures["largest lateness [s]"]) * 1e3:.3f} ms',

@@ -15,6 +15,7 @@ holds one answer to each state, in the order of the list.
 from __future__ import annotations
 
 import argparse
+import os
 import random
 import signal
 import subprocess
@@ -230,6 +231,8 @@ def main() -> int:
     if given.partner:
         answer(given.partner, given.seed)
         return 0
+    os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)  # hear nobody else
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     with tempfile.TemporaryDirectory() as folder:
         return 1 if attack(Path(folder), given.seconds, given.seed) else 0
 

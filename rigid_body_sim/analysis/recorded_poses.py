@@ -24,6 +24,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.scene import numerals, regular_file
 
 Array = NDArray[np.float64]
@@ -56,6 +57,7 @@ class Poses:
 
 def from_bag(bag: Bag) -> list[Poses]:
     """Read every pose topic of a bag; UserError if there is none."""
+    bag = with_every_body(bag)
     wanted = [
         t.name
         for t in bag.topics.values()

@@ -29,6 +29,7 @@ from rigid_body_sim.runs.commands import Command
 
 OLDER, NEWER = 'older', 'newer'  # than the state that is waited for
 SAME, DIFFERENT = 'same again', 'different again'  # second answers to one state
+SHOWN = 5  # [topics] named in a line
 STAMP_END = 12  # [bytes] of a message: encapsulation and stamp come first
 
 
@@ -162,12 +163,14 @@ class Gate:
         self.inbox = inbox
         self._slots = [_Slot() for _ in terms.topics]
         self._stamp: int | None = None
+        self._missing = len(self._slots)
         self.dropped: Counter[str] = Counter({OLDER: 0, NEWER: 0, SAME: 0, DIFFERENT: 0})
         self.proven: set[int] = set()
 
     def open(self, stamp: int) -> None:
         """Wait for answers to the state of this stamp [ns] from now on."""
         self._stamp = stamp
+        self._missing = len(self._slots)
         for slot in self._slots:
             slot.waiting, slot.trouble = None, ''
 
@@ -198,6 +201,7 @@ class Gate:
         slot = self._slots[index]
         if self._counts(slot, command):
             slot.waiting = slot.last = command
+            self._missing -= 1
             self.proven.add(index)
             self.inbox.accepted += 1
             return None
@@ -228,7 +232,7 @@ class Gate:
     @property
     def is_full(self) -> bool:
         """Whether every topic has answered."""
-        return None not in [slot.waiting for slot in self._slots]
+        return not self._missing
 
     @property
     def missing(self) -> dict[str, str]:
@@ -284,8 +288,9 @@ class LockstepFigures:
             return f'paused: {no_answer(self.missing)}, for {self.waited:.0f} s'
         if self.dropped[DIFFERENT]:
             return (
-                f'{self.dropped[DIFFERENT]} states were answered a second time and differently: '
-                'the partner is not a function of the state, and this run will not come out again'
+                f'answers that contradicted the first one to the same state: '
+                f'{self.dropped[DIFFERENT]}; a partner is not a function of the states, and this '
+                'run may not come out again'
             )
         return ''
 
@@ -294,7 +299,7 @@ class LockstepFigures:
         texts = {
             'lock-step state [s]': f'{self.time:.9f}',
             'lock-step period [s]': f'{self.period:g}',
-            'lock-step waiting for': ', '.join(self.missing),
+            'lock-step waiting for': shown(list(self.missing)),
             'lock-step waited [s]': f'{self.waited:.3f}',
         }
         texts |= {f'lock-step missing {topic}': why for topic, why in self.missing.items() if why}
@@ -309,4 +314,10 @@ class LockstepFigures:
 def no_answer(missing: Mapping[str, str]) -> str:
     """Name the topics that are missing and why."""
     named = [f'{topic} ({why})' if why else topic for topic, why in missing.items()]
-    return f'no answer yet from {", ".join(named)}'
+    return f'no answer yet from {shown(named)}'
+
+
+def shown(names: Sequence[str]) -> str:
+    """List names, of many the first."""
+    more = f' and {len(names) - SHOWN} more' if len(names) > SHOWN else ''
+    return ', '.join(names[:SHOWN]) + more

@@ -112,7 +112,7 @@ class LockstepTurns:
     def restart(self, now: int, factor: float) -> None:
         """Begin to wait anew: after a pause, or a change of the real-time factor."""
         self.timed_out = False
-        self._wall = round(self.period * self._dt_ns / factor) if factor else 0
+        self._wall = round(min(self.period * self._dt_ns / factor, NEVER)) if factor else 0
         self._since, self._due = now, now + self._wall
 
     def is_ready(self, now: int) -> bool:
@@ -148,14 +148,20 @@ class LockstepTurns:
 
     def rest(self, now: int, until: int) -> None:
         """Let answers come in while a person has paused the run."""
-        if not self.gate.is_full:
+        if self.gate.is_full:
+            self.timed_out = False
+        else:
             self._look(now)
             until = min(until, self._next_look)
         self._listen(until - now)
 
     def _listen(self, longest: int) -> None:
+        longest = min(longest, LONGEST_WAIT)
+        if self.gate.is_proven:
+            self._door.wait(longest)
+            return
         known = set(self.gate.proven)
-        self._door.wait(min(longest, LONGEST_WAIT))
+        self._door.wait(longest)
         new = self.gate.proven - known
         if new and self._have_links_changed():
             self.gate.proven = new

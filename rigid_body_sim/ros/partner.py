@@ -123,6 +123,8 @@ class Partner:
         namespace: str = '',
         spins: bool = False,
     ) -> None:
+        if not bodies or not topics:
+            raise UserError(f'a partner needs bodies and topics; got {bodies!r} and {topics!r}')
         self.controller = controller
         self.states: States | None = None  # the last ones that were whole
         self.answered = -1  # [ns] stamp of the last answer
@@ -184,6 +186,8 @@ class Partner:
             return
         parts = self._parts.setdefault(stamp, {})
         parts[topic] = bytes(data)
+        if len(self._parts) > DEPTH:  # a topic is silent, or the node waits for nobody
+            del self._parts[min(self._parts)]
         if len(parts) == len(self._subscriptions):
             self._parts = {later: kept for later, kept in self._parts.items() if later > stamp}
             self._meet(states_of(stamp, parts, self._bodies))

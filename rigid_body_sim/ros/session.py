@@ -290,7 +290,7 @@ def _ready_line(node: SimNode, run: Run, bags: Bags) -> str:
 
 
 def _waiting_for(settings: Settings) -> str:
-    return f', in lock-step with {", ".join(settings.lockstep_topics)}' * (
+    return f', in lock-step with {lockstep.shown(settings.lockstep_topics)}' * (
         settings.step_mode == 'lockstep'
     )
 

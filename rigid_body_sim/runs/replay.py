@@ -26,6 +26,7 @@ from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_diff import first_difference
 from rigid_body_sim.recording.bag_reader import RecordedMessage
 from rigid_body_sim.recording.batch import Batch
+from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.reading_guard import interpreting
@@ -289,13 +290,14 @@ def _recorded_states(
     recorded: RecordedRun,
 ) -> Iterator[tuple[int, dict[str, tuple[cdr.PoseStamped, cdr.TwistStamped]]]]:
     """Yield (time [ns], body -> (pose, twist)) of each published tick."""
-    names = {topic.name: topic.name.rsplit('/', 2)[1:] for topic in recorded.bag.topics.values()}
+    bag = with_every_body(recorded.bag)
+    names = {topic.name: topic.name.rsplit('/', 2)[1:] for topic in bag.topics.values()}
     wanted = [name for name, parts in names.items() if parts[-1] in ('pose', 'twist')]
     half: dict[str, cdr.PoseStamped] = {}
     states: dict[str, tuple[cdr.PoseStamped, cdr.TwistStamped]] = {}
-    for message in recorded.bag.messages(wanted):
+    for message in bag.messages(wanted):
         body, _ = names[message.topic]
-        decoded = cdr.decode(recorded.bag.topics[message.topic].type, message.data)
+        decoded = cdr.decode(bag.topics[message.topic].type, message.data)
         if isinstance(decoded, cdr.PoseStamped):
             half[body] = decoded
         elif isinstance(decoded, cdr.TwistStamped):

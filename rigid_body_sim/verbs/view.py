@@ -13,6 +13,7 @@ from pathlib import Path
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.recording.mcap_scan import MOST_TIME
 from rigid_body_sim.recording.new_output import check_folder
 from rigid_body_sim.recording.record_values import RecordValues
@@ -51,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Draw the picture or the page; returns the exit code."""
     _check_output(arguments.output)
     bag = Bag(arguments.bag)
-    bodies = sum(name.endswith('/pose') for name in bag.topics)
+    bodies = sum(name.endswith('/pose') for name in with_every_body(bag).topics)
     samples = max(FEWEST_SAMPLES, min(SAMPLES, MOST_POINTS // max(bodies, 1)))
     motion = read_motion(bag, samples=samples)
     files = dict(bag.attachments)

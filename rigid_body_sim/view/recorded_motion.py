@@ -25,6 +25,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE
+from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.recording.topics import Topic
 
 Array = NDArray[np.float64]
@@ -88,6 +89,7 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
 
     samples : at most about so many instants of each body are kept, first and last among them
     """
+    bag = with_every_body(bag)
     poses = {name: t for name, t in bag.topics.items() if _is(t, 'pose', cdr.PoseStamped.TYPE)}
     twists = {name: t for name, t in bag.topics.items() if _is(t, 'twist', cdr.TwistStamped.TYPE)}
     wrenches = {

@@ -11,8 +11,11 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim.analysis.recorded_poses import from_bag
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.recording.every_body import with_every_body
+from rigid_body_sim.runs.asked_states import AskedState
 from rigid_body_sim.runs.commands import Command, CommandRules
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.recorder import RunRecorder
@@ -176,6 +179,25 @@ def test_bodies_without_topics_of_their_own_are_in_the_arrays(
     assert code == 0 or 'body_topics' in said
 
 
+def test_bodies_without_topics_are_read_from_the_arrays_bit_for_bit(as_json, scene, tmp_path):
+    found = {}
+    for name, wanted in (('each', '*'), ('few', 'box'), ('none', 'none')):
+        path = tmp_path / name
+        as_json(
+            *('simulate', scene, '-o', path, '--duration', '0.2', '--arrays'),
+            *('--body-topics', wanted),
+        )
+        bag = with_every_body(Bag(path))
+        leaves = [t for t in bag.topics if t.endswith(('/pose', '/twist'))]
+        found[name] = sorted((m.log_time, m.topic, m.data) for m in bag.messages(leaves))
+        assert bag.counts['/stone/pose'] == bag.counts['/clock']
+        _, outcome = as_json('replay', path, '--dt', '0.002')
+        assert sorted(outcome['errors']) == ['box', 'ground', 'stone']
+        assert outcome['errors']['stone']['largest']
+    assert found['each'] == found['few'] == found['none']
+    assert {body.body for body in from_bag(Bag(tmp_path / 'none'))} == {'ground', 'box', 'stone'}
+
+
 @pytest.mark.parametrize(
     ('words', 'said'),
     [
@@ -205,6 +227,17 @@ def test_frames_of_bodies_may_be_named_with_the_prefix_and_without(scene):
         assert rules.frame(command) == meant
     for frame in ('lab/world', 'lab/', 'lab/lab/box', 'other/box', 'lab/stone'):
         assert rules.refusal(Command('box', 'force', frame_id=frame)) is not None, frame
+
+
+def test_a_state_may_be_asked_for_as_odometry_tells_it(scene):
+    rules = CommandRules(load_scene(scene), frame_prefix='lab/')
+    for child, axes in (('lab/box', 'body'), ('box', 'body'), ('', 'world'), ('map', 'world')):
+        command = Command('box', 'set_state', state=AskedState(child_frame_id=child))
+        assert rules.refusal(command) is None, child
+        assert rules.without_prefix(command).state.axes('box') == axes
+    for child in ('lab/stone', 'stone', 'lab/box/nose', 'nose'):
+        command = Command('box', 'set_state', state=AskedState(child_frame_id=child))
+        assert rules.refusal(command) is not None, child
 
 
 def test_a_prefix_that_makes_two_frames_of_one_name_is_refused(verb, tmp_path):

@@ -1,0 +1,114 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A bag seen as if every body had its topics `pose` and `twist`.
+
+A run may give few of its bodies, or none, topics of their own and record all of them in the arrays
+`poses` and `twists`. Whoever reads the motion of bodies reads it here: the missing messages are
+cut out of the arrays, with their bytes as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from typing import Any, cast
+
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_files import DamagedBag
+from rigid_body_sim.recording.bag_reader import Bag, RecordedMessage
+from rigid_body_sim.recording.cdr_parts import CdrError, PartReader
+from rigid_body_sim.recording.record_values import RecordValues
+from rigid_body_sim.recording.topics import Topic, body_topic, node_topic
+
+_KINDS = (
+    ('poses', cdr.POSE_ARRAY, 'pose', cdr.PoseStamped.TYPE, 56),
+    ('twists', cdr.TWIST_ARRAY, 'twist', cdr.TwistStamped.TYPE, 48),
+)  # array, leaf of a body, and bytes of its doubles
+
+
+def with_every_body(bag: Bag) -> Bag:
+    """Give the bag itself where every body has its topics, or no array holds the others."""
+    if not bag.holds_run or 'bodies' not in bag.manifest:
+        return bag
+    found = _BagWithEveryBody(bag)
+    return cast(Bag, found) if found.has_more else bag
+
+
+class _BagWithEveryBody:
+    """Everything else is that of the bag."""
+
+    def __init__(self, bag: Bag) -> None:
+        self._bag = bag
+        self.topics: dict[str, Topic] = dict(bag.topics)
+        self.counts: dict[str, int] = dict(bag.counts)
+        values = RecordValues(bag.path, 'manifest', bag.manifest)
+        self._bodies = values.names('bodies')
+        self._tail = cdr.header_tail(values.text('world_frame', 'world'))
+        self._cut: dict[str, dict[int, str]] = {}  # array -> place of a body -> its topic
+        namespace = values.text('namespace', '')
+        for array, array_type, leaf, kind, _ in _KINDS:
+            source = node_topic(namespace, array, array_type)
+            if bag.topics.get(source.name) != source:
+                continue
+            missing = {
+                place: topic
+                for place, body in enumerate(self._bodies)
+                if (topic := body_topic(namespace, body, leaf, kind)).name not in bag.topics
+            }
+            self._cut[source.name] = {place: topic.name for place, topic in missing.items()}
+            for topic in missing.values():
+                self.topics[topic.name] = topic
+                self.counts[topic.name] = bag.counts[source.name]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bag, name)
+
+    @property
+    def has_more(self) -> bool:
+        """Whether it has a topic that the bag has not."""
+        return any(self._cut.values())
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
+        """Yield the messages of the given topics, all of the bag by default, in file order."""
+        if topics is None:
+            yield from self._bag.messages()
+            return
+        wanted = set(topics)
+        cut = {
+            array: {place: topic for place, topic in missing.items() if topic in wanted}
+            for array, missing in self._cut.items()
+        }
+        cut = {array: missing for array, missing in cut.items() if missing}
+        for message in self._bag.messages(wanted | cut.keys()):
+            if message.topic in wanted:
+                yield message
+            if message.topic in cut:
+                yield from self._of_bodies(message, cut[message.topic])
+
+    def _of_bodies(
+        self, message: RecordedMessage, missing: dict[int, str]
+    ) -> Iterator[RecordedMessage]:
+        width = next(size for *_, kind, size in _KINDS if self._is(missing, kind))
+        try:
+            head, rows = _rows(message.data, len(self._bodies), width)
+        except CdrError as error:
+            raise DamagedBag(f'{self._bag.path}: damaged: {message.topic}: {error}') from error
+        head += self._tail
+        for place, topic in missing.items():
+            data = head + rows[width * place : width * (place + 1)]
+            yield message._replace(topic=topic, data=data)
+
+    def _is(self, missing: dict[int, str], kind: str) -> bool:
+        return self.topics[next(iter(missing.values()))].type == kind
+
+
+def _rows(payload: bytes, bodies: int, width: int) -> tuple[bytes, bytes]:
+    """Give encapsulation and stamp, and the doubles of all bodies; CdrError."""
+    reader = PartReader('array of bodies', payload, 1)
+    reader.need(payload[:4] == cdr.ENCAPSULATION, 'not little endian')
+    reader.text()
+    count = reader.u32()
+    reader.need(count == bodies, f'{count} bodies, expected {bodies}')
+    end = len(payload) - (4 if width == 48 else 0)  # behind the twists: no wrenches
+    reader.need(reader.left >= width * bodies, f'{len(payload)} bytes')
+    return payload[:12], payload[end - width * bodies : end]
