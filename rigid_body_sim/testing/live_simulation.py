@@ -28,7 +28,7 @@ from rigid_body_sim.testing.states import StateCollector, told
 from rigid_body_sim.testing.surroundings import of_child
 from rigid_body_sim.testing.wrench import Wrench, as_wrench, message_of
 
-PATIENCE = 30.0  # [s] of wall time for one state or word; a busy machine takes a few
+PATIENCE = 60.0  # [s] of wall time for one state or word; a busy machine takes a few
 GLANCE = 0.05  # [s] between looks whether the node is there
 REPORTS = 0.1  # [s] of wall time between two diagnostics, which confirm commands
 NODE = 'rigid_body_sim'
