@@ -125,6 +125,7 @@ def test_a_state_waits_for_its_own_answers_whatever_else_comes(
 
     # a command that nobody waits for acts at an instant and is told
     peer.sender('stone/impulse', WrenchStamped).publish(node_impulse())
+    controller.told('accepted commands', '7')  # with two answers to each of three states
     controller.answer(3 * PERIOD)
     controller.reached(4 * PERIOD)
     controller.told('lock-step, not reproducible: commands on stone/impulse', '1')
