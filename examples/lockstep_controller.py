@@ -45,4 +45,4 @@ partner = Partner(
     topics=['satellite/torque'],
     spins=True,  # three times as fast as an executor, which takes any other node beside it
 )
-partner.spin(until=30.0)
+partner.spin(until=30.0, patience=60.0)  # [s] of simulation; [s] to wait for the node

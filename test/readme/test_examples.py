@@ -2,17 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every example runs as it stands; each judges its own numbers."""
 
+import ast
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from ..patience import HANGING
+from ..patience import HANGING, PATIENCE
 
 ROOT = Path(__file__).parents[2]
-EXAMPLES = sorted((ROOT / 'examples').glob('*.py'))
+WITH_NODE = ROOT / 'examples' / 'lockstep_controller.py'
+EXAMPLES = sorted({*(ROOT / 'examples').glob('*.py')} - {WITH_NODE})
 COMPILED = {'stack'}  # some hundred times slower as plain source
 
 
@@ -30,3 +33,44 @@ def test_the_example_runs_and_its_numbers_hold(path):
     )
     assert result.returncode == 0, result.stdout + result.stderr
     assert result.stdout.strip(), 'an example shows something'
+
+
+def test_the_controller_in_lock_step_turns_the_satellite_of_the_node_that_its_text_starts(
+    tmp_path,
+):
+    pytest.importorskip('rclpy')
+    from rigid_body_sim.testing.domains import DomainLease
+    from rigid_body_sim.testing.surroundings import PROFILE, PROFILE_VARIABLES
+
+    text = ast.get_docstring(ast.parse(WITH_NODE.read_text()))
+    command = text[text.index('sim_node --ros-args') :].replace('\\\n', ' ')
+    lease = DomainLease()
+    environment = os.environ | {
+        'PYTHONPATH': str(ROOT),
+        'RIGID_BODY_SIM_COMPILE': '0',
+        'ROS_DOMAIN_ID': str(lease.number),
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        PROFILE_VARIABLES[0]: str(PROFILE),
+    }
+    words = [sys.executable, '-m', 'rigid_body_sim', *shlex.split(command)]
+    node = subprocess.Popen(words, cwd=tmp_path, env=environment, stderr=subprocess.PIPE)
+    try:
+        result = subprocess.run(
+            [sys.executable, str(WITH_NODE)],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+        )
+        _, said = node.communicate(timeout=PATIENCE)
+    finally:
+        node.kill()
+        node.wait()
+    assert result.returncode == 0, result.stderr
+    assert node.returncode == 0, said
+    lines = result.stdout.splitlines()
+    angles = [float(line.split(' s ')[1].split()[0]) for line in lines]
+    assert angles[0] > 50.0
+    assert angles[-1] < 0.1  # degrees; it decays like exp(-0.4 t / 0.45)
+    assert [path.name for path in tmp_path.iterdir()], 'a bag'
