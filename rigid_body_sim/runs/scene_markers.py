@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation, shapes
 from rigid_body_sim.physics.model.placed_parts import placed_parts
+from rigid_body_sim.physics.model.reach import reach
 from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.recording.marker_packing import (
     CUBE,
@@ -132,13 +133,6 @@ def scale_of(scene: Scene, metres_per_newton: float) -> Scale:
     reference = 2.0 * size
     metres = metres_per_newton or reference / min(max(weight, LEAST_WEIGHT), LARGEST_WEIGHT)
     return Scale(metres, metres / size, reference, LONGEST * reference)
-
-
-def reach(body: Body) -> float:
-    """Largest distance of a point of a body from its centre of mass [m], or a little more."""
-    if body.shape is None:
-        return 0.0
-    return max((_reach_of_part(part) for part in placed_parts(body)), default=0.0)
 
 
 def size_of(scene: Scene) -> float:
@@ -268,25 +262,3 @@ def hull_triangles(shape: shapes.ConvexHull | shapes.Mesh) -> Array | None:
     except InvalidModel:
         return None
     return solid.center + solid.vertices[solid.triangles]
-
-
-def _reach_of_part(part: Body) -> float:
-    center = np.subtract(part.shape_position, part.center_of_mass)
-    away = math.hypot(*center.tolist())
-    match part.shape:
-        case shapes.Sphere(radius):
-            return away + radius
-        case shapes.Box(size):
-            return away + 0.5 * math.hypot(*size)
-        case shapes.Cylinder(radius, length):
-            return away + math.hypot(radius, 0.5 * length)
-        case shapes.Capsule(radius, length):
-            return away + radius + 0.5 * length
-        case (
-            shapes.ConvexHull(vertices=points)
-            | shapes.Mesh(vertices=points)
-            | shapes.Particles(positions=points)
-        ):
-            return away + max(math.hypot(*point) for point in points.tolist())
-        case _:
-            return away if not isinstance(part.shape, shapes.Plane) else 0.0

@@ -119,38 +119,6 @@ def drawn_planes(scene: Scene | None) -> list[dict[str, Any]]:
     return found
 
 
-def reach(body: Body | None) -> float:
-    """Largest distance of a point of a body from its centre of mass [m], or a little more."""
-    if body is None or body.shape is None:
-        return 0.0
-    return max((_reach_of_part(part) for part in placed_parts(body)), default=0.0)
-
-
-def _reach_of_part(part: Body) -> float:
-    center = _from_center(part)
-    away = float(np.linalg.norm(center))
-    match part.shape:
-        case shapes.Sphere(radius):
-            return away + radius
-        case shapes.Box(size):
-            return away + 0.5 * float(np.linalg.norm(size))
-        case shapes.Cylinder(radius, length):
-            return away + float(np.hypot(radius, 0.5 * length))
-        case shapes.Capsule(radius, length):
-            return away + radius + 0.5 * length
-        case (
-            shapes.ConvexHull(vertices=points)
-            | shapes.Mesh(vertices=points)
-            | shapes.Particles(positions=points)
-        ):
-            from_shape = rotation.rotate_back(part.shape_orientation, center)
-            return float(np.linalg.norm(points + from_shape, axis=1).max())
-        case shapes.Plane():
-            return 0.0
-        case _:
-            return away
-
-
 def _from_center(part: Body) -> Array:
     """Origin of the shape seen from the centre of mass (3,) [m], body axes."""
     return np.subtract(part.shape_position, part.center_of_mass)

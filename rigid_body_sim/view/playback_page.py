@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model.reach import reach
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.view.contact_arrows import read_arrows
-from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_planes, reach
+from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_planes
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
 
 Array = NDArray[np.float64]

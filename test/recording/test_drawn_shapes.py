@@ -32,6 +32,7 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records im
     COUNT,
     VERTICES,
 )
+from rigid_body_sim.physics.model.reach import reach
 from rigid_body_sim.physics.model.scene import Body, Motion, Scene
 from rigid_body_sim.physics.model.shapes import (
     Box,
@@ -47,7 +48,7 @@ from rigid_body_sim.physics.model.shapes import (
 )
 from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.verbs import simulate, view
-from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_planes, reach
+from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_planes
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from rigid_body_sim import load_scene
 from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.model.placed_parts import placed_parts
+from rigid_body_sim.physics.model.reach import reach
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.marker_packing import (
     ADD,
@@ -33,7 +34,7 @@ from rigid_body_sim.recording.marker_packing import (
     Scale,
 )
 from rigid_body_sim.recording.topics import Topic
-from rigid_body_sim.runs.scene_markers import MarkerPlaces, forms_of, reach, scale_of
+from rigid_body_sim.runs.scene_markers import MarkerPlaces, forms_of, scale_of
 
 from ..recording.ros_objects import by_rclpy, by_rosbags
 

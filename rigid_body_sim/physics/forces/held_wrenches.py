@@ -29,7 +29,7 @@ from rigid_body_sim.physics.model.named_frames import (
     at_center,
     frame_of,
 )
-from rigid_body_sim.physics.model.numbers import numbers, shown
+from rigid_body_sim.physics.model.numbers import checked_vector, shown
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state.blocks import (
@@ -93,8 +93,8 @@ class HeldWrenches:
         record = self._layout.body(core)
         frame = frame_of(record, frame)
         force, torque = (
-            checked_vector(body, 'force', force),
-            checked_vector(body, 'torque', torque),
+            checked_vector(f'command to {body!r}', 'force', force),
+            checked_vector(f'command to {body!r}', 'torque', torque),
         )
         if core >= self._layout.n_rigid and any(torque):
             raise InvalidModel(
@@ -200,14 +200,3 @@ def _place(key: tuple[int, str]) -> tuple[int, int, str]:
 def is_source(name: str) -> bool:
     """Tell whether a slot can have this name."""
     return name.partition(SEPARATOR)[0] in SOURCES
-
-
-def checked_vector(body: str, what: str, values: Any) -> Vector:
-    """Return three finite numbers of a command; InvalidModel for anything else."""
-    try:
-        x, y, z = numbers(values, 3, unit='-')
-    except InvalidModel:
-        raise InvalidModel(
-            f'command to {body!r}: {what} {shown(values)}; allowed: three finite numbers'
-        ) from None
-    return (x, y, z)

@@ -69,6 +69,17 @@ def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
     return tuple(map(float, items))
 
 
+def checked_vector(said: str, name: str, values: Any) -> tuple[float, float, float]:
+    """Return three finite numbers; InvalidModel, which begins with `said`, for anything else."""
+    try:
+        x, y, z = numbers(values, 3, unit='-')
+    except InvalidModel:
+        raise InvalidModel(
+            f'{said}: {name} {shown(values)}; allowed: three finite numbers'
+        ) from None
+    return (x, y, z)
+
+
 def exact_sum(values: Sequence[float]) -> float:
     """Sum with one rounding; sums beyond the numbers, and infinities, as plain addition has it."""
     try:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.errors import InvalidModel, choose_from
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import moments_at
-from rigid_body_sim.physics.model.numbers import numbers, shown
+from rigid_body_sim.physics.model.numbers import checked_vector, shown
 from rigid_body_sim.physics.model.pivot import arm_of, inertia_of
 from rigid_body_sim.physics.model.scene import Body, Quaternion, Vector
 from rigid_body_sim.physics.state import blocks
@@ -93,7 +93,7 @@ def asked_placement(
     if not isinstance(frame, str) or frame not in FRAMES:
         raise InvalidModel(f'{said}: frame {shown(frame)}{choose_from(frame, FRAMES)}')
     r, v, w = (
-        None if values is None else _vector(said, name, values)
+        None if values is None else checked_vector(said, name, values)
         for name, values in (
             ('position', position),
             ('velocity', velocity),
@@ -209,13 +209,3 @@ def _check_pivot(body: Body, asked: Placement, attitude: Array, spin: Array) -> 
                 f'state of {body.name!r}: {name} {shown(wanted)} would tear it off its pivot; '
                 f'with this orientation and angular velocity it is ({x}, {y}, {z}) {unit}'
             )
-
-
-def _vector(said: str, name: str, values: Any) -> Vector:
-    try:
-        x, y, z = numbers(values, 3, unit='-')
-    except InvalidModel:
-        raise InvalidModel(
-            f'{said}: {name} {shown(values)}; allowed: three finite numbers'
-        ) from None
-    return (x, y, z)
