@@ -25,7 +25,7 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
     swept_aabbs,
 )
-from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
+from rigid_body_sim.physics.contact.collision.collider import SURFACE, ColliderArrays
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     FAST,
     hit_finder,
@@ -34,6 +34,8 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     smaller_radius,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import write_manifolds
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import MOTION
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
 from rigid_body_sim.physics.state.blocks import (
     LANES,
@@ -46,7 +48,7 @@ from rigid_body_sim.physics.state.blocks import (
     TRANSLATION,
     at,
 )
-from rigid_body_sim.physics.vectors import dot, load, load_strided, store, store_strided
+from rigid_body_sim.physics.vectors import dot, load, load_strided, scale, store, store_strided
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -59,6 +61,7 @@ collide_this = slot(
 collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 hits = slot('kernel (a, b, count, ...): tells whether a fast pair hits within the tick')
+GROUND = slot('[-] whether some collider is a surface')
 
 
 @inline
@@ -197,15 +200,22 @@ def _find_manifolds(
             margin = swept_aabbs.speculative_margin(swept, row_a, row_b, h)
             radius = smaller_radius(colliders.local_bounds, a, b)
             motion = motion_of(swept, a, b, h)
+            if GROUND and type_b == SURFACE:
+                store(found, MOTION, (0.0, 0.0, 0.0))  # all ways are near to `hits`
             if motion > FAST * radius:
                 if not hits(a, b, count, h, motion, colliders, bodies, found):
                     continue
                 pieces[0] = max(pieces[0], pieces_of(motion, radius))
+        if GROUND and type_b == SURFACE:
+            store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
         points = collide(
             type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
             a * pose.SIZE, b * pose.SIZE, margin, found,
         )  # fmt: skip
         if points == 0:
+            continue
+        if GROUND and type_b == SURFACE:
+            length = write_manifolds(pair_id, a, b, length, room, found, manifolds)
             continue
         if length < room:
             place = length * manifold_record.SIZE
@@ -218,4 +228,7 @@ def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> C
     """Make the kernel that finds the manifolds of a scene with these pair kernels."""
     name = '_'.join(f'{type_a}{type_b}' for type_a, type_b, _ in kernels)
     collide = collider_of_pairs(kernels)
-    return specialise(_find_manifolds, name=name, collide=collide, hits=hit_finder(name, collide))
+    ground = any(type_b == SURFACE for _, type_b, _ in kernels)
+    return specialise(
+        _find_manifolds, name=name, GROUND=ground, collide=collide, hits=hit_finder(name, collide)
+    )

@@ -1,0 +1,307 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A body on ground of triangles: its manifolds with a surface, one for each facet that it touches.
+
+1. The triangles near the body are asked for their facets, and the body for its manifold with the
+   whole plane of each (the pair kernel of a plane). Where each of those points lies over the facet
+   that is the manifold: all other triangles of the facet lie in that plane, and need not be asked.
+   On a flat part of a mesh a body moves to the last digit as on a plane, whatever its triangles.
+2. Triangles of other facets are asked one by one; what they add joins the points that do lie over
+   their facet.
+
+A plane goes on behind a concave edge (`near_triangles.lies_over`): what stands in front of a wall
+or a ramp feels it before it is there.
+What is deeper than DEEP of its own extent is behind the surface, and meets nothing; only where
+nothing can be behind, as under a height field, is it pushed out from any depth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
+from rigid_body_sim.physics.contact.collision import manifold_record, pose
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FEATURE,
+    MOST,
+    NORMAL,
+    POINT,
+    POINTS,
+    SEPARATION,
+    copy_point,
+)
+from rigid_body_sim.physics.contact.collision.geometry.surfaces import surface_scratch
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import (
+    END,
+    ROOT,
+    list_near,
+    lies_over,
+)
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import (
+    add_contact,
+    least_separation,
+    reduce_to_four,
+)
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
+    FACET,
+    FACET_OF,
+    FLATNESS,
+    IS_GRAPH,
+    PLANES,
+    TRIANGLE,
+    TRIANGLES,
+)
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
+    COUNT,
+    KEY,
+    KEYS,
+    LISTED,
+    MOST_SLOTS,
+    MOTION,
+    NEAR,
+    QUERY_HIGH,
+    QUERY_LOW,
+    RESULT,
+    RESULT_POINTS,
+    RESULTS,
+    RESULTS_USED,
+    SLOT,
+    SLOT_COUNT,
+    SLOT_FACET,
+    SLOT_NORMAL,
+    SLOT_OVER,
+    SLOT_POINTS,
+    SLOTS,
+    SLOTS_USED,
+)
+from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL as FACET_NORMAL
+from rigid_body_sim.physics.contact.collision.shape_parameters import OFFSET
+from rigid_body_sim.physics.vectors import add_scaled, dot, load, scale, store
+
+Array = NDArray[np.float64]
+
+DEEP = 0.5  # [-] of the extent of the body over its middle
+NO_SLOT = -1  # in place of the slot of a facet: there is none left
+DIAGONAL = 0.6  # [-] share of the next axis in the direction by which points are chosen: not along
+#                 the side of any face
+
+find_reach = slot('kernel (parameters, shape, poses, pose): middle and half edges of its AABB')
+collide_plane = slot('kernel (parameters, shape_a, shape_b, ...): the pair kernel with a plane')
+collide_triangle = slot(
+    'kernel (parameters, shape, poses, pose, surface, row, plane, margin, along, found): adds '
+    'the contacts with a triangle'
+)
+ask_plane = slot('kernel (parameters, shape_a, surface, ...): gives a facet its slot')
+
+
+@inline
+def _bodys_diagonal(poses: Array, pose_a: int) -> Any:
+    """Return a direction fixed in the body that lies across the sides of its faces."""
+    first, second = pose.axis(poses, pose_a, 0), pose.axis(poses, pose_a, 1)
+    third = pose.axis(poses, pose_a, 2)
+    return add_scaled(add_scaled(first, DIAGONAL, second), DIAGONAL * DIAGONAL, third)
+
+
+@kernel
+def _slot_of(facet: float, found: Array) -> int:
+    """Return where the slot of a facet begins; NO_SLOT: it has none yet."""
+    end = SLOTS + SLOT * int(found[SLOTS_USED])
+    for at in range(SLOTS, end, SLOT):
+        if found[at + SLOT_FACET] == facet:
+            return at
+    return NO_SLOT
+
+
+def _ask_plane(
+    parameters, shape_a, surface, plane, facet, poses, pose_a, pose_b, center, found
+):  # fmt: skip
+    """Give a facet its slot, with the manifold of the body and its whole plane."""
+    at = SLOTS + SLOT * int(found[SLOTS_USED])
+    found[SLOTS_USED] += 1.0
+    normal = load(parameters, plane + FACET_NORMAL)
+    limit = found[NEAR] + max(-dot(normal, load(found, MOTION)), 0.0)
+    count = collide_plane(parameters, shape_a, plane, poses, pose_a, pose_b, limit, found)
+    if count > 0 and parameters[surface + IS_GRAPH] == 0.0:
+        least = found[POINTS + SEPARATION]
+        for index in range(1, count):
+            least = min(least, found[POINTS + POINT * index + SEPARATION])
+        height = dot(normal, center) - parameters[plane + OFFSET]
+        if height < -DEEP * (height - least):
+            count = 0
+    found[at + SLOT_FACET], found[at + SLOT_COUNT], found[at + SLOT_OVER] = facet, count, 0.0
+    store(found, at + SLOT_NORMAL, normal)
+    for index in range(count):
+        copy_point(found, at + SLOT_POINTS + POINT * index, POINTS + POINT * index)
+    return at
+
+
+@kernel
+def _note_points_over(
+    at: int, parameters: Array, surface: int, row: int, margin: float, found: Array
+) -> None:
+    """Note which points of a slot lie over a triangle of its facet."""
+    over, normal = int(found[at + SLOT_OVER]), load(found, at + SLOT_NORMAL)
+    seam = parameters[surface + FLATNESS]
+    for index in range(int(found[at + SLOT_COUNT])):
+        if over >> index & 1:
+            continue
+        place = at + SLOT_POINTS + POINT * index
+        reach = margin if found[place + SEPARATION] >= 0.0 else max(found[NEAR], seam)
+        if lies_over(parameters, row, normal, load(found, place), seam, reach):
+            over |= 1 << index
+    found[at + SLOT_OVER] = over
+
+
+@inline
+def _is_done(at: int, found: Array) -> bool:
+    """Tell whether the body is too far from a plane, or all its points lie over the facet."""
+    return int(found[at + SLOT_OVER]) == (1 << int(found[at + SLOT_COUNT])) - 1
+
+
+@kernel
+def _take_points_over(along: Any, found: Array) -> None:
+    """Add the points on planes that lie over their facets."""
+    for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
+        over = int(found[at + SLOT_OVER])
+        for index in range(int(found[at + SLOT_COUNT])):
+            if over >> index & 1:
+                place = at + SLOT_POINTS + POINT * index
+                add_contact(
+                    found[at + SLOT_FACET], scale(-1.0, load(found, at + SLOT_NORMAL)),
+                    load(found, place), found[place + SEPARATION], found[place + FEATURE], along, found,
+                )  # fmt: skip
+
+
+@kernel
+def _write_nearest(along: Any, found: Array) -> int:
+    """Reduce all manifolds to four points, and write the nearest as the manifold of a pair."""
+    used = int(found[RESULTS_USED])
+    best, least = RESULTS, math.inf
+    for at in range(RESULTS, RESULTS + RESULT * used, RESULT):
+        reduce_to_four(at, along, found)
+        separation = least_separation(at, found)
+        if separation < least:
+            best, least = at, separation
+    if used == 0:
+        return 0
+    store(found, NORMAL, load(found, best + surface_scratch.NORMAL))
+    count = int(found[best + COUNT])
+    for index in range(count):
+        copy_point(found, POINTS + POINT * index, best + RESULT_POINTS + POINT * index)
+    return count
+
+
+def _collide_on_surface(
+    parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, found
+):  # fmt: skip
+    """
+    Find the manifolds of a body and a surface: all of them in RESULTS, the nearest as that of the
+    pair. MOTION holds what the body moves in the tick [m]; it is part of the margin.
+    """
+    motion, along = load(found, MOTION), _bodys_diagonal(poses, pose_a)
+    found[NEAR] = margin - math.sqrt(dot(motion, motion))
+    center, half = find_reach(parameters, shape_a, poses, pose_a)
+    for axis in range(3):
+        low, high = center[axis] - half[axis], center[axis] + half[axis]
+        found[QUERY_LOW + axis] = low - found[NEAR] + min(motion[axis], 0.0)
+        found[QUERY_HIGH + axis] = high + found[NEAR] + max(motion[axis], 0.0)
+    found[SLOTS_USED] = found[RESULTS_USED] = 0.0
+    planes = shape_b + int(parameters[shape_b + PLANES])
+    triangles = shape_b + int(parameters[shape_b + TRIANGLES])
+    asked, node = False, ROOT
+    while node != END:
+        listed, node = list_near(parameters, shape_b, node, found)
+        for entry in range(LISTED, LISTED + listed):
+            row = int(found[entry])
+            facet = parameters[row + FACET_OF]
+            at = _slot_of(facet, found)
+            if at == NO_SLOT:
+                if found[SLOTS_USED] == MOST_SLOTS:
+                    asked = True
+                    continue
+                plane = planes + FACET * int(facet)
+                at = ask_plane(
+                    parameters, shape_a, shape_b, plane, facet, poses, pose_a, pose_b, center,
+                    found,
+                )  # fmt: skip
+            if not _is_done(at, found):
+                _note_points_over(at, parameters, shape_b, row, margin, found)
+    for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
+        asked = asked or not _is_done(at, found)
+    _take_points_over(along, found)
+    node = ROOT if asked else END
+    while node != END:
+        listed, node = list_near(parameters, shape_b, node, found)
+        for entry in range(LISTED, LISTED + listed):
+            row = int(found[entry])
+            at = _slot_of(parameters[row + FACET_OF], found)
+            if at == NO_SLOT or not _is_done(at, found):
+                plane = planes + FACET * int(parameters[row + FACET_OF])
+                number = float((row - triangles) // TRIANGLE)
+                collide_triangle(
+                    parameters, shape_a, poses, pose_a, shape_b, row, plane, number, margin, along,
+                    found,
+                )  # fmt: skip
+    return _write_nearest(along, found)
+
+
+def surface_collider(
+    name: str, *, find_reach: Callable[..., Any], collide_plane: Callable[..., Any],
+    collide_triangle: Callable[..., Any],
+) -> Callable[..., Any]:  # fmt: skip
+    """
+    Make the pair kernel of a type of shape and ground.
+
+        name             : of the type
+        find_reach       : kernel (parameters, shape, poses, pose): middle and half edges of the
+                           AABB, world [m]
+        collide_plane    : pair kernel of the type and a plane
+        collide_triangle : kernel (parameters, shape, poses, pose, surface, row, plane, number,
+                           margin, along, found): adds the contacts with a triangle
+    """
+    ask = specialise(_ask_plane, name=name, collide_plane=collide_plane)
+    return specialise(
+        _collide_on_surface, name=name, find_reach=find_reach, ask_plane=ask,
+        collide_triangle=collide_triangle,
+    )  # fmt: skip
+
+
+@kernel
+def write_manifolds(
+    pair_id: int, a: int, b: int, length: int, room: int, found: Array, manifolds: Array
+) -> int:
+    """
+    Write all manifolds of a pair in the order of their keys; return how many there are then.
+
+        length, room : manifolds that are there, and for how many there is room
+    """
+    before = -1.0
+    for _ in range(int(found[RESULTS_USED])):
+        best, least = RESULTS, math.inf
+        for at in range(RESULTS, RESULTS + RESULT * int(found[RESULTS_USED]), RESULT):
+            if before < found[at + KEY] < least:
+                best, least = at, found[at + KEY]
+        before = least
+        if length < room:
+            place = length * manifold_record.SIZE
+            count = min(int(found[best + COUNT]), MOST)
+            manifolds[place + manifold_record.PAIR_ID] = pair_id + least / KEYS
+            manifolds[place + manifold_record.COLLIDER_A] = float(a)
+            manifolds[place + manifold_record.COLLIDER_B] = float(b)
+            manifolds[place + manifold_record.POINT_COUNT] = float(count)
+            store(
+                manifolds, place + manifold_record.NORMAL,
+                load(found, best + surface_scratch.NORMAL),
+            )  # fmt: skip
+            for entry in range(POINT * count):
+                manifolds[place + manifold_record.POINTS + entry] = found[
+                    best + RESULT_POINTS + entry
+                ]
+        length += 1
+    return length
