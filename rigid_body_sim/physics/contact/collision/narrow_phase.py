@@ -35,7 +35,7 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT, POINTS
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import write_manifolds
-from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import MOTION
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import MOTION, REST
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
 from rigid_body_sim.physics.state.blocks import (
     LANES,
@@ -202,12 +202,14 @@ def _find_manifolds(
             motion = motion_of(swept, a, b, h)
             if GROUND and type_b == SURFACE:
                 store(found, MOTION, (0.0, 0.0, 0.0))  # all ways are near to `hits`
+                found[REST] = 0.0
             if motion > FAST * radius:
                 if not hits(a, b, count, h, motion, colliders, bodies, found):
                     continue
                 pieces[0] = max(pieces[0], pieces_of(motion, radius))
         if GROUND and type_b == SURFACE:
             store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
+            found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])
         points = collide(
             type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
             a * pose.SIZE, b * pose.SIZE, margin, found,

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact.collision import manifold_record, pose
+from rigid_body_sim.physics.contact.collision.aabb import extent
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FEATURE,
     MOST,
@@ -67,6 +68,7 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch 
     NEAR,
     QUERY_HIGH,
     QUERY_LOW,
+    REST,
     RESULT,
     RESULT_POINTS,
     RESULTS,
@@ -87,7 +89,7 @@ from rigid_body_sim.physics.vectors import add_scaled, dot, load, scale, store
 Array = NDArray[np.float64]
 
 DEEP = 0.5  # [-] of the extent of the body over its middle
-NO_SLOT = -1  # in place of the slot of a facet: there is none left
+NO_SLOT = -1  # in place of the slot of a facet: it has none
 DIAGONAL = 0.6  # [-] share of the next axis in the direction by which points are chosen: not along
 #                 the side of any face
 
@@ -110,7 +112,7 @@ def _bodys_diagonal(poses: Array, pose_a: int) -> Any:
 
 @kernel
 def _slot_of(facet: float, found: Array) -> int:
-    """Return where the slot of a facet begins; NO_SLOT: it has none yet."""
+    """Return where the slot of a facet begins; NO_SLOT: it has none, or none yet."""
     end = SLOTS + SLOT * int(found[SLOTS_USED])
     for at in range(SLOTS, end, SLOT):
         if found[at + SLOT_FACET] == facet:
@@ -118,22 +120,36 @@ def _slot_of(facet: float, found: Array) -> int:
     return NO_SLOT
 
 
+@kernel
+def _is_far(parameters: Array, plane: int, center: Any, half: Any, found: Array) -> bool:
+    """Tell whether a body is too far from a plane; center, half : of its AABB [m]."""
+    normal = load(parameters, plane + FACET_NORMAL)
+    height = dot(normal, center) - parameters[plane + OFFSET]
+    limit = found[NEAR] + max(-dot(normal, load(found, MOTION)), 0.0)
+    return height - extent(half, normal) > limit
+
+
 def _ask_plane(
     parameters, shape_a, surface, plane, facet, poses, pose_a, pose_b, center, found
 ):  # fmt: skip
-    """Give a facet its slot, with the manifold of the body and its whole plane."""
-    at = SLOTS + SLOT * int(found[SLOTS_USED])
-    found[SLOTS_USED] += 1.0
+    """
+    Give a facet a slot, with the manifold of the body and its whole plane; none, if the body does
+    not touch that. Return where it begins, or NO_SLOT.
+    """
     normal = load(parameters, plane + FACET_NORMAL)
+    height = dot(normal, center) - parameters[plane + OFFSET]
     limit = found[NEAR] + max(-dot(normal, load(found, MOTION)), 0.0)
     count = collide_plane(parameters, shape_a, plane, poses, pose_a, pose_b, limit, found)
     if count > 0 and parameters[surface + IS_GRAPH] == 0.0:
         least = found[POINTS + SEPARATION]
         for index in range(1, count):
             least = min(least, found[POINTS + POINT * index + SEPARATION])
-        height = dot(normal, center) - parameters[plane + OFFSET]
         if height < -DEEP * (height - least):
             count = 0
+    if count == 0:
+        return NO_SLOT
+    at = SLOTS + SLOT * int(found[SLOTS_USED])
+    found[SLOTS_USED] += 1.0
     found[at + SLOT_FACET], found[at + SLOT_COUNT], found[at + SLOT_OVER] = facet, count, 0.0
     store(found, at + SLOT_NORMAL, normal)
     for index in range(count):
@@ -143,16 +159,22 @@ def _ask_plane(
 
 @kernel
 def _note_points_over(
-    at: int, parameters: Array, surface: int, row: int, margin: float, found: Array
+    at: int, parameters: Array, surface: int, row: int, found: Array
 ) -> None:
-    """Note which points of a slot lie over a triangle of its facet."""
+    """
+    Note which points of a slot lie over a triangle of its facet, or may be there within the tick.
+    """
     over, normal = int(found[at + SLOT_OVER]), load(found, at + SLOT_NORMAL)
-    seam = parameters[surface + FLATNESS]
+    seam, motion = parameters[surface + FLATNESS], load(found, MOTION)
+    of_tick = found[NEAR] - found[REST] + seam
+    soon = of_tick + max(-dot(normal, motion), 0.0)
+    beyond = of_tick + math.sqrt(dot(motion, motion))
     for index in range(int(found[at + SLOT_COUNT])):
         if over >> index & 1:
             continue
         place = at + SLOT_POINTS + POINT * index
-        reach = margin if found[place + SEPARATION] >= 0.0 else max(found[NEAR], seam)
+        separation = found[place + SEPARATION]
+        reach = found[NEAR] if separation < 0.0 else beyond if separation <= soon else seam
         if lies_over(parameters, row, normal, load(found, place), seam, reach):
             over |= 1 << index
     found[at + SLOT_OVER] = over
@@ -160,7 +182,7 @@ def _note_points_over(
 
 @inline
 def _is_done(at: int, found: Array) -> bool:
-    """Tell whether the body is too far from a plane, or all its points lie over the facet."""
+    """Tell whether all points of the body on a plane lie over the facet."""
     return int(found[at + SLOT_OVER]) == (1 << int(found[at + SLOT_COUNT])) - 1
 
 
@@ -220,18 +242,25 @@ def _collide_on_surface(
         for entry in range(LISTED, LISTED + listed):
             row = int(found[entry])
             facet = parameters[row + FACET_OF]
+            plane = planes + FACET * int(facet)
+            if _is_far(parameters, plane, center, half, found):
+                continue
             at = _slot_of(facet, found)
             if at == NO_SLOT:
                 if found[SLOTS_USED] == MOST_SLOTS:
                     asked = True
                     continue
-                plane = planes + FACET * int(facet)
                 at = ask_plane(
                     parameters, shape_a, shape_b, plane, facet, poses, pose_a, pose_b, center,
                     found,
                 )  # fmt: skip
+            if at == NO_SLOT:
+                continue
             if not _is_done(at, found):
-                _note_points_over(at, parameters, shape_b, row, margin, found)
+                _note_points_over(at, parameters, shape_b, row, found)
+            if found[at + SLOT_OVER] == 0.0:  # nothing to keep of it
+                found[SLOTS_USED] -= 1.0
+                asked = True
     for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
         asked = asked or not _is_done(at, found)
     _take_points_over(along, found)
@@ -240,9 +269,13 @@ def _collide_on_surface(
         listed, node = list_near(parameters, shape_b, node, found)
         for entry in range(LISTED, LISTED + listed):
             row = int(found[entry])
+            plane = planes + FACET * int(parameters[row + FACET_OF])
             at = _slot_of(parameters[row + FACET_OF], found)
-            if at == NO_SLOT or not _is_done(at, found):
-                plane = planes + FACET * int(parameters[row + FACET_OF])
+            if at == NO_SLOT:
+                asked = not _is_far(parameters, plane, center, half, found)
+            else:
+                asked = not _is_done(at, found)
+            if asked:
                 number = float((row - triangles) // TRIANGLE)
                 collide_triangle(
                     parameters, shape_a, poses, pose_a, shape_b, row, plane, number, margin, along,

@@ -3,7 +3,7 @@
 """
 What the kernels of ground keep in the scratch behind that of two polyhedra (`polyhedra.scratch`).
 
-The narrow phase writes MOTION before it asks; it reads the manifolds from RESULTS.
+The narrow phase writes MOTION and REST before it asks; it reads the manifolds from RESULTS.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POI
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import scratch
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import size_of
 
-slot = Record()  # a facet near the body, and what the body would touch of its whole plane
+slot = Record()  # a facet under the body, and what the body would touch of its whole plane
 SLOT_FACET = slot.number('-', 'number of the facet')
-SLOT_COUNT = slot.number('-', 'points on the plane; 0: the body is too far from it')
+SLOT_COUNT = slot.number('-', 'points on the plane')
 SLOT_OVER = slot.number('-', 'bit k: point k lies over the facet')
 SLOT_NORMAL = slot.vector('-', 'unit normal to the outside')
 SLOT_POINTS = slot.numbers(MOST * POINT, 'm', 'the points: `geometry.manifold`')
@@ -37,8 +37,9 @@ on_surface = Record(begin=scratch.SIZE)
 MOTION = on_surface.vector('m', 'of the body in this tick')
 QUERY_LOW = on_surface.vector('m', 'low corner of the box that is asked for')
 QUERY_HIGH = on_surface.vector('m', 'high corner')
+REST = on_surface.number('m', 'what counts as near at rest, a part of the margin')
 NEAR = on_surface.number('m', 'separation that counts as near but for MOTION')
-SLOTS_USED = on_surface.number('-', 'facets that have a slot')
+SLOTS_USED = on_surface.number('-', 'facets that have a slot: some point lies over them')
 RESULTS_USED = on_surface.number('-', 'manifolds that were found')
 TRIANGLE_HULL = on_surface.numbers(size_of(3, 2, 3, 3), 'm', 'a triangle: `hull_records`')
 LISTED = on_surface.numbers(MOST_LISTED, '-', 'where triangles near the body begin')
