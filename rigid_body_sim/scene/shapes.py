@@ -29,7 +29,6 @@ from rigid_body_sim.physics.model.shapes import (
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.values import Value
 
-
 COLLIDES_AS = ('hull', 'triangles')  # what a mesh may collide as
 
 

@@ -39,9 +39,7 @@ def height_field(
     """
     grid = _grid(heights)
     with blaming('spacing'):
-        dx, dy = (
-            (spacing, spacing) if is_number(spacing) else numbers(spacing, 2, unit='m')
-        )
+        dx, dy = (spacing, spacing) if is_number(spacing) else numbers(spacing, 2, unit='m')
         if not (dx > 0.0 and dy > 0.0 and np.isfinite([dx, dy]).all()):
             raise InvalidModel(f'got {shown(spacing)} m; distances of points are positive')
     with blaming('origin'):

@@ -98,7 +98,9 @@ def of_shape(
     if isinstance(shape, Plane):
         raise InvalidModel('a plane has no mass: it is static; remove mass and density')
     if isinstance(shape, Surface):
-        raise InvalidModel('ground of triangles has no mass: it is static; remove mass and density')
+        raise InvalidModel(
+            'ground of triangles has no mass: it is static; remove mass and density'
+        )
     with np.errstate(
         all='ignore'
     ):  # absurd sizes overflow to infinity and are refused by name below

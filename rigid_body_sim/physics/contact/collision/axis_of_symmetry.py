@@ -21,7 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.collision import pose
-from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE, SPHERE, SURFACE
+from rigid_body_sim.physics.contact.collision.collider import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    PLANE,
+    SPHERE,
+    SURFACE,
+)
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, AS_IT_IS, BALL, CENTRED_BALL
 from rigid_body_sim.physics.model.plain_products import length, times
 

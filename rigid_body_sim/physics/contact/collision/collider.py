@@ -4,8 +4,8 @@
 What collides, as arrays: one collider for each solid of each body (`solids`), in scene order.
 
 A fixed body is a static collider. A point mass collides as a sphere of radius zero, but never with
-another point. A mesh collides as its convex hull, a surface as its triangles. Bodies without a shape and particles that make a
-rigid body do not collide.
+another point. A mesh collides as its convex hull, a surface as its triangles. Bodies without a
+shape and particles that make a rigid body do not collide.
 
     shape_parameters : of all shapes, one after the other, see `shape_parameters`; equal hulls
                        share one record; a cylinder has the prism record of `hull_records` behind
@@ -288,11 +288,7 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
         case Cylinder(radius=radius, length=length):
             high = np.array([radius, radius, 0.5 * length])
             low = -high
-        case (
-            ConvexHull(vertices=vertices)
-            | Mesh(vertices=vertices)
-            | Surface(vertices=vertices)
-        ):
+        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices) | Surface(vertices=vertices):
             low, high = np.min(vertices, axis=0), np.max(vertices, axis=0)
         case Plane():
             rounding = np.inf
@@ -301,11 +297,7 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
     match body.shape:
         case Cylinder(radius=of_side, length=length):
             radius = float(length_of((of_side, 0.5 * length)))
-        case (
-            ConvexHull(vertices=vertices)
-            | Mesh(vertices=vertices)
-            | Surface(vertices=vertices)
-        ):
+        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices) | Surface(vertices=vertices):
             radius = float(np.sqrt(np.max(np.sum((vertices - center) ** 2, axis=1))))
     return (*center.tolist(), *half.tolist(), rounding, radius)
 

@@ -10,7 +10,8 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POI
 
 manifold = Record()
 PAIR_ID = manifold.number(
-    '-', 'key of the pair of colliders, and a share of 1 where it has several; they are in its order'
+    '-',
+    'key of the pair of colliders, and a share of 1 where it has several; they are in its order',
 )
 COLLIDER_A = manifold.number('-', 'number of collider A; type of A <= type of B')
 COLLIDER_B = manifold.number('-', 'number of collider B')

@@ -13,8 +13,8 @@ What a pair kernel finds: the contact manifold, one normal and up to four points
 
 The array `found` is a manifold and, behind it, room of the pair kernel's own. That scratch begins
 at SCRATCH; whoever uses it declares its fields as `Record(begin=SCRATCH)`: `boxes.two_boxes`,
-`cylinders.on_face`, `polyhedra.scratch`, `surfaces.surface_scratch` and pairs. Only one pair is under way at a time, and
-nothing in it outlives the call.
+`cylinders.on_face`, `polyhedra.scratch`, `surfaces.surface_scratch` and pairs. Only one pair is
+under way at a time, and nothing in it outlives the call.
 
 A feature is a number that stays the same from tick to tick while the same parts touch.
 

@@ -1,9 +1,10 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""A cylinder and ground of triangles, see `geometry.surfaces`.
+"""
+A cylinder and ground of triangles, see `geometry.surfaces`.
 
-On a flat part it has its true rim; where it lies over the edge of a facet, that of its prism, which
-bumps at its edges when it rolls.
+On a flat part it has its true rim; where it lies over the edge of a facet, that of its prism,
+which bumps at its edges when it rolls.
 """
 
 from __future__ import annotations

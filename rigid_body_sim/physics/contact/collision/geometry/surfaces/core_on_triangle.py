@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A ball or a capsule on a triangle of a surface: the places where the surface is nearest to its core.
+A ball or a capsule on a triangle of a surface: where the surface is nearest to its core.
 
 The core is a point or a segment; the body touches where its distance from the surface has a local
 minimum less than its radius. Such a place lies
@@ -55,6 +55,8 @@ from rigid_body_sim.physics.vectors import (
 
 Array = NDArray[np.float64]
 
+PARALLEL = 1e-6  # [-] squared sine below which a core lies along an edge
+WITHIN = 1e-12  # [-] of an edge: an end that round-off puts beyond
 OF_EDGES, OF_VERTICES = 0.125, 0.5  # of the keys of what a triangle owns: below 1
 ROUND_OFF = 1e-9  # [-] sine by which a direction may miss a cone of normals
 
@@ -126,37 +128,47 @@ def _on_face(
         add_contact(key, negate(normal), position, height - radius, share, core, found)
 
 
-@inline
-def _along(core: Any, along: Any, way: Any) -> Any:
-    """Return the share of the core, 0 to 1, at which it is nearest to the line of an edge."""
-    squared, run, both = dot(core, core), dot(along, along), dot(core, along)
-    det = squared * run - both * both
-    if not det > 1e-12 * squared * run:
-        return 0.5 if squared > 0.0 else 0.0
-    share = (dot(core, way) * run - dot(along, way) * both) / det
-    return min(max(share, 0.0), 1.0)
-
-
 @kernel
 def _on_edge(
     start: Any, core: Any, radius: float, parameters: Array, row: int, edge: int, key: float,
     found: Array,
 ) -> None:  # fmt: skip
-    """Add the contact with an edge, if the core is nearest to a place within it."""
+    """
+    Add the contacts with an edge where the core is nearest to a place within it: one, or both ends
+    of what lies along it.
+    """
+    origin = corner_of(parameters, row, edge)
+    along = subtract(corner_of(parameters, row, edge + 1 if edge < 2 else 0), origin)
+    squared, run, both = dot(core, core), dot(along, along), dot(core, along)
+    way = subtract(origin, start)
+    det = squared * run - both * both
+    if squared > 0.0 and not det > PARALLEL * squared * run:
+        for end in (0.0, 1.0):
+            share = (dot(core, way) + end * both) / squared
+            _at_share(
+                start, core, min(max(share, 0.0), 1.0), radius, parameters, row, edge, key, found
+            )
+        return
+    share = 0.0
+    if squared > 0.0:
+        share = min(max((dot(core, way) * run - dot(along, way) * both) / det, 0.0), 1.0)
+        place = dot(along, subtract(add_scaled(start, share, core), origin)) / run
+        nearest = add_scaled(origin, min(max(place, 0.0), 1.0), along)
+        share = min(max(dot(core, subtract(nearest, start)) / squared, 0.0), 1.0)
+    _at_share(start, core, share, radius, parameters, row, edge, key, found)
+
+
+@kernel
+def _at_share(
+    start: Any, core: Any, share: float, radius: float, parameters: Array, row: int, edge: int,
+    key: float, found: Array,
+) -> None:  # fmt: skip
+    """Add the contact of a point of the core with an edge, if that is what the surface has."""
     origin = corner_of(parameters, row, edge)
     along = subtract(corner_of(parameters, row, edge + 1 if edge < 2 else 0), origin)
     third = corner_of(parameters, row, edge + 2 if edge < 1 else edge - 1)
-    run = dot(along, along)
-    way = subtract(origin, start)
-    share = _along(core, along, way)
-    for _ in range(2):  # nearest on the edge, then on the core, once more
-        place = dot(along, subtract(add_scaled(start, share, core), origin)) / run
-        place = min(max(place, 0.0), 1.0)
-        squared = dot(core, core)
-        if squared > 0.0:
-            nearest = subtract(add_scaled(origin, place, along), start)
-            share = min(max(dot(core, nearest) / squared, 0.0), 1.0)
-    if not (place > 0.0 and place < 1.0):
+    place = dot(along, subtract(add_scaled(start, share, core), origin)) / dot(along, along)
+    if not (place > -WITHIN and place < 1.0 + WITHIN):
         return
     on_edge, on_core = add_scaled(origin, place, along), add_scaled(start, share, core)
     away = subtract(on_core, on_edge)

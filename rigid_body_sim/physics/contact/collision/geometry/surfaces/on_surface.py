@@ -41,8 +41,8 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces import surface_s
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import (
     END,
     ROOT,
-    list_near,
     lies_over,
+    list_near,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import (
     add_contact,
@@ -84,7 +84,7 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch 
 )
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL as FACET_NORMAL
 from rigid_body_sim.physics.contact.collision.shape_parameters import OFFSET
-from rigid_body_sim.physics.vectors import add_scaled, dot, load, scale, store
+from rigid_body_sim.physics.vectors import add_scaled, dot, load, negate, store
 
 Array = NDArray[np.float64]
 
@@ -158,9 +158,7 @@ def _ask_plane(
 
 
 @kernel
-def _note_points_over(
-    at: int, parameters: Array, surface: int, row: int, found: Array
-) -> None:
+def _note_points_over(at: int, parameters: Array, surface: int, row: int, found: Array) -> None:
     """
     Note which points of a slot lie over a triangle of its facet, or may be there within the tick.
     """
@@ -194,9 +192,10 @@ def _take_points_over(along: Any, found: Array) -> None:
         for index in range(int(found[at + SLOT_COUNT])):
             if over >> index & 1:
                 place = at + SLOT_POINTS + POINT * index
+                normal = negate(load(found, at + SLOT_NORMAL))
                 add_contact(
-                    found[at + SLOT_FACET], scale(-1.0, load(found, at + SLOT_NORMAL)),
-                    load(found, place), found[place + SEPARATION], found[place + FEATURE], along, found,
+                    found[at + SLOT_FACET], normal, load(found, place), found[place + SEPARATION],
+                    found[place + FEATURE], along, found,
                 )  # fmt: skip
 
 

@@ -222,9 +222,7 @@ def _axis_apart(
     face = facing(a, axis)
     normal = load(a.numbers, planes_of(a) + PLANE * face)
     along, _, _ = separation(a, b, work, normal, 0, 0)
-    if along > floor and is_outer(
-        negate(_world(normal, poses, pose_a)), parameters, surface, row
-    ):
+    if along > floor and is_outer(negate(_world(normal, poses, pose_a)), parameters, surface, row):
         return OF_A, face, along
     return NONE, 0, distance
 
@@ -245,9 +243,7 @@ def _axis_overlapping(
             negate(_world(normal, poses, pose_a)), parameters, surface, row
         ):
             side, face, most, floor = OF_A, index, along, along
-    edge_a, edge_b, along = _best_edges(
-        a, b, floor, poses, pose_a, parameters, surface, row, work
-    )
+    edge_a, edge_b, along = _best_edges(a, b, floor, poses, pose_a, parameters, surface, row, work)
     if edge_a >= 0:
         nearest_on_edges(a, b, work, edge_a, edge_b)
         return NONE, 0, along
@@ -325,9 +321,7 @@ def polyhedron_on_triangle(
         return
     half = numbers_a[hull_a + HALF]
     if state == GAP:
-        side, face, least = _axis_apart(
-            a, b, half, poses, pose_a, parameters, surface, row, found
-        )
+        side, face, least = _axis_apart(a, b, half, poses, pose_a, parameters, surface, row, found)
     else:
         side, face, least = _axis_overlapping(
             a, b, half, poses, pose_a, parameters, surface, row, found

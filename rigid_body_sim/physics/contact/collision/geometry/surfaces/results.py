@@ -67,14 +67,14 @@ def least_separation(at: int, found: Array) -> float:
 
 @kernel
 def _place_for(key: float, normal: Any, separation: float, found: Array) -> int:
-    """Return where the manifold of a contact begins, a new one if need be; -1: there is no room."""
+    """Return where the manifold of a contact begins, maybe a new one; -1: there is no room."""
     used = int(found[RESULTS_USED])
     for at in range(RESULTS, RESULTS + RESULT * used, RESULT):
         if found[at + KEY] == key:
             return at
-        if key >= FREE and found[at + KEY] >= FREE:
-            if dot(normal, load(found, at + NORMAL)) > SAME_NORMAL:
-                return at
+        is_free = key >= FREE and found[at + KEY] >= FREE
+        if is_free and dot(normal, load(found, at + NORMAL)) > SAME_NORMAL:
+            return at
     at = RESULTS + RESULT * used
     if used == MOST_RESULTS:
         at, most = -1, separation
