@@ -399,7 +399,7 @@ def _prepare_constraints(
         )  # fmt: skip
         counts[tick_counts.ASSEMBLED] = 1
     manifold_constraints.prepare_points(
-        count, WIDTH, motion.translation, colliders.table, colliders.poses, manifolds, rows
+        count, WIDTH, motion.translation, colliders, manifolds, rows
     )
     impulse_cache.recall(
         count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, manifolds,
