@@ -165,7 +165,7 @@ class WorldArrays:
         Begin anew but for the cache: the last tick was broken off anywhere, in a piece of it, or
         between the growth of a list and the word of it.
         """
-        self.counts[tick_counts.PIECE] = 0
+        self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
             scratch[:] = 0
