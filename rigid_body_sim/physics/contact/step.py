@@ -337,8 +337,9 @@ def _detect_contacts(
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_PAIRS
         return False
     manifold_count = find_manifolds(
-        pairs, count, h, counts[tick_counts.MANIFOLD_ROOM], colliders,
-        detection.broad_phase.pair_ids, detection.found, manifolds, bodies,
+        pairs, count, h, h / settings[tick_settings.SUBSTEPS],
+        counts[tick_counts.MANIFOLD_ROOM], colliders, detection.broad_phase.pair_ids,
+        detection.found, manifolds, bodies,
         counts[tick_counts.PIECES : tick_counts.PIECES + 1],
     )  # fmt: skip
     counts[tick_counts.MANIFOLDS] = manifold_count

@@ -94,8 +94,8 @@ class WorldArrays:
         self.materials = ordered(colliders.materials, material_record.SIZE)
         poses = ordered(colliders.poses, pose.SIZE)
         self.poses = np.concatenate(
-            (poses, np.zeros(2 * pose.SIZE))
-        )  # and two for the way of a pair
+            (poses, np.zeros(4 * pose.SIZE))
+        )  # and two of a pair at two times
         self.swept = np.zeros(max(1, count) * swept_aabbs.SIZE)
         self.fat_aabbs = np.zeros(neighbour_list.size_of_fat_aabbs(count))
         self.hash_heads = np.zeros(hash_grid.size_of_heads(count), dtype=np.int64)
