@@ -143,7 +143,7 @@ class WorldArrays:
         room = constraint.SIZE + manifold.MOST * self._width
         self.rows = aligned(lane_scratch.SIZE + batches * room)
         batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
-        self.batches = np.zeros(batches * batch_record.SIZE, dtype=np.int64)
+        self.batches = np.zeros(batches * batch_record.ROOM, dtype=np.int64)
 
     def _make_pair_lists(self, room: int) -> None:
         self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)
@@ -156,7 +156,7 @@ class WorldArrays:
         counts[tick_counts.PAIR_ROOM] = len(self.pair_ids)
         counts[tick_counts.MANIFOLD_ROOM] = len(self.manifolds) // manifold_record.SIZE
         counts[tick_counts.ROW_ROOM] = len(self.rows)
-        counts[tick_counts.BATCH_ROOM] = len(self.batches) // batch_record.SIZE
+        counts[tick_counts.BATCH_ROOM] = len(self.batches) // batch_record.ROOM
         counts[tick_counts.CACHE_ROOM] = len(self.cache)
         self.arguments = tuple(argument(getattr(self, name)) for name in step.ARRAYS)
 
@@ -165,7 +165,7 @@ class WorldArrays:
         Begin anew but for the cache: the last tick was broken off anywhere, in a piece of it, or
         between the growth of a list and the word of it.
         """
-        self.counts[tick_counts.PIECE] = 0
+        self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
             scratch[:] = 0
