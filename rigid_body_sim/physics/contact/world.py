@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact import step, tick_counts
+from rigid_body_sim.physics.contact import step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     collider_record,
     manifold_record,
@@ -177,6 +177,7 @@ class ContactWorld:
             len(manifolds) // manifold_record.SIZE,
             width=self._width,
             bounces=self._bounces,
+            angular=int(self.arrays.settings[tick_settings.SUBSTEPS]) if self._angular else 0,
             table=self.arrays.table,
             manifolds=manifolds,
             rows=self.arrays.rows,
