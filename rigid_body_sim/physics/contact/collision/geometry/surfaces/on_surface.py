@@ -306,11 +306,13 @@ def surface_collider(
 
 @kernel
 def write_manifolds(
-    pair_id: int, a: int, b: int, length: int, room: int, found: Array, manifolds: Array
-) -> int:
+    pair_id: int, a: int, b: int, pieces: int, length: int, room: int, found: Array,
+    manifolds: Array,
+) -> int:  # fmt: skip
     """
     Write all manifolds of a pair in the order of their keys; return how many there are then.
 
+        pieces       : into which the tick should be cut, see `manifold_record.PIECES`
         length, room : manifolds that are there, and for how many there is room
     """
     before = -1.0
@@ -327,6 +329,7 @@ def write_manifolds(
             manifolds[place + manifold_record.COLLIDER_A] = float(a)
             manifolds[place + manifold_record.COLLIDER_B] = float(b)
             manifolds[place + manifold_record.POINT_COUNT] = float(count)
+            manifolds[place + manifold_record.PIECES] = float(pieces)
             store(
                 manifolds, place + manifold_record.NORMAL,
                 load(found, best + surface_scratch.NORMAL),
