@@ -62,6 +62,10 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POSITION,
     SEPARATION,
 )
+from rigid_body_sim.physics.contact.collision.ground_misses import (
+    ground_miss_finder,
+    reach_of_manifold,
+)
 from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
 from rigid_body_sim.physics.contact.collision.support import reach
 from rigid_body_sim.physics.vectors import (
@@ -92,7 +96,9 @@ DOUBTFUL = 3.0  # would bind, and only others that would bind cover it
 DROPPED = 4.0
 NONE = -1.0  # in place of a manifold
 
+GROUND = slot('[-] whether some collider is ground of triangles')
 misses = slot('kernel (a, b, count, horizon, normal, ...): tells whether a pair misses')
+ground_misses = slot('kernel (record, count, horizon, ...): tells whether a body misses ground')
 
 
 @inline
@@ -122,7 +128,7 @@ def _would_bind(
     a = int(manifolds[record + manifold_record.COLLIDER_A])
     b = int(manifolds[record + manifold_record.COLLIDER_B])
     type_b = table[b * collider_record.SIZE + collider_record.TYPE]
-    if type_b == PLANE or type_b == SURFACE:
+    if type_b == PLANE:
         return False
     if manifolds[record + manifold_record.PIECES] > 1.0:
         return True
@@ -222,7 +228,7 @@ def _rise(
     """
     table = colliders.table
     body, body_h = _body_of(other, table), _body_of(holder, table)
-    if body < 0 and body_h < 0 or body == body_h:
+    if (body < 0 and body_h < 0) or body == body_h:
         return 0.0
     velocity, spin, _ = _velocity(body, bodies)
     velocity_h, spin_h, _ = _velocity(body_h, bodies)
@@ -237,6 +243,18 @@ def _rise(
         )
         rise += math.sqrt(dot(spin_h, spin_h)) * (math.sqrt(dot(apart, apart)) + radius)
     return max(rise, 0.0) * horizon
+
+
+@inline
+def _top(
+    record: int, other: int, normal: Any, colliders: ColliderArrays, manifolds: Array
+) -> float:
+    """Return how far the other collider of a manifold, as far as that is of it, reaches [m]."""
+    row = other * collider_record.SIZE
+    if colliders.table[row + collider_record.TYPE] == SURFACE:
+        surface = colliders.table[row + collider_record.PARAMETERS]
+        return reach_of_manifold(record, surface, normal, colliders.parameters, manifolds)
+    return reach(other, other * pose.SIZE, normal, colliders)
 
 
 @kernel
@@ -266,7 +284,7 @@ def _is_covered_by(
     on_other = dot(normal, add_scaled(load(manifolds, place + POSITION), -0.5 * gap, towards))
     if on_other > height + flush + abs(gap):
         return False
-    top = reach(other, other * pose.SIZE, normal, colliders)
+    top = _top(record, other, normal, colliders, manifolds)
     if top > height + flush:
         return False
     if top + _rise(other, holder, normal, horizon, colliders, bodies) > height + flush:
@@ -300,9 +318,7 @@ def _find_cover(
         if (
             cover != record
             and least <= state <= most
-            and _is_covered_by(
-                record, side, cover, side_c, horizon, colliders, bodies, manifolds
-            )
+            and _is_covered_by(record, side, cover, side_c, horizon, colliders, bodies, manifolds)
         ):
             return 2 * cover + side_c
         cover = int(manifolds[cover + manifold_record.NEXT_OF_A + side_c])
@@ -310,7 +326,9 @@ def _find_cover(
 
 
 @inline
-def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays) -> Any:
+def _turned_point(
+    own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays
+) -> Any:
     """
     Return where a collider is nearest along another normal: beside a point of its surface.
 
@@ -320,14 +338,10 @@ def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: Co
     row = own * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]
     if kind == CAPSULE:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         return add_scaled(add_scaled(point, radius, towards), -radius, normal)
     if kind == CYLINDER:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         axis = pose.axis(colliders.poses, own * pose.SIZE, 2)
         down = add_scaled(negate(normal), dot(normal, axis), axis)
         across = math.sqrt(dot(down, down))
@@ -354,7 +368,7 @@ def _take_out(
     towards = _normal_towards(record, side, manifolds)
     normal = _normal_towards(cover, side_c, manifolds)
     other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
-    top = reach(other, other * pose.SIZE, normal, colliders)
+    top = _top(record, other, normal, colliders, manifolds)
     manifolds[record + manifold_record.STATE] = CERTAIN
     store(manifolds, record + manifold_record.NORMAL, normal if side == 1 else negate(normal))
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
@@ -383,9 +397,7 @@ def _settle(
             continue
         manifolds[record + manifold_record.STATE] = none
         for side in range(2):
-            cover = _find_cover(
-                record, side, least, most, horizon, colliders, bodies, manifolds
-            )
+            cover = _find_cover(record, side, least, most, horizon, colliders, bodies, manifolds)
             if cover >= 0:
                 manifolds[record + manifold_record.STATE] = found
                 if found == DROPPED:
@@ -435,10 +447,14 @@ def _drop_ghosts(
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
         normal = load(manifolds, record + manifold_record.NORMAL)
-        if _least_gap(record, manifolds) > 0.0 and misses(
-            a, b, count, horizon, normal, colliders, bodies, found
-        ):
-            manifolds[record + manifold_record.STATE] = DROPPED
+        if _least_gap(record, manifolds) > 0.0:
+            type_b = colliders.table[b * collider_record.SIZE + collider_record.TYPE]
+            if GROUND and type_b == SURFACE:
+                missed = ground_misses(record, count, horizon, colliders, bodies, found, manifolds)
+            else:
+                missed = misses(a, b, count, horizon, normal, colliders, bodies, found)
+            if missed:
+                manifolds[record + manifold_record.STATE] = DROPPED
         asked += 1
     if asked > 0:
         _link(length, colliders.table, bodies, manifolds)
@@ -460,6 +476,14 @@ def _drop_ghosts(
     return _close_up(length, manifolds, pieces)
 
 
-def ghost_dropper(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
-    """Make the kernel that takes ghosts out, with the pair kernels of a scene."""
-    return specialise(_drop_ghosts, name=name, misses=miss_finder(name, collide))
+def ghost_dropper(name: str, collide: Callable[..., Any], *, ground: bool) -> Callable[..., Any]:
+    """
+    Make the kernel that takes ghosts out, with the pair kernels of a scene.
+
+        ground : whether some collider is ground of triangles
+    """
+    misses = miss_finder(name, collide)
+    of_ground = ground_miss_finder(name, collide, misses) if ground else misses
+    return specialise(
+        _drop_ghosts, name=name, GROUND=ground, misses=misses, ground_misses=of_ground
+    )

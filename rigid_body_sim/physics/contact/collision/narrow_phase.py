@@ -231,5 +231,5 @@ def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> C
     ground = any(type_b == SURFACE for _, type_b, _ in kernels)
     return specialise(
         _find_manifolds, name=name, GROUND=ground, collide=collide,
-        drop_ghosts=ghost_dropper(name, collide),
+        drop_ghosts=ghost_dropper(name, collide, ground=ground),
     )  # fmt: skip

@@ -50,6 +50,7 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import (
     reduce_to_four,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
+    ASKED,
     FACET,
     FACET_OF,
     FLATNESS,
@@ -98,6 +99,10 @@ collide_plane = slot('kernel (parameters, shape_a, shape_b, ...): the pair kerne
 collide_triangle = slot(
     'kernel (parameters, shape, poses, pose, surface, row, plane, margin, along, found): adds '
     'the contacts with a triangle'
+)
+find_axis = slot(
+    'kernel (parameters, shape, poses, pose, surface, row, margin, found): the axis between body '
+    'and one triangle'
 )
 ask_plane = slot('kernel (parameters, shape_a, surface, ...): gives a facet its slot')
 
@@ -173,7 +178,7 @@ def _note_points_over(at: int, parameters: Array, surface: int, row: int, found:
         place = at + SLOT_POINTS + POINT * index
         separation = found[place + SEPARATION]
         reach = found[NEAR] if separation < 0.0 else beyond if separation <= soon else seam
-        if lies_over(parameters, row, normal, load(found, place), seam, reach):
+        if lies_over(parameters, row, normal, load(found, place), -separation, seam, reach):
             over |= 1 << index
     found[at + SLOT_OVER] = over
 
@@ -224,7 +229,13 @@ def _collide_on_surface(
     """
     Find the manifolds of a body and a surface: all of them in RESULTS, the nearest as that of the
     pair. MOTION holds what the body moves in the tick [m]; it is part of the margin.
+
+    While one triangle is ASKED, that is the surface: a convex one, seen from all sides, of which
+    the axis from the body to it is found, and no points.
     """
+    row = int(parameters[shape_b + ASKED])
+    if row > 0:
+        return find_axis(parameters, shape_a, poses, pose_a, shape_b, row, margin, found)
     motion, along = load(found, MOTION), _bodys_diagonal(poses, pose_a)
     found[NEAR] = margin - math.sqrt(dot(motion, motion))
     center, half = find_reach(parameters, shape_a, poses, pose_a)
@@ -285,7 +296,7 @@ def _collide_on_surface(
 
 def surface_collider(
     name: str, *, find_reach: Callable[..., Any], collide_plane: Callable[..., Any],
-    collide_triangle: Callable[..., Any],
+    collide_triangle: Callable[..., Any], find_axis: Callable[..., Any],
 ) -> Callable[..., Any]:  # fmt: skip
     """
     Make the pair kernel of a type of shape and ground.
@@ -296,11 +307,13 @@ def surface_collider(
         collide_plane    : pair kernel of the type and a plane
         collide_triangle : kernel (parameters, shape, poses, pose, surface, row, plane, number,
                            margin, along, found): adds the contacts with a triangle
+        find_axis        : kernel (parameters, shape, poses, pose, surface, row, margin, found):
+                           writes the normal of least distance to a triangle; 0: beyond the margin
     """
     ask = specialise(_ask_plane, name=name, collide_plane=collide_plane)
     return specialise(
         _collide_on_surface, name=name, find_reach=find_reach, ask_plane=ask,
-        collide_triangle=collide_triangle,
+        collide_triangle=collide_triangle, find_axis=find_axis,
     )  # fmt: skip
 
 
