@@ -274,7 +274,7 @@ def is_summit(
 
     slack : [-] sine by which a neighbour may lie higher
     """
-    if not dot(normal, load(parameters, row + NORMAL)) > 0.0:
+    if not dot(normal, load(parameters, row + NORMAL)) > -slack:
         before = parameters[row + EDGE_KIND + (index - 1 if index > 0 else 2)]
         if before != CONVEX or parameters[row + EDGE_KIND + index] != CONVEX:
             return False

@@ -81,7 +81,10 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra i
     write_patch,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.core_on_triangle import is_summit
-from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import corner_of
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import (
+    corner_of,
+    lies_over,
+)
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import add_contact
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
     BEYOND,
@@ -91,6 +94,7 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records 
     EDGE_KIND,
     FACET,
     FACET_OF,
+    FLATNESS,
     PLANES,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
@@ -367,12 +371,16 @@ def polyhedron_on_triangle(
     count = write_patch(a, b, side, face, least, state, margin, half, found)
     to_world(center, poses, pose_a, found, count)
     key = parameters[row + FACET_OF] if side == OF_B else FREE + number
-    normal = load(found, NORMAL)
+    normal, seam = load(found, NORMAL), parameters[surface + FLATNESS]
     for place in range(POINTS, POINTS + POINT * count, POINT):
+        point, gap = load(found, place), found[place + SEPARATION]
+        if side == OF_B and not lies_over(
+            parameters, row, negate(normal), point, -gap, seam, max(gap, seam)
+        ):
+            continue
         feature = found[place + FEATURE]
         edges = feature % (MOST_CORNERS * MOST_CORNERS)
         of_body = side == OF_B and feature >= 0.0
         if not (of_body and edges // MOST_CORNERS < CLIP and edges % MOST_CORNERS < CLIP):
             feature += number / FREE  # the sides of each triangle have the same names
-        add_contact(key, normal, load(found, place), found[place + SEPARATION], feature, along,
-                    found)  # fmt: skip
+        add_contact(key, normal, point, gap, feature, along, found)
