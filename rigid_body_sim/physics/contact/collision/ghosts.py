@@ -98,7 +98,7 @@ NONE = -1.0  # in place of a manifold
 
 GROUND = slot('[-] whether some collider is ground of triangles')
 misses = slot('kernel (a, b, count, horizon, normal, ...): tells whether a pair misses')
-ground_misses = slot('kernel (record, count, horizon, ...): tells whether a body misses ground')
+ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
 
 
 @inline
@@ -450,7 +450,9 @@ def _drop_ghosts(
         if _least_gap(record, manifolds) > 0.0:
             type_b = colliders.table[b * collider_record.SIZE + collider_record.TYPE]
             if GROUND and type_b == SURFACE:
-                missed = ground_misses(record, count, horizon, colliders, bodies, found, manifolds)
+                missed = ground_misses(
+                    a, b, record, count, horizon, colliders, bodies, found, manifolds
+                )
             else:
                 missed = misses(a, b, count, horizon, normal, colliders, bodies, found)
             if missed:
@@ -483,7 +485,7 @@ def ghost_dropper(name: str, collide: Callable[..., Any], *, ground: bool) -> Ca
         ground : whether some collider is ground of triangles
     """
     misses = miss_finder(name, collide)
-    of_ground = ground_miss_finder(name, collide, misses) if ground else misses
+    of_ground = ground_miss_finder(name, collide) if ground else misses
     return specialise(
         _drop_ghosts, name=name, GROUND=ground, misses=misses, ground_misses=of_ground
     )

@@ -4,9 +4,10 @@
 What passes near ground of triangles: the proof that a body misses what a manifold is of.
 
 Each triangle is convex, so that the proof for two convex bodies (`conservative_advancement`) holds
-for the body and one triangle at a time, which the surface is asked for alone. A manifold of a facet
-is missed where all triangles of the facet near the body are; one of an edge or a vertex where those
-are that its points lie on.
+for the body and one triangle at a time, which the surface is asked for alone. A manifold of a
+facet is missed where all triangles of the facet near the body are; one of an edge or a vertex
+where those are that its points lie on. What moves far in a tick is asked of all triangles along
+its way: those near it at the start are not those that it hits.
 """
 
 from __future__ import annotations
@@ -20,13 +21,17 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
     collider_record,
     manifold_record,
     pose,
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
-from rigid_body_sim.physics.contact.collision.conservative_advancement import motion_of
+from rigid_body_sim.physics.contact.collision.conservative_advancement import (
+    miss_finder,
+    motion_of,
+)
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     NORMAL,
     POINT,
@@ -66,7 +71,9 @@ from rigid_body_sim.physics.vectors import add_scaled, dot, load, subtract
 
 Array = NDArray[np.float64]
 
-AROUND = 1e-6  # [-] of the separation: so far beside a triangle a point still lies on it
+AROUND = 5e-3  # [-] of the separation: so far beside a triangle a point may lie that is of it
+
+ALL = -1  # in place of a manifold: any triangle
 
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 misses = slot('kernel (a, b, count, horizon, normal, ...): tells whether a pair misses')
@@ -128,43 +135,69 @@ def _is_of(record: int, row: int, surface: int, parameters: Array, manifolds: Ar
     return False
 
 
+@kernel
+def _ask_along_way(
+    a: int, reach: float, horizon: float, colliders: ColliderArrays, found: Array
+) -> None:
+    """Ask for the triangles that a collider may come near to within a time [s]."""
+    swept, row = colliders.swept_aabbs, a * swept_aabbs.SIZE
+    for axis in range(3):
+        center, half = swept[row + swept_aabbs.CENTER + axis], swept[row + swept_aabbs.HALF + axis]
+        way = horizon * swept[row + swept_aabbs.VELOCITY + axis]
+        found[QUERY_LOW + axis] = center - half - reach + min(way, 0.0)
+        found[QUERY_HIGH + axis] = center + half + reach + max(way, 0.0)
+
+
+@kernel
+def _passes_plane(
+    a: int, row: int, reach: float, horizon: float, colliders: ColliderArrays
+) -> bool:
+    """Tell whether the ball about a collider stays on one side of the plane of a triangle."""
+    parameters, swept = colliders.parameters, colliders.swept_aabbs
+    normal, place = load(parameters, row + TRIANGLE_NORMAL), a * swept_aabbs.SIZE
+    start = load(swept, place + swept_aabbs.CENTER)
+    height = dot(normal, subtract(start, corner_of(parameters, row, 0)))
+    last = height + horizon * dot(normal, load(swept, place + swept_aabbs.VELOCITY))
+    room = reach + colliders.local_bounds[a * bounds_record.SIZE + bounds_record.RADIUS]
+    return (height > room and last > room) or (height < -room and last < -room)
+
+
 def _ground_misses(
-    record: int, count: int, horizon: float, colliders: ColliderArrays, bodies: Array,
-    found: Array, manifolds: Array,
+    a: int, b: int, record: int, count: int, horizon: float, colliders: ColliderArrays,
+    bodies: Array, found: Array, manifolds: Array,
 ) -> bool:  # fmt: skip
     """
-    Tell whether a body misses, in free motion, that of a surface which a manifold is of.
+    Tell whether collider A misses, in free motion, that of the surface B which a manifold is of.
 
-        record  : where the manifold begins;   count : of colliders
+        record  : where the manifold begins; ALL: all of the surface
+        count   : of colliders
         horizon : [s] from the start of the tick
     """
     parameters, table, poses = colliders.parameters, colliders.table, colliders.poses
-    a = int(manifolds[record + manifold_record.COLLIDER_A])
-    b = int(manifolds[record + manifold_record.COLLIDER_B])
     type_a = table[a * collider_record.SIZE + collider_record.TYPE]
     type_b = table[b * collider_record.SIZE + collider_record.TYPE]
     shape_a = table[a * collider_record.SIZE + collider_record.PARAMETERS]
     surface = table[b * collider_record.SIZE + collider_record.PARAMETERS]
-    swept, row_a = colliders.swept_aabbs, a * swept_aabbs.SIZE
-    reach = 2.0 * motion_of(swept, a, b, horizon)  # horizon <= 2 ticks
-    for axis in range(3):
-        center, half = (
-            swept[row_a + swept_aabbs.CENTER + axis],
-            swept[row_a + swept_aabbs.HALF + axis],
-        )
-        found[QUERY_LOW + axis] = center - half - reach
-        found[QUERY_HIGH + axis] = center + half + reach
-    any_of, missed, node = False, True, ROOT
+    # what turning and forces add; of two ticks at most
+    reach = 4.0 * colliders.swept_aabbs[a * swept_aabbs.SIZE + swept_aabbs.TURNING]
+    motion = 2.0 * motion_of(colliders.swept_aabbs, a, b, horizon)
+    _ask_along_way(a, reach, horizon, colliders, found)
+    any_of, missed, node = record == ALL, True, ROOT
     while node != END and missed:
         listed, node = list_near(parameters, surface, node, found)
         for entry in range(LISTED, LISTED + listed):
             row = int(found[entry])
-            if missed and _is_of(record, row, surface, parameters, manifolds):
-                any_of = True
+            if not (
+                missed
+                and (record == ALL or _is_of(record, row, surface, parameters, manifolds))
+            ):
+                continue
+            any_of = True
+            if not _passes_plane(a, row, reach, horizon, colliders):
                 parameters[surface + ASKED] = row
                 near = collide(
                     type_a, type_b, parameters, shape_a, surface, poses, a * pose.SIZE,
-                    b * pose.SIZE, reach, found,
+                    b * pose.SIZE, motion, found,
                 )  # fmt: skip
                 missed = near == 0 or misses(
                     a, b, count, horizon, load(found, NORMAL), colliders, bodies, found
@@ -173,8 +206,7 @@ def _ground_misses(
     return any_of and missed
 
 
-def ground_miss_finder(
-    name: str, collide: Callable[..., Any], misses: Callable[..., Any]
-) -> Callable[..., Any]:
+def ground_miss_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
     """Make the kernel that tells whether a body misses ground, with the kernels of a scene."""
+    misses = miss_finder(name, collide)
     return specialise(_ground_misses, name=name, collide=collide, misses=misses)

@@ -156,8 +156,8 @@ def lies_over(
     Tell whether a point lies over a triangle, or beyond a concave edge of it.
 
     normal : of the plane along which is looked
-    depth  : [m] of the point below the plane: beside a convex edge it belongs to that of both faces
-             which it is nearer to, so that what has sunk into one is not pushed along the other
+    depth  : [m] of the point below the plane: beside a convex edge it is of that face to which it
+             is nearer, so that what has sunk into one is not pushed along the other
     seam   : [m] how far a point may lie beyond any edge: no crack between triangles
     reach  : [m] how far beyond a concave edge: there the plane goes on below the neighbour, so
              that it is a bound for what stands on that, and comes up to this face

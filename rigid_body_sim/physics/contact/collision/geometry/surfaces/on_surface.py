@@ -7,7 +7,9 @@ A body on ground of triangles: its manifolds with a surface, one for each facet 
    whole plane of each (the pair kernel of a plane). Where each of those points lies over the facet
    that is the manifold: all other triangles of the facet lie in that plane, and need not be asked.
    On a flat part of a mesh a body moves to the last digit as on a plane, whatever its triangles.
-2. Triangles of other facets are asked one by one; what they add joins the points that do lie over
+2. A facet that carries the body with all points of its plane, and which the body touches, covers
+   whatever lies wholly behind that plane: nothing there can be touched in this tick.
+3. Triangles of other facets are asked one by one; what they add joins the points that do lie over
    their facet.
 
 A plane goes on behind a concave edge (`near_triangles.lies_over`): what stands in front of a wall
@@ -41,10 +43,12 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces import surface_s
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import (
     END,
     ROOT,
+    corner_of,
     lies_over,
     list_near,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import (
+    SAME_NORMAL,
     add_contact,
     least_separation,
     reduce_to_four,
@@ -52,6 +56,8 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import (
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
     ASKED,
     FACET,
+    FACET_HIGH,
+    FACET_LOW,
     FACET_OF,
     FLATNESS,
     IS_GRAPH,
@@ -89,6 +95,7 @@ from rigid_body_sim.physics.vectors import add_scaled, dot, load, negate, store
 
 Array = NDArray[np.float64]
 
+FLUSH = 1e-4  # [-] of half the diagonal of the AABB: what stands out by no more is flush
 DEEP = 0.5  # [-] of the extent of the body over its middle
 NO_SLOT = -1  # in place of the slot of a facet: it has none
 DIAGONAL = 0.6  # [-] share of the next axis in the direction by which points are chosen: not along
@@ -190,6 +197,59 @@ def _is_done(at: int, found: Array) -> bool:
 
 
 @kernel
+def _carries(at: int, found: Array) -> bool:
+    """Tell whether a facet carries the body: all points lie over it, and one touches."""
+    least = math.inf
+    for index in range(int(found[at + SLOT_COUNT])):
+        least = min(least, found[at + SLOT_POINTS + POINT * index + SEPARATION])
+    return least <= 0.0 and _is_done(at, found)
+
+
+@kernel
+def _is_covered(
+    normal: Any, low: Any, middle: Any, high: Any, flush: float, parameters: Array, planes: int,
+    found: Array,
+) -> bool:  # fmt: skip
+    """
+    Tell whether something lies behind the plane of a facet that carries the body.
+
+    normal            : of it; of the same normal both carry
+    low, middle, high : points that bound it, in any order [m]
+    flush             : [m] so far it may stand out
+    """
+    for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
+        if not _carries(at, found):
+            continue
+        plane = planes + FACET * int(found[at + SLOT_FACET])
+        up = load(parameters, plane + FACET_NORMAL)
+        top = max(dot(up, low), dot(up, middle), dot(up, high))
+        if dot(up, normal) < SAME_NORMAL and top <= parameters[plane + OFFSET] + flush:
+            return True
+    return False
+
+
+@kernel
+def _take_out_covered(flush: float, parameters: Array, planes: int, found: Array) -> None:
+    """Take the points of facets out that lie behind one that carries the body."""
+    for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
+        plane = planes + FACET * int(found[at + SLOT_FACET])
+        low, high = load(parameters, plane + FACET_LOW), load(parameters, plane + FACET_HIGH)
+        normal = load(found, at + SLOT_NORMAL)
+        for carrier in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
+            up = load(found, carrier + SLOT_NORMAL)
+            if dot(up, normal) >= SAME_NORMAL or not _carries(carrier, found):
+                continue
+            highest = (
+                high[0] if up[0] > 0.0 else low[0],
+                high[1] if up[1] > 0.0 else low[1],
+                high[2] if up[2] > 0.0 else low[2],
+            )
+            ground = planes + FACET * int(found[carrier + SLOT_FACET])
+            if dot(up, highest) <= parameters[ground + OFFSET] + flush:
+                found[at + SLOT_COUNT] = found[at + SLOT_OVER] = 0.0
+
+
+@kernel
 def _take_points_over(along: Any, found: Array) -> None:
     """Add the points on planes that lie over their facets."""
     for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
@@ -271,6 +331,8 @@ def _collide_on_surface(
             if found[at + SLOT_OVER] == 0.0:  # nothing to keep of it
                 found[SLOTS_USED] -= 1.0
                 asked = True
+    flush = FLUSH * math.sqrt(dot(half, half))
+    _take_out_covered(flush, parameters, planes, found)
     for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
         asked = asked or not _is_done(at, found)
     _take_points_over(along, found)
@@ -285,7 +347,11 @@ def _collide_on_surface(
                 asked = not _is_far(parameters, plane, center, half, found)
             else:
                 asked = not _is_done(at, found)
-            if asked:
+            if asked and not _is_covered(
+                load(parameters, plane + FACET_NORMAL), corner_of(parameters, row, 0),
+                corner_of(parameters, row, 1), corner_of(parameters, row, 2), flush, parameters,
+                planes, found,
+            ):  # fmt: skip
                 number = float((row - triangles) // TRIANGLE)
                 collide_triangle(
                     parameters, shape_a, poses, pose_a, shape_b, row, plane, number, margin, along,
