@@ -82,6 +82,7 @@ CALM = 1e-8  # [m] closing in a tick that matters to nobody
 SAME = 5e-7  # [-] 1 - cos of an angle of 1e-3: below, two manifolds are supports of one face
 SAME_ROUND = 5e-13  # [-] of 1e-6, for what rolls: its normals turn with its place over an edge
 HELD = 1e-2  # [-] of the radius of the smaller: a point that is nearer to another one is held by it
+LEAN = 0.99  # [-] cos: above, two normals may be those of supports of one body that leans
 UPRIGHT = 1e-2  # [-] sine of the angle between normal and axis, below which a cylinder stands
 WIDE = 1.0 + 1e-9  # [-] of the gap: rounding of closing speeds
 
@@ -282,30 +283,30 @@ def _find_cover(
     bodies: Array, manifolds: Array,
 ) -> int:  # fmt: skip
     """
-    Find a manifold that covers the one that begins at a place, for its collider A or B (side 0 or
-    1); -1: none.
+    Find the manifold that covers the one that begins at a place, for its collider A or B (side 0
+    or 1), and is nearest to touching; -1: none.
 
         least, most : states that a cover may have
+        returns     : twice where it begins, and 1 if its collider B is of the body
     """
     table = colliders.table
     body = _body_of(int(manifolds[record + manifold_record.COLLIDER_A + side]), table)
     if body < 0:
         return -1
     cover = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD])
+    best, nearest = -1, math.inf
     while cover >= 0:
         first = int(manifolds[cover + manifold_record.COLLIDER_A])
         side_c = 0 if _body_of(first, table) == body else 1
         state = manifolds[cover + manifold_record.STATE]
-        if (
-            cover != record
-            and least <= state <= most
-            and _is_covered_by(
+        if cover != record and least <= state <= most:
+            gap = _least_gap(cover, manifolds)
+            if gap < nearest and _is_covered_by(
                 record, side, cover, side_c, horizon, colliders, bodies, manifolds
-            )
-        ):
-            return 2 * cover + side_c
+            ):
+                best, nearest = 2 * cover + side_c, gap
         cover = int(manifolds[cover + manifold_record.NEXT_OF_A + side_c])
-    return -1
+    return best
 
 
 @inline
@@ -367,8 +368,8 @@ def _take_out(
     manifolds: Array,
 ) -> None:  # fmt: skip
     """
-    Take a covered manifold out, but for the points of the body that no other manifold holds: these
-    turn to the normal of the cover, which is true of every point of the body.
+    Take a covered manifold out; where it is another support of a body that leans a little, only
+    the points that other manifolds hold: the rest turn to the normal of the cover.
     """
     table = colliders.table
     own = int(manifolds[record + manifold_record.COLLIDER_A + side])
@@ -378,8 +379,9 @@ def _take_out(
     top = reach(other, other * pose.SIZE, normal, colliders)
     near = HELD * smaller_radius(colliders.local_bounds, own, other)
     points = int(manifolds[record + manifold_record.POINT_COUNT])
-    if table[own * collider_record.SIZE + collider_record.TYPE] == SPHERE:
-        points = 0  # the cover holds all that a ball has
+    kind = table[own * collider_record.SIZE + collider_record.TYPE]
+    if kind == SPHERE or dot(towards, normal) < LEAN:
+        points = 0  # the cover holds all that a ball has, and all that is near another side
     store(manifolds, record + manifold_record.NORMAL, normal if side == 1 else negate(normal))
     manifolds[record + manifold_record.POINT_COUNT] = 0.0
     manifolds[record + manifold_record.STATE] = CERTAIN
