@@ -357,8 +357,8 @@ class ContactWorld:
             if status != 0.0:
                 return status
             read = together(self._pieces)
-            blocks = (np.array(one) for one in motion)
-            outcomes[manner] = Outcome(*blocks, arrays.cache_in_use.copy(), read)
+            translation, rotation = (np.array(blocks) for blocks in motion)
+            outcomes[manner] = Outcome(translation, rotation, arrays.cache_in_use.copy(), read)
         cache, read = put_together(outcomes, wanted, arrays.table, *motion, arrays.substep_of(h))
         arrays.put_cache(cache)
         self._is_read, self._pieces, self._h = True, [read], h
