@@ -47,6 +47,7 @@ from rigid_body_sim.physics.contact.islands.manners import (
     put_together,
 )
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
+from rigid_body_sim.physics.contact.pair_rules import pair_rules
 from rigid_body_sim.physics.contact.readout import read, together
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
@@ -95,6 +96,8 @@ class ContactWorld:
         self.warnings = convexity_warnings(scene)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, material_record.SIZE)
+        rules = pair_rules(scene.contact, layout.names)
+        materials = np.concatenate((materials, rules.materials))  # in the same columns
         resistances = materials[:, [material_record.ROLLING, material_record.TORSIONAL]]
         self._angular = bool(np.any(resistances > 0.0))
         self._bounces = bool(np.any(materials[:, material_record.RESTITUTION] > 0.0))
@@ -105,6 +108,7 @@ class ContactWorld:
         self.arrays = WorldArrays(layout.n_moving, self._width, flows)
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
+        self.arrays.take_pair_rules(rules, len(scene.bodies))
         self._sleepers = self._make_sleepers(scene, settings.sleeping)
         self.arrays.pack()
         self._kernels: dict[str, Callable[..., Any]] = {}
@@ -200,6 +204,7 @@ class ContactWorld:
             len(manifolds) // manifold_record.SIZE,
             width=self._width,
             bounces=self._bounces,
+            angular=int(self.arrays.settings[tick_settings.SUBSTEPS]) if self._angular else 0,
             table=self.arrays.table,
             manifolds=manifolds,
             rows=self.arrays.rows,
@@ -243,6 +248,8 @@ class ContactWorld:
             VELOCITY_DEPENDENT=velocity_dependent,
             SLEEPING=self._sleepers is not None,
             FLOWS=flows,
+            IGNORES=bool(self.arrays.ignored.size),
+            PAIR_MATERIALS=bool(self.arrays.pair_material_rows.size),
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
             find_manifolds=manifold_finder(pairs),

@@ -28,8 +28,10 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
 from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
 from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.contact.pair_rules import PairRules
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
@@ -39,6 +41,7 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.forces_of_state import SAVED
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
+from rigid_body_sim.physics.contact.solver.pair_materials import materials_of_colliders
 from rigid_body_sim.physics.contact.tick_settings import settings_row
 from rigid_body_sim.physics.state.blocks import blocks
 
@@ -127,6 +130,11 @@ class WorldArrays:
     def take_settings(self, settings: ContactSettings) -> None:
         """Take over the settings of the scene, after the colliders."""
         self.settings = settings_row(settings, self._usual_radius())
+
+    def take_pair_rules(self, rules: PairRules, body_count: int) -> None:
+        """Take over the rules of pairs, after the colliders; body_count: of the scene."""
+        self.ignored = ignored_colliders(rules.ignored, self.table, body_count)
+        self.pair_material_rows = materials_of_colliders(rules, self.table, body_count)
 
     def take_sleep_state(self, state: SleepState) -> None:
         """Take over what is known of sleep; without it, of no bodies."""
