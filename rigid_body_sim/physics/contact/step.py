@@ -53,6 +53,7 @@ from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.energy import account, projection, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.islands import sleep
+from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.solver import (
     cache_record,
@@ -600,6 +601,11 @@ def scatter_momenta(touching: Indices, motion: Motion, bodies: Array) -> None:
 def _bound_bounces(touching, motion, constraints, energy, bodies, flows, counts):
     """Apply restitution, and bound what it returns."""
     batch_count = counts[tick_counts.BATCHES]
+    if not mark_bouncing(
+        batch_count, motion.body_count, WIDTH, touching, constraints.batches, constraints.rows,
+        energy.roots, constraints.colours,
+    ):  # fmt: skip
+        return
     restitution_bound.keep_momenta(touching, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact import solver_bodies, step, tick_counts
+from rigid_body_sim.physics.contact import solver_bodies, step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
@@ -174,6 +174,7 @@ class WorldArrays:
         between the growth of a list and the word of it.
         """
         self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
+        self.table[collider_record.STANDS_BACK :: collider_record.SIZE] = 0
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
             scratch[:] = 0
@@ -193,6 +194,10 @@ class WorldArrays:
             self.rows = aligned(2 * len(self.rows))
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
         self.pack()
+
+    def substep_of(self, h: float) -> float:
+        """Substep [s] of a tick [s]."""
+        return h / int(self.settings[tick_settings.SUBSTEPS])
 
     @property
     def cache_in_use(self) -> Array:

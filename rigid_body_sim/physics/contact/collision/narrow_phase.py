@@ -61,6 +61,9 @@ collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pa
 drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
 
 
+BOTH = 2  # colliders that stand back
+
+
 @inline
 def _rotation_matrix(rotation: Array, place: int) -> Any:
     """Return the rows of R(q), q the quaternion of a body at a place of the blocks."""
@@ -181,6 +184,12 @@ def _find_manifolds(
     for index in range(pairs):
         pair_id = pair_ids[index]
         a, b = pair_id // count, pair_id % count
+        if (
+            table[a * collider_record.SIZE + collider_record.STANDS_BACK]
+            + table[b * collider_record.SIZE + collider_record.STANDS_BACK]
+            == BOTH
+        ):
+            continue
         type_a = table[a * collider_record.SIZE + collider_record.TYPE]
         type_b = table[b * collider_record.SIZE + collider_record.TYPE]
         if type_a > type_b or (type_a == type_b and a > b):
