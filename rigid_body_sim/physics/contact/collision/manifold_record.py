@@ -14,7 +14,7 @@ COLLIDER_A = manifold.number('-', 'number of collider A; type of A <= type of B'
 COLLIDER_B = manifold.number('-', 'number of collider B')
 POINT_COUNT = manifold.number('-', 'points, at most four')
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
-_UNUSED = manifold.number('-', 'unused')
+CORNERS = manifold.number('-', 'of the face that touches: see `geometry.manifold`')
 POINTS = manifold.numbers(
     MOST * POINT, 'm', 'the points as the pair kernels give them: `geometry.manifold`'
 )
