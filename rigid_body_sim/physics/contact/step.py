@@ -259,12 +259,12 @@ def _advance_ticks(ticks, tick, h, world):
             follow_and_relax(
                 last, now, touching, motion, constraints, bodies, flows, settings, counts
             )
+        if BOUNCES and counts[tick_counts.BATCHES] > 0:
+            bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
         spread_friction(
             counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
             constraints.batches,
         )  # fmt: skip
-        if BOUNCES and counts[tick_counts.BATCHES] > 0:
-            bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
         take_energy_back(substep, touching, motion, constraints, energy, bodies, counts)
         store_impulses(substep, colliders.poses, constraints, counts)
         counts[tick_counts.DONE] = passed + 1

@@ -106,52 +106,18 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
 
 
 @kernel
-def _add_press(lanes: int, point_count: int, first: int, width: int, field: int, rows: Array) -> None:
-    """Add up what presses of a batch of several points; field: of `contact_point`."""
-    begin, end = _face(first, width)
-    scratch, patch = rows[0 : lane_scratch.SIZE], rows[begin:end]
-    constraints = rows[first - constraint.SIZE : first]
-    patch_friction.clear_press(lanes, scratch)
-    for point in range(point_count):
-        points = rows[first + point * width : first + (point + 1) * width]
-        patch_friction.add_press(lanes, field, constraints, points, patch, scratch)
-
-
-@kernel
-def _add_normals(lanes: int, point_count: int, first: int, width: int, rows: Array) -> None:
-    """Add up what presses, and what of it lasts, of a batch of several points."""
-    scratch = rows[0 : lane_scratch.SIZE]
-    patch_friction.clear_press(lanes, scratch)
-    for point in range(point_count):
-        points = rows[first + point * width : first + (point + 1) * width]
-        patch_friction.add_normals(lanes, points, scratch)
-
-
-@kernel
-def _relax_patch(
-    lanes: int, point_count: int, first: int, width: int, rest: float, rows: Array
+def _measure_patch(
+    lanes: int, point_count: int, first: int, width: int, field: int, wrench: int, rows: Array
 ) -> None:
-    """Relax the friction of a batch of several points, after their normals."""
+    """Find size and steps of the friction of a batch from what presses: `patch_friction`."""
     begin, end = _face(first, width)
     scratch, patch = rows[0 : lane_scratch.SIZE], rows[begin:end]
     constraints = rows[first - constraint.SIZE : first]
-    _add_press(lanes, point_count, first, width, contact_point.NORMAL_IMPULSE, rows)
-    patch_friction.relax(lanes, constraints, patch, scratch, rest)
-
-
-@kernel
-def _spread_patch(
-    lanes: int, point_count: int, first: int, width: int, field: int, wrench: int, to: int,
-    rows: Array,
-) -> None:  # fmt: skip
-    """Let the points of a batch have their parts of a wrench: see `patch_friction.spread`."""
-    begin, end = _face(first, width)
-    scratch, patch = rows[0 : lane_scratch.SIZE], rows[begin:end]
-    constraints = rows[first - constraint.SIZE : first]
-    _add_press(lanes, point_count, first, width, field, rows)
+    patch_friction.clear_moments(lanes, scratch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
-        patch_friction.spread(lanes, field, wrench, to, constraints, points, patch, scratch)
+        patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
+    patch_friction.measure(lanes, wrench, patch, scratch)
 
 
 @inline
@@ -205,6 +171,10 @@ def _prepare(
             prepare.effective_masses(lanes, constraints, points)
         if PATCHES and point_count > 1:
             patch_friction.find_rates(lanes, constraints, patch)
+            _measure_patch(
+                lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                friction_patch.IMPULSE_1, rows,
+            )  # fmt: skip
         if ANGULAR:
             prepare.angular_effective_masses(lanes, constraints)
         if BOUNCES:
@@ -224,8 +194,6 @@ def _solve_normals(
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
-        begin, end = _face(first, WIDTH)
-        patch = rows[begin:end]
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
         iterations = ITERATIONS if point_count > 1 else 1
         for iteration in range(iterations):
@@ -240,9 +208,6 @@ def _solve_normals(
                     rolling_friction.limit(lanes, constraints, points, scratch)
             if iteration + 1 < iterations and _is_calm(used, scratch):
                 break
-        if PATCHES and point_count > 1:
-            _add_normals(lanes, point_count, first, WIDTH, rows)
-            patch_friction.keep_share(lanes, constraints, patch, scratch)
         solve.scatter_momenta(used, constraints, scratch, bodies)
         solve.mark_carried(used, constraints, scratch, bodies)
 
@@ -320,6 +285,8 @@ def _relax(
             iterations = 0
         for iteration in range(iterations):
             calm = IMPACT if iteration == 0 else CALM
+            if PATCHES and point_count > 1:
+                patch_friction.clear_press(lanes, scratch)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
@@ -329,7 +296,12 @@ def _relax(
                 if ANGULAR:
                     rolling_friction.solve(lanes, constraints, points, scratch)
             if PATCHES and point_count > 1:
-                _relax_patch(lanes, point_count, first, WIDTH, REST, rows)
+                if iteration > 0:
+                    _measure_patch(
+                        lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                        friction_patch.IMPULSE_1, rows,
+                    )  # fmt: skip
+                patch_friction.relax(lanes, constraints, patch, scratch, REST)
             if iteration + 1 < iterations and _is_calm(used, scratch):
                 break
         if iterations > 0:
@@ -338,8 +310,7 @@ def _relax(
         if last_pass:
             warm_start.clear(lanes, scratch)
             if PATCHES and point_count > 1:
-                _add_normals(lanes, point_count, first, WIDTH, rows)
-                patch_friction.start_substep(lanes, constraints, patch, scratch)
+                patch_friction.clear_moments(lanes, scratch)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
@@ -348,6 +319,8 @@ def _relax(
                     start_point(lanes, constraints, points, scratch)
                 if ANGULAR:
                     warm_start.start_substep_angular(lanes, constraints, points, scratch)
+            if PATCHES and point_count > 1:
+                patch_friction.start_substep(lanes, constraints, patch, scratch)
             warm_start.scatter(
                 used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
                 scratch, bodies,
@@ -375,7 +348,10 @@ def _apply_restitution(
                 else:
                     restore_point(lanes, constraints, points, scratch)
             if PATCHES and point_count > 1:
-                _add_press(lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL, rows)
+                _measure_patch(
+                    lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
+                    friction_patch.RESTITUTION_1, rows,
+                )  # fmt: skip
                 patch_friction.apply_restitution(
                     lanes, constraints, patch, scratch
                 )
@@ -384,31 +360,27 @@ def _apply_restitution(
                 change = max(change, scratch[lane_scratch.NORMAL_CHANGE + lane])
         if not change > 0.0:
             break
-    if PATCHES:
-        for number in range(count):
-            _, lanes = _lanes(number, lanes_at_once, batches)
-            point_count, first = _points(number, batches)
-            if point_count > 1:
-                _spread_patch(
-                    lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
-                    friction_patch.RESTITUTION_1, contact_point.RESTITUTION_TANGENT_1, rows,
-                )  # fmt: skip
 
 
 def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indices) -> None:
     """Let the points of all batches have their parts of the friction of their patches."""
+    scratch = rows[0 : lane_scratch.SIZE]
     for number in range(count):
         _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
-        if point_count > 1:
-            _spread_patch(
-                lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
-                friction_patch.IMPULSE_1, contact_point.TANGENT_IMPULSE_1, rows,
-            )  # fmt: skip
-            _spread_patch(
-                lanes, point_count, first, WIDTH, contact_point.TOTAL_IMPULSE,
-                friction_patch.TOTAL_1, contact_point.TOTAL_IMPULSE + constraint.LANES, rows,
-            )  # fmt: skip
+        if point_count == 1:
+            continue
+        constraints = rows[first - constraint.SIZE : first]
+        begin, end = _face(first, WIDTH)
+        patch = rows[begin:end]
+        patch_friction.clear_moments(lanes, scratch)
+        for field in (contact_point.TOTAL_IMPULSE, contact_point.NORMAL_IMPULSE):
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            patch_friction.spread(lanes, constraints, points, patch, scratch)
 
 
 def solver(

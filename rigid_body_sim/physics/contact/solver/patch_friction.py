@@ -22,20 +22,21 @@ How large a patch is follows from what presses, so that a body which tips, stand
 lies on a line needs no other law: with the impulses N_i of its points at r_i in the plane,
 
     c = sum N_i r_i / N,   Sigma = sum N_i (r_i - c)(r_i - c)^T / N
-    tau_0^2 = C(e)^2 k tr Sigma,   e = 2 sqrt(det Sigma) / tr Sigma
-    C = 0.866 + 0.0465 e + 0.0247 e^2
-    k = 1/3 + (k_face - 1/3) e,   k_face = (2 + cos(2 pi/n)) / 6 for a face of n corners
+    tau_0^2 = C(q) k tr Sigma,   q = 4 det Sigma / (tr Sigma)^2
+    k = 1/3 + (k_face - 1/3) q,   k_face = (2 + cos(2 pi/n)) / 6 for a face of n corners
 
 k is the second moment of a uniform patch over that of its corners: 1/3 of a line, a rectangle,
-1/4 of a triangle; for a disc, whose points are on its rim, 0.506 with what C lacks there. tau_0 of
-discs and rectangles to 2 : 1 is exact to 5e-5, to 4 : 1 to 3e-3. One point has none.
+1/4 of a triangle; for a disc, whose points are on its rim, 0.506 with what C lacks there. C is a
+polynomial, fitted to the tau_0 of rectangles: to 6e-4 as far as 4 : 1, to 1.2e-3 as far as the line
+(where it is exact), with 5e-5 for squares and discs. One point has no tau_0.
 
 A visit changes force and torque by
 
     f <- f - g v,   tau <- tau - g l^2 omega,   l^2 = tau_0^2 G_X / G_Y,   then both by 1/sqrt(G)
 
 if G > 1, with 1/g the largest eigenvalue of J M^-1 J^T in the lengths of l: only with this ratio
-of steps is to scale both alike the projection of maximum dissipation.
+of steps is to scale both alike the projection of maximum dissipation. c, tau_0, l and g are found
+at the start of a tick, and anew wherever a batch is struck or what presses changes. G_X / G_Y is a polynomial of u, to 1e-3.
 
 What is stored is force and torque about the mean of the points, on which weights have no
 influence, so that both arms end in one point, whatever presses.
@@ -70,10 +71,12 @@ from rigid_body_sim.physics.vectors import (
 )
 
 SLIDES, DRILLS, BETWEEN = 7.0 / 9.0, 0.5, -0.25  # [-] of p, see above
-LINE, DISC = 1.0 / 3.0, 0.50595  # [-] k
-C_LINE, C_FIRST, C_SECOND = 0.866, 0.0465, 0.0247  # [-] of C(e)
+LINE, DISC = 1.0 / 3.0, 0.50605  # [-] k
+C_0, C_1, C_2, C_3, C_4 = 0.75, 0.26650, -0.35798, 0.35238, -0.13264  # [-] of C
+L_0, L_1, L_2, L_3, L_4 = 0.56298, 0.80088, 1.09004, -1.82472, 0.87236  # [-] G_X / G_Y
 POINT = 1e-16  # [m^2] a patch with less of a second moment is a point
 FAR = 1e8  # [m] separation beyond which a point is none of the manifold: `colouring.NOWHERE`
+STALE = 0.1  # [-] of what presses: a patch on which that much more or less does is measured anew
 SETTLED = 1e-12  # [-] of what presses: friction that changes by less has settled
 
 
@@ -88,6 +91,19 @@ def uniform_share(corners: float) -> Any:
 def _exists(points: Array, lane: int) -> Any:
     """1 for a point that the manifold has, else 0."""
     return 1.0 if points[lane + contact_point.INITIAL_SEPARATION] < FAR else 0.0
+
+
+@inline
+def _place(constraints: Array, points: Array, patch: Array, lane: int) -> Any:
+    """Return where a point is from the centre, along the two tangents."""
+    arm = subtract(
+        wide_lanes.vector(points, lane + contact_point.ARM_A),
+        wide_lanes.vector(patch, lane + friction_patch.ARM_A),
+    )
+    return (
+        dot(arm, wide_lanes.vector(constraints, lane + constraint.TANGENT_1)),
+        dot(arm, wide_lanes.vector(constraints, lane + constraint.TANGENT_2)),
+    )
 
 
 @inline
@@ -157,12 +173,7 @@ def take_recalled(lanes: int, constraints: Array, points: Array, patch: Array) -
     for lane in range(lanes):
         impulse_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
         impulse_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
-        arm = subtract(
-            wide_lanes.vector(points, lane + contact_point.ARM_A),
-            wide_lanes.vector(patch, lane + friction_patch.ARM_A),
-        )
-        place_1 = dot(arm, wide_lanes.vector(constraints, lane + constraint.TANGENT_1))
-        place_2 = dot(arm, wide_lanes.vector(constraints, lane + constraint.TANGENT_2))
+        place_1, place_2 = _place(constraints, points, patch, lane)
         patch[lane + friction_patch.IMPULSE_1] += impulse_1
         patch[lane + friction_patch.IMPULSE_2] += impulse_2
         patch[lane + friction_patch.TWIST] += place_1 * impulse_2 - place_2 * impulse_1
@@ -229,14 +240,21 @@ def find_rates(lanes: int, constraints: Array, patch: Array) -> None:
 
 @kernel
 def clear_press(lanes: int, scratch: Array) -> None:
-    """Begin the sums of `add_press`."""
+    """Begin the sum of what presses."""
     for lane in range(lanes):
-        for row in range(lane_scratch.PRESS, lane_scratch.PRESS_END, LANES):
-            scratch[lane + row] = 0.0
+        scratch[lane + lane_scratch.PRESS] = 0.0
 
 
 @kernel
-def add_press(
+def clear_moments(lanes: int, scratch: Array) -> None:
+    """Begin the sums of `add_moments`."""
+    for lane in range(lanes):
+        wide_lanes.put_vector(scratch, lane + lane_scratch.PRESS, (0.0, 0.0, 0.0))
+        wide_lanes.put_vector(scratch, lane + lane_scratch.PRESS_11, (0.0, 0.0, 0.0))
+
+
+@kernel
+def add_moments(
     lanes: int, field: int, constraints: Array, points: Array, patch: Array, scratch: Array
 ) -> None:
     """
@@ -246,12 +264,7 @@ def add_press(
     """
     for lane in range(lanes):
         press = points[lane + field]
-        arm = subtract(
-            wide_lanes.vector(points, lane + contact_point.ARM_A),
-            wide_lanes.vector(patch, lane + friction_patch.ARM_A),
-        )
-        place_1 = dot(arm, wide_lanes.vector(constraints, lane + constraint.TANGENT_1))
-        place_2 = dot(arm, wide_lanes.vector(constraints, lane + constraint.TANGENT_2))
+        place_1, place_2 = _place(constraints, points, patch, lane)
         along_1, along_2 = press * place_1, press * place_2
         scratch[lane + lane_scratch.PRESS] += press
         scratch[lane + lane_scratch.PRESS_1] += along_1
@@ -262,132 +275,151 @@ def add_press(
 
 
 @inline
-def _pressed(scratch: Array, lane: int) -> Any:
-    """Return what presses, its middle from the centre (c_1, c_2), and Sigma (11, 12, 22)."""
+def _moments(scratch: Array, lane: int) -> Any:
+    """Return the middle of what presses, from the centre (c_1, c_2), and Sigma (11, 12, 22)."""
     press = scratch[lane + lane_scratch.PRESS]
-    presses = press > 0.0
-    share = 1.0 / (press if presses else 1.0)
+    share = 1.0 / (press if press > 0.0 else 1.0)
     c_1 = share * scratch[lane + lane_scratch.PRESS_1]
     c_2 = share * scratch[lane + lane_scratch.PRESS_2]
     s_11 = share * scratch[lane + lane_scratch.PRESS_11] - c_1 * c_1
     s_12 = share * scratch[lane + lane_scratch.PRESS_12] - c_1 * c_2
     s_22 = share * scratch[lane + lane_scratch.PRESS_22] - c_2 * c_2
-    return press, c_1, c_2, s_11, s_12, s_22
+    return c_1, c_2, s_11, s_12, s_22
 
 
-@inline
-def _radius_squared(s_11: float, s_12: float, s_22: float, k_face: float) -> Any:
-    """Return tau_0^2: of the radius at which friction would give the same torque [m^2]."""
-    trace = s_11 + s_22
-    is_patch = trace > POINT
-    determinant = s_11 * s_22 - s_12 * s_12
-    determinant = determinant if determinant > 0.0 else 0.0
-    e = 2.0 * math.sqrt(determinant) / (trace if is_patch else 1.0)
-    e = e if e < 1.0 else 1.0
-    c = C_LINE + e * (C_FIRST + C_SECOND * e)
-    k = LINE + (k_face - LINE) * e
-    return c * c * k * trace if is_patch else 0.0
+@kernel
+def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
+    """
+    Find middle, size and steps of the patch of each lane from what presses (`add_moments`).
+
+    wrench : of the patch, on whose direction the steps depend
+    """
+    for lane in range(lanes):
+        c_1, c_2, s_11, s_12, s_22 = _moments(scratch, lane)
+        trace = s_11 + s_22
+        is_patch = trace > POINT
+        determinant = s_11 * s_22 - s_12 * s_12
+        scale_of = 1.0 / (trace if is_patch else 1.0)
+        q = 4.0 * determinant * scale_of * scale_of
+        q = q if q > 0.0 else 0.0
+        q = q if q < 1.0 else 1.0
+        k = LINE + (patch[lane + friction_patch.UNIFORM] - LINE) * q
+        shape = C_0 + q * (C_1 + q * (C_2 + q * (C_3 + q * C_4)))
+        radius_squared = k * shape * trace if is_patch else 0.0
+        inverse = 1.0 / radius_squared if is_patch else 0.0
+        impulse_1, impulse_2, twist = _wrench(patch, lane + wrench)
+        twist -= c_1 * impulse_2 - c_2 * impulse_1
+        by_twist = twist * twist
+        both = radius_squared * (impulse_1 * impulse_1 + impulse_2 * impulse_2) + by_twist
+        u = by_twist / (both if both > 0.0 else 1.0)
+        ratio = L_0 + u * (L_1 + u * (L_2 + u * (L_3 + u * L_4)))
+        length_squared = radius_squared * ratio
+        away_squared = c_1 * c_1 + c_2 * c_2
+        away = math.sqrt(away_squared)
+        twist_rate = patch[lane + friction_patch.TWIST_RATE]
+        coupling = patch[lane + friction_patch.COUPLING]
+        force_rate = patch[lane + friction_patch.FORCE_RATE] + (
+            2.0 * coupling * away + twist_rate * away_squared
+        )
+        coupling += twist_rate * away
+        twist_rate *= length_squared
+        half = 0.5 * (force_rate - twist_rate)
+        rate = 0.5 * (force_rate + twist_rate) + math.sqrt(
+            half * half + length_squared * coupling * coupling
+        )
+        patch[lane + friction_patch.MEASURED] = scratch[lane + lane_scratch.PRESS]
+        patch[lane + friction_patch.MIDDLE_1] = c_1
+        patch[lane + friction_patch.MIDDLE_2] = c_2
+        patch[lane + friction_patch.RADIUS_SQUARED] = radius_squared
+        patch[lane + friction_patch.INVERSE_SQUARED] = inverse
+        patch[lane + friction_patch.LENGTH_SQUARED] = length_squared
+        patch[lane + friction_patch.STEP] = 1.0 / rate if rate > 0.0 else 0.0
 
 
 @inline
 def _gauge(force: float, twist: float) -> Any:
     """
-    Return G, G_X and G_Y of squares of a force and a torque.
+    Return G of squares of a force and a torque.
 
     force, twist : X and Y, of one unit
     """
     both = force + twist
     u = twist / (both if both > 0.0 else 1.0)
     w = 1.0 - u
-    p = SLIDES * w + DRILLS * u + BETWEEN * u * w
-    h = 1.0 + u * w * p
-    slope = (w - u) * p + u * w * ((DRILLS - SLIDES) + BETWEEN * (w - u))
-    return both * h, h - u * slope, h + w * slope
+    return both * (1.0 + u * w * (SLIDES * w + DRILLS * u + BETWEEN * u * w))
 
 
 @inline
-def _next_wrench(
-    old: Any, limit: float, c_1: float, c_2: float, radius_squared: float, constraints: Array,
-    patch: Array, scratch: Array, lane: int,
-) -> Any:  # fmt: skip
-    """Return the wrench about the centre after a visit, and its step g."""
+def _change(old: Any, constraints: Array, patch: Array, scratch: Array, lane: int) -> Any:
+    """
+    Return how a visit changes a wrench about the centre, and the square of the change as an
+    impulse.
+    """
     normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
     arm_a = wide_lanes.vector(patch, lane + friction_patch.ARM_A)
     arm_b = wide_lanes.vector(patch, lane + friction_patch.ARM_B)
+    c_1, c_2 = patch[lane + friction_patch.MIDDLE_1], patch[lane + friction_patch.MIDDLE_2]
+    inverse = patch[lane + friction_patch.INVERSE_SQUARED]
+    step = patch[lane + friction_patch.STEP]
+    twist_step = step * patch[lane + friction_patch.LENGTH_SQUARED]
+    limit = constraints[lane + constraint.FRICTION] * scratch[lane + lane_scratch.PRESS]
     omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
     velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
     turn = dot(normal, subtract(omega_b, omega_a))
     velocity_1 = dot(tangent_1, velocity) - turn * c_2
     velocity_2 = dot(tangent_2, velocity) + turn * c_1
-    is_patch = radius_squared > 0.0
-    inverse = 1.0 / (radius_squared if is_patch else 1.0)
-    old_1, old_2, old_twist = old
-    twist = old_twist - (c_1 * old_2 - c_2 * old_1)
-    twist = twist if is_patch else 0.0
-    _, by_force, by_twist = _gauge(old_1 * old_1 + old_2 * old_2, twist * twist * inverse)
-    length_squared = radius_squared * by_force / by_twist
-    away = math.sqrt(c_1 * c_1 + c_2 * c_2)
-    twist_rate = patch[lane + friction_patch.TWIST_RATE]
-    coupling = patch[lane + friction_patch.COUPLING]
-    force_rate = patch[lane + friction_patch.FORCE_RATE] + away * (
-        2.0 * coupling + twist_rate * away
-    )
-    coupling += twist_rate * away
-    twist_rate *= length_squared
-    half = 0.5 * (force_rate - twist_rate)
-    rate = 0.5 * (force_rate + twist_rate) + math.sqrt(
-        half * half + length_squared * coupling * coupling
-    )
-    step = 1.0 / rate if rate > 0.0 else 0.0
+    old_1, old_2, old_about_center = old
+    old_twist = old_about_center - (c_1 * old_2 - c_2 * old_1)
     new_1 = old_1 - step * velocity_1
     new_2 = old_2 - step * velocity_2
-    twist -= step * length_squared * turn
-    square, _, _ = _gauge(new_1 * new_1 + new_2 * new_2, twist * twist * inverse)
+    twist = old_twist - twist_step * turn
+    twist = twist if inverse > 0.0 else 0.0
+    square = _gauge(new_1 * new_1 + new_2 * new_2, twist * twist * inverse)
     outside = square > limit * limit
     factor = limit / math.sqrt(square if outside else 1.0) if outside else 1.0
-    new_1, new_2, twist = factor * new_1, factor * new_2, factor * twist
-    return (new_1, new_2, twist + (c_1 * new_2 - c_2 * new_1)), step
+    change_1, change_2 = factor * new_1 - old_1, factor * new_2 - old_2
+    turned = factor * twist - old_twist
+    size = (change_1 * change_1 + change_2 * change_2) + turned * turned * inverse
+    return (change_1, change_2, turned + (c_1 * change_2 - c_2 * change_1)), size
 
 
 @kernel
 def relax(lanes: int, constraints: Array, patch: Array, scratch: Array, rest: float) -> None:
     """
-    Solve the friction of each lane, after all its normals: see `add_press`.
+    Solve the friction of each lane, after all its normals, which add up what presses: `solve`.
 
     A contact that starts has no friction yet. Friction that tips a body changes what presses, and
     a visit finds less than half of it: so such a lane is visited until it changes by less than
-    `START`, or it would keep a slip that friction at its limit never takes back.
+    START, or it would keep a slip that friction at its limit never takes back. So is one on which
+    something else presses than when it was measured.
 
         rest : [m/s] change of a velocity below which a lane is settled
     """
     for lane in range(lanes):
-        press, c_1, c_2, s_11, s_12, s_22 = _pressed(scratch, lane)
-        k_face = patch[lane + friction_patch.UNIFORM]
-        radius_squared = _radius_squared(s_11, s_12, s_22, k_face)
         old = _wrench(patch, lane + friction_patch.IMPULSE_1)
-        limit = constraints[lane + constraint.FRICTION] * press
-        new, step = _next_wrench(
-            old, limit, c_1, c_2, radius_squared, constraints, patch, scratch, lane
-        )
+        change, size = _change(old, constraints, patch, scratch, lane)
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
-        new = (
-            new[0] if active else old[0],
-            new[1] if active else old[1],
-            new[2] if active else old[2],
+        size = size if active else 0.0
+        change = (
+            change[0] if active else 0.0,
+            change[1] if active else 0.0,
+            change[2] if active else 0.0,
         )
-        change = subtract(new, old)
-        twist = change[2] - (c_1 * change[1] - c_2 * change[0])
-        reach = math.sqrt(radius_squared if radius_squared > POINT else 1.0)
-        size = abs(change[0]) + abs(change[1])
-        size += abs(twist) / reach if radius_squared > POINT else 0.0
+        step = patch[lane + friction_patch.STEP]
+        # of these only the sign counts
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
-        either = size - rest * step
+        either = size - (rest * step) * (rest * step)
         scratch[lane + lane_scratch.LARGEST_CHANGE] = either if either > largest else largest
         is_new = patch[lane + friction_patch.WARM_NORMAL] <= 0.0
         largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
-        start = size - START * step if is_new else 0.0
+        start = size - (START * step) * (START * step) if is_new else 0.0
+        press, measured = (
+            scratch[lane + lane_scratch.PRESS],
+            patch[lane + friction_patch.MEASURED],
+        )
+        start = press if active & (abs(press - measured) > STALE * press) else start
         scratch[lane + lane_scratch.NORMAL_CHANGE] = start if start > largest else largest
-        wide_lanes.put_vector(patch, lane + friction_patch.IMPULSE_1, new)
+        wide_lanes.put_vector(patch, lane + friction_patch.IMPULSE_1, add(old, change))
         _apply(change, constraints, patch, scratch, lane)
 
 
@@ -395,20 +427,10 @@ def relax(lanes: int, constraints: Array, patch: Array, scratch: Array, rest: fl
 def apply_restitution(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
     """Solve the friction on the impulses of restitution of each lane: see `restitution`."""
     for lane in range(lanes):
-        press, c_1, c_2, s_11, s_12, s_22 = _pressed(scratch, lane)
-        k_face = patch[lane + friction_patch.UNIFORM]
-        radius_squared = _radius_squared(s_11, s_12, s_22, k_face)
         old = _wrench(patch, lane + friction_patch.RESTITUTION_1)
-        limit = constraints[lane + constraint.FRICTION] * press
-        new, _ = _next_wrench(
-            old, limit, c_1, c_2, radius_squared, constraints, patch, scratch, lane
-        )
-        change = subtract(new, old)
-        twist = change[2] - (c_1 * change[1] - c_2 * change[0])
-        reach = math.sqrt(radius_squared if radius_squared > POINT else 1.0)
-        size = abs(change[0]) + abs(change[1])
-        size += abs(twist) / reach if radius_squared > POINT else 0.0
-        changes = size > SETTLED * press
+        change, size = _change(old, constraints, patch, scratch, lane)
+        settled = SETTLED * scratch[lane + lane_scratch.PRESS]
+        changes = size > settled * settled
         size = size if changes else 0.0
         change = (
             change[0] if changes else 0.0,
@@ -418,44 +440,6 @@ def apply_restitution(lanes: int, constraints: Array, patch: Array, scratch: Arr
         largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
         scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
         wide_lanes.put_vector(patch, lane + friction_patch.RESTITUTION_1, add(old, change))
-        _apply(change, constraints, patch, scratch, lane)
-
-
-@kernel
-def add_normals(lanes: int, points: Array, scratch: Array) -> None:
-    """Add up what one point of each lane presses, and what of it lasts."""
-    for lane in range(lanes):
-        press = points[lane + contact_point.NORMAL_IMPULSE]
-        scratch[lane + lane_scratch.PRESS] += press
-        scratch[lane + lane_scratch.PRESS_1] += press * warm_start.lasting_share(points, lane)
-
-
-@kernel
-def keep_share(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
-    """
-    Bring the friction of the last substep within what presses now (`add_normals`): friction is
-    none of this substep where less presses, and keeps its share.
-
-    Half of the warm start is still to come, of what presses.
-    """
-    for lane in range(lanes):
-        press = scratch[lane + lane_scratch.PRESS]
-        before = 2.0 * patch[lane + friction_patch.WARM_NORMAL]
-        less = press < before
-        share = press / (before if less else 1.0) if less else 1.0
-        presses = press > 0.0
-        share = share if presses else 0.0
-        old = _wrench(patch, lane + friction_patch.IMPULSE_1)
-        warm = _wrench(patch, lane + friction_patch.WARM_1)
-        new = scale(share, old)
-        still = (
-            warm[0] if presses else 0.0,
-            warm[1] if presses else 0.0,
-            warm[2] if presses else 0.0,
-        )
-        wide_lanes.put_vector(patch, lane + friction_patch.IMPULSE_1, new)
-        wide_lanes.put_vector(patch, lane + friction_patch.WARM_1, still)
-        change = subtract(subtract(new, still), subtract(old, warm))
         _apply(change, constraints, patch, scratch, lane)
 
 
@@ -470,8 +454,10 @@ def apply_second_half(lanes: int, constraints: Array, patch: Array, scratch: Arr
 @kernel
 def start_substep(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
     """
-    Start each lane from the share that lasts of the substep that ends (`add_normals`); add what it
-    gave to the totals of the tick.
+    Start each lane from the share that lasts of the substep that ends; add what it gave to the
+    totals of the tick.
+
+    After the points (`warm_start`), which add up what they pressed, and what of it lasts.
     """
     for lane in range(lanes):
         press = scratch[lane + lane_scratch.PRESS]
@@ -485,44 +471,38 @@ def start_substep(lanes: int, constraints: Array, patch: Array, scratch: Array) 
 
 
 @inline
-def _spread(
-    place_1: float, place_2: float, press: float, row: int, patch: Array, scratch: Array, lane: int
-) -> Any:
-    """Return what a point has of a wrench of the patch, along the two tangents."""
-    total, c_1, c_2, s_11, _, s_22 = _pressed(scratch, lane)
-    impulse_1, impulse_2, twist = _wrench(patch, lane + row)
-    twist -= c_1 * impulse_2 - c_2 * impulse_1
-    trace = s_11 + s_22
-    turn = twist / trace if trace > POINT else 0.0
-    share = press / total if total > 0.0 else 0.0
-    return (
-        share * (impulse_1 - turn * (place_2 - c_2)),
-        share * (impulse_2 + turn * (place_1 - c_1)),
-    )
+def _turn(wrench: Any, c_1: float, c_2: float, inverse_trace: float) -> Any:
+    """Return the twist about the middle over the trace of Sigma: impulse per distance."""
+    return inverse_trace * (wrench[2] - (c_1 * wrench[1] - c_2 * wrench[0]))
 
 
 @kernel
-def spread(
-    lanes: int, field: int, wrench: int, to: int, constraints: Array, points: Array, patch: Array,
-    scratch: Array,
-) -> None:  # fmt: skip
+def spread(lanes: int, constraints: Array, points: Array, patch: Array, scratch: Array) -> None:
     """
-    Add to one point of each lane its part of a wrench, so that the parts have the force and the
-    torque of the whole.
-
-        field  : impulse of the points along the normal, of which `add_press` has added up all
-        wrench : of the patch
-        to     : where the point keeps its part
+    Give one point of each lane its part of the friction of the last substep, and of all else in
+    the tick, so that the parts have the force and the torque of the whole: as the points have
+    pressed over the tick (`add_moments`), J_i = w_i f + (tau / tr Sigma) w_i n x (r_i - c).
     """
     for lane in range(lanes):
-        arm = subtract(
-            wide_lanes.vector(points, lane + contact_point.ARM_A),
-            wide_lanes.vector(patch, lane + friction_patch.ARM_A),
+        place_1, place_2 = _place(constraints, points, patch, lane)
+        c_1, c_2, s_11, _, s_22 = _moments(scratch, lane)
+        total = scratch[lane + lane_scratch.PRESS]
+        trace = s_11 + s_22
+        inverse_trace = 1.0 / (trace if trace > POINT else 1.0) if trace > POINT else 0.0
+        press = (
+            points[lane + contact_point.TOTAL_IMPULSE] + points[lane + contact_point.NORMAL_IMPULSE]
         )
-        place_1 = dot(arm, wide_lanes.vector(constraints, lane + constraint.TANGENT_1))
-        place_2 = dot(arm, wide_lanes.vector(constraints, lane + constraint.TANGENT_2))
-        impulse_1, impulse_2 = _spread(
-            place_1, place_2, points[lane + field], wrench, patch, scratch, lane
+        share = press / total if total > 0.0 else 0.0
+        arm_1, arm_2 = share * (place_1 - c_1), share * (place_2 - c_2)
+        wrench = _wrench(patch, lane + friction_patch.IMPULSE_1)
+        turn = _turn(wrench, c_1, c_2, inverse_trace)
+        points[lane + contact_point.TANGENT_IMPULSE_1] = share * wrench[0] - turn * arm_2
+        points[lane + contact_point.TANGENT_IMPULSE_2] = share * wrench[1] + turn * arm_1
+        wrench = add(
+            _wrench(patch, lane + friction_patch.TOTAL_1),
+            _wrench(patch, lane + friction_patch.RESTITUTION_1),
         )
-        points[lane + to] += impulse_1
-        points[lane + to + LANES] += impulse_2
+        turn = _turn(wrench, c_1, c_2, inverse_trace)
+        total_1, total_2 = share * wrench[0] - turn * arm_2, share * wrench[1] + turn * arm_1
+        points[lane + contact_point.TOTAL_IMPULSE + LANES] = total_1
+        points[lane + contact_point.TOTAL_IMPULSE + 2 * LANES] = total_2

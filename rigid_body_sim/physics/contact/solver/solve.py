@@ -270,6 +270,8 @@ def _relax(
             slip = abs(change_1) + abs(change_2)
             points[lane + contact_point.TANGENT_IMPULSE_1] = new_1
             points[lane + contact_point.TANGENT_IMPULSE_2] = new_2
+        else:
+            scratch[lane + lane_scratch.PRESS] += new
         either = (size if size > slip else slip) - rest * mass
         size = size - calm * mass
         if RUBS:

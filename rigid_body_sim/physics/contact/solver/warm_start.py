@@ -136,6 +136,8 @@ def _start_substep(lanes: int, constraints: Array, points: Array, scratch: Array
             points[lane + contact_point.TANGENT_IMPULSE_2] = share * impulse_2
             _warm_start(constraints, points, scratch, lane)
         else:
+            scratch[lane + lane_scratch.PRESS] += normal_impulse
+            scratch[lane + lane_scratch.PRESS_1] += share * normal_impulse
             _warm_start_normal(constraints, points, scratch, lane)
 
 
