@@ -26,7 +26,7 @@ from rigid_body_sim.physics.contact.collision import (
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
-from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
+from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE, Colliders
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
@@ -125,7 +125,8 @@ class WorldArrays:
     def _usual_radius(self) -> float:
         """Median of the bounding radii [m] of what has one."""
         radii = self.local_bounds[bounds_record.RADIUS :: bounds_record.SIZE]
-        radii = radii[np.isfinite(radii) & (radii > 0.0)]
+        types = self.table[collider_record.TYPE :: collider_record.SIZE]
+        radii = radii[np.isfinite(radii) & (radii > 0.0) & (types != SURFACE)]
         return float(np.median(radii)) if radii.size else 1.0
 
     def take_settings(self, settings: ContactSettings) -> None:

@@ -64,7 +64,8 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     type_a = table[collider_a * collider_record.SIZE + collider_record.TYPE]
     type_b = table[collider_b * collider_record.SIZE + collider_record.TYPE]
     symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
-    if type_a == collider.CYLINDER and type_b == collider.PLANE and body_a >= 0:
+    flat = type_b == collider.PLANE or type_b == collider.SURFACE
+    if type_a == collider.CYLINDER and flat and body_a >= 0:
         return constraint.RIM_OF_A if symmetry_a == ABOUT_AXIS else constraint.NOT_ROUND
     if type_a == collider.BOX and type_b == collider.CYLINDER and body_a < 0 and body_b >= 0:
         return constraint.RIM_OF_B if symmetry_b == ABOUT_AXIS else constraint.NOT_ROUND
