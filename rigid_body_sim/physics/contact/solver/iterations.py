@@ -209,6 +209,11 @@ def _solve_normals(
                     rolling_friction.limit(lanes, constraints, points, scratch)
             if iteration + 1 < iterations and _is_calm(used, scratch):
                 break
+        if PATCHES and point_count > 1:
+            begin, end = _face(first, WIDTH)
+            patch = rows[begin:end]
+            if patch_friction.lets_go(used, patch, scratch):
+                patch_friction.take_back(lanes, constraints, patch, scratch)
         solve.scatter_momenta(used, constraints, scratch, bodies)
         solve.mark_carried(used, constraints, scratch, bodies)
 

@@ -443,6 +443,35 @@ def apply_restitution(lanes: int, constraints: Array, patch: Array, scratch: Arr
         _apply(change, constraints, patch, scratch, lane)
 
 
+@inline
+def lets_go(used: int, patch: Array, scratch: Array) -> bool:
+    """Tell whether a patch that was pressed in the last substep is not any more."""
+    found = False
+    for lane in range(used):
+        found = found or (
+            patch[lane + friction_patch.WARM_NORMAL] > 0.0
+            and not scratch[lane + lane_scratch.PRESSES] > 0.0
+        )
+    return found
+
+
+@kernel
+def take_back(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
+    """
+    Take back the first half of the warm start of each lane on which nothing presses any more, and
+    give no second one.
+    """
+    for lane in range(lanes):
+        presses = scratch[lane + lane_scratch.PRESSES] > 0.0
+        old = _wrench(patch, lane + friction_patch.IMPULSE_1)
+        warm = _wrench(patch, lane + friction_patch.WARM_1)
+        back = scale(0.0 if presses else -1.0, warm)
+        kept = 1.0 if presses else 0.0
+        wide_lanes.put_vector(patch, lane + friction_patch.IMPULSE_1, scale(kept, old))
+        wide_lanes.put_vector(patch, lane + friction_patch.WARM_1, scale(kept, warm))
+        _apply(back, constraints, patch, scratch, lane)
+
+
 @kernel
 def apply_second_half(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
     """Give each lane the second half of its warm start, at the centre after the motion."""
