@@ -90,5 +90,6 @@ def symmetry_features(kinds: Collection[tuple[int, int]]) -> dict[str, bool]:
         'on_rims': any(
             kind in kinds for kind in ((CYLINDER, PLANE), (CYLINDER, SURFACE), (BOX, CYLINDER))
         ),
+        'patches': any(SPHERE not in pair for pair in kinds),
         'layered': any(kind in (SPHERE, CAPSULE) for pair in kinds for kind in pair),
     }

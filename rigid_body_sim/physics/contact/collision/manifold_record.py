@@ -18,6 +18,7 @@ COLLIDER_B = manifold.number('-', 'number of collider B')
 POINT_COUNT = manifold.number('-', 'points, at most four')
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
 PIECES = manifold.number('-', 'into so many its motion wants the tick cut, if the pair hits')
+CORNERS = manifold.number('-', 'of the face that touches: see `geometry.manifold`')
 POINTS = manifold.numbers(
     MOST * POINT, 'm', 'the points as the pair kernels give them: `geometry.manifold`'
 )

@@ -32,7 +32,12 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     pieces_of,
     smaller_radius,
 )
-from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_CORNERS,
+    MOST,
+    POINT,
+    POINTS,
+)
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import write_manifolds
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import MOTION, REST
 from rigid_body_sim.physics.contact.collision.ghosts import ghost_dropper
@@ -64,6 +69,9 @@ collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pa
 GROUND = slot('[-] whether some collider is a surface')
 ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
 drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
+
+
+BOTH = 2  # colliders that stand back
 
 
 @inline
@@ -158,6 +166,7 @@ def _write_manifold(
     manifolds[place + manifold_record.COLLIDER_A] = float(a)
     manifolds[place + manifold_record.COLLIDER_B] = float(b)
     manifolds[place + manifold_record.POINT_COUNT] = float(points)
+    manifolds[place + manifold_record.CORNERS] = max(float(points), found[FACE_CORNERS])
     for entry in range(3):
         manifolds[place + manifold_record.NORMAL + entry] = found[entry]
     for entry in range(POINT * min(points, MOST)):
@@ -186,6 +195,12 @@ def _find_manifolds(
     for index in range(pairs):
         pair_id = pair_ids[index]
         a, b = pair_id // count, pair_id % count
+        if (
+            table[a * collider_record.SIZE + collider_record.STANDS_BACK]
+            + table[b * collider_record.SIZE + collider_record.STANDS_BACK]
+            == BOTH
+        ):
+            continue
         type_a = table[a * collider_record.SIZE + collider_record.TYPE]
         type_b = table[b * collider_record.SIZE + collider_record.TYPE]
         if type_a > type_b or (type_a == type_b and a > b):
@@ -211,6 +226,7 @@ def _find_manifolds(
                         continue
                     pieces[0] = max(pieces[0], wanted)
                     wanted = 1
+        found[FACE_CORNERS] = 0.0
         if GROUND and type_b == SURFACE:
             store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
             found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])

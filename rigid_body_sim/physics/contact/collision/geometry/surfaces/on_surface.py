@@ -31,6 +31,7 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, special
 from rigid_body_sim.physics.contact.collision import manifold_record, pose
 from rigid_body_sim.physics.contact.collision.aabb import extent
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_CORNERS,
     FEATURE,
     MOST,
     NORMAL,
@@ -81,6 +82,7 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch 
     RESULTS,
     RESULTS_USED,
     SLOT,
+    SLOT_CORNERS,
     SLOT_COUNT,
     SLOT_FACET,
     SLOT_NORMAL,
@@ -151,6 +153,7 @@ def _ask_plane(
     normal = load(parameters, plane + FACET_NORMAL)
     height = dot(normal, center) - parameters[plane + OFFSET]
     limit = found[NEAR] + max(-dot(normal, load(found, MOTION)), 0.0)
+    found[FACE_CORNERS] = 0.0
     count = collide_plane(parameters, shape_a, plane, poses, pose_a, pose_b, limit, found)
     if count > 0 and parameters[surface + IS_GRAPH] == 0.0:
         least = found[POINTS + SEPARATION]
@@ -163,6 +166,7 @@ def _ask_plane(
     at = SLOTS + SLOT * int(found[SLOTS_USED])
     found[SLOTS_USED] += 1.0
     found[at + SLOT_FACET], found[at + SLOT_COUNT], found[at + SLOT_OVER] = facet, count, 0.0
+    found[at + SLOT_CORNERS] = max(float(count), found[FACE_CORNERS])
     store(found, at + SLOT_NORMAL, normal)
     for index in range(count):
         copy_point(found, at + SLOT_POINTS + POINT * index, POINTS + POINT * index)
@@ -247,6 +251,15 @@ def _take_out_covered(flush: float, parameters: Array, planes: int, found: Array
             ground = planes + FACET * int(found[carrier + SLOT_FACET])
             if dot(up, highest) <= parameters[ground + OFFSET] + flush:
                 found[at + SLOT_COUNT] = found[at + SLOT_OVER] = 0.0
+
+
+@kernel
+def _corners_of(result: int, found: Array) -> float:
+    """Corners of the face of a manifold: that on the plane, where all of it is over the facet."""
+    at = _slot_of(found[result + KEY], found)
+    if at != NO_SLOT and _is_done(at, found):
+        return found[at + SLOT_CORNERS]
+    return found[result + COUNT]
 
 
 @kernel
@@ -408,6 +421,7 @@ def write_manifolds(
             manifolds[place + manifold_record.COLLIDER_A] = float(a)
             manifolds[place + manifold_record.COLLIDER_B] = float(b)
             manifolds[place + manifold_record.POINT_COUNT] = float(count)
+            manifolds[place + manifold_record.CORNERS] = _corners_of(best, found)
             manifolds[place + manifold_record.PIECES] = float(pieces)
             store(
                 manifolds, place + manifold_record.NORMAL,

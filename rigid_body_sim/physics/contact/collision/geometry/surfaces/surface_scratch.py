@@ -17,6 +17,7 @@ slot = Record()  # a facet under the body, and what the body would touch of its 
 SLOT_FACET = slot.number('-', 'number of the facet')
 SLOT_COUNT = slot.number('-', 'points on the plane')
 SLOT_OVER = slot.number('-', 'bit k: point k lies over the facet')
+SLOT_CORNERS = slot.number('-', 'of the face on the plane: `geometry.manifold`')
 SLOT_NORMAL = slot.vector('-', 'unit normal to the outside')
 SLOT_POINTS = slot.numbers(MOST * POINT, 'm', 'the points: `geometry.manifold`')
 SLOT = slot.size
