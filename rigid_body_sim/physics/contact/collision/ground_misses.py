@@ -118,6 +118,8 @@ def _is_of(record: int, row: int, surface: int, parameters: Array, manifolds: Ar
     key = _key_of(record, manifolds)
     if key < FREE:
         return parameters[row + FACET_OF] == math.floor(key)
+    if row == surface + int(parameters[surface + TRIANGLES]) + TRIANGLE * int(key - FREE):
+        return True
     normal = load(manifolds, record + manifold_record.NORMAL)
     out = load(parameters, row + TRIANGLE_NORMAL)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
@@ -182,7 +184,7 @@ def _ground_misses(
     reach = 4.0 * colliders.swept_aabbs[a * swept_aabbs.SIZE + swept_aabbs.TURNING]
     motion = 2.0 * motion_of(colliders.swept_aabbs, a, b, horizon)
     _ask_along_way(a, reach, horizon, colliders, found)
-    any_of, missed, node = record == ALL, True, ROOT
+    missed, node = True, ROOT
     while node != END and missed:
         listed, node = list_near(parameters, surface, node, found)
         for entry in range(LISTED, LISTED + listed):
@@ -192,7 +194,6 @@ def _ground_misses(
                 and (record == ALL or _is_of(record, row, surface, parameters, manifolds))
             ):
                 continue
-            any_of = True
             if not _passes_plane(a, row, reach, horizon, colliders):
                 parameters[surface + ASKED] = row
                 near = collide(
@@ -203,7 +204,7 @@ def _ground_misses(
                     a, b, count, horizon, load(found, NORMAL), colliders, bodies, found
                 )
                 parameters[surface + ASKED] = 0.0
-    return any_of and missed
+    return missed
 
 
 def ground_miss_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
