@@ -134,7 +134,7 @@ def _would_bind(
     if type_b == PLANE:
         return False
     if manifolds[record + manifold_record.PIECES] > 1.0:
-        return True
+        return type_b != SURFACE  # of which it is known that it is hit
     normal = load(manifolds, record + manifold_record.NORMAL)
     body_a, body_b = _body_of(a, table), _body_of(b, table)
     velocity_a, spin_a, center_a = _velocity(body_a, bodies)
