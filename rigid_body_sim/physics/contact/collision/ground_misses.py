@@ -190,8 +190,7 @@ def _ground_misses(
         for entry in range(LISTED, LISTED + listed):
             row = int(found[entry])
             if not (
-                missed
-                and (record == ALL or _is_of(record, row, surface, parameters, manifolds))
+                missed and (record == ALL or _is_of(record, row, surface, parameters, manifolds))
             ):
                 continue
             if not _passes_plane(a, row, reach, horizon, colliders):

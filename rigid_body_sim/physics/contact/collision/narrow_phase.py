@@ -222,11 +222,14 @@ def _find_manifolds(
             motion = motion_of(swept, a, b, h)
             if motion > FAST * radius:
                 wanted = pieces_of(motion, radius)
-                if GROUND and type_b == SURFACE:
-                    if ground_misses(
+                if (
+                    GROUND
+                    and type_b == SURFACE
+                    and ground_misses(
                         a, b, ALL, count, h + substep, colliders, bodies, found, manifolds
-                    ):
-                        continue
+                    )
+                ):
+                    continue
         found[FACE_CORNERS] = 0.0
         if GROUND and type_b == SURFACE:
             store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
