@@ -229,7 +229,11 @@ def passing(number: int, rng: np.random.Generator, options: Any) -> tuple[list[A
     clearance = float(10.0 ** rng.uniform(-4.0, -2.0))
     clearance *= 1.0 + 1e-9
     spin = 0.0
-    if options.spin and rng.random() < 0.5 and shapes[1]['type'] in ('sphere', 'cylinder', 'capsule'):
+    if (
+        options.spin
+        and rng.random() < 0.5
+        and shapes[1]['type'] in ('sphere', 'cylinder', 'capsule')
+    ):
         spin = float(10.0 ** rng.uniform(0.0, 2.5))
         axis = rotate(turns[1], [1.0, 0.0, 0.0])  # lies across: the shape turns about e
         bend = np.cross(axis, e)
@@ -270,7 +274,9 @@ def run_misses(cases: int, options: Any) -> list[Any]:
              'bodies': bodies}  # fmt: skip
     alone = [body | {'initial': dict(body['initial'])} for body in bodies]
     for body in alone[1::2]:
-        body['initial']['position'] = (np.array(body['initial']['position']) + [0, 0, 1e3]).tolist()
+        body['initial']['position'] = (
+            np.array(body['initial']['position']) + [0, 0, 1e3]
+        ).tolist()
     free = dict(scene, bodies=alone)
     simulations = [Simulation(load_scene(one)) for one in (scene, free)]
     until = np.array([time for _, time in labels])

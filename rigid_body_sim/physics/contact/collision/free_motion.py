@@ -152,3 +152,39 @@ def move(collider: int, target: int, time: float, motion: FreeMotion, poses: Arr
         store_strided(poses, target + pose.ROW_X + column, pose.ROW_Y - pose.ROW_X, turned)
     arm = _turn(half, cosine, subtract(load(poses, place + pose.POSITION), motion.center))
     store(poses, target + pose.POSITION, add(add(motion.center, arm), shift))
+
+
+@inline
+def _moved(point: Any, time: float, motion: FreeMotion) -> Any:
+    """Return where a point of a body is after a time, to second order in what it turns."""
+    arm = subtract(point, motion.center)
+    turn = add_scaled(scale(time, motion.spin), 0.5 * time * time, motion.spin_change)
+    once = cross(turn, arm)
+    shift = add_scaled(scale(time, motion.velocity), 0.5 * time * time, motion.acceleration)
+    return add(add(point, shift), add_scaled(once, 0.5, cross(turn, once)))
+
+
+@inline
+def _moved_back(point: Any, time: float, motion: FreeMotion) -> Any:
+    """Return where a point of the world was on a body a time ago: the inverse of `_moved`."""
+    shift = add_scaled(scale(time, motion.velocity), 0.5 * time * time, motion.acceleration)
+    arm = subtract(subtract(point, shift), motion.center)
+    turn = add_scaled(scale(-time, motion.spin), -0.5 * time * time, motion.spin_change)
+    once = cross(turn, arm)
+    return add(add(motion.center, arm), add_scaled(once, 0.5, cross(turn, once)))
+
+
+@kernel
+def moved_with(point: Any, time: float, motion: FreeMotion, seen_from: FreeMotion) -> Any:
+    """
+    Return where a point that moves with one body is after a time, seen from another one as that
+    stands now; both turn by small angles.
+    """
+    return _moved_back(_moved(point, time, motion), time, seen_from)
+
+
+@inline
+def angle_of(motion: FreeMotion, time: float) -> Any:
+    """Bound of what a body turns in a time [rad]."""
+    rate = math.sqrt(dot(motion.spin, motion.spin))
+    return time * (rate + time * math.sqrt(dot(motion.spin_change, motion.spin_change)))

@@ -81,7 +81,7 @@ FLUSH = 1e-4  # [-] of the radius of the smaller: surfaces that differ by no mor
 CALM = 1e-8  # [m] closing in a tick that matters to nobody
 SAME = 5e-7  # [-] 1 - cos of an angle of 1e-3: below, two manifolds are supports of one face
 SAME_ROUND = 5e-13  # [-] of 1e-6, for what rolls: its normals turn with its place over an edge
-HELD = 1e-2  # [-] of the radius of the smaller: a point that is nearer to another one is held by it
+HELD = 1e-2  # [-] of the radius of the smaller: within it one point holds another
 LEAN = 0.99  # [-] cos: above, two normals may be those of supports of one body that leans
 UPRIGHT = 1e-2  # [-] sine of the angle between normal and axis, below which a cylinder stands
 WIDE = 1.0 + 1e-9  # [-] of the gap: rounding of closing speeds
@@ -160,13 +160,14 @@ def _would_bind(
 
 
 @kernel
-def _least_gap(record: int, manifolds: Array) -> float:
-    """Return the least separation of the points of a manifold."""
-    least = math.inf
-    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+def _nearest_point(record: int, manifolds: Array) -> int:
+    """Return where the point of a manifold begins that has the least separation."""
+    best = record + manifold_record.POINTS
+    for index in range(1, int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
-        least = min(least, manifolds[place + SEPARATION])
-    return least
+        if manifolds[place + SEPARATION] < manifolds[best + SEPARATION]:
+            best = place
+    return best
 
 
 @kernel
@@ -222,7 +223,7 @@ def _rise(
     """
     table = colliders.table
     body, body_h = _body_of(other, table), _body_of(holder, table)
-    if body < 0 and body_h < 0 or body == body_h:
+    if (body < 0 and body_h < 0) or body == body_h:
         return 0.0
     velocity, spin, _ = _velocity(body, bodies)
     velocity_h, spin_h, _ = _velocity(body_h, bodies)
@@ -300,7 +301,7 @@ def _find_cover(
         side_c = 0 if _body_of(first, table) == body else 1
         state = manifolds[cover + manifold_record.STATE]
         if cover != record and least <= state <= most:
-            gap = _least_gap(cover, manifolds)
+            gap = manifolds[_nearest_point(cover, manifolds) + SEPARATION]
             if gap < nearest and _is_covered_by(
                 record, side, cover, side_c, horizon, colliders, bodies, manifolds
             ):
@@ -310,7 +311,9 @@ def _find_cover(
 
 
 @inline
-def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays) -> Any:
+def _turned_point(
+    own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays
+) -> Any:
     """
     Return where a collider is nearest along another normal: beside a point of its surface.
 
@@ -320,14 +323,10 @@ def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: Co
     row = own * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]
     if kind == CAPSULE:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         return add_scaled(add_scaled(point, radius, towards), -radius, normal)
     if kind == CYLINDER:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         axis = pose.axis(colliders.poses, own * pose.SIZE, 2)
         down = add_scaled(negate(normal), dot(normal, axis), axis)
         across = math.sqrt(dot(down, down))
@@ -410,29 +409,30 @@ def _take_out(
 def _settle(
     length: int, asked: float, least: float, most: float, found: float, none: float,
     horizon: float, colliders: ColliderArrays, bodies: Array, manifolds: Array,
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
     """
-    Look for covers of all manifolds of a state, among those of some states.
+    Look for covers of all manifolds of a state, among those of some states; return how many have
+    the state that is asked or is doubtful afterwards.
 
         found, none : new states of what is covered (DROPPED: take it out) and what is not
     """
+    left = 0
     for index in range(length):
         record = index * manifold_record.SIZE
         if manifolds[record + manifold_record.STATE] != asked:
             continue
         manifolds[record + manifold_record.STATE] = none
         for side in range(2):
-            cover = _find_cover(
-                record, side, least, most, horizon, colliders, bodies, manifolds
-            )
+            cover = _find_cover(record, side, least, most, horizon, colliders, bodies, manifolds)
             if cover >= 0:
                 manifolds[record + manifold_record.STATE] = found
                 if found == DROPPED:
-                    _take_out(
-                        record, side, cover // 2, cover % 2, colliders, bodies, manifolds
-                    )
+                    _take_out(record, side, cover // 2, cover % 2, colliders, bodies, manifolds)
                     manifolds[cover // 2 + manifold_record.STATE] = CARRIES
                 break
+        state = manifolds[record + manifold_record.STATE]
+        left += 1 if state == ASKED or state == DOUBTFUL else 0
+    return left
 
 
 @kernel
@@ -473,27 +473,31 @@ def _drop_ghosts(
         if not _would_bind(record, horizon, colliders, bodies, manifolds):
             continue
         manifolds[record + manifold_record.STATE] = ASKED
+        asked += 1
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        normal = load(manifolds, record + manifold_record.NORMAL)
-        if _least_gap(record, manifolds) > 0.0 and misses(
-            a, b, count, horizon, normal, colliders, bodies, found
+        nearest = _nearest_point(record, manifolds)
+        if manifolds[nearest + SEPARATION] > 0.0 and misses(
+            a, b, count, horizon, nearest, record, colliders, manifolds, bodies, found
         ):
             manifolds[record + manifold_record.STATE] = DROPPED
-        asked += 1
+            asked -= 1
     if asked > 0:
         _link(length, colliders.table, bodies, manifolds)
-        _settle(
+        asked = _settle(
             length, ASKED, CARRIES, CARRIES, DROPPED, ASKED, horizon, colliders, bodies, manifolds
         )
-        _settle(
+    if asked > 0:
+        asked = _settle(
             length, ASKED, ASKED, DOUBTFUL, DOUBTFUL, CERTAIN, horizon, colliders, bodies,
             manifolds,
         )  # fmt: skip
-        _settle(
+    if asked > 0:
+        asked = _settle(
             length, DOUBTFUL, CERTAIN, CERTAIN, DROPPED, DOUBTFUL, horizon, colliders, bodies,
             manifolds,
         )  # fmt: skip
+    if asked > 0:
         _settle(
             length, DOUBTFUL, CARRIES, DOUBTFUL, DROPPED, CERTAIN, horizon, colliders, bodies,
             manifolds,

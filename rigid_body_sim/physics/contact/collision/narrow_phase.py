@@ -3,9 +3,9 @@
 """
 The narrow phase: from pairs that may meet to contact manifolds, by way of poses and pair kernels.
 
-A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A manifold
-is written as `manifold_record` says; those that would stop what nothing is in the way of are taken
-out again (`ghosts`).
+A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A
+manifold is written as `manifold_record` says; those that would stop what nothing is in the way of
+are taken out again (`ghosts`).
 """
 
 from __future__ import annotations
