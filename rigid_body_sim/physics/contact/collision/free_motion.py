@@ -31,7 +31,6 @@ from rigid_body_sim.physics.contact.collision import (
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
-from rigid_body_sim.physics.state.blocks import rotated
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -71,28 +70,17 @@ class FreeMotion(NamedTuple):
 
 
 @inline
-def spin_of(body: int, bodies: Array) -> Any:
-    """Angular velocity of the body whose row begins at a place, I^-1 L [rad/s]."""
-    return apply_symmetric(
-        load_symmetric(bodies, body + solver_bodies.INVERSE_INERTIA),
-        load(bodies, body + solver_bodies.ANGULAR_MOMENTUM),
-    )
-
-
-@inline
 def _turning(body: int, bodies: Array) -> Any:
     """Return what moves the shape of a body that turns: w' and alpha' of the module."""
     kind = bodies[body + solver_bodies.SYMMETRY]
-    spin = spin_of(body, bodies)
-    if kind == solver_bodies.CENTRED_BALL or dot(spin, spin) == 0.0:
+    if kind == solver_bodies.CENTRED_BALL:
         return NOWHERE, NOWHERE
+    spin = solver_bodies.spin(body, bodies)
     inverse = load_symmetric(bodies, body + solver_bodies.INVERSE_INERTIA)
     angular_momentum = load(bodies, body + solver_bodies.ANGULAR_MOMENTUM)
     change = negate(apply_symmetric(inverse, cross(spin, angular_momentum)))
     if kind == solver_bodies.ABOUT_AXIS:
-        start = body + solver_bodies.START_ORIENTATION
-        orientation = (bodies[start], bodies[start + 1], bodies[start + 2], bodies[start + 3])
-        axis = rotated(orientation, load(bodies, body + solver_bodies.SYMMETRY_AXIS))
+        axis = solver_bodies.start_axis(body, bodies)
         rolling = dot(spin, axis)
         spin = add_scaled(spin, -rolling, axis)
         change = add_scaled(change, -dot(change, axis), axis)

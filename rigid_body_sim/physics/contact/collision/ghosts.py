@@ -55,7 +55,6 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     miss_finder,
     smaller_radius,
 )
-from rigid_body_sim.physics.contact.collision.free_motion import spin_of
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FEATURE,
     POINT,
@@ -78,7 +77,7 @@ from rigid_body_sim.physics.vectors import (
 Array = NDArray[np.float64]
 
 FLUSH = 1e-4  # [-] of the radius of the smaller: surfaces that differ by no more are one
-CALM = 1e-8  # [m] closing in a tick that matters to nobody
+CALM = 1e-7  # [m] closing in a tick that matters to nobody
 SAME = 5e-7  # [-] 1 - cos of an angle of 1e-3: below, two manifolds are supports of one face
 SAME_ROUND = 5e-13  # [-] of 1e-6, for what rolls: its normals turn with its place over an edge
 HELD = 1e-2  # [-] of the radius of the smaller: within it one point holds another
@@ -105,36 +104,69 @@ def _body_of(collider: int, table: Any) -> int:
 
 @inline
 def _velocity(body: int, bodies: Array) -> Any:
-    """Velocity and spin of a body, and its centre of mass; zeros of what stands."""
+    """Velocity of a body, spin of its surface, and its centre of mass; zeros of what stands."""
     if body < 0:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     row = body * solver_bodies.SIZE
     velocity = scale(
         bodies[row + solver_bodies.INVERSE_MASS], load(bodies, row + solver_bodies.MOMENTUM)
     )
-    return velocity, spin_of(row, bodies), load(bodies, row + solver_bodies.START_POSITION)
+    return (
+        velocity,
+        solver_bodies.surface_spin(row, bodies),
+        load(bodies, row + solver_bodies.START_POSITION),
+    )
+
+
+@kernel
+def _may_bind(
+    record: int, a: int, b: int, horizon: float, stretch: float, colliders: ColliderArrays,
+    manifolds: Array,
+) -> bool:  # fmt: skip
+    """
+    Tell by bounds whether some row of a manifold may act in the tick: for most it may not.
+
+        stretch : horizon in ticks
+    """
+    swept, row_a, row_b = colliders.swept_aabbs, a * swept_aabbs.SIZE, b * swept_aabbs.SIZE
+    approach = subtract(
+        load(swept, row_a + swept_aabbs.VELOCITY), load(swept, row_b + swept_aabbs.VELOCITY)
+    )
+    fall = stretch * (swept[row_a + swept_aabbs.FALL] + swept[row_b + swept_aabbs.FALL])
+    nearer = dot(load(manifolds, record + manifold_record.NORMAL), approach) * horizon - fall
+    nearer += stretch * (swept[row_a + swept_aabbs.TURNING] + swept[row_b + swept_aabbs.TURNING])
+    flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
+    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        gap = manifolds[record + manifold_record.POINTS + POINT * index + SEPARATION]
+        if (nearer > CALM or gap > flush) and (nearer + fall) * WIDE > gap:
+            return True
+    return False
 
 
 @kernel
 def _would_bind(
-    record: int, horizon: float, colliders: ColliderArrays, bodies: Array, manifolds: Array
-) -> bool:
-    """Tell whether some row of the manifold that begins at a place would act in the tick."""
+    record: int, horizon: float, stretch: float, colliders: ColliderArrays, bodies: Array,
+    manifolds: Array,
+) -> bool:  # fmt: skip
+    """
+    Tell whether some row of the manifold that begins at a place would act in the tick: where the
+    bodies close by more than the gap, at the velocities of now, and by what forces add where the
+    gap is none of a contact at rest.
+    """
     table = colliders.table
     a = int(manifolds[record + manifold_record.COLLIDER_A])
     b = int(manifolds[record + manifold_record.COLLIDER_B])
-    type_b = table[b * collider_record.SIZE + collider_record.TYPE]
-    if type_b == PLANE:
+    if table[b * collider_record.SIZE + collider_record.TYPE] == PLANE:
         return False
     if manifolds[record + manifold_record.PIECES] > 1.0:
         return True
+    if not _may_bind(record, a, b, horizon, stretch, colliders, manifolds):
+        return False
     normal = load(manifolds, record + manifold_record.NORMAL)
     body_a, body_b = _body_of(a, table), _body_of(b, table)
     velocity_a, spin_a, center_a = _velocity(body_a, bodies)
     velocity_b, spin_b, center_b = _velocity(body_b, bodies)
     closing = dot(normal, subtract(velocity_a, velocity_b)) * horizon
-    overlaps = type_b == CYLINDER
-    overlaps = overlaps or table[a * collider_record.SIZE + collider_record.TYPE] == CYLINDER
     flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
     fall = 0.0
     if body_a >= 0:
@@ -143,7 +175,7 @@ def _would_bind(
     if body_b >= 0:
         row = body_b * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
         fall -= dot(normal, load(bodies, row))
-    fall *= 0.5 * horizon * horizon
+    fall = max(0.5 * horizon * horizon * fall, 0.0)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
         point = load(manifolds, place + POSITION)
@@ -152,9 +184,7 @@ def _would_bind(
         )
         gap = manifolds[place + SEPARATION]
         nearer = closing + horizon * turning
-        if (nearer > CALM or gap > flush) and (nearer + max(fall, 0.0)) * WIDE > gap:
-            return True
-        if overlaps and gap < -CALM:
+        if (nearer > CALM or gap > flush) and (nearer + fall) * WIDE > gap:
             return True
     return False
 
@@ -455,22 +485,24 @@ def _close_up(length: int, manifolds: Array, pieces: Any) -> int:
 
 
 def _drop_ghosts(
-    length: int, count: int, horizon: float, colliders: ColliderArrays, found: Array,
+    length: int, count: int, h: float, substep: float, colliders: ColliderArrays, found: Array,
     manifolds: Array, bodies: Array, pieces: Any,
 ) -> int:  # fmt: skip
     """
     Take the manifolds of ghosts out of a list; return how many are left.
 
-        length  : of the list;   count : of colliders
-        horizon : [s] from the start of the tick: a tick and a substep
-        found   : scratch of a pair kernel
-        pieces  : [0] is set to the pieces into which the tick should be cut
+        length : of the list;   count : of colliders
+        h      : tick [s];   substep : [s]
+        found  : scratch of a pair kernel
+        pieces : [0] is set to the pieces into which the tick should be cut
     """
+    horizon = h + substep
+    stretch = horizon / h
     asked = 0
     for index in range(length):
         record = index * manifold_record.SIZE
         manifolds[record + manifold_record.STATE] = CARRIES
-        if not _would_bind(record, horizon, colliders, bodies, manifolds):
+        if not _would_bind(record, horizon, stretch, colliders, bodies, manifolds):
             continue
         manifolds[record + manifold_record.STATE] = ASKED
         asked += 1

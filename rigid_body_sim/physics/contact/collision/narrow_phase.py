@@ -58,7 +58,7 @@ collide_this = slot(
 )
 collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
-drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
+drop_ghosts = slot('kernel (length, count, h, ...): takes out manifolds of ghosts')
 
 
 @inline
@@ -212,7 +212,7 @@ def _find_manifolds(
         length += 1
     if length > room:
         return length
-    return drop_ghosts(length, count, h + substep, colliders, found, manifolds, bodies, pieces)
+    return drop_ghosts(length, count, h, substep, colliders, found, manifolds, bodies, pieces)
 
 
 def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
