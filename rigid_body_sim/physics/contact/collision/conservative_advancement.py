@@ -138,7 +138,7 @@ def _goes_in(
         normal,
         subtract(moved_with(on_a, horizon, of_a, of_b), on_a),
     )
-    if not ended < 0.0:
+    if not (ended < 0.0 < gap):
         return False
     time = min(horizon * (gap / (gap - ended) + PAST), horizon)
     angle_a, angle_b = angle_of(of_a, time), angle_of(of_b, time)

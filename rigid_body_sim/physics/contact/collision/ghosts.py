@@ -62,7 +62,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     SEPARATION,
 )
 from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
-from rigid_body_sim.physics.contact.collision.support import reach
+from rigid_body_sim.physics.contact.collision.support import gap_along, reach
 from rigid_body_sim.physics.vectors import (
     add_scaled,
     cross,
@@ -118,6 +118,13 @@ def _velocity(body: int, bodies: Array) -> Any:
     )
 
 
+@inline
+def _has_cylinder(a: int, b: int, table: Any) -> bool:
+    """Tell whether a cylinder is of a pair: its prism reaches beyond it, and may overlap alone."""
+    type_a = table[a * collider_record.SIZE + collider_record.TYPE]
+    return type_a == CYLINDER or table[b * collider_record.SIZE + collider_record.TYPE] == CYLINDER
+
+
 @kernel
 def _may_bind(
     record: int, a: int, b: int, horizon: float, stretch: float, colliders: ColliderArrays,
@@ -128,6 +135,8 @@ def _may_bind(
 
         stretch : horizon in ticks
     """
+    if _has_cylinder(a, b, colliders.table):
+        return True
     swept, row_a, row_b = colliders.swept_aabbs, a * swept_aabbs.SIZE, b * swept_aabbs.SIZE
     approach = subtract(
         load(swept, row_a + swept_aabbs.VELOCITY), load(swept, row_b + swept_aabbs.VELOCITY)
@@ -185,6 +194,8 @@ def _would_bind(
         gap = manifolds[place + SEPARATION]
         nearer = closing + horizon * turning
         if (nearer > CALM or gap > flush) and (nearer + fall) * WIDE > gap:
+            return True
+        if gap < -CALM and _has_cylinder(a, b, table):
             return True
     return False
 
@@ -509,7 +520,11 @@ def _drop_ghosts(
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
         nearest = _nearest_point(record, manifolds)
-        if manifolds[nearest + SEPARATION] > 0.0 and misses(
+        apart = manifolds[nearest + SEPARATION] > 0.0
+        if not apart and _has_cylinder(a, b, colliders.table):
+            normal = load(manifolds, record + manifold_record.NORMAL)
+            apart = gap_along(a, a * pose.SIZE, b, b * pose.SIZE, normal, colliders) > 0.0
+        if apart and misses(
             a, b, count, horizon, nearest, record, colliders, manifolds, bodies, found
         ):
             manifolds[record + manifold_record.STATE] = DROPPED
