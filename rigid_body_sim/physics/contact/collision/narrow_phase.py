@@ -3,9 +3,9 @@
 """
 The narrow phase: from pairs that may meet to contact manifolds, by way of poses and pair kernels.
 
-A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A manifold
-is written as `manifold_record` says; those that would stop what nothing is in the way of are taken
-out again (`ghosts`).
+A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A
+manifold is written as `manifold_record` says; those that would stop what nothing is in the way of
+are taken out again (`ghosts`).
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ collide_this = slot(
 collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 GROUND = slot('[-] whether some collider is a surface')
-drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
+drop_ghosts = slot('kernel (length, count, h, ...): takes out manifolds of ghosts')
 
 
 BOTH = 2  # colliders that stand back
@@ -237,7 +237,7 @@ def _find_manifolds(
         length += 1
     if length > room:
         return length
-    return drop_ghosts(length, count, h + substep, colliders, found, manifolds, bodies, pieces)
+    return drop_ghosts(length, count, h, substep, colliders, found, manifolds, bodies, pieces)
 
 
 def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
