@@ -6,8 +6,8 @@ the axis so that one of its edges looks along the normal.
 
 The edges of the prism lie on the mantle, so its nearest point is then that of the cylinder, and it
 rolls without bumps; where nothing looks along the normal the prism lies inside the cylinder and
-holds nothing up that the cylinder would not. The normal is first found with the prism as it is; what
-overlaps by more than DEEP stays so.
+holds nothing up that the cylinder would not. The normal is first found with the prism as it is;
+what overlaps by more than DEEP stays so.
 """
 
 from __future__ import annotations
