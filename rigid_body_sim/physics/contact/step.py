@@ -87,6 +87,7 @@ prepare = slot('kernel (lanes, batches, threshold, rows, ...): effective masses 
 solve_normals = slot('kernel (lanes, batches, 1/h, slop, cap, rows, ...): solves soft normals')
 update_separation = slot('kernel (lanes, batches, rows, ...): lets points follow the bodies')
 relax = slot('kernel (lanes, batches, 1/h, first, last, rows, ...): relaxes normals, and friction')
+spread_friction = slot('kernel (lanes, batches, rows, ...): friction of patches to points')
 apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what bounces')
 # the stages, of this module
 evaluate_forces = slot('kernel (time, motion, forces)')
@@ -275,6 +276,10 @@ def _advance_ticks(ticks, tick, h, world):
             )
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
+        spread_friction(
+            counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
+            constraints.batches,
+        )  # fmt: skip
         take_energy_back(substep, touching, motion, constraints, energy, bodies, counts)
         store_impulses(substep, colliders.poses, constraints, counts)
         counts[tick_counts.DONE] = passed + 1

@@ -37,6 +37,7 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
     constraint,
+    friction_patch,
     lane_scratch,
 )
 from rigid_body_sim.physics.contact.solver.forces_of_state import SAVED
@@ -148,7 +149,7 @@ class WorldArrays:
         room = cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE
         self.cache = np.zeros(cache_record.HEAD + manifolds * room)
         batches = count // COLLIDERS_OF_A_BATCH + FULL_BATCHES_BESIDE
-        room = constraint.SIZE + manifold.MOST * self._width
+        room = constraint.SIZE + manifold.MOST * self._width + friction_patch.SIZE
         self.rows = aligned(lane_scratch.SIZE + batches * room)
         batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
         self.batches = np.zeros(batches * batch_record.ROOM, dtype=np.int64)

@@ -81,5 +81,6 @@ def symmetry_features(kinds: Collection[tuple[int, int]]) -> dict[str, bool]:
     """
     return {
         'on_rims': (CYLINDER, PLANE) in kinds or (BOX, CYLINDER) in kinds,
+        'patches': any(SPHERE not in pair for pair in kinds),
         'layered': any(kind in (SPHERE, CAPSULE) for pair in kinds for kind in pair),
     }

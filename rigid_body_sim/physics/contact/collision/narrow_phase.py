@@ -32,7 +32,12 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     pieces_of,
     smaller_radius,
 )
-from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_CORNERS,
+    MOST,
+    POINT,
+    POINTS,
+)
 from rigid_body_sim.physics.contact.collision.ghosts import ghost_dropper
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
 from rigid_body_sim.physics.state.blocks import (
@@ -153,6 +158,7 @@ def _write_manifold(
     manifolds[place + manifold_record.COLLIDER_A] = float(a)
     manifolds[place + manifold_record.COLLIDER_B] = float(b)
     manifolds[place + manifold_record.POINT_COUNT] = float(points)
+    manifolds[place + manifold_record.CORNERS] = max(float(points), found[FACE_CORNERS])
     for entry in range(3):
         manifolds[place + manifold_record.NORMAL + entry] = found[entry]
     for entry in range(POINT * min(points, MOST)):
@@ -199,6 +205,7 @@ def _find_manifolds(
             motion = motion_of(swept, a, b, h)
             if motion > FAST * radius:
                 wanted = pieces_of(motion, radius)
+        found[FACE_CORNERS] = 0.0
         points = collide(
             type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
             a * pose.SIZE, b * pose.SIZE, margin, found,

@@ -42,10 +42,12 @@ FEATURE = point.number('-', 'which parts of the shapes touch')
 POINT = point.size
 
 MOST = 4  # [-] points of a manifold
+ROUND = 1e3  # [-] corners of a circle
 
 manifold = Record()
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
 POINTS = manifold.numbers(MOST * POINT, 'm', 'its points, one after the other')
+FACE_CORNERS = manifold.number('-', 'of the face that touches, if more than points; 0: as many')
 SCRATCH = manifold.size  # where a kernel may keep what it likes
 FOUND = 1024  # numbers in `found`: the largest scratch is that of two polyhedra
 SHORTEST = 1e-140  # [m] of a shorter way the direction is no direction
