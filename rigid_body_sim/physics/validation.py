@@ -347,7 +347,7 @@ def _check_pivot(body: Body) -> None:
     for field in ('point', 'at'):
         with blaming(field):
             numbers(getattr(body.pivot, field), 3, unit='m')
-    check_pivot(body, {})  # whether contact knows it, a run tells
+    check_pivot(body)
 
 
 def _check_force(force: Any, names: Collection[str]) -> None:

@@ -61,6 +61,7 @@ from rigid_body_sim.physics.contact.solver import (
     impulse_cache,
     manifold_constraints,
     pair_materials,
+    pivots,
     variable_mass,
 )
 from rigid_body_sim.physics.contact.touching import list_touching
@@ -174,6 +175,7 @@ def _advance(
     rows, batches, colours, open_batches, cache, touching, marks, roots, impacts, groups,
     changes, parents, sequence, sleep_states, radii, element_groups, island_roots, supported,
     restless, awake_in_blocks, flows, ignored, pair_material_rows,
+    pivoted,
 ):  # fmt: skip
     """
     Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
@@ -186,7 +188,7 @@ def _advance(
     those by which `world_arrays` hands them over (`ARRAYS`).
     """
     world = World(
-        Motion(body_count, rigid_count, translation, rotation, method),
+        Motion(body_count, rigid_count, translation, rotation, method, pivoted),
         Forces(elements, ranges, saved),
         settings,
         counts,
@@ -325,6 +327,7 @@ def _gather_bodies(motion, bodies, state):
         )
         if BOUNCES:
             solver_bodies.find_free_acceleration(body, motion.rigid_count, motion.rotation, bodies)
+    pivots.hold(motion.pivoted, bodies)
     for entry in range(solver_bodies.SIZE):
         bodies[motion.body_count * solver_bodies.SIZE + entry] = 0.0
 
@@ -594,6 +597,7 @@ def scatter_momenta(touching: Indices, motion: Motion, bodies: Array) -> None:
         solver_bodies.scatter_momenta(
             touching[index], motion.rigid_count, motion.translation, motion.rotation, bodies
         )
+    pivots.stand_still(motion.pivoted, motion.translation)
 
 
 def _bound_bounces(touching, motion, constraints, energy, bodies, flows, counts):

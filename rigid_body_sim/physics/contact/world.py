@@ -86,7 +86,7 @@ class ContactWorld:
             contact_point.SIZE_LONG if self._angular or self._bounces else contact_point.SIZE
         )
         flows = variable_mass.flows_of(layout, colliders.bodies.tolist())
-        self.arrays = WorldArrays(layout.n_moving, self._width, flows)
+        self.arrays = WorldArrays(layout.n_moving, self._width, flows, layout.pivoted)
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
         self.arrays.take_pair_rules(rules, len(scene.bodies))

@@ -8,6 +8,7 @@ Each array is an attribute with the name that it has in the kernel of the ticks 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -64,9 +65,10 @@ class WorldArrays:
     arguments : all of them, as the kernel takes them
     """
 
-    def __init__(self, body_count: int, width: int, flows: Array) -> None:
+    def __init__(self, body_count: int, width: int, flows: Array, pivoted: Sequence[int]) -> None:
         """Make what does not depend on colliders; width: numbers of a contact point."""
         self._width = width
+        self.pivoted = np.array(pivoted, dtype=np.int64)
         self.flows = flows
         self.bodies = aligned((body_count + 1) * solver_bodies.SIZE)
         self.colours = np.zeros(body_count + 1, dtype=np.int64)

@@ -76,7 +76,7 @@ class Layout:
                     check_inertia_over_time(body)
             if body.pivot is not None:
                 with blaming('bodies', i, 'pivot'):
-                    check_pivot(body, scene.contact)
+                    check_pivot(body)
         movable = [i for i, body in enumerate(scene.bodies) if not body.fixed]
         rigid = [i for i in movable if not scene.bodies[i].is_point]
         self.moving = np.array(

@@ -42,7 +42,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.plain_products import dot, product, times
 from rigid_body_sim.physics.model.plain_products import length as length_of
-from rigid_body_sim.physics.model.scene import Body, Scene
+from rigid_body_sim.physics.model.scene import Body, Scene, Vector
 from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
@@ -145,7 +145,8 @@ class Colliders:
             turn = np.eye(3)
             if 0 <= place < layout.n_rigid:
                 turn = product(to_principal[place], _shape_axes(body))
-            local_poses.append((*_center_in_shape(body), *turn.ravel()))
+            reference = body.center_of_mass if body.pivot is None else body.pivot.point
+            local_poses.append((*_in_shape(body, reference), *turn.ravel()))
             poses.append(_pose(body))
             material = body.material
             materials.append(
@@ -290,7 +291,7 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
 
 def _pose(body: Body) -> Array:
     turn = product(so3.matrix_from_quaternion(body.initial.orientation), _shape_axes(body))
-    origin = np.asarray(body.initial.position) - times(turn, _center_in_shape(body))
+    origin = np.asarray(body.initial.position) - times(turn, _in_shape(body, body.center_of_mass))
     return np.concatenate((origin, turn.ravel()))
 
 
@@ -299,9 +300,9 @@ def _shape_axes(body: Body) -> Array:
     return so3.matrix_from_quaternion(body.shape_orientation)
 
 
-def _center_in_shape(body: Body) -> Array:
-    """Centre of mass seen from the origin of the shape, shape axes [m]."""
-    return times(_shape_axes(body).T, np.subtract(body.center_of_mass, body.shape_position))
+def _in_shape(body: Body, point: Vector) -> Array:
+    """Return a point of a body as seen from the origin of the shape, shape axes [m]."""
+    return times(_shape_axes(body).T, np.subtract(point, body.shape_position))
 
 
 @inline
