@@ -70,6 +70,7 @@ FREE_ANGULAR_ACCELERATION = body.vector('rad/s^2', 'the same')
 SUBSTEP_ORIENTATION = body.quaternion('-', 'at the start of the substep')
 MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m/s', 'from which restitution starts')
 ANGULAR_MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m^2/s', 'the same')
+FIRST_MANIFOLD = body.number('-', 'where the first of its manifolds begins, while it is asked')
 SIZE = body.padding(64)  # eight cache lines
 
 # [1/kg] in place of zero for what no impulse moves, but which has a velocity: see `solver.pivots`;

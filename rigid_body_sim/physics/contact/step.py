@@ -360,8 +360,9 @@ def _detect_contacts(
         )
         counts[tick_counts.PAIRS] = pairs
     manifold_count = find_manifolds(
-        pairs, count, h, counts[tick_counts.MANIFOLD_ROOM], colliders,
-        detection.broad_phase.pair_ids, detection.found, manifolds, bodies,
+        pairs, count, h, h / settings[tick_settings.SUBSTEPS],
+        counts[tick_counts.MANIFOLD_ROOM], colliders, detection.broad_phase.pair_ids,
+        detection.found, manifolds, bodies,
         counts[tick_counts.PIECES : tick_counts.PIECES + 1],
     )  # fmt: skip
     counts[tick_counts.MANIFOLDS] = manifold_count
@@ -373,7 +374,7 @@ def _detect_contacts(
     ):
         counts[tick_counts.STATUS] = tick_counts.WOKEN
         return False
-    if counts[tick_counts.PIECES] > 1 and counts[tick_counts.PIECE] == 0:
+    if counts[tick_counts.PIECES] > 1 and counts[tick_counts.FINE] == 0:
         counts[tick_counts.STATUS] = tick_counts.TOO_LONG
         return False
     return True
@@ -416,7 +417,7 @@ def _prepare_constraints(
         return False
     if counts[tick_counts.ASSEMBLED] == 0 or cache[cache_record.SUBSTEP] != now.substep:
         manifold_constraints.prepare_materials(
-            count, now.substep, max(1, counts[tick_counts.PIECE]),
+            count, now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
             settings[tick_settings.DAMPING_RATIO], colliders.table, colliders.local_bounds,
             materials, manifolds, rows, bodies,
         )  # fmt: skip

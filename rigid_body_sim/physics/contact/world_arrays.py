@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact import solver_bodies, step, tick_counts
+from rigid_body_sim.physics.contact import solver_bodies, step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
@@ -99,8 +99,8 @@ class WorldArrays:
         self.materials = ordered(colliders.materials, material_record.SIZE)
         poses = ordered(colliders.poses, pose.SIZE)
         self.poses = np.concatenate(
-            (poses, np.zeros(2 * pose.SIZE))
-        )  # and two for the way of a pair
+            (poses, np.zeros(4 * pose.SIZE))
+        )  # and two of a pair at two times
         self.swept = np.zeros(max(1, count) * swept_aabbs.SIZE)
         self.fat_aabbs = np.zeros(neighbour_list.size_of_fat_aabbs(count))
         self.hash_heads = np.zeros(hash_grid.size_of_heads(count), dtype=np.int64)
@@ -153,7 +153,7 @@ class WorldArrays:
         room = constraint.SIZE + manifold.MOST * self._width
         self.rows = aligned(lane_scratch.SIZE + batches * room)
         batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
-        self.batches = np.zeros(batches * batch_record.SIZE, dtype=np.int64)
+        self.batches = np.zeros(batches * batch_record.ROOM, dtype=np.int64)
 
     def _make_pair_lists(self, room: int) -> None:
         self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)
@@ -166,7 +166,7 @@ class WorldArrays:
         counts[tick_counts.PAIR_ROOM] = len(self.pair_ids)
         counts[tick_counts.MANIFOLD_ROOM] = len(self.manifolds) // manifold_record.SIZE
         counts[tick_counts.ROW_ROOM] = len(self.rows)
-        counts[tick_counts.BATCH_ROOM] = len(self.batches) // batch_record.SIZE
+        counts[tick_counts.BATCH_ROOM] = len(self.batches) // batch_record.ROOM
         counts[tick_counts.CACHE_ROOM] = len(self.cache)
         self.arguments = tuple(argument(getattr(self, name)) for name in step.ARRAYS)
 
@@ -175,7 +175,8 @@ class WorldArrays:
         Begin anew but for the cache: the last tick was broken off anywhere, in a piece of it, or
         between the growth of a list and the word of it.
         """
-        self.counts[tick_counts.PIECE] = 0
+        self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
+        self.table[collider_record.STANDS_BACK :: collider_record.SIZE] = 0
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
             scratch[:] = 0
@@ -195,6 +196,10 @@ class WorldArrays:
             self.rows = aligned(2 * len(self.rows))
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
         self.pack()
+
+    def substep_of(self, h: float) -> float:
+        """Substep [s] of a tick [s]."""
+        return h / int(self.settings[tick_settings.SUBSTEPS])
 
     @property
     def cache_in_use(self) -> Array:

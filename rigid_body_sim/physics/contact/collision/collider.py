@@ -140,7 +140,7 @@ class Colliders:
             if begin == len(parameters):
                 parameters.extend(of_shape.tolist())
             place = moving.get(index, collider_record.STATIC)
-            table.append((kind, begin, place, index))
+            table.append((kind, begin, place, index, 0))
             bounds.append(_bounds(body, kind))
             turn = np.eye(3)
             if 0 <= place < layout.n_rigid:

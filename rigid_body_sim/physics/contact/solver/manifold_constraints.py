@@ -92,15 +92,15 @@ def layer(number: int, bounds: Array) -> float:
 
 @kernel
 def prepare_materials(
-    manifold_count: int, h: float, pieces: int, zeta: float, table: Indices, bounds: Array,
+    manifold_count: int, h: float, whole: float, zeta: float, table: Indices, bounds: Array,
     materials: Array, manifolds: Array, rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Write material and softness of all manifolds, and whose surface their points follow.
 
-    h      : [s] substep
-    pieces : into which the tick is cut; contacts stay as soft as in a whole one, or what rests
-             would be thrown up by the overlap with which it rests
+    h     : [s] substep
+    whole : [s] that of a tick which is not cut: contacts of a piece stay as soft as in the whole,
+            or what rests would be thrown up by the overlap with which it rests
     """
     for m in range(manifold_count):
         record = m * manifold_record.SIZE
@@ -132,7 +132,7 @@ def prepare_materials(
             table[a * collider_record.SIZE + collider_record.BODY] < 0
             or table[b * collider_record.SIZE + collider_record.BODY] < 0
         )
-        omega = (math.pi if fixed else 0.5 * math.pi) / (h * pieces)
+        omega = (math.pi if fixed else 0.5 * math.pi) / max(h, whole)
         a1 = 2.0 * zeta + h * omega
         a2 = h * omega * a1
         impulse_scale = 1.0 / (1.0 + a2)
