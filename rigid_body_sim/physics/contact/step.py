@@ -425,7 +425,7 @@ def _prepare_constraints(
             pair_materials.use_pair_materials(count, of_pairs, manifolds, rows)
         counts[tick_counts.ASSEMBLED] = 1
     manifold_constraints.prepare_points(
-        count, WIDTH, motion.translation, colliders.table, colliders.poses, manifolds, rows
+        count, WIDTH, motion.translation, colliders, manifolds, rows
     )
     impulse_cache.recall(
         count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, manifolds,

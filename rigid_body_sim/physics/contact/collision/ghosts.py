@@ -44,9 +44,11 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.collider import (
     BOX,
+    CAPSULE,
     CYLINDER,
     HULL,
     PLANE,
+    SPHERE,
     ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
@@ -59,6 +61,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POSITION,
     SEPARATION,
 )
+from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
 from rigid_body_sim.physics.contact.collision.support import reach
 from rigid_body_sim.physics.vectors import (
     add_scaled,
@@ -77,7 +80,7 @@ FLUSH = 1e-4  # [-] of the radius of the smaller: surfaces that differ by no mor
 CALM = 1e-8  # [m] closing in a tick that matters to nobody
 SAME = 5e-7  # [-] 1 - cos of an angle of 1e-3: below, two manifolds are supports of one face
 SAME_ROUND = 5e-13  # [-] of 1e-6, for what rolls: its normals turn with its place over an edge
-LEAN = 0.99  # [-] cos: above, the other support of a tilted box, which has to stay one
+UPRIGHT = 1e-2  # [-] sine of the angle between normal and axis, below which a cylinder stands
 WIDE = 1.0 + 1e-9  # [-] of the gap: rounding of closing speeds
 
 # what is known of a manifold, in its record; in this order
@@ -305,31 +308,59 @@ def _find_cover(
     return -1
 
 
+@inline
+def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays) -> Any:
+    """
+    Return where a collider is nearest along another normal: beside a point of its surface.
+
+    A corner or edge stays where it is; of a capsule or mantle the surface point goes round the
+    axis.
+    """
+    row = own * collider_record.SIZE
+    kind = colliders.table[row + collider_record.TYPE]
+    if kind == CAPSULE:
+        radius = colliders.parameters[
+            colliders.table[row + collider_record.PARAMETERS] + RADIUS
+        ]
+        return add_scaled(add_scaled(point, radius, towards), -radius, normal)
+    if kind == CYLINDER:
+        radius = colliders.parameters[
+            colliders.table[row + collider_record.PARAMETERS] + RADIUS
+        ]
+        axis = pose.axis(colliders.poses, own * pose.SIZE, 2)
+        down = add_scaled(negate(normal), dot(normal, axis), axis)
+        across = math.sqrt(dot(down, down))
+        if across > UPRIGHT:
+            middle = load(colliders.poses, own * pose.SIZE + pose.POSITION)
+            along = dot(axis, subtract(point, middle))
+            return add_scaled(add_scaled(middle, along, axis), radius / across, down)
+    return point
+
+
 @kernel
 def _take_out(
     record: int, side: int, cover: int, side_c: int, colliders: ColliderArrays, manifolds: Array
 ) -> None:
     """
-    Take a covered manifold out, or, where it is another support of a tilted box or hull, turn it
-    to the normal of its cover.
+    Turn a covered manifold to the normal of its cover, which is true of every point of the body,
+    and holds those that the cover does not; take that of a ball out, which has no others.
     """
     own = int(manifolds[record + manifold_record.COLLIDER_A + side])
     kind = colliders.table[own * collider_record.SIZE + collider_record.TYPE]
-    towards = _normal_towards(record, side, manifolds)
-    normal = _normal_towards(cover, side_c, manifolds)
-    if not (kind == BOX or kind == HULL) or dot(towards, normal) < LEAN:
+    if kind == SPHERE:
         manifolds[record + manifold_record.STATE] = DROPPED
         return
+    towards = _normal_towards(record, side, manifolds)
+    normal = _normal_towards(cover, side_c, manifolds)
     other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
     top = reach(other, other * pose.SIZE, normal, colliders)
     manifolds[record + manifold_record.STATE] = CERTAIN
-    store(
-        manifolds, record + manifold_record.NORMAL, normal if side == 1 else negate(normal)
-    )
+    store(manifolds, record + manifold_record.NORMAL, normal if side == 1 else negate(normal))
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
         half = 0.5 * manifolds[place + SEPARATION]
         own_point = add_scaled(load(manifolds, place + POSITION), half, towards)
+        own_point = _turned_point(own, own_point, towards, normal, colliders)
         gap = dot(normal, own_point) - top
         store(manifolds, place + POSITION, add_scaled(own_point, -0.5 * gap, normal))
         manifolds[place + SEPARATION] = gap

@@ -20,6 +20,7 @@ from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
+    approach,
     batch_record,
     constraint,
     lane_scratch,
@@ -114,10 +115,10 @@ def _prepare(
         if ANGULAR:
             prepare.angular_effective_masses(lanes, constraints)
         if BOUNCES:
-            prepare.gather_accelerations(used, constraints, scratch, bodies)
+            approach.gather_accelerations(used, constraints, scratch, bodies)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                prepare.approach_velocities(lanes, threshold, constraints, points, scratch)
+                approach.approach_velocities(lanes, threshold, constraints, points, scratch)
 
 
 def _solve_normals(
