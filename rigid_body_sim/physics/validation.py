@@ -300,11 +300,7 @@ def _check_motion(body: Body) -> None:
         _check_attitude(motion.orientation)
     if not body.fixed:
         _check_momenta(body)
-    if (
-        body.fixed
-        and body.motion is None
-        and any((*motion.velocity, *motion.angular_velocity))
-    ):
+    if body.fixed and body.motion is None and any((*motion.velocity, *motion.angular_velocity)):
         raise InvalidModel('a fixed body does not move; remove its velocities, or fixed')
     if body.is_point and (any(motion.angular_velocity) or motion.orientation != IDENTITY):
         raise InvalidModel(

@@ -182,3 +182,19 @@ def test_striking_pendulum_gives_the_ball_what_the_law_of_impact_says():
         arm = sim.state.position[1] - (0, 0, 1.1)
         highest = max(highest, math.degrees(math.atan2(arm[0], -arm[2])))
     assert highest == pytest.approx(19.25, abs=0.05)
+
+
+def test_craft_lands_on_a_heaving_deck_and_keeps_its_place() -> None:
+    sim = start('deck_landing')
+    touched, places, tilts = 0.0, [], []
+    while sim.time < 15.0:
+        sim.step(5)
+        state = sim.state
+        touched = touched or (sim.time if len(sim.contacts()) else 0.0)
+        if sim.time > 1.6:
+            apart = state.position[1] - state.position[0]
+            places.append(rotation.rotate_back(state.orientation[0], apart))
+            tilts.append(math.degrees(tilt(sim, 0)))
+    assert touched == pytest.approx(1.2, abs=0.05)
+    assert np.ptp(places, axis=0).max() < 1e-5
+    assert max(tilts) == pytest.approx(6.0, abs=0.5)

@@ -61,9 +61,13 @@ class Invariants:
         flows = not steady or bool(changing(scene))
         meet = scene.contact.get('mode', 'none') != 'none'
         told = meet and any(moves_others(body) for body in scene.bodies)
-        self.is_driven = flows or told or any(
-            getattr(force, 'brings_energy', lambda of=force: _unknown(of))()
-            for force in scene.forces
+        self.is_driven = (
+            flows
+            or told
+            or any(
+                getattr(force, 'brings_energy', lambda of=force: _unknown(of))()
+                for force in scene.forces
+            )
         )
         no_source = not flows and all(f.conserves_energy() for f in scene.forces)
         self.energy_is_conserved = no_source and not meet

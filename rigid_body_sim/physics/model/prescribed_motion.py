@@ -276,7 +276,9 @@ def check_motion(body: Body) -> None:
     with blaming('table'):
         _check_table(motion.table)
     waves = any(getattr(motion, way) for way in WAYS)
-    if not (waves or motion.table or any((*body.initial.velocity, *body.initial.angular_velocity))):
+    if not (
+        waves or motion.table or any((*body.initial.velocity, *body.initial.angular_velocity))
+    ):
         raise InvalidModel(
             f'nothing moves {name}: give heave, roll …, a table, or initial velocities; or '
             'remove motion and set fixed'

@@ -123,9 +123,7 @@ def _put_told(row: Array, path: Array, time: float) -> None:
     spin = out[prescribed_motion.AT_SPIN : prescribed_motion.AT_ACCELERATION]
     row[POSITION:ORIENTATION] = out[: prescribed_motion.AT_ORIENTATION]
     row[ORIENTATION:VELOCITY] = q
-    row[VELOCITY:ANGULAR_VELOCITY] = out[
-        prescribed_motion.AT_VELOCITY : prescribed_motion.AT_SPIN
-    ]
+    row[VELOCITY:ANGULAR_VELOCITY] = out[prescribed_motion.AT_VELOCITY : prescribed_motion.AT_SPIN]
     row[ANGULAR_VELOCITY:ANGULAR_VELOCITY_BODY] = spin
     row[ANGULAR_VELOCITY_BODY:MOMENTUM] = so3.rotate_back(q, spin)
 

@@ -104,6 +104,7 @@ class Colliders:
 
     shape_parameters, local_bounds, local_poses, poses, table, materials : one-dimensional, see the
                                                                            module
+    parts : of each its body with its shape alone
     """
 
     shape_parameters: Array
@@ -112,6 +113,7 @@ class Colliders:
     local_poses: Array
     poses: Array
     materials: Array
+    parts: tuple[Body, ...]
 
     @classmethod
     def of(cls, scene: Scene, layout: Layout) -> Colliders:
@@ -140,7 +142,7 @@ class Colliders:
             if begin == len(parameters):
                 parameters.extend(of_shape.tolist())
             place = moving.get(index, collider_record.STATIC)
-            table.append((kind, begin, place, index, 0))
+            table.append((kind, begin, place, index, 0, layout.n_moving))
             bounds.append(_bounds(body, kind))
             turn = np.eye(3)
             if 0 <= place < layout.n_rigid:
@@ -164,6 +166,7 @@ class Colliders:
             local_poses=np.array(local_poses, dtype=np.float64).ravel(),
             poses=np.array(poses, dtype=np.float64).ravel(),
             materials=np.array(materials, dtype=np.float64).ravel(),
+            parts=tuple(body for _, body, _ in found),
         )
 
     def __len__(self) -> int:

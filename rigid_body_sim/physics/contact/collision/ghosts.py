@@ -102,9 +102,7 @@ def _body_of(collider: int, table: Any) -> int:
 
 @inline
 def _velocity(body: int, bodies: Array) -> Any:
-    """Velocity and spin of a body, and its centre of mass; zeros of what stands."""
-    if body < 0:
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    """Velocity and spin of a solver body, and its centre of mass."""
     row = body * solver_bodies.SIZE
     velocity = scale(
         bodies[row + solver_bodies.INVERSE_MASS], load(bodies, row + solver_bodies.MOMENTUM)
@@ -126,20 +124,16 @@ def _would_bind(
     if manifolds[record + manifold_record.PIECES] > 1.0:
         return True
     normal = load(manifolds, record + manifold_record.NORMAL)
-    body_a, body_b = _body_of(a, table), _body_of(b, table)
-    velocity_a, spin_a, center_a = _velocity(body_a, bodies)
-    velocity_b, spin_b, center_b = _velocity(body_b, bodies)
+    row_a, row_b = collider_record.solver_body(a, table), collider_record.solver_body(b, table)
+    velocity_a, spin_a, center_a = _velocity(row_a, bodies)
+    velocity_b, spin_b, center_b = _velocity(row_b, bodies)
     closing = dot(normal, subtract(velocity_a, velocity_b)) * horizon
     overlaps = type_b == CYLINDER
     overlaps = overlaps or table[a * collider_record.SIZE + collider_record.TYPE] == CYLINDER
     flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
-    fall = 0.0
-    if body_a >= 0:
-        row = body_a * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
-        fall += dot(normal, load(bodies, row))
-    if body_b >= 0:
-        row = body_b * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
-        fall -= dot(normal, load(bodies, row))
+    acceleration = solver_bodies.FREE_ACCELERATION
+    fall = dot(normal, load(bodies, row_a * solver_bodies.SIZE + acceleration))
+    fall -= dot(normal, load(bodies, row_b * solver_bodies.SIZE + acceleration))
     fall *= 0.5 * horizon * horizon
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
@@ -221,15 +215,15 @@ def _rise(
     """
     table = colliders.table
     body, body_h = _body_of(other, table), _body_of(holder, table)
-    if body < 0 and body_h < 0 or body == body_h:
+    if (body < 0 and body_h < 0) or body == body_h:
         return 0.0
-    velocity, spin, _ = _velocity(body, bodies)
-    velocity_h, spin_h, _ = _velocity(body_h, bodies)
+    velocity, spin, _ = _velocity(collider_record.solver_body(other, table), bodies)
+    velocity_h, spin_h, _ = _velocity(collider_record.solver_body(holder, table), bodies)
     row, row_h = other * swept_aabbs.SIZE, holder * swept_aabbs.SIZE
     radius = colliders.local_bounds[other * bounds_record.SIZE + bounds_record.RADIUS]
     rise = dot(normal, subtract(velocity, velocity_h))
     rise += math.sqrt(dot(spin, spin)) * radius
-    if body_h >= 0:
+    if dot(spin_h, spin_h) > 0.0:
         apart = subtract(
             load(colliders.swept_aabbs, row + swept_aabbs.CENTER),
             load(colliders.swept_aabbs, row_h + swept_aabbs.CENTER),
@@ -299,9 +293,7 @@ def _find_cover(
         if (
             cover != record
             and least <= state <= most
-            and _is_covered_by(
-                record, side, cover, side_c, horizon, colliders, bodies, manifolds
-            )
+            and _is_covered_by(record, side, cover, side_c, horizon, colliders, bodies, manifolds)
         ):
             return 2 * cover + side_c
         cover = int(manifolds[cover + manifold_record.NEXT_OF_A + side_c])
@@ -309,7 +301,9 @@ def _find_cover(
 
 
 @inline
-def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays) -> Any:
+def _turned_point(
+    own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays
+) -> Any:
     """
     Return where a collider is nearest along another normal: beside a point of its surface.
 
@@ -319,14 +313,10 @@ def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: Co
     row = own * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]
     if kind == CAPSULE:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         return add_scaled(add_scaled(point, radius, towards), -radius, normal)
     if kind == CYLINDER:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         axis = pose.axis(colliders.poses, own * pose.SIZE, 2)
         down = add_scaled(negate(normal), dot(normal, axis), axis)
         across = math.sqrt(dot(down, down))
@@ -382,9 +372,7 @@ def _settle(
             continue
         manifolds[record + manifold_record.STATE] = none
         for side in range(2):
-            cover = _find_cover(
-                record, side, least, most, horizon, colliders, bodies, manifolds
-            )
+            cover = _find_cover(record, side, least, most, horizon, colliders, bodies, manifolds)
             if cover >= 0:
                 manifolds[record + manifold_record.STATE] = found
                 if found == DROPPED:
