@@ -195,6 +195,6 @@ def test_craft_lands_on_a_heaving_deck_and_keeps_its_place() -> None:
             apart = state.position[1] - state.position[0]
             places.append(rotation.rotate_back(state.orientation[0], apart))
             tilts.append(math.degrees(tilt(sim, 0)))
-    assert touched == pytest.approx(1.2, abs=0.05)
+    assert touched == pytest.approx(1.25, abs=0.025)  # seen every 0.02 s
     assert np.ptp(places, axis=0).max() < 1e-5
     assert max(tilts) == pytest.approx(6.0, abs=0.5)
