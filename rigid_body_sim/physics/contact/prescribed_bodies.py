@@ -122,8 +122,14 @@ def driven_bodies(parts: Sequence[Body], static: int) -> tuple[PrescribedBodies,
             paths.append(told.path_of(part, part.shape_position, part.shape_orientation))
         drives.append(entry)
     count = static if drives else 0
-    numbers = [np.concatenate(each) if each else np.zeros(0) for each in (drives, paths)]
-    return PrescribedBodies(*numbers, np.zeros(told.INSTANT), np.zeros(1), np.zeros(count)), rows
+    driven = PrescribedBodies(
+        drives=np.concatenate([np.zeros(0), *drives]),
+        paths=np.concatenate([np.zeros(0), *paths]),
+        moment=np.zeros(told.INSTANT),
+        works=np.zeros(1),
+        of_bodies=np.zeros(count),
+    )
+    return driven, rows
 
 
 @inline

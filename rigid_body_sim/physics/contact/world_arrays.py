@@ -114,7 +114,7 @@ class WorldArrays:
         self.grid = np.zeros(max(1, count) * hash_grid.SIZE, dtype=np.int64)
         driven, rows = driven_bodies([colliders.parts[i] for i in order], self._body_count)
         self.table[collider_record.FIXED_ROW :: collider_record.SIZE] = rows
-        self._add_all(driven._asdict())
+        self.drives, self.paths, self.moment, self.works, self.of_bodies = driven
         count_driven = len(driven.drives) // prescribed_bodies.SIZE
         self.bodies = aligned((self._body_count + 1 + count_driven) * solver_bodies.SIZE)
         planes = self.table[collider_record.TYPE :: collider_record.SIZE] == PLANE

@@ -237,7 +237,8 @@ def _intervals(motion: PrescribedMotion) -> Array:
     times, ways = rows[:, 0], rows[:, 1:]
     at_rest = (1, np.zeros(len(WAYS)))
     with np.errstate(all='ignore'):
-        spline = CubicSpline(times, ways, axis=0, bc_type=(at_rest, at_rest))
+        ends: Any = (at_rest, at_rest)
+        spline = CubicSpline(times, ways, axis=0, bc_type=ends)
         coefficients = np.moveaxis(spline.c[::-1], 0, -1)
     if not np.all(np.isfinite(coefficients)):
         raise InvalidModel(
