@@ -22,7 +22,10 @@ from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.integration import integrators
 
-PAIRS = tuple((a, b) for a in range(len(NAMES) - 1) for b in range(a, len(NAMES)))
+STATIC = ('plane', 'surface')  # which meet none of their like
+PAIRS = tuple(
+    (a, b) for a, kind in enumerate(NAMES) if kind not in STATIC for b in range(a, len(NAMES))
+)
 
 
 def stepper(simulation):

@@ -78,7 +78,7 @@ def test_pendulum_strikes_a_ball_by_the_law_of_impact_about_its_pivot(restitutio
     assert state.velocity[1, 0] == pytest.approx(speed, abs=2e-3)
     lost = 0.5 * inertia / (inertia + 1.0) * (1.0 - restitution**2) * 3.0**2
     assert energy - sim.energy() == pytest.approx(lost, abs=5e-3)
-    assert sim.energy() <= energy
+    assert sim.energy() <= energy * (1.0 + 1e-14)  # round-off
 
 
 @pytest.mark.parametrize(('shape', 'gap'), [(BALL, 0.1), (ROD, 0.05)])

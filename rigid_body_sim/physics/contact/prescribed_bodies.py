@@ -42,8 +42,9 @@ from rigid_body_sim.physics.contact.collision import (
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays, world_aabb
+from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.islands import sleep_record
-from rigid_body_sim.physics.contact.solver import constraint, contact_point
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, friction_patch
 from rigid_body_sim.physics.contact.solver.wide_lanes import contact_frame, impulse_of, vector
 from rigid_body_sim.physics.contact.solver_bodies import HELD
 from rigid_body_sim.physics.model import prescribed_motion as told
@@ -303,6 +304,23 @@ def _impulse(lane: int, row: int, field: int, rows: Array) -> Any:
     return impulse_of(along[0], along[1], along[2], *contact_frame(rows, lane))
 
 
+@inline
+def _work_of_patch(
+    when: int, lane: int, width: int, sign: float, velocity: Any, spin: Any, rows: Array
+) -> Any:
+    """Work of the friction of a face on what is not driven."""
+    face = lane + constraint.SIZE + MOST * width
+    wrench = vector(rows, face + friction_patch.TOTAL_1)
+    if when == BOUNCE:
+        wrench = vector(rows, face + friction_patch.RESTITUTION_1)
+    elif when == LAST:
+        wrench = add(wrench, vector(rows, face + friction_patch.IMPULSE_1))
+    arm = vector(rows, face + (friction_patch.ARM_A if sign > 0.0 else friction_patch.ARM_B))
+    normal, tangent_1, tangent_2 = contact_frame(rows, lane)
+    impulse = impulse_of(0.0, wrench[0], wrench[1], normal, tangent_1, tangent_2)
+    return sign * (dot(impulse, add(velocity, cross(spin, arm))) + wrench[2] * dot(normal, spin))
+
+
 @kernel
 def find_works(
     when: int, manifold_count: int, static: int, width: int, driven: PrescribedBodies,
@@ -334,8 +352,9 @@ def find_works(
             spin = scale(HELD, load(bodies, row + solver_bodies.ANGULAR_MOMENTUM))
             field = contact_point.RESTITUTION_NORMAL
         arm_field = contact_point.ARM_A if sign > 0.0 else contact_point.ARM_B
-        work = 0.0
-        for point in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        points = int(manifolds[record + manifold_record.POINT_COUNT])
+        work = _work_of_patch(when, lane, width, sign, velocity, spin, rows) if points > 1 else 0.0
+        for point in range(points):
             place = lane + constraint.SIZE + point * width
             surface = add(velocity, cross(spin, vector(rows, place + arm_field)))
             work += sign * dot(_impulse(lane, place, field, rows), surface)

@@ -260,7 +260,7 @@ class ContactWorld:
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
             find_manifolds=manifold_finder(pairs),
-            **{'apply_restitution': _nothing, **iterations},
+            **{'apply_restitution': _nothing, 'spread_friction': _nothing, **iterations},
         )
 
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
@@ -371,8 +371,8 @@ class ContactWorld:
             if status != 0.0:
                 return status
             read = together(self._pieces)
-            blocks = (np.array(one) for one in motion)
-            outcomes[manner] = Outcome(*blocks, arrays.cache_in_use.copy(), read)
+            translation, rotation = (np.array(blocks) for blocks in motion)
+            outcomes[manner] = Outcome(translation, rotation, arrays.cache_in_use.copy(), read)
         cache, read = put_together(outcomes, wanted, arrays.table, *motion, arrays.substep_of(h))
         arrays.put_cache(cache)
         self._is_read, self._pieces, self._h = True, [read], h

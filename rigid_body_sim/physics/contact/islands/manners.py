@@ -16,7 +16,8 @@ its own bodies alone, and what is not connected does not change a bit of each ot
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import fields
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -194,9 +195,8 @@ def _joined_reads(outcomes: dict[int, Outcome], own: _OwnPairs) -> Read:
     which = np.concatenate([keys[mine] for (_, keys), mine in zip(reads, chosen, strict=True)])
     order = np.argsort(which[:, 0], kind='stable')
 
-    def of_all(name: str) -> Array:
+    def of_all(name: str) -> Any:
         parts = [getattr(found, name)[m] for (found, _), m in zip(reads, chosen, strict=True)]
         return np.concatenate(parts)[order]
 
-    contacts = Contacts(*(of_all(n) for n in ('bodies', 'point', 'normal', 'gap', 'impulse')))
-    return contacts, which[order]
+    return Contacts(*(of_all(field.name) for field in fields(Contacts))), which[order]
