@@ -111,9 +111,7 @@ def _body_of(collider: int, table: Any) -> int:
 
 @inline
 def _velocity(body: int, bodies: Array) -> Any:
-    """Velocity of a body, spin of its surface, and its centre of mass; zeros of what stands."""
-    if body < 0:
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    """Velocity of a solver body, spin of its surface, and its centre of mass."""
     row = body * solver_bodies.SIZE
     velocity = scale(
         bodies[row + solver_bodies.INVERSE_MASS], load(bodies, row + solver_bodies.MOMENTUM)
@@ -180,18 +178,14 @@ def _would_bind(
     if not _may_bind(record, a, b, horizon, stretch, colliders, manifolds):
         return False
     normal = load(manifolds, record + manifold_record.NORMAL)
-    body_a, body_b = _body_of(a, table), _body_of(b, table)
-    velocity_a, spin_a, center_a = _velocity(body_a, bodies)
-    velocity_b, spin_b, center_b = _velocity(body_b, bodies)
+    row_a, row_b = collider_record.solver_body(a, table), collider_record.solver_body(b, table)
+    velocity_a, spin_a, center_a = _velocity(row_a, bodies)
+    velocity_b, spin_b, center_b = _velocity(row_b, bodies)
     closing = dot(normal, subtract(velocity_a, velocity_b)) * horizon
     flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
-    fall = 0.0
-    if body_a >= 0:
-        row = body_a * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
-        fall += dot(normal, load(bodies, row))
-    if body_b >= 0:
-        row = body_b * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
-        fall -= dot(normal, load(bodies, row))
+    acceleration = solver_bodies.FREE_ACCELERATION
+    fall = dot(normal, load(bodies, row_a * solver_bodies.SIZE + acceleration))
+    fall -= dot(normal, load(bodies, row_b * solver_bodies.SIZE + acceleration))
     fall = max(0.5 * horizon * horizon * fall, 0.0)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
@@ -274,13 +268,13 @@ def _rise(
     body, body_h = _body_of(other, table), _body_of(holder, table)
     if (body < 0 and body_h < 0) or body == body_h:
         return 0.0
-    velocity, spin, _ = _velocity(body, bodies)
-    velocity_h, spin_h, _ = _velocity(body_h, bodies)
+    velocity, spin, _ = _velocity(collider_record.solver_body(other, table), bodies)
+    velocity_h, spin_h, _ = _velocity(collider_record.solver_body(holder, table), bodies)
     row, row_h = other * swept_aabbs.SIZE, holder * swept_aabbs.SIZE
     radius = colliders.local_bounds[other * bounds_record.SIZE + bounds_record.RADIUS]
     rise = dot(normal, subtract(velocity, velocity_h))
     rise += math.sqrt(dot(spin, spin)) * radius
-    if body_h >= 0:
+    if dot(spin_h, spin_h) > 0.0:
         apart = subtract(
             load(colliders.swept_aabbs, row + swept_aabbs.CENTER),
             load(colliders.swept_aabbs, row_h + swept_aabbs.CENTER),

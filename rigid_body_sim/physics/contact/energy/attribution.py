@@ -63,7 +63,7 @@ def _span_tree(
         before = count
         for manifold in range(manifold_count):
             lane = lane_of(manifold, manifolds)
-            body_a, body_b = bodies_of(lane, rows)
+            body_a, body_b = bodies_of(lane, static, rows)
             a_hangs, b_hangs = parents[body_a] != LOOSE, parents[body_b] != LOOSE
             if a_hangs != b_hangs and rows[lane + constraint.TOUCHED] > 0.0:
                 body = body_b if a_hangs else body_a
@@ -116,7 +116,7 @@ def attribute_changes(
         body = scratch.sequence[count - 1 - index]
         manifold = scratch.parents[body]
         lane = lane_of(manifold, manifolds)
-        body_a, body_b = bodies_of(lane, rows)
+        body_a, body_b = bodies_of(lane, static, rows)
         other = body_a if body == body_b else body_b
         change = load(changes, body * CHANGE)
         if other != static:

@@ -47,7 +47,7 @@ def unite_pressing(
         record = batch * batch_record.SIZE
         begin = batches[record + batch_record.BEGIN]
         for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
-            body_a, body_b = bodies_of(lane, rows)
+            body_a, body_b = bodies_of(lane, static, rows)
             if body_a != static and body_b != static and rows[lane + constraint.TOUCHED] > 0.0:
                 unite(body_a, body_b, roots)
     for index in range(len(touching)):
@@ -108,7 +108,7 @@ def find_held(
         for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
             if not rows[lane + constraint.TOUCHED] > 0.0:
                 continue
-            body_a, body_b = bodies_of(lane, rows)
+            body_a, body_b = bodies_of(lane, static, rows)
             group = group_of(body_a, body_b, static, roots) * pressing_record.SIZE
             if groups[group + pressing_record.HELD] == CALM:
                 continue

@@ -216,7 +216,7 @@ def _update_separations(
         begin = batches[record + batch_record.BEGIN]
         length = batches[record + batch_record.POINT_COUNT] * width
         for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
-            body_a, body_b = bodies_of(lane, rows)
+            body_a, body_b = bodies_of(lane, static, rows)
             group = group_of(body_a, body_b, static, roots) * pressing_record.SIZE
             let_down = groups[group + pressing_record.LET_DOWN]
             if groups[group + pressing_record.HELD] == CALM or let_down == 0.0:
