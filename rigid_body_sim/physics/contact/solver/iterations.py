@@ -96,9 +96,14 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
     constraints = rows[first - constraint.SIZE : first]
     patch_friction.clear_center(lanes, patch)
     patch_friction.clear_wrench(lanes, patch)
+    patch_friction.clear_moments(lanes, scratch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
-        patch_friction.add_to_center(lanes, points, patch)
+        patch_friction.add_press(lanes, points, scratch)
+    for point in range(point_count):
+        points = rows[first + point * width : first + (point + 1) * width]
+        patch_friction.weigh(lanes, point, points, patch, scratch)
+        patch_friction.add_to_center(lanes, point, points, patch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.take_recalled(lanes, constraints, points, patch)
@@ -251,7 +256,7 @@ def _update_separation(
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if several:
                     update_normals(lanes, constraints, points, scratch)
-                    patch_friction.add_to_center(lanes, points, patch)
+                    patch_friction.add_to_center(lanes, point, points, patch)
                 else:
                     update_points(lanes, constraints, points, scratch)
                 if ANGULAR:

@@ -198,7 +198,10 @@ def prepare_points(
         if point_count > 1:
             face = lane + constraint.SIZE + manifold.MOST * width
             corners = manifolds[record + manifold_record.CORNERS]
-            rows[face + friction_patch.SHARE] = 1.0 / point_count
+            for point in range(manifold.MOST):
+                rows[face + friction_patch.WEIGHTS + point * constraint.LANES] = (
+                    1.0 / point_count if point < point_count else 0.0
+                )
             rows[face + friction_patch.UNIFORM] = patch_friction.uniform_share(corners)
         for point in range(point_count):
             found = record + manifold_record.POINTS + point * manifold.POINT

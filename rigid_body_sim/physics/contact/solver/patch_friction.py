@@ -38,8 +38,8 @@ if G > 1, with 1/g the largest eigenvalue of J M^-1 J^T in the lengths of l: onl
 of steps is to scale both alike the projection of maximum dissipation. c, tau_0, l and g are found
 at the start of a tick, and anew wherever a batch is struck or what presses changes. G_X / G_Y is a polynomial of u, to 1e-3.
 
-What is stored is force and torque about the mean of the points, on which weights have no
-influence, so that both arms end in one point, whatever presses.
+What is stored is force and torque about a centre that moves with the points: it is c at the start
+of the tick, so c of now is measured from it. Both its arms end in one point, whatever presses.
 """
 
 from __future__ import annotations
@@ -75,7 +75,6 @@ LINE, DISC = 1.0 / 3.0, 0.50605  # [-] k
 C_0, C_1, C_2, C_3, C_4 = 0.75, 0.26650, -0.35798, 0.35238, -0.13264  # [-] of C
 L_0, L_1, L_2, L_3, L_4 = 0.56298, 0.80088, 1.09004, -1.82472, 0.87236  # [-] G_X / G_Y
 POINT = 1e-16  # [m^2] a patch with less of a second moment is a point
-FAR = 1e8  # [m] separation beyond which a point is none of the manifold: `colouring.NOWHERE`
 STALE = 0.1  # [-] of what presses: a patch on which that much more or less does is measured anew
 SETTLED = 1e-12  # [-] of what presses: friction that changes by less has settled
 
@@ -85,12 +84,6 @@ def uniform_share(corners: float) -> Any:
     """Return k of a face of so many corners."""
     regular = (2.0 + math.cos(2.0 * math.pi / corners)) / 6.0
     return regular if corners < ROUND else DISC
-
-
-@inline
-def _exists(points: Array, lane: int) -> Any:
-    """1 for a point that the manifold has, else 0."""
-    return 1.0 if points[lane + contact_point.INITIAL_SEPARATION] < FAR else 0.0
 
 
 @inline
@@ -144,10 +137,11 @@ def clear_center(lanes: int, patch: Array) -> None:
 
 
 @kernel
-def add_to_center(lanes: int, points: Array, patch: Array) -> None:
-    """Add one point of each lane to the mean of the points."""
+def add_to_center(lanes: int, point: int, points: Array, patch: Array) -> None:
+    """Add one point of each lane, and its number, to the centre."""
+    weight = friction_patch.WEIGHTS + point * LANES
     for lane in range(lanes):
-        share = patch[lane + friction_patch.SHARE] * _exists(points, lane)
+        share = patch[lane + weight]
         arm_a, arm_b = wide_lanes.arms(points, lane)
         center_a = wide_lanes.vector(patch, lane + friction_patch.ARM_A)
         center_b = wide_lanes.vector(patch, lane + friction_patch.ARM_B)
@@ -157,6 +151,26 @@ def add_to_center(lanes: int, points: Array, patch: Array) -> None:
         wide_lanes.put_vector(
             patch, lane + friction_patch.ARM_B, add_scaled(center_b, share, arm_b)
         )
+
+
+@kernel
+def weigh(lanes: int, point: int, points: Array, patch: Array, scratch: Array) -> None:
+    """
+    Weigh one point of each lane by what it pressed in the last tick, of what all did (`add_press`);
+    where nothing did all weigh alike, as they did before.
+    """
+    weight = friction_patch.WEIGHTS + point * LANES
+    for lane in range(lanes):
+        total = scratch[lane + lane_scratch.PRESS]
+        share = points[lane + contact_point.NORMAL_IMPULSE] / (total if total > 0.0 else 1.0)
+        patch[lane + weight] = share if total > 0.0 else patch[lane + weight]
+
+
+@kernel
+def add_press(lanes: int, points: Array, scratch: Array) -> None:
+    """Add one point of each lane to what presses."""
+    for lane in range(lanes):
+        scratch[lane + lane_scratch.PRESS] += points[lane + contact_point.NORMAL_IMPULSE]
 
 
 @kernel
