@@ -45,7 +45,9 @@ UNSETTLED = constraint.number('-', '1: its points have changed in the last pass 
 TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')
 RADIUS_A = constraint.number('m', 'of the ball or capsule that meets here as A, else 0')
 RADIUS_B = constraint.number('m', 'the same of B')
+FACES = constraint.number('-', 'whose face the normal belongs to, where it may turn: names below')
 SIZE = constraint.size
 
 # what is round of a pair
 TWO_BALLS, BALL_ON_FIXED, NOT_ROUND, RIM_OF_A, RIM_OF_B = 2.0, 1.0, 0.0, -1.0, -2.0
+NO_FACE, FACE_OF_A, FACE_OF_B, TWO_FACES = 0.0, 1.0, 2.0, 3.0

@@ -21,6 +21,7 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, special
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.solver import (
+    approach,
     batch_record,
     constraint,
     contact_point,
@@ -183,10 +184,10 @@ def _prepare(
         if ANGULAR:
             prepare.angular_effective_masses(lanes, constraints)
         if BOUNCES:
-            prepare.gather_accelerations(used, constraints, scratch, bodies)
+            approach.gather_accelerations(used, constraints, scratch, bodies)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                prepare.approach_velocities(lanes, threshold, constraints, points, scratch)
+                approach.approach_velocities(lanes, threshold, constraints, points, scratch)
 
 
 def _solve_normals(
