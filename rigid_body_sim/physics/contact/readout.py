@@ -59,7 +59,7 @@ def read(
         + impulses[:, 1:2] * _vectors(rows, place + constraint.TANGENT_1, constraint.LANES)
         + impulses[:, 2:] * _vectors(rows, place + constraint.TANGENT_2, constraint.LANES)
     )
-    separation = rows[row + contact_point.SEPARATION]
+    separation = rows[row + contact_point.SEPARATION] + rows[place + constraint.SINK]
     point = _points(rows, place, row, separation, normal, bodies)
     touches = (impulses != 0.0).any(axis=1) | (separation <= 0.0)
     pair = found[owner][:, [manifold_record.COLLIDER_A, manifold_record.COLLIDER_B]]

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.collision.axis_of_symmetry import symmetry_f
 from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
 from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
+from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warning, take_overlaps
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
@@ -92,6 +93,8 @@ class ContactWorld:
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
         self._pieces: list[tuple[Contacts, Array]] = []  # of the last tick, if it was cut
+        self._names = [body.name for body in scene.bodies]
+        self._overlaps: dict[tuple[int, int], float] = {}  # [m] of pairs of scene indices
 
     def _make_sleepers(self, scene: Scene, sleeping: bool) -> Any:
         """Make what keeps the contacts of sleepers; None where nobody may sleep."""
@@ -121,16 +124,18 @@ class ContactWorld:
             end = size_in_use(numbers) if len(numbers) else 0
             self._sleepers.recall(numbers[end:])
             numbers = numbers[:end]
+        self._overlaps = {}
         self._restart_from(numbers)
 
     def snapshot(self) -> tuple[Any, ...]:
         """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
-        return self.arrays.cache_in_use.copy(), sleepers
+        return self.arrays.cache_in_use.copy(), sleepers, dict(self._overlaps)
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
-        cache, sleepers = snapshot
+        cache, sleepers, overlaps = snapshot
+        self._overlaps = dict(overlaps)
         self.arrays.forget()
         if self._sleepers is not None:
             self._sleepers.return_to(sleepers)
@@ -157,6 +162,17 @@ class ContactWorld:
             self.arrays.counts[tick_counts.SLEEP_CHANGED] = 1
         self.arrays.put_cache(cache)
         self._is_read = False
+
+    def overlap_warnings(self) -> dict[tuple[int, int], str]:
+        """
+        Warn of the pairs of bodies (scene indices) that have overlapped too deeply since the start
+        or what was restored last, with the greatest depth: see `collision.deep_overlaps`.
+        """
+        names = self._names
+        return {
+            (first, second): overlap_warning(names[first], names[second], depth)
+            for (first, second), depth in self._overlaps.items()
+        }
 
     def contacts(self) -> Contacts:
         """Read the contacts of the last tick; none before the first."""
@@ -244,6 +260,7 @@ class ContactWorld:
         done = 0
         while True:
             status = call(ticks - done, tick + done, h)
+            take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += int(counts[tick_counts.DONE])
                 self._is_read, self._pieces = True, []
@@ -271,6 +288,7 @@ class ContactWorld:
         done, status = 0, 0.0
         while done < pieces and status == 0.0:
             status = call(1, tick * pieces + done, h / pieces)
+            take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += 1
                 self._pieces.append(self._read(self.arrays.manifolds_in_use))

@@ -41,7 +41,7 @@ def apply_restitution(lanes: int, constraints: Array, points: Array, scratch: Ar
         old_1 = points[lane + contact_point.RESTITUTION_TANGENT_1]
         old_2 = points[lane + contact_point.RESTITUTION_TANGENT_2]
         tangent_mass = points[lane + contact_point.TANGENT_MASS]
-        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         new = old - points[lane + contact_point.NORMAL_MASS] * (dot(normal, velocity) - target)
         new = new if new > 0.0 else 0.0
         pressure = (
@@ -70,5 +70,5 @@ def apply_restitution(lanes: int, constraints: Array, points: Array, scratch: Ar
         points[lane + contact_point.RESTITUTION_NORMAL] = new
         points[lane + contact_point.RESTITUTION_TANGENT_1] = new_1
         points[lane + contact_point.RESTITUTION_TANGENT_2] = new_2
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)

@@ -64,7 +64,6 @@ def gather_momenta(
     for lane in range(lanes):
         wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
         scratch[lane + lane_scratch.PRESSES] = 0.0
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = 0.0
         scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
         scratch[lane + lane_scratch.ACTIVE] = 1.0
     for lane in range(used):
@@ -105,22 +104,45 @@ def scatter_momenta(used: int, constraints: Array, scratch: Array, bodies: Array
 
 
 @inline
-def skip_settled(used: int, constraints: Array, scratch: Array) -> bool:
-    """Let the lanes stand still that the last pass left at rest; tell whether any is left."""
-    any_left = False
+def any_unsettled(used: int, constraints: Array) -> bool:
+    """Tell whether the last pass has changed any lane."""
     for lane in range(used):
-        scratch[lane + lane_scratch.ACTIVE] = constraints[lane + constraint.UNSETTLED]
-        any_left = any_left or constraints[lane + constraint.UNSETTLED] > 0.0
-    return any_left
+        if constraints[lane + constraint.UNSETTLED] > 0.0:
+            return True
+    return False
 
 
 @inline
-def mark_unsettled(used: int, constraints: Array, scratch: Array) -> None:
-    """Note which lanes this pass has changed by more than rest."""
+def skip_settled(used: int, constraints: Array, scratch: Array) -> None:
+    """Let the lanes stand still that the last pass left at rest."""
     for lane in range(used):
-        changed = scratch[lane + lane_scratch.LARGEST_CHANGE] > 0.0
+        scratch[lane + lane_scratch.ACTIVE] = constraints[lane + constraint.UNSETTLED]
+
+
+@inline
+def mark_unsettled(
+    used: int, rest: float, constraints: Array, points: Array, scratch: Array
+) -> bool:
+    """
+    Note which lanes this pass has changed by more than settles; tell whether any.
+
+        rest   : [m/s] change of a velocity that is left alone
+        points : the first of each lane
+    """
+    any_changed = False
+    for lane in range(used):
+        size = scratch[lane + lane_scratch.LARGEST_CHANGE]
+        changed = size > rest * points[lane + contact_point.NORMAL_MASS]
         constraints[lane + constraint.UNSETTLED] = 1.0 if changed else 0.0
-        if changed:
+        any_changed = any_changed or changed
+    return any_changed
+
+
+@inline
+def mark_touched(used: int, constraints: Array) -> None:
+    """Note that the lanes have touched that the relaxation has changed."""
+    for lane in range(used):
+        if constraints[lane + constraint.UNSETTLED] > 0.0:
             constraints[lane + constraint.TOUCHED] = 1.0
 
 
@@ -139,13 +161,12 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 @kernel
 def solve_normals(
     lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
-    cap: float, calm: float,
+    cap: float,
 ) -> None:  # fmt: skip
     """
     Solve the normal of one point of each lane, soft where the surfaces overlap.
 
-        cap  : [m/s] speed at which an overlap goes, at most
-        calm : [m/s] change of the normal velocity that is left alone
+        cap : [m/s] speed at which a deep overlap goes, at most
     """
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
@@ -157,13 +178,20 @@ def solve_normals(
         old_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
         old_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
         mass = points[lane + contact_point.NORMAL_MASS]
-        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         pressed_already = scratch[lane + lane_scratch.PRESSES]
         is_open = separation > 0.0
         depth = separation + slop
         depth = depth if depth < 0.0 else 0.0
         soft = constraints[lane + constraint.BIAS_RATE] * depth
-        soft = soft if soft > -cap else -cap
+        # beyond the bias that carries the load
+        stiff = constraints[lane + constraint.MASS_SCALE] * mass
+        bears = (
+            constraints[lane + constraint.IMPULSE_SCALE] * old / (stiff if stiff > 0.0 else 1.0)
+        )
+        is_deep = depth < -constraints[lane + constraint.DEEP]
+        fastest = -bears - (cap if is_deep else constraints[lane + constraint.PACE])
+        soft = soft if soft > fastest else fastest
         bias = separation * inverse_h if is_open else soft
         mass_scale = 1.0 if is_open else constraints[lane + constraint.MASS_SCALE]
         impulse_scale = 0.0 if is_open else constraints[lane + constraint.IMPULSE_SCALE]
@@ -195,16 +223,15 @@ def solve_normals(
         points[lane + contact_point.NORMAL_IMPULSE] = new if active else old
         points[lane + contact_point.TANGENT_IMPULSE_1] = new_1 if active else old_1
         points[lane + contact_point.TANGENT_IMPULSE_2] = new_2 if active else old_2
-        size = abs(change) - calm * mass
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        size = abs(change)
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         scratch[lane + lane_scratch.PRESSES] = 1.0 if presses else pressed_already
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
 @kernel
 def relax(
-    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, calm: float,
-    rest: float,
+    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float
 ) -> None:  # fmt: skip
     """
     Solve normal and friction of one point of each lane, without push-out.
@@ -212,9 +239,6 @@ def relax(
     Friction sees the tangential velocity that the new normal impulse leaves. What was warm-started
     touches: a motion along a curve has opened it by h^2 only. To send it back at s/h, as what is
     still apart, would take energy of first order in h.
-
-        calm : [m/s] change of the normal velocity that is left alone
-        rest : [m/s] change of any velocity below which a lane is settled
     """
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
@@ -226,7 +250,6 @@ def relax(
         old_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
         mass = points[lane + contact_point.NORMAL_MASS]
         tangent_mass = points[lane + contact_point.TANGENT_MASS]
-        largest_normal = scratch[lane + lane_scratch.NORMAL_CHANGE]
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         is_open = separation > 0.0
         is_new = points[lane + contact_point.WARM_NORMAL] <= 0.0
@@ -252,12 +275,8 @@ def relax(
         change_1, change_2 = new_1 - old_1, new_2 - old_2
         impulse = wide_lanes.impulse_of(change, change_1, change_2, normal, tangent_1, tangent_2)
         size, slip = abs(change), abs(change_1) + abs(change_2)
-        either = (size if size > slip else slip) - rest * mass
-        size = size - calm * mass
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = (
-            size if size > largest_normal else largest_normal
-        )
-        scratch[lane + lane_scratch.LARGEST_CHANGE] = either if either > largest else largest
+        size = size if size > slip else slip
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         points[lane + contact_point.NORMAL_IMPULSE] = new
         points[lane + contact_point.TANGENT_IMPULSE_1] = new_1
         points[lane + contact_point.TANGENT_IMPULSE_2] = new_2
