@@ -42,6 +42,8 @@ MEANINGS = {
     '<body>/applied_wrench': 'what commands exerted over the last tick, stamped with its start',
     '<body>/contacts': 'where the body touches others, and the force of each contact; '
     '`publish_contacts`',
+    '<body>/contact_wrench': 'force and torque of all contacts of the body about its centre '
+    'of mass, world axes, mean over the last tick; `publish_contact_wrenches`',
     '<body>/odom': 'pose in the world frame, twist in the axes of the body; `publish_odometry`',
     'poses': 'every body in scene order; `publish_arrays`',
     'twists': 'every body in scene order, with names; `publish_arrays`',
@@ -66,7 +68,9 @@ def topics() -> Iterator[tuple[str, str, str]]:
     from rigid_body_sim.runs.run import Run, RunSettings
     from rigid_body_sim.runs.viewing import ViewSettings
 
-    shown = ViewSettings(odometry=True, transforms=True, markers=True, arrays=True)
+    shown = ViewSettings(
+        odometry=True, transforms=True, markers=True, arrays=True, contact_wrenches=True
+    )
     run = Run(
         Simulation(load_scene(SCENE)),
         RunSettings(publish_contacts=True, view=shown),

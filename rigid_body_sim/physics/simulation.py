@@ -727,6 +727,22 @@ class Simulation:
         self._settle()
         return self._stepper.contacts()
 
+    def contact_wrenches(self) -> tuple[Array, Array]:
+        """
+        Force [N] and torque [N m] that contacts exerted on each body, as the mean over the last
+        tick: `Contacts.wrenches`.
+
+        returns : (n, 3) and (n, 3), scene order, world axes; torques about the centres of mass
+        """
+        contacts = self.contacts()
+        return contacts.wrenches(self.state.position, self.dt)
+
+    def contact_wrench(self, body: str) -> tuple[Array, Array]:
+        """Force (3,) [N] and torque (3,) [N m] of `contact_wrenches` on one body."""
+        index = self.body_index(body)
+        force, torque = self.contact_wrenches()
+        return force[index], torque[index]
+
     def reset(self) -> None:
         """Put every body back to the start of the scene, without commands; time goes on."""
         with self._all_or_nothing():

@@ -18,6 +18,7 @@ it.
 from __future__ import annotations
 
 import itertools
+import math
 from collections import deque
 from collections.abc import Callable
 from functools import partial
@@ -384,6 +385,8 @@ class Stepper:
         """
         elements = self._elements
         kernel = self._free_kernel() if elements.do_nothing else self._coupled_kernel()
+        if self.contact is not None:
+            self.contact.take_tick(h / self._integrator.substeps)
         if elements.schedule is None:
             return self._advance(kernel, ticks, tick, h)
         done = 0
@@ -409,19 +412,32 @@ class Stepper:
         self, kernel: Callable[..., Any], tick: float, cuts: list[float], h: float
     ) -> bool:
         """Advance over one tick in pieces between instants; on failure return to its start."""
-        elements = self._elements
-        assert elements.schedule is not None
         before = self.begin()
-        for begin, end in itertools.pairwise([tick, *cuts, tick + 1.0]):
-            elements.schedule.set(elements.numbers, begin, end, h)
-            piece = (end - begin) * h
-            self.cut_work()
-            if not self._go(kernel, 1, begin * h / piece, piece, to_the_end=True):
-                self._copy_back()
-                return False
+        instants = [tick, *cuts, tick + 1.0]
+        lengths = [(end - begin) * h for begin, end in itertools.pairwise(instants)]
+
+        def advance(piece: int) -> float:
+            well = self._go_between(kernel, instants[piece], instants[piece + 1], h)
+            return 0.0 if well else math.nan
+
+        if self.contact is not None:
+            status = self.contact.in_pieces(lengths, advance)
+        else:
+            status = next((s for s in map(advance, range(len(lengths))) if s != 0.0), 0.0)
+        if status != 0.0:
+            self._copy_back()
+            return False
         self.cut_work()
         self.end(before, 1)
         return True
+
+    def _go_between(self, kernel: Callable[..., Any], begin: float, end: float, h: float) -> bool:
+        """Advance from one place to another [tick], between which no instant lies."""
+        schedule, piece = self._elements.schedule, (end - begin) * h
+        assert schedule is not None
+        schedule.set(self._elements.numbers, begin, end, h)
+        self.cut_work()
+        return self._go(kernel, 1, begin * h / piece, piece, to_the_end=True)
 
     def _advance(
         self,

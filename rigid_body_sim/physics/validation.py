@@ -70,6 +70,8 @@ def check_scene(scene: Scene) -> None:
     with blaming('contact'):
         _check_contact(scene.contact)
     names = _check_bodies(scene)
+    with blaming('contact'):
+        _check_pair_rules(scene.contact, names)
     with blaming('forces'):
         _need(scene.forces, list | tuple, 'a tuple of force elements')
     for i, force in enumerate(scene.forces):
@@ -207,6 +209,13 @@ def _check_contact(contact: Any) -> None:
         ContactSettings.of(contact)
     elif set(contact) - {'mode'}:
         raise InvalidModel(f"got {shown(dict(contact))}; without contact there is only 'mode'")
+
+
+def _check_pair_rules(contact: Mapping[str, Any], names: Collection[str]) -> None:
+    if contact.get('ignore') or contact.get('pairs'):
+        from rigid_body_sim.physics.contact.pair_rules import pair_rules
+
+        pair_rules(contact, [*names])
 
 
 def _check_bodies(scene: Scene) -> Collection[str]:

@@ -252,6 +252,49 @@ class StatePacker:
         )
 
 
+class WrenchPacker:
+    """
+    One wrench of each body at a published tick, stamped as its states.
+
+    topics : in the order of the bodies; the channel id of topics[i] is first_channel_id + i
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[str],
+        *,
+        leaf: str,
+        namespace: str,
+        frame_id: str,
+        first_channel_id: int,
+    ) -> None:
+        self.topics = tuple(
+            body_topic(namespace, body, leaf, cdr.WrenchStamped.TYPE) for body in bodies
+        )
+        tail = cdr.header_tail(frame_id)
+        record = _record_dtype(tail, (3, 3))
+        channels = range(first_channel_id, first_channel_id + len(bodies))
+        self._block = bytearray(
+            b''.join(_constant_parts(channel, record, tail) for channel in channels)
+        )
+        self._records = np.frombuffer(self._block, record)
+        self._layout = TickLayout.of_records(
+            self.topics,
+            first_channel_id,
+            channels=channels,
+            sizes=[record.itemsize] * len(bodies),
+            time_offsets=[0] * len(bodies),
+        )
+        self._stamp = _StampCell()
+
+    def pack(self, sequence: int, time_ns: int, force: Array, torque: Array) -> Batch:
+        """Pack the message of every body; force, torque : (n, 3) [N], [N m]."""
+        self._records['stamp'] = self._stamp.set(sequence, time_ns)
+        self._records['first'] = force
+        self._records['second'] = torque
+        return Batch(self._layout, bytes(self._block), (time_ns,), None)
+
+
 class _Views:
     """The changing parts of one block of records, or of a column of blocks, as arrays."""
 

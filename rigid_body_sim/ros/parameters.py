@@ -137,6 +137,12 @@ PARAMETERS = (
         'scenes with contact',
     ),
     Entry(
+        'publish_contact_wrenches',
+        False,
+        'publish (and record) <body>/contact_wrench: force and torque of all contacts of a body '
+        'about its centre of mass, world axes, mean over the last tick; for scenes with contact',
+    ),
+    Entry(
         'publish_odometry',
         False,
         'publish (and record) <body>/odom: pose in the world frame, twist in the axes of the body',
@@ -227,6 +233,7 @@ class Settings:
     error_estimate: bool
     publish_clock: bool
     publish_contacts: bool
+    publish_contact_wrenches: bool
     publish_odometry: bool
     publish_tf: bool
     publish_markers: bool

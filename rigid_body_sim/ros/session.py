@@ -227,6 +227,7 @@ def _view_settings(node: SimNode) -> ViewSettings:
         transforms=settings.publish_tf,
         markers=settings.publish_markers,
         arrays=settings.publish_arrays,
+        contact_wrenches=settings.publish_contact_wrenches,
         arrow_scale=settings.arrow_scale,
         frame_prefix=settings.frame_prefix,
         node_name=node.get_name(),

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 What a run publishes beyond its states, for viewers and controllers that want them in another form:
-odometry, transforms, markers, arrays of all bodies. Each is off until asked for.
+odometry, transforms, markers, arrays of all bodies, what contacts exert on each body. Each is off
+until asked for.
 
 Their records lie between the wrenches of a published tick and its states, stamped as the states:
 a tick that is whole has them.
@@ -27,6 +28,7 @@ from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.marker_packing import Arrows, MarkerPacker, Shown
+from rigid_body_sim.recording.packing import WrenchPacker
 from rigid_body_sim.recording.topics import Topic, node_topic
 from rigid_body_sim.recording.view_packing import (
     ArrayPacker,
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+CONTACT_WRENCH = 'contact_wrench'  # leaf of a topic
 MARKER_RATE = 25.0  # [Hz] that eyes take for motion
 NODE_NAME = 'rigid_body_sim'
 EVERY_BODY = '*'
@@ -53,7 +56,7 @@ class ViewSettings:
     """
     What is published beside the states; recorded in the manifest.
 
-    odometry, transforms, markers, arrays : whether they are
+    odometry, transforms, markers, arrays, contact_wrenches : whether they are
     marker_every : published ticks between two messages of markers
     arrow_scale  : [m/N] length of arrows; 0: of the scene
     frame_prefix : before the names of frames of bodies, as robot_state_publisher has it
@@ -65,6 +68,7 @@ class ViewSettings:
     transforms: bool = False
     markers: bool = False
     arrays: bool = False
+    contact_wrenches: bool = False
     marker_every: int = 1
     arrow_scale: float = 0.0
     frame_prefix: str = ''
@@ -151,6 +155,11 @@ def check_view(scene: Scene, settings: ViewSettings, world_frame: str) -> list[s
     returns : names of the bodies that have topics of their own
     """
     check_frames(scene, settings, world_frame)
+    if settings.contact_wrenches and scene.contact.get('mode', 'none') == 'none':
+        raise UserError(
+            f'contact wrenches of the scene {scene.name!r}: asked for, but its bodies do not '
+            'meet; give the scene contact: {mode: timestep}, or do not ask'
+        )
     own = bodies_with_topics(scene, settings.body_topics)
     return [scene.bodies[place].name for place in own]
 
@@ -183,6 +192,7 @@ class Viewing:
         self._fixed = np.array([body.fixed for body in scene.bodies], dtype=bool)
         self.topics: tuple[Topic, ...] = ()
         self._odometry = self._transforms = self._arrays = self._markers = None
+        self._wrenches: WrenchPacker | None = None
         if settings.odometry and own.size:
             self._odometry = OdometryPacker(
                 [names[place] for place in own],
@@ -215,6 +225,15 @@ class Viewing:
                 first_channel_id=first_channel_id + len(self.topics),
             )
             self.topics += self._arrays.topics
+        if settings.contact_wrenches and own.size:
+            self._wrenches = WrenchPacker(
+                [names[place] for place in own],
+                leaf=CONTACT_WRENCH,
+                namespace=namespace,
+                frame_id=world_frame,
+                first_channel_id=first_channel_id + len(self.topics),
+            )
+            self.topics += self._wrenches.topics
         if settings.markers:
             with np.errstate(all='ignore'):
                 forms, scale = forms_of(scene), scale_of(scene, settings.arrow_scale)
@@ -255,7 +274,9 @@ class Viewing:
 
     def shows_contacts(self, tick: int) -> bool:
         """Whether the contacts of a published tick are wanted, if bodies meet."""
-        return self._markers is not None and tick % self._marker_ticks == 0
+        return self._wrenches is not None or (
+            self._markers is not None and tick % self._marker_ticks == 0
+        )
 
     def pack(self, force: Array, torque: Array, contacts: Contacts | None) -> tuple[Batch, ...]:
         """
@@ -272,6 +293,10 @@ class Viewing:
     def _packed(self, force: Array, torque: Array, contacts: Contacts | None) -> tuple[Batch, ...]:
         tick, time_ns, motions = self._now()
         batches = self._states(tick, time_ns, motions)
+        if self._wrenches is not None and contacts is not None:
+            of_all = contacts.wrenches(motions.position, self._simulation.dt)
+            own = (wrench[self._own] for wrench in of_all)
+            batches.append(self._wrenches.pack(tick, time_ns, *own))
         if self._markers is not None and tick % self._marker_ticks == 0:
             poses = self._marker_places.poses(motions.position, motions.orientation)
             touching = self._contact_arrows(contacts)

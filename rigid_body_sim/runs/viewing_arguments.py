@@ -39,6 +39,12 @@ def add(parser: argparse.ArgumentParser) -> None:
         '--arrays', action='store_true', help='record poses and twists: all bodies in a message'
     )
     group.add_argument(
+        '--contact-wrenches',
+        action='store_true',
+        help='record <body>/contact_wrench: force and torque of all contacts of a body about its '
+        'centre of mass, world axes, mean over the last tick',
+    )
+    group.add_argument(
         '--marker-rate',
         type=float,
         default=MARKER_RATE,
@@ -81,6 +87,7 @@ def settings_of(arguments: argparse.Namespace, *, publish_every: int, dt_ns: int
         transforms=arguments.tf,
         markers=arguments.markers,
         arrays=arguments.arrays,
+        contact_wrenches=arguments.contact_wrenches,
         marker_every=marker_every(rate, publish_every, dt_ns),
         arrow_scale=scale,
         frame_prefix=arguments.frame_prefix,

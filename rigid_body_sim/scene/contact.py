@@ -5,6 +5,12 @@ Read `contact`: whether bodies meet, and how.
 
     contact: {mode: none}                      bodies pass through each other; nothing is computed
     contact: {mode: timestep, substeps: 8}     contact by time stepping, with its settings
+    contact: {mode: timestep, ignore: [[door, frame]],
+              pairs: [{bodies: [tyre, ice], friction: 0.05}]}
+
+No two bodies of an entry of `ignore` meet; an entry of `pairs` replaces what the materials of the
+two give. The name of a body with `repeat` stands for all its copies; `[ball, ball]` are its copies
+among themselves.
 
 The settings of a mode are the fields of its dataclass, which is imported only when it is asked
 for: `physics.contact.settings.ContactSettings`. `Scene.contact` holds what the scene gives.
@@ -13,16 +19,26 @@ for: `physics.contact.settings.ContactSettings`. `Scene.contact` holds what the 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import Any
 
+from rigid_body_sim.physics.validation import MATERIAL
 from rigid_body_sim.scene.values import Value
 
 MODES = ('none', 'timestep')
 LATER_MODES = ('event',)
+NO_COPIES: Mapping[str, Collection[str]] = MappingProxyType({})
 
 
-def read_contact(value: Value | None) -> dict[str, Any]:
-    """Return the mode and the settings that are given."""
+def read_contact(
+    value: Value | None, copies: Mapping[str, Collection[str]] = NO_COPIES
+) -> dict[str, Any]:
+    """
+    Return the mode and the settings that are given.
+
+    copies : names of the copies of a body that is repeated, by the name that is written
+    """
     if value is None:
         return {'mode': 'none'}
     value.need_mapping(f'a mapping such as {{mode: timestep}}, with one of {", ".join(MODES)},')
@@ -40,11 +56,14 @@ def read_contact(value: Value | None) -> dict[str, Any]:
 
     fields = {f.name: f for f in dataclasses.fields(ContactSettings) if f.name != 'mode'}
     value.need_known(('mode', *fields))
+    readers = {'ignore': _ignored, 'pairs': _pairs}
     settings = {}
     for name, field in fields.items():
         given = value.find(name)
         if given is not None:
-            settings[name] = _setting(given, field)
+            settings[name] = (
+                readers[name](given, copies) if name in readers else _setting(given, field)
+            )
     with value.blamed():
         ContactSettings(**settings)
     return {'mode': mode, **settings}
@@ -58,3 +77,30 @@ def _setting(value: Value, field: dataclasses.Field[Any]) -> Any:
     if field.type in ('int', int):
         return value.whole(minimum=known['minimum'], maximum=known['maximum'])
     return value.number(unit=known['unit'], minimum=known['minimum'])
+
+
+def _ignored(value: Value, copies: Mapping[str, Collection[str]]) -> tuple[Any, ...]:
+    """Read the pairs that do not meet."""
+    return tuple(_members(entry, copies) for entry in value.items('a list of lists of bodies'))
+
+
+def _pairs(value: Value, copies: Mapping[str, Collection[str]]) -> tuple[dict[str, Any], ...]:
+    """Read the pairs with a material of their own."""
+    pairs = []
+    for entry in value.items('a list of mappings'):
+        entry.need_mapping('a mapping such as {bodies: [a, b], friction: 0.1}')
+        entry.need_known(('bodies', *MATERIAL))
+        pair: dict[str, Any] = {'bodies': _members(entry.at('bodies', what='two bodies'), copies)}
+        for key, unit in MATERIAL.items():
+            given = entry.find(key)
+            if given is not None:
+                most = 1.0 if key == 'restitution' else None
+                pair[key] = given.number(unit=unit, minimum=0.0, maximum=most)
+        pairs.append(pair)
+    return tuple(pairs)
+
+
+def _members(value: Value, copies: Mapping[str, Collection[str]]) -> tuple[Any, ...]:
+    """Read bodies; a name that is repeated stands for its copies."""
+    names = [item.text('the name of a body') for item in value.items('a list of bodies')]
+    return tuple(tuple(copies[name]) if name in copies else name for name in names)

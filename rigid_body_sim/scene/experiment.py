@@ -10,7 +10,7 @@ UserError of one line that names the place in the document.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -149,7 +149,7 @@ def _scene(origin: Origin, *, text: bytes, files: Files) -> Scene:
         name=_name(value),
         dt_ns=dt_ns,
         bodies=bodies,
-        contact=read_contact(value.find('contact')),
+        contact=read_contact(value.find('contact'), _copies(value, names)),
         source=text,
         origin=origin,
         files=files.used,
@@ -256,3 +256,14 @@ def _bodies(value: Value, files: Files) -> tuple[Body, ...]:
         if len(bodies) > MOST_BODIES:
             raise value.error(f'more than {MOST_BODIES} bodies; make fewer copies')
     return tuple(bodies.values())
+
+
+def _copies(value: Value, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Give the names of the copies of each body that is repeated."""
+    written = {str(body['name']) for body in value.content['bodies'] if body.get('repeat')}
+    copies: dict[str, list[str]] = {}
+    for name in names if written else ():
+        stem = name.rpartition('_')[0]
+        if stem in written:
+            copies.setdefault(stem, []).append(name)
+    return {stem: tuple(found) for stem, found in copies.items()}

@@ -41,9 +41,9 @@ FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go 
         'diagnostics', 'contact', 'validation', 'stepper', 'simulation',
     ),
     'physics.contact': (
-        'settings', 'suited_integrators', 'tick_settings', 'tick_counts', 'array_groups',
-        'solver_bodies', 'collision', 'solver', 'touching', 'islands', 'energy', 'readout',
-        'step', 'world_arrays', 'world',
+        'pair_rules', 'settings', 'suited_integrators', 'tick_settings', 'tick_counts',
+        'array_groups', 'solver_bodies', 'collision', 'solver', 'touching', 'islands', 'energy',
+        'readout', 'step', 'world_arrays', 'world',
     ),
     'physics.integration': (
         'status', 'options', 'limits', 'free_rotation', 'schemes', 'integrator', 'orientation',

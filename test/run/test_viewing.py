@@ -22,7 +22,7 @@ from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, RunSettings
 from rigid_body_sim.runs.viewing import ViewSettings
 
-ALL = ('--odometry', '--tf', '--markers', '--arrays')
+ALL = ('--odometry', '--tf', '--markers', '--arrays', '--contact-wrenches')
 LANDING = """
 dt: 0.004
 gravity: [0, 0, -9.81]
@@ -89,6 +89,9 @@ def test_all_views_are_recorded_belong_to_the_states_and_replay(as_json, verb, s
     assert [each['child_frame_id'] for each in message.values['transforms']] == [
         *('lab/ground', 'lab/box', 'lab/stone', 'lab/box/nose')
     ]
+    wrenches = messages_of(bag, '/box/contact_wrench')
+    assert [time for time, _ in wrenches] == states[1:]
+    assert wrenches[-1][1].force[2] == pytest.approx(9.81, abs=1e-3)  # it lies still
     check_markers(bag, states)
     with AnyReader([path]) as reader:
         assert {c.topic for c in reader.connections} == set(bag.topics)

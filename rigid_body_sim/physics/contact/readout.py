@@ -26,8 +26,8 @@ Indices = NDArray[np.int64]
 
 
 def read(
-    manifold_count: int, *, width: int, bounces: bool, table: Indices, manifolds: Array,
-    rows: Array, bodies: Array,
+    manifold_count: int, *, width: int, bounces: bool, angular: int, table: Indices,
+    manifolds: Array, rows: Array, bodies: Array,
 ) -> tuple[Contacts, Array]:  # fmt: skip
     """
     Read the contacts of a tick or piece, and which they are: (m, 2), pair id and feature.
@@ -35,6 +35,7 @@ def read(
     table, manifolds, rows, bodies : of the kernel of the ticks
     width   : numbers of a point
     bounces : whether rows hold restitution impulses
+    angular : substeps, where rows hold angular impulses; else 0
     """
     if not manifold_count:
         return NO_CONTACTS, np.zeros((0, 2))
@@ -60,6 +61,15 @@ def read(
         + impulses[:, 2:] * _vectors(rows, place + constraint.TANGENT_2, constraint.LANES)
     )
     separation = rows[row + contact_point.SEPARATION] + rows[place + constraint.SINK]
+    about = np.zeros_like(impulse)
+    if angular:
+        for field, axis in (
+            (contact_point.ROLLING_IMPULSE_1, constraint.TANGENT_1),
+            (contact_point.ROLLING_IMPULSE_2, constraint.TANGENT_2),
+            (contact_point.TWIST_IMPULSE, constraint.NORMAL),
+        ):
+            of_axis = angular * rows[row + field][:, None]
+            about += of_axis * _vectors(rows, place + axis, constraint.LANES)
     point = _points(rows, place, row, separation, normal, bodies)
     touches = (impulses != 0.0).any(axis=1) | (separation <= 0.0)
     pair = found[owner][:, [manifold_record.COLLIDER_A, manifold_record.COLLIDER_B]]
@@ -72,6 +82,7 @@ def read(
         normal[touches],
         separation[touches],
         impulse[touches],
+        about[touches],
     )
     return contacts, which[touches]
 
@@ -93,8 +104,9 @@ def together(pieces: Sequence[tuple[Contacts, Array]]) -> tuple[Contacts, Array]
     count = int(same.max()) + 1
     last = np.zeros(count, dtype=np.int64)
     np.maximum.at(last, same, np.arange(len(same)))
-    impulse = np.zeros((count, 3))
+    impulse, about = np.zeros((count, 3)), np.zeros((count, 3))
     np.add.at(impulse, same, impulses)
+    np.add.at(about, same, np.concatenate([c.angular_impulse for c, _ in pieces]))
     acted = np.any(impulse != 0.0, axis=1) | (last >= len(which) - len(pieces[-1][1]))
     order = np.flatnonzero(acted)[np.argsort(last[acted])]
     chosen = last[order]
@@ -108,6 +120,7 @@ def together(pieces: Sequence[tuple[Contacts, Array]]) -> tuple[Contacts, Array]
         of_all('normal'),
         of_all('gap'),
         impulse[order],
+        about[order],
     )
     return contacts, which[chosen]
 

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from rigid_body_sim.physics.contact.pair_rules import check_form
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.numbers import shown
 
@@ -54,6 +55,8 @@ class ContactSettings:
                      nothing sleep
     sleep_time     : [s] so long they must have been slower; a shorter one stops what is only about
                      to turn back or to fall over
+    ignore, pairs  : pairs that do not meet, and pairs with a material of their own: see
+                     `pair_rules`
     """
 
     mode: str = MODE
@@ -67,6 +70,8 @@ class ContactSettings:
     sleeping: bool = False
     sleep_speed: float = _number(0.01, 'm/s')
     sleep_time: float = _number(0.5, 's')
+    ignore: tuple[Any, ...] = ()
+    pairs: tuple[Any, ...] = ()
 
     def __post_init__(self) -> None:
         if self.mode != MODE:
@@ -74,6 +79,7 @@ class ContactSettings:
         for setting in fields(self):
             if setting.metadata:
                 self._check_number(setting.name, setting.metadata)
+        check_form(self.ignore, self.pairs)
         if not isinstance(self.sleeping, bool):
             raise InvalidModel(
                 f'contact.sleeping: got {shown(self.sleeping)}; true or false is needed'

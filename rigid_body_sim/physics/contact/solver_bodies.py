@@ -70,6 +70,7 @@ FREE_ANGULAR_ACCELERATION = body.vector('rad/s^2', 'the same')
 SUBSTEP_ORIENTATION = body.quaternion('-', 'at the start of the substep')
 MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m/s', 'from which restitution starts')
 ANGULAR_MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m^2/s', 'the same')
+FIRST_MANIFOLD = body.number('-', 'where the first of its manifolds begins, while it is asked')
 SIZE = body.padding(64)  # eight cache lines
 
 # how a body turns, the rounder the larger
@@ -167,6 +168,39 @@ def begin_tick(i: int, n_rigid: int, translation: Array, rotation: Array, bodies
         for entry in range(4):
             bodies[row + START_ORIENTATION + entry] = rotation[place + blocks.QX + LANES * entry]
         _put_inverse_inertia(bodies, row, rotation, place)
+
+
+@inline
+def spin(row: int, bodies: Array) -> Any:
+    """Angular velocity omega = I^-1 L of the body whose row begins there [rad/s]."""
+    inverse = load_symmetric(bodies, row + INVERSE_INERTIA)
+    return apply_symmetric(inverse, load(bodies, row + ANGULAR_MOMENTUM))
+
+
+@inline
+def start_axis(row: int, bodies: Array) -> Any:
+    """Axis of symmetry of a body at the start of the tick, world axes."""
+    q = row + START_ORIENTATION
+    axis = load(bodies, row + SYMMETRY_AXIS)
+    return rotate(
+        bodies[q], bodies[q + 1], bodies[q + 2], bodies[q + 3], axis[0], axis[1], axis[2]
+    )
+
+
+@inline
+def surface_spin(row: int, bodies: Array) -> Any:
+    """
+    Angular velocity with which the surface of a body turns at the start of the tick [rad/s]: of a
+    body of revolution that of its axis, of a ball about its centre of mass none.
+    """
+    kind = bodies[row + SYMMETRY]
+    omega = (0.0, 0.0, 0.0)
+    if kind != CENTRED_BALL:
+        omega = spin(row, bodies)
+    if kind == ABOUT_AXIS:
+        axis = start_axis(row, bodies)
+        omega = cross(axis, cross(omega, axis))
+    return omega
 
 
 @kernel

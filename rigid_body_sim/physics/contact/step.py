@@ -43,6 +43,7 @@ from rigid_body_sim.physics.contact import solver_bodies, tick_counts, tick_sett
 from rigid_body_sim.physics.contact.array_groups import Constraints, Forces, Motion
 from rigid_body_sim.physics.contact.collision import (
     deep_overlaps,
+    ignored_pairs,
     narrow_phase,
     neighbour_list,
     swept_aabbs,
@@ -59,6 +60,7 @@ from rigid_body_sim.physics.contact.solver import (
     forces_of_state,
     impulse_cache,
     manifold_constraints,
+    pair_materials,
     variable_mass,
 )
 from rigid_body_sim.physics.contact.touching import list_touching
@@ -84,6 +86,8 @@ COUPLED = slot('[-] whether a force depends on the state')
 VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
 SLEEPING = slot('[-] whether islands may sleep')
 FLOWS = slot('[-] whether the mass of a body that touches changes')
+IGNORES = slot('[-] whether some pairs do not meet')
+PAIR_MATERIALS = slot('[-] whether some pairs have a material of their own')
 drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
 evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
 find_manifolds = slot('kernel (pairs, count, h, room, ...): the narrow phase')
@@ -117,11 +121,13 @@ class Detection(NamedTuple):
 
     local_poses : of the shapes in the axes of their bodies: see `collision.pose`
     found       : what a pair kernel writes, and its scratch: see `geometry.manifold`
+    ignored     : pairs that do not meet: see `collision.ignored_pairs`
     """
 
     local_poses: Array
     broad_phase: BroadPhase
     found: Array
+    ignored: Indices
 
 
 class World(NamedTuple):
@@ -133,6 +139,7 @@ class World(NamedTuple):
     bodies           : see `solver_bodies`
     touching, marks  : see `touching`
     flows            : bodies whose mass changes: see `solver.variable_mass`
+    pair_materials   : see `solver.pair_material_record`
     overlap_limits, overlaps : see `collision.deep_overlaps`
     """
 
@@ -150,6 +157,7 @@ class World(NamedTuple):
     energy: EnergyScratch
     sleep: SleepState
     flows: Array
+    pair_materials: Array
     overlap_limits: Array
     overlaps: Array
 
@@ -176,7 +184,7 @@ def _advance(
     materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
     rows, batches, colours, open_batches, cache, touching, marks, roots, impacts,
     sleep_states, radii, element_groups, island_roots, supported, restless, awake_in_blocks,
-    flows, overlap_limits, overlaps,
+    flows, ignored, pair_material_rows, overlap_limits, overlaps,
 ):  # fmt: skip
     """
     Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
@@ -196,7 +204,8 @@ def _advance(
         ColliderArrays(shape_parameters, table, local_bounds, poses, swept),
         materials,
         Detection(
-            local_poses, BroadPhase(fat_aabbs, grid, hash_heads, neighbours, pair_ids), found
+            local_poses, BroadPhase(fat_aabbs, grid, hash_heads, neighbours, pair_ids), found,
+            ignored,
         ),
         bodies,
         Constraints(manifolds, rows, batches, colours, open_batches, cache),
@@ -208,6 +217,7 @@ def _advance(
             awake_in_blocks,
         ),
         flows,
+        pair_material_rows,
         overlap_limits,
         overlaps,
     )  # fmt: skip
@@ -256,7 +266,8 @@ def _advance_ticks(ticks, tick, h, world):
             h, motion, colliders, world.detection, constraints.manifolds, bodies, state, settings,
             counts,
         ) or not prepare_constraints(
-            now, motion, colliders, world.materials, constraints, bodies, flows, settings, counts
+            now, motion, colliders, world.materials, world.pair_materials, constraints, bodies,
+            flows, settings, counts,
         ):  # fmt: skip
             return 0.0
         deep_overlaps.list_deep_overlaps(
@@ -357,9 +368,15 @@ def _detect_contacts(
     if pairs > counts[tick_counts.PAIR_ROOM]:
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_PAIRS
         return False
+    if IGNORES:
+        pairs = ignored_pairs.without_ignored(
+            pairs, detection.ignored, detection.broad_phase.pair_ids
+        )
+        counts[tick_counts.PAIRS] = pairs
     manifold_count = find_manifolds(
-        pairs, count, h, counts[tick_counts.MANIFOLD_ROOM], colliders,
-        detection.broad_phase.pair_ids, detection.found, manifolds, bodies,
+        pairs, count, h, h / settings[tick_settings.SUBSTEPS],
+        counts[tick_counts.MANIFOLD_ROOM], colliders, detection.broad_phase.pair_ids,
+        detection.found, manifolds, bodies,
         counts[tick_counts.PIECES : tick_counts.PIECES + 1],
     )  # fmt: skip
     counts[tick_counts.MANIFOLDS] = manifold_count
@@ -371,7 +388,7 @@ def _detect_contacts(
     ):
         counts[tick_counts.STATUS] = tick_counts.WOKEN
         return False
-    if counts[tick_counts.PIECES] > 1 and counts[tick_counts.PIECE] == 0:
+    if counts[tick_counts.PIECES] > 1 and counts[tick_counts.FINE] == 0:
         counts[tick_counts.STATUS] = tick_counts.TOO_LONG
         return False
     return True
@@ -394,7 +411,7 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
 
 
 def _prepare_constraints(
-    now, motion, colliders, materials, constraints, bodies, flows, settings, counts
+    now, motion, colliders, materials, of_pairs, constraints, bodies, flows, settings, counts
 ):  # fmt: skip
     """
     Make the constraints of a tick, with the impulses of the last one. Tell whether there was
@@ -414,13 +431,15 @@ def _prepare_constraints(
         return False
     if counts[tick_counts.ASSEMBLED] == 0 or cache[cache_record.SUBSTEP] != now.substep:
         manifold_constraints.prepare_materials(
-            count, now.substep, max(1, counts[tick_counts.PIECE]),
+            count, now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
             settings[tick_settings.DAMPING_RATIO], colliders.table, colliders.local_bounds,
             materials, manifolds, rows, bodies,
         )  # fmt: skip
+        if PAIR_MATERIALS:
+            pair_materials.use_pair_materials(count, of_pairs, manifolds, rows)
         counts[tick_counts.ASSEMBLED] = 1
     manifold_constraints.prepare_points(
-        count, WIDTH, motion.translation, colliders.table, colliders.poses, manifolds, rows
+        count, WIDTH, motion.translation, colliders, manifolds, rows
     )
     impulse_cache.recall(
         count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, manifolds,
@@ -472,8 +491,8 @@ def _solve_contacts(now, touching, motion, constraints, bodies, flows, settings,
     for iteration in range(PASSES):
         if not solve_normals(
             counts[tick_counts.LANES], counts[tick_counts.BATCHES], 1.0 / now.substep,
-            settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], iteration == 0, STRUCK,
-            constraints.rows, constraints.batches, bodies,
+            settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], iteration == 0,
+            STRUCK, constraints.rows, constraints.batches, bodies,
         ):  # fmt: skip
             break
     if FLOWS:

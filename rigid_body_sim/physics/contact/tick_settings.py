@@ -23,6 +23,7 @@ MARGIN = settings.number('m', 'separation within which a contact is foreseen (sp
 USUAL_RADIUS = settings.number('m', 'median of the bounding radii')
 SLEEP_SPEED = settings.number('m/s', 'slower bodies may fall asleep')
 SLEEP_TIME = settings.number('s', 'so long they must have been slower')
+WHOLE_TICK = settings.number('s', 'length of a tick that is not cut')
 SIZE = settings.size
 
 

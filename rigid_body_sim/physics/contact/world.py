@@ -9,17 +9,21 @@ before all ticks are done.
     asleep
     something is too fast     the tick is cut into pieces, each a tick of its own
                               (`collision.conservative_advancement`)
+
+A tick is also cut where a force begins or ends inside it (`stepper`). However it is cut, contacts
+stay as soft as in the whole tick, and the next one starts from the impulses of no short piece
+(`in_pieces`): a cut does not move what rests.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact import step, tick_counts
+from rigid_body_sim.physics.contact import step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     collider_record,
     manifold_record,
@@ -33,6 +37,7 @@ from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warni
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
+from rigid_body_sim.physics.contact.pair_rules import pair_rules
 from rigid_body_sim.physics.contact.readout import read, together
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
@@ -53,6 +58,9 @@ Indices = NDArray[np.int64]
 Call = Callable[[int, float, float], float]  # ticks, number of the first, length [s] -> status
 
 PIECES_AT_ONCE = 64  # [-] whose contacts are kept apart; more take memory, fewer take time
+# [-] of the longest piece of a tick: what noise a shorter one leaves in its impulses would be
+# scaled up with them, and throw up what rests
+SHORT = 0.25
 
 
 class ContactWorld:
@@ -77,6 +85,8 @@ class ContactWorld:
         self.warnings = convexity_warnings(scene)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, material_record.SIZE)
+        rules = pair_rules(scene.contact, layout.names)
+        materials = np.concatenate((materials, rules.materials))  # in the same columns
         resistances = materials[:, [material_record.ROLLING, material_record.TORSIONAL]]
         self._angular = bool(np.any(resistances > 0.0))
         self._bounces = bool(np.any(materials[:, material_record.RESTITUTION] > 0.0))
@@ -87,11 +97,13 @@ class ContactWorld:
         self.arrays = WorldArrays(layout.n_moving, self._width, flows)
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
+        self.arrays.take_pair_rules(rules, len(scene.bodies))
         self._sleepers = self._make_sleepers(scene, settings.sleeping)
         self.arrays.pack()
         self._kernels: dict[str, Callable[..., Any]] = {}
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
+        self._has_woken = False  # whether somebody has in the piece under way
         self._pieces: list[tuple[Contacts, Array]] = []  # of the last tick, if it was cut
         self._names = [body.name for body in scene.bodies]
         self._overlaps: dict[tuple[int, int], float] = {}  # [m] of pairs of scene indices
@@ -141,6 +153,10 @@ class ContactWorld:
             self._sleepers.return_to(sleepers)
         self._restart_from(cache)
 
+    def take_tick(self, h: float) -> None:
+        """Take over the length of a whole tick [s]."""
+        self.arrays.settings[tick_settings.WHOLE_TICK] = h
+
     def forget_body(self, core: int) -> None:
         """
         Forget what was known of a body that has been put elsewhere: impulses, sleep and the
@@ -189,6 +205,7 @@ class ContactWorld:
             len(manifolds) // manifold_record.SIZE,
             width=self._width,
             bounces=self._bounces,
+            angular=int(self.arrays.settings[tick_settings.SUBSTEPS]) if self._angular else 0,
             table=self.arrays.table,
             manifolds=manifolds,
             rows=self.arrays.rows,
@@ -232,6 +249,8 @@ class ContactWorld:
             VELOCITY_DEPENDENT=velocity_dependent,
             SLEEPING=self._sleepers is not None,
             FLOWS=flows,
+            IGNORES=bool(self.arrays.ignored.size),
+            PAIR_MATERIALS=bool(self.arrays.pair_material_rows.size),
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
             find_manifolds=manifold_finder(pairs),
@@ -263,13 +282,11 @@ class ContactWorld:
             take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += int(counts[tick_counts.DONE])
-                self._is_read, self._pieces = True, []
-            self._h = h
+                self._is_read, self._pieces, self._h = True, [], h
             if status != 0.0 or counts[tick_counts.STATUS] == tick_counts.COMPLETE:
                 return status
             if counts[tick_counts.STATUS] == tick_counts.TOO_LONG:
                 status = self._advance_in_pieces(call, tick + done, h)
-                self._is_read = True
                 done += 1
             else:
                 self._answer(h)
@@ -278,25 +295,53 @@ class ContactWorld:
 
     def _advance_in_pieces(self, call: Call, tick: float, h: float) -> float:
         """
-        Advance over one tick in pieces, because something fast hits something in it, and read the
-        contacts of each piece before the next one writes over them.
+        Advance over one tick in equal pieces, because something fast hits something in it.
         """
         counts = self.arrays.counts
         pieces = int(counts[tick_counts.PIECES])
-        counts[tick_counts.PIECE] = pieces
-        self._pieces = []
-        done, status = 0, 0.0
-        while done < pieces and status == 0.0:
-            status = call(1, tick * pieces + done, h / pieces)
-            take_overlaps(self.arrays.overlaps, self._overlaps)
-            if counts[tick_counts.DONE]:
-                done += 1
-                self._pieces.append(self._read(self.arrays.manifolds_in_use))
-                if len(self._pieces) == PIECES_AT_ONCE:
-                    self._pieces = [together(self._pieces)]
-            elif status == 0.0:
+
+        def advance(piece: int) -> float:
+            while True:
+                status = call(1, tick * pieces + piece, h / pieces)
+                take_overlaps(self.arrays.overlaps, self._overlaps)
+                if status != 0.0 or counts[tick_counts.DONE]:
+                    self._is_read, self._pieces = True, []
+                    return status
                 self._answer(h / pieces)
-        counts[tick_counts.PIECE] = 0
+
+        counts[tick_counts.FINE] = 1
+        status = self.in_pieces([h / pieces] * pieces, advance)
+        counts[tick_counts.FINE] = 0
+        return status
+
+    def in_pieces(self, lengths: Sequence[float], advance: Callable[[int], float]) -> float:
+        """
+        Advance over the pieces of one tick, and read the contacts of each before the next one
+        writes over them. A short piece leaves the impulse cache as it found it.
+
+        lengths : [s] of the pieces
+        advance : advances over the piece of a number, and returns the status
+        returns : the last status
+        """
+        counts = self.arrays.counts
+        was_piece, counts[tick_counts.PIECE] = int(counts[tick_counts.PIECE]), 1
+        least = SHORT * max(lengths)
+        pieces: list[tuple[Contacts, Array]] = []
+        status = 0.0
+        for number, length in enumerate(lengths):
+            cache = self.arrays.cache_in_use.copy() if length < least else None
+            self._has_woken = False
+            status = advance(number)
+            if status != 0.0:
+                break
+            pieces += self._pieces or [self._read(self.arrays.manifolds_in_use)]
+            if cache is not None and not self._has_woken:
+                self.arrays.put_cache(cache)
+            if len(pieces) >= PIECES_AT_ONCE:
+                pieces = [together(pieces)]
+        counts[tick_counts.PIECE] = was_piece
+        self._pieces = [together(pieces)] if pieces else []
+        self._h = sum(lengths)
         return status
 
     def _answer(self, h: float) -> None:
@@ -304,6 +349,7 @@ class ContactWorld:
         status = self.arrays.counts[tick_counts.STATUS]
         if status == tick_counts.WOKEN:
             self.arrays.put_cache(self._sleepers.wake(self.arrays.cache_in_use))
+            self._has_woken = True
         elif status == tick_counts.FELL_ASLEEP:
             self._let_sleep(h)
         else:

@@ -29,8 +29,10 @@ from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, s
 from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
 from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps, overlap_limits
 from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.contact.pair_rules import PairRules
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
@@ -40,6 +42,7 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.forces_of_state import SAVED
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
+from rigid_body_sim.physics.contact.solver.pair_materials import materials_of_colliders
 from rigid_body_sim.physics.contact.tick_settings import settings_row
 from rigid_body_sim.physics.state.blocks import blocks
 
@@ -97,8 +100,8 @@ class WorldArrays:
         self.materials = ordered(colliders.materials, material_record.SIZE)
         poses = ordered(colliders.poses, pose.SIZE)
         self.poses = np.concatenate(
-            (poses, np.zeros(2 * pose.SIZE))
-        )  # and two for the way of a pair
+            (poses, np.zeros(4 * pose.SIZE))
+        )  # and two of a pair at two times
         self.swept = np.zeros(max(1, count) * swept_aabbs.SIZE)
         self.fat_aabbs = np.zeros(neighbour_list.size_of_fat_aabbs(count))
         self.hash_heads = np.zeros(hash_grid.size_of_heads(count), dtype=np.int64)
@@ -131,6 +134,11 @@ class WorldArrays:
         """Take over the settings of the scene, after the colliders."""
         self.settings = settings_row(settings, self._usual_radius())
 
+    def take_pair_rules(self, rules: PairRules, body_count: int) -> None:
+        """Take over the rules of pairs, after the colliders; body_count: of the scene."""
+        self.ignored = ignored_colliders(rules.ignored, self.table, body_count)
+        self.pair_material_rows = materials_of_colliders(rules, self.table, body_count)
+
     def take_sleep_state(self, state: SleepState) -> None:
         """Take over what is known of sleep; without it, of no bodies."""
         self._add_all(state._asdict())
@@ -146,7 +154,7 @@ class WorldArrays:
         room = constraint.SIZE + manifold.MOST * self._width
         self.rows = aligned(lane_scratch.SIZE + batches * room)
         batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
-        self.batches = np.zeros(batches * batch_record.SIZE, dtype=np.int64)
+        self.batches = np.zeros(batches * batch_record.ROOM, dtype=np.int64)
 
     def _make_pair_lists(self, room: int) -> None:
         self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)
@@ -159,7 +167,7 @@ class WorldArrays:
         counts[tick_counts.PAIR_ROOM] = len(self.pair_ids)
         counts[tick_counts.MANIFOLD_ROOM] = len(self.manifolds) // manifold_record.SIZE
         counts[tick_counts.ROW_ROOM] = len(self.rows)
-        counts[tick_counts.BATCH_ROOM] = len(self.batches) // batch_record.SIZE
+        counts[tick_counts.BATCH_ROOM] = len(self.batches) // batch_record.ROOM
         counts[tick_counts.CACHE_ROOM] = len(self.cache)
         self.arguments = tuple(argument(getattr(self, name)) for name in step.ARRAYS)
 
@@ -168,7 +176,7 @@ class WorldArrays:
         Begin anew but for the cache: the last tick was broken off anywhere, in a piece of it, or
         between the growth of a list and the word of it.
         """
-        self.counts[tick_counts.PIECE] = 0
+        self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
             scratch[:] = 0

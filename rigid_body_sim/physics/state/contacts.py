@@ -23,6 +23,8 @@ class Contacts:
     gap     : (m,)   [m]      distance of the surfaces, negative where they overlap
     impulse : (m, 3) [N s]    on the second body over the last tick, world; its opposite acts on
                               the first
+    angular_impulse : (m, 3) [N m s]  beside it, of rolling and torsional friction; that of the
+                              last substep for each of them
     """
 
     bodies: NDArray[np.int64]
@@ -30,9 +32,28 @@ class Contacts:
     normal: Array
     gap: Array
     impulse: Array
+    angular_impulse: Array
 
     def __len__(self) -> int:
         return len(self.gap)
+
+    def wrenches(self, centers: Array, dt: float) -> tuple[Array, Array]:
+        """
+        Sum what contacts exert on each body, as the mean over the tick.
+
+        F = sum J / dt,   T = sum ((x - r) x J + J_angular) / dt
+            centers : (n, 3) [m]  r: centres of mass at the end of the tick, scene order
+            dt      : [s] tick
+
+        returns : forces (n, 3) [N] and torques (n, 3) [N m] about the centres of mass, world axes
+        """
+        force, torque = np.zeros_like(centers), np.zeros_like(centers)
+        for side, sign in ((1, 1.0 / dt), (0, -1.0 / dt)):
+            body = self.bodies[:, side]
+            about = np.cross(self.point - centers[body], self.impulse) + self.angular_impulse
+            np.add.at(force, body, sign * self.impulse)
+            np.add.at(torque, body, sign * about)
+        return force, torque
 
 
 NO_CONTACTS = Contacts(
@@ -40,5 +61,6 @@ NO_CONTACTS = Contacts(
     np.zeros((0, 3)),
     np.zeros((0, 3)),
     np.zeros(0),
+    np.zeros((0, 3)),
     np.zeros((0, 3)),
 )

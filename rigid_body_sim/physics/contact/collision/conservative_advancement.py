@@ -1,15 +1,25 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Conservative advancement, the continuous collision detection (CCD) of bodies that move farther in a
-tick than they are large: whether and where they hit.
+Conservative advancement along separating axes, the continuous collision detection (CCD): whether
+two colliders meet within a time.
 
-At distance d and with a speed of approach of at most b, nothing can touch before d/b (Mirtich,
-Impulse-based dynamic simulation, 1996). The pair is moved on by that time, its distance found
-again, and so on until it touches, or the tick is over. A pair that misses gets no contact in this
-tick: the extended planes of far faces cannot stop what flies past an edge. A pair that hits asks
-for a finer tick, in pieces in which bodies move by less than their size; the pieces are ticks like
-others.
+Two convex bodies do not meet while some axis separates them, and one is enough. Along a fixed axis
+n the gap s(t) = min_B n . x - max_A n . x lies, from t1 to t2, nowhere below its chord by more
+than
+
+    bend (t2 - t1)^2 / 8,   bend = max(a_n + (|w|^2 + |alpha|) R of A and of B, 0)
+
+because each point moves along n with an acceleration of at most that (a_n: that of the two centres
+apart; R: longest lever). While the chord less this room stays positive, n separates; at the time
+at which it may not, the pair is put there and asked for the axis of then, and so on until the time
+is over, or until no axis gains time: then the two touch. Mirtich's advancement (Impulse-based
+dynamic simulation, 1996) has the speed of any point in any direction in place of that along n, and
+so crawls past whatever passes near.
+
+A pair that misses gets no contact in this tick: the extended planes of far faces would stop what
+flies past an edge. One that moves far and hits asks for a finer tick, in pieces in which bodies
+move by less than their size; the pieces are ticks like others.
 """
 
 from __future__ import annotations
@@ -21,29 +31,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
-from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
     pose,
     swept_aabbs,
 )
-from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
-from rigid_body_sim.physics.contact.collision.geometry.manifold import POINT, POINTS, SEPARATION
-from rigid_body_sim.physics.vectors import (
-    add,
-    add_scaled,
-    apply_symmetric,
-    cross,
-    dot,
-    load,
-    load_symmetric,
-    scale,
-    store,
-    store_strided,
-    subtract,
-)
+from rigid_body_sim.physics.contact.collision.collider import SPHERE, ColliderArrays
+from rigid_body_sim.physics.contact.collision.free_motion import FreeMotion, free_motion, move
+from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL
+from rigid_body_sim.physics.contact.collision.support import gap_along
+from rigid_body_sim.physics.vectors import dot, load, subtract
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -52,7 +51,8 @@ FAST = 0.5  # [-] of the radius of the smaller: motion in a tick from which a pa
 PIECE = 0.25  # [-] of it: motion in a piece of a finer tick
 MOST_PIECES = 4096
 STEPS = 48  # of the advancement; a pair still undecided then is taken as a hit
-TOUCH = 1e-3  # [-] of the radius: distance that counts as touching
+SHARE = 0.5  # [-] of the gap: room that turning may take in one step
+STANDSTILL = 1e-6  # [-] of the time: an advance by less is none, the two touch
 
 collide = slot(
     'kernel (type of A, type of B, parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, '
@@ -90,82 +90,89 @@ def pieces_of(motion: float, radius: float) -> int:
 
 
 @inline
-def _turn(vector_part: Any, scalar_part: float, v: Any) -> Any:
-    """Turn a vector by a unit quaternion."""
-    twice = scale(2.0, cross(vector_part, v))
-    return add(add_scaled(v, scalar_part, twice), cross(vector_part, twice))
-
-
-@kernel
-def _move(
-    collider: int, target: int, time: float, colliders: ColliderArrays, bodies: Array
-) -> None:
-    """Write the pose of a collider after free motion over a time; target: where it begins."""
-    poses, place = colliders.poses, collider * pose.SIZE
-    for entry in range(pose.SIZE):
-        poses[target + entry] = poses[place + entry]
-    index = colliders.table[collider * collider_record.SIZE + collider_record.BODY]
-    if index < 0:
-        return
-    body = index * solver_bodies.SIZE
-    spin = apply_symmetric(
-        load_symmetric(bodies, body + solver_bodies.INVERSE_INERTIA),
-        load(bodies, body + solver_bodies.ANGULAR_MOMENTUM),
+def _balls_miss(
+    reach: float, horizon: float, colliders: ColliderArrays, a: int, b: int, of_a: FreeMotion,
+    of_b: FreeMotion,
+) -> bool:  # fmt: skip
+    """Tell whether two balls with the same acceleration stay apart: least distance of centres."""
+    poses = colliders.poses
+    apart = subtract(load(poses, b * pose.SIZE), load(poses, a * pose.SIZE))
+    velocity = subtract(of_b.velocity, of_a.velocity)
+    approach = -dot(apart, velocity)
+    squared = dot(velocity, velocity)
+    time = min(approach / squared, horizon) if approach > 0.0 else 0.0
+    nearest = (
+        apart[0] + time * velocity[0],
+        apart[1] + time * velocity[1],
+        apart[2] + time * velocity[2],
     )
-    rate = math.sqrt(dot(spin, spin))
-    sine, cosine = 0.0, 1.0
-    if rate > 0.0:
-        half_turn = 0.5 * rate * time
-        sine, cosine = math.sin(half_turn) / rate, math.cos(half_turn)
-    turn = scale(sine, spin)
-    for column in range(3):
-        turned = _turn(turn, cosine, pose.axis(poses, place, column))
-        store_strided(poses, target + pose.ROW_X + column, pose.ROW_Y - pose.ROW_X, turned)
-    center = load(bodies, body + solver_bodies.START_POSITION)
-    arm = _turn(turn, cosine, subtract(load(poses, place + pose.POSITION), center))
-    velocity = load(colliders.swept_aabbs, collider * swept_aabbs.SIZE + swept_aabbs.VELOCITY)
-    store(poses, target + pose.POSITION, add(center, add_scaled(arm, time, velocity)))
+    return dot(nearest, nearest) > reach * reach
 
 
-def _hits(
-    a: int, b: int, count: int, h: float, motion: float, colliders: ColliderArrays, bodies: Array,
-    found: Array,
+def _misses(
+    a: int, b: int, count: int, horizon: float, normal: Any, colliders: ColliderArrays,
+    bodies: Array, found: Array,
 ) -> bool:  # fmt: skip
     """
-    Tell whether two colliders touch within a tick, or may.
+    Tell whether two colliders, neither a plane, that an axis separates now stay apart in free
+    motion.
 
-        count  : of colliders; behind their poses there is room for two more
-        motion : bound of what the two move relative to each other in the tick [m]
+        count   : of colliders; behind their poses there is room for four more
+        horizon : [s];  normal : the axis, from A to B
     """
-    touching = TOUCH * smaller_radius(colliders.local_bounds, a, b)
     row_a, row_b = a * collider_record.SIZE, b * collider_record.SIZE
-    type_a = colliders.table[row_a + collider_record.TYPE]
-    type_b = colliders.table[row_b + collider_record.TYPE]
-    shape_a = colliders.table[row_a + collider_record.PARAMETERS]
-    shape_b = colliders.table[row_b + collider_record.PARAMETERS]
-    pose_a, pose_b = count * pose.SIZE, (count + 1) * pose.SIZE
-    time = 0.0
+    table, poses = colliders.table, colliders.poses
+    type_a, type_b = table[row_a + collider_record.TYPE], table[row_b + collider_record.TYPE]
+    shape_a = table[row_a + collider_record.PARAMETERS]
+    shape_b = table[row_b + collider_record.PARAMETERS]
+    of_a, of_b = free_motion(a, colliders, bodies), free_motion(b, colliders, bodies)
+    pull = subtract(of_b.acceleration, of_a.acceleration)
+    bend = of_a.bend + of_b.bend
+    motion = 2.0 * motion_of(colliders.swept_aabbs, a, b, horizon)  # horizon <= 2 ticks
+    if type_b == SPHERE and type_a == SPHERE and bend == 0.0 and dot(pull, pull) == 0.0:
+        reach = colliders.parameters[shape_a] + colliders.parameters[shape_b]
+        return _balls_miss(reach, horizon, colliders, a, b, of_a, of_b)
+    begin_a, begin_b = a * pose.SIZE, b * pose.SIZE  # at the start of a step
+    end_a, end_b = count * pose.SIZE, (count + 1) * pose.SIZE  # at the end of it
+    begun = 0.0
+    ended = 0.0
     for _step in range(STEPS):
-        _move(a, pose_a, time, colliders, bodies)
-        _move(b, pose_b, time, colliders, bodies)
-        reach = motion * (1.0 - time / h) + touching
+        gap = gap_along(a, begin_a, b, begin_b, normal, colliders)
+        if not gap > 0.0:
+            return False
+        bent = max(bend + dot(pull, normal), 0.0)
+        until = horizon
+        if bent * (horizon - begun) * (horizon - begun) > 8.0 * SHARE * gap:
+            until = min(begun + math.sqrt(8.0 * SHARE * gap / bent), horizon)
+        if ended != until:
+            move(a, end_a, until, of_a, poses)
+            move(b, end_b, until, of_b, poses)
+            ended = until
+        span = until - begun
+        room = 0.125 * bent * span * span
+        last = gap_along(a, end_a, b, end_b, normal, colliders)
+        if last > room:
+            if until == horizon:
+                return True
+            begun = until
+        else:
+            advance = span * (gap - room) / (gap - last)
+            if not advance > STANDSTILL * horizon:
+                return False
+            begun += advance
+        begin_a, begin_b = (count + 2) * pose.SIZE, (count + 3) * pose.SIZE
+        move(a, begin_a, begun, of_a, poses)
+        move(b, begin_b, begun, of_b, poses)
         points = collide(
-            type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses, pose_a,
-            pose_b, reach, found,
+            type_a, type_b, colliders.parameters, shape_a, shape_b, poses, begin_a, begin_b,
+            motion, found,
         )  # fmt: skip
         if points == 0:
-            return False
-        separation = found[POINTS + SEPARATION]
-        for point in range(1, points):
-            separation = min(separation, found[POINTS + point * POINT + SEPARATION])
-        if not separation > touching:
             return True
-        time += separation / motion * h
-        if not time < h:
-            return False
-    return True
+        normal = load(found, NORMAL)
+    return False
 
 
-def hit_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
-    """Make the kernel that tells whether a fast pair hits, with the pair kernels of a scene."""
-    return specialise(_hits, name=name, collide=collide)
+def miss_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
+    """Make the kernel that tells whether a pair misses, with the pair kernels of a scene."""
+    return specialise(_misses, name=name, collide=collide)

@@ -14,9 +14,12 @@ COLLIDER_A = manifold.number('-', 'number of collider A; type of A <= type of B'
 COLLIDER_B = manifold.number('-', 'number of collider B')
 POINT_COUNT = manifold.number('-', 'points, at most four')
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
-_UNUSED = manifold.number('-', 'unused')
+PIECES = manifold.number('-', 'into so many its motion wants the tick cut, if the pair hits')
 POINTS = manifold.numbers(
     MOST * POINT, 'm', 'the points as the pair kernels give them: `geometry.manifold`'
 )
 LANE = manifold.number('-', 'where its lane begins in the rows of the solver')
+STATE = manifold.number('-', 'what is known of it while ghosts are looked for: `ghosts`')
+NEXT_OF_A = manifold.number('-', 'where the next manifold of the body of A begins, or -1')
+NEXT_OF_B = manifold.number('-', 'the same of B')
 SIZE = manifold.padding(32)

@@ -3,9 +3,9 @@
 """
 The narrow phase: from pairs that may meet to contact manifolds, by way of poses and pair kernels.
 
-A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A pair
-that moves far within the tick is advanced first, see `conservative_advancement`. A manifold is
-written as `manifold_record` says.
+A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A manifold
+is written as `manifold_record` says; those that would stop what nothing is in the way of are taken
+out again (`ghosts`).
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     FAST,
-    hit_finder,
     motion_of,
     pieces_of,
     smaller_radius,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.ghosts import ghost_dropper
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
 from rigid_body_sim.physics.state.blocks import (
     LANES,
@@ -58,7 +58,7 @@ collide_this = slot(
 )
 collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
-hits = slot('kernel (a, b, count, ...): tells whether a fast pair hits within the tick')
+drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
 
 
 @inline
@@ -160,15 +160,15 @@ def _write_manifold(
 
 
 def _find_manifolds(
-    pairs: int, count: int, h: float, room: int, colliders: ColliderArrays, pair_ids: Indices,
-    found: Array, manifolds: Array, bodies: Array, pieces: Indices,
+    pairs: int, count: int, h: float, substep: float, room: int, colliders: ColliderArrays,
+    pair_ids: Indices, found: Array, manifolds: Array, bodies: Array, pieces: Indices,
 ) -> int:  # fmt: skip
     """
     Write the manifolds of pairs that are within their speculative margins; return how many, also
     beyond the room.
 
         pairs     : of colliders that may meet, see `neighbour_list.find_pairs`
-        count     : of colliders;   h : tick [s]
+        count     : of colliders;   h : tick [s];   substep : [s]
         room      : manifolds for which there is room
         found     : scratch of a pair kernel
         manifolds : written, see `manifold_record`
@@ -189,7 +189,7 @@ def _find_manifolds(
         shape_a = table[a * collider_record.SIZE + collider_record.PARAMETERS]
         shape_b = table[b * collider_record.SIZE + collider_record.PARAMETERS]
         row_a, row_b = a * swept_aabbs.SIZE, b * swept_aabbs.SIZE
-        margin = 0.0
+        margin, wanted = 0.0, 1
         if colliders.local_bounds[b * bounds_record.SIZE + bounds_record.RADIUS] == math.inf:
             normal = load(colliders.parameters, shape_b + NORMAL)
             margin = swept_aabbs.plane_margin(swept, row_a, normal, h)
@@ -198,9 +198,7 @@ def _find_manifolds(
             radius = smaller_radius(colliders.local_bounds, a, b)
             motion = motion_of(swept, a, b, h)
             if motion > FAST * radius:
-                if not hits(a, b, count, h, motion, colliders, bodies, found):
-                    continue
-                pieces[0] = max(pieces[0], pieces_of(motion, radius))
+                wanted = pieces_of(motion, radius)
         points = collide(
             type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
             a * pose.SIZE, b * pose.SIZE, margin, found,
@@ -210,12 +208,17 @@ def _find_manifolds(
         if length < room:
             place = length * manifold_record.SIZE
             _write_manifold(place, pair_id, a, b, points, found, manifolds)
+            manifolds[place + manifold_record.PIECES] = float(wanted)
         length += 1
-    return length
+    if length > room:
+        return length
+    return drop_ghosts(length, count, h + substep, colliders, found, manifolds, bodies, pieces)
 
 
 def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
     """Make the kernel that finds the manifolds of a scene with these pair kernels."""
     name = '_'.join(f'{type_a}{type_b}' for type_a, type_b, _ in kernels)
     collide = collider_of_pairs(kernels)
-    return specialise(_find_manifolds, name=name, collide=collide, hits=hit_finder(name, collide))
+    return specialise(
+        _find_manifolds, name=name, collide=collide, drop_ghosts=ghost_dropper(name, collide)
+    )

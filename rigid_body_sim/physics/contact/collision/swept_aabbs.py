@@ -11,7 +11,9 @@ margin of a pair is the separation from which the two may still meet in this tic
         m : margin of a collider, MARGIN of the row [m]: what counts as near at rest
         v : velocity of its body [m/s];  h : tick [s]
         w : what turning and forces add in a tick [m]: min(|omega| l, 2 l / h) h + |a| h^2, l the
-            longest lever, a the acceleration of free motion
+            longest lever of its core, omega that of the surface, which spin about an axis of
+            symmetry does not turn (`solver_bodies.surface_spin`), a the acceleration of free
+            motion
 
 Contacts within it are speculative: the solver lets the two approach by their separation, no more.
 Two boxes, or a box and a plane, that pass the tests here are a pair for the narrow phase;
@@ -34,10 +36,8 @@ from rigid_body_sim.physics.contact.collision.aabb import extent
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays, world_aabb
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
 from rigid_body_sim.physics.vectors import (
-    apply_symmetric,
     dot,
     load,
-    load_symmetric,
     scale,
     store,
     subtract,
@@ -92,17 +92,15 @@ def find_swept_aabbs(
             )
             store(swept, row + VELOCITY, velocity)
             path = math.sqrt(dot(velocity, velocity)) * h
-            swept[row + TURNING] = _turning(center, radius, h, place, bodies)
+            layer = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.ROUNDING]
+            swept[row + TURNING] = _turning(center, radius - layer, h, place, bodies)
         swept[row + EXPANSION] = 0.5 * near + path + swept[row + TURNING]
 
 
 @inline
 def _turning(center: Any, radius: float, h: float, place: int, bodies: Array) -> float:
-    """Bound what turning and forces move of a ball of a body about its middle in a tick [m]."""
-    spin = apply_symmetric(
-        load_symmetric(bodies, place + solver_bodies.INVERSE_INERTIA),
-        load(bodies, place + solver_bodies.ANGULAR_MOMENTUM),
-    )
+    """Bound what turning and forces move of a ball about the middle of a core in a tick [m]."""
+    spin = solver_bodies.surface_spin(place, bodies)
     arm = subtract(center, load(bodies, place + solver_bodies.START_POSITION))
     lever = math.sqrt(dot(arm, arm)) + radius
     turn = math.sqrt(dot(spin, spin)) * lever * h

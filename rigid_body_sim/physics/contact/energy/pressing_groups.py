@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Groups: bodies that press on each other in a tick. In a group, contacts only pass energy on, or take
-it. It is named by its first body.
+Groups: bodies that press on each other in a tick. In a group, contacts only pass energy on, or
+take it. It is named by its first body.
 """
 
 from __future__ import annotations

@@ -49,6 +49,7 @@ POINT = kept.vector('m', 'world')
 NORMAL = kept.vector('-', 'from the first body to the second, world axes')
 SEPARATION = kept.number('m', 'negative: overlap')
 FORCE = kept.vector('N', 'upon the second body, world axes')
+TORQUE = kept.vector('N m', 'beside it, of rolling and torsional friction')
 KEPT = kept.size
 
 IMPULSES = (
@@ -196,6 +197,7 @@ class Sleepers:
             np.concatenate((awake.normal, rows[:, _axes(NORMAL)])),
             np.concatenate((awake.gap, rows[:, SEPARATION])),
             np.concatenate((awake.impulse, rows[:, _axes(FORCE)] * h)),
+            np.concatenate((awake.angular_impulse, rows[:, _axes(TORQUE)] * h)),
         )
 
     def snapshot(self) -> tuple[Array, dict[int, Island]]:
@@ -260,4 +262,5 @@ def _kept(contacts: Contacts, h: float) -> Array:
     rows[:, _axes(NORMAL)] = contacts.normal
     rows[:, SEPARATION] = contacts.gap
     rows[:, _axes(FORCE)] = contacts.impulse / h
+    rows[:, _axes(TORQUE)] = contacts.angular_impulse / h
     return rows

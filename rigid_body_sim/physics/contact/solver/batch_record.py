@@ -13,7 +13,9 @@ BEGIN = batch.number('-', 'where it begins in the rows')
 POINT_COUNT = batch.number('-', 'points of each of its manifolds')
 LANE_COUNT = batch.number('-', 'lanes in use')
 KIND = batch.number('-', 'MIXED or BALLS')
+COLOUR = batch.number('-', 'of its manifolds')
 SIZE = batch.size
+ROOM = 2 * SIZE  # of a batch in the list: once, and once more as scratch while they are sorted
 
 # sorts of batches of a colour: of one point each, what is not round, and balls among themselves or
 # on what cannot move; of several points

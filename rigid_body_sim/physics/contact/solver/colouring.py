@@ -6,9 +6,12 @@ Graph colouring: contact constraints that share no moving body are put side by s
 Each manifold takes the first colour that neither of its bodies has yet, and a lane of the open
 batch of this colour: constraints of one batch are independent, so eight of them are solved at once
 (wide constraints, see `constraint`). A body keeps its colours as the bits of one integer; what
-cannot move has none. Beyond COLOURS a manifold gets a batch of its own. Batches are visited in the
-order in which they were opened, so that the colouring, and with it each bit of the result, follows
-from the order of the pairs alone.
+cannot move has none. Beyond COLOURS a manifold gets a batch of its own.
+
+Batches are visited in the order of their colours: manifolds of one colour share no body, so that a
+body sees its own constraints in the order of their colours, which follows from the order of the
+pairs of its own island alone. With whom a manifold shares a batch, and when that was full, changes
+no bit: what is not connected does not feel each other.
 """
 
 from __future__ import annotations
@@ -85,7 +88,7 @@ def colour_constraints(
             size = constraint.SIZE + point_room * width
             if batch >= batch_room or end + size > row_room:
                 return NO_ROOM
-            _open(batch * batch_record.SIZE, end, kind, batches)
+            _open(batch * batch_record.SIZE, end, kind, colour, batches)
             end += size
             open_batches[sort] = batch
             count += 1
@@ -96,18 +99,46 @@ def colour_constraints(
         manifolds[record + manifold_record.LANE] = float(lane)
         rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
         rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
+    _sort_by_colour(count, batch_room, open_batches, batches)
     _empty_unused_lanes(count, n_moving, width, rows, batches)
     _empty_missing_points(manifold_count, width, manifolds, rows)
     return count
 
 
 @inline
-def _open(batch: int, begin: int, kind: int, batches: Indices) -> None:
+def _open(batch: int, begin: int, kind: int, colour: int, batches: Indices) -> None:
     """Open a batch without lanes."""
     batches[batch + batch_record.BEGIN] = begin
     batches[batch + batch_record.POINT_COUNT] = 0
     batches[batch + batch_record.LANE_COUNT] = 0
     batches[batch + batch_record.KIND] = kind
+    batches[batch + batch_record.COLOUR] = colour
+
+
+@inline
+def _sort_by_colour(count: int, batch_room: int, starts: Indices, batches: Indices) -> None:
+    """
+    Sort the batches by their colours, those of one colour as they were opened (counting sort).
+
+    starts  : scratch, a number for each colour and one
+    batches : behind the room for batches lies as much scratch
+    """
+    for colour in range(batch_record.COLOURS + 2):
+        starts[colour] = 0
+    for number in range(count):
+        batch = number * batch_record.SIZE
+        starts[batches[batch + batch_record.COLOUR] + 1] += 1
+        for entry in range(batch_record.SIZE):
+            batches[batch_room * batch_record.SIZE + batch + entry] = batches[batch + entry]
+    for colour in range(batch_record.COLOURS):
+        starts[colour + 1] += starts[colour]
+    for number in range(count):
+        batch = (batch_room + number) * batch_record.SIZE
+        colour = batches[batch + batch_record.COLOUR]
+        to = starts[colour] * batch_record.SIZE
+        starts[colour] += 1
+        for entry in range(batch_record.SIZE):
+            batches[to + entry] = batches[batch + entry]
 
 
 @inline

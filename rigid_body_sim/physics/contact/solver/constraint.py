@@ -49,7 +49,9 @@ PACE = constraint.number('m/s', 'with which an overlap goes beyond what carries 
 DEEP = constraint.number('m', 'an overlap that goes at the push-out speed')
 LOAD = constraint.number('m/s^2', 'what it carries, of the last ticks: see `static_sink`')
 SINK = constraint.number('m', 'which that takes out of the separations of its points')
+FACES = constraint.number('-', 'whose face the normal belongs to, where it may turn: names below')
 SIZE = constraint.size
 
 # what is round of a pair
 TWO_BALLS, BALL_ON_FIXED, NOT_ROUND, RIM_OF_A, RIM_OF_B = 2.0, 1.0, 0.0, -1.0, -2.0
+NO_FACE, FACE_OF_A, FACE_OF_B, TWO_FACES = 0.0, 1.0, 2.0, 3.0

@@ -20,6 +20,7 @@ from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
+    approach,
     batch_record,
     constraint,
     lane_scratch,
@@ -90,10 +91,10 @@ def _prepare(
         if ANGULAR:
             prepare.angular_effective_masses(lanes, constraints)
         if BOUNCES:
-            prepare.gather_accelerations(used, constraints, scratch, bodies)
+            approach.gather_accelerations(used, constraints, scratch, bodies)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                prepare.approach_velocities(lanes, threshold, constraints, points, scratch)
+                approach.approach_velocities(lanes, threshold, constraints, points, scratch)
 
 
 def _solve_normals(
@@ -101,7 +102,7 @@ def _solve_normals(
     rest: float, rows: Array, batches: Indices, bodies: Array,
 ) -> bool:  # fmt: skip
     """
-    Solve the soft normals of all batches, before the motion; tell whether it has changed something.
+    Solve the soft normals of all batches, before the motion; tell whether something has changed.
 
     first_pass : visit all; else those in which the last pass has changed something
     rest       : [m/s] change of a velocity that is left alone

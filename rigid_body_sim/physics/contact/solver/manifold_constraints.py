@@ -30,6 +30,8 @@ from rigid_body_sim.physics.contact.collision import (
     material_record,
     pose,
 )
+from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
+from rigid_body_sim.physics.contact.collision.face_normal import is_face_normal
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import constraint, contact_point, wide_lanes
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BALL, FIXED
@@ -94,17 +96,25 @@ def layer(number: int, bounds: Array) -> float:
     return thick if thick < math.inf else 0.0
 
 
+@inline
+def faces(a: int, b: int, normal: Any, colliders: ColliderArrays) -> float:
+    """Tell whose face the normal of a pair of colliders belongs to (`constraint.FACES`)."""
+    of_a = constraint.FACE_OF_A if is_face_normal(a, normal, colliders) else constraint.NO_FACE
+    of_b = constraint.FACE_OF_B if is_face_normal(b, normal, colliders) else constraint.NO_FACE
+    return of_a + of_b
+
+
 @kernel
 def prepare_materials(
-    manifold_count: int, h: float, pieces: int, zeta: float, table: Indices, bounds: Array,
+    manifold_count: int, h: float, whole: float, zeta: float, table: Indices, bounds: Array,
     materials: Array, manifolds: Array, rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Write material and softness of all manifolds, and whose surface their points follow.
 
-    h      : [s] substep
-    pieces : into which the tick is cut; contacts stay as soft as in a whole one, or what rests
-             would be thrown up by the overlap with which it rests
+    h     : [s] substep
+    whole : [s] that of a tick which is not cut: contacts of a piece stay as soft as in the whole,
+            or what rests would be thrown up by the overlap with which it rests
     """
     for m in range(manifold_count):
         record = m * manifold_record.SIZE
@@ -136,7 +146,7 @@ def prepare_materials(
             table[a * collider_record.SIZE + collider_record.BODY] < 0
             or table[b * collider_record.SIZE + collider_record.BODY] < 0
         )
-        omega = (math.pi if fixed else 0.5 * math.pi) / (h * pieces)
+        omega = (math.pi if fixed else 0.5 * math.pi) / max(h, whole)
         a1 = 2.0 * zeta + h * omega
         a2 = h * omega * a1
         impulse_scale = 1.0 / (1.0 + a2)
@@ -171,7 +181,7 @@ def _center(number: int, core: int, translation: Array, poses: Array) -> Any:
 
 @kernel
 def prepare_points(
-    manifold_count: int, width: int, translation: Array, table: Indices, poses: Array,
+    manifold_count: int, width: int, translation: Array, colliders: ColliderArrays,
     manifolds: Array, rows: Array,
 ) -> None:  # fmt: skip
     """
@@ -179,6 +189,7 @@ def prepare_points(
 
     width : numbers of a point
     """
+    table, poses = colliders.table, colliders.poses
     for m in range(manifold_count):
         record = m * manifold_record.SIZE
         lane = int(manifolds[record + manifold_record.LANE])
@@ -197,6 +208,8 @@ def prepare_points(
         # on the surface of the body that moves: the point midway serves the balance of angular
         # momentum, which what cannot move does not keep
         shift = -0.5 if core_b < 0 else (0.5 if core_a < 0 else 0.0)
+        if width > contact_point.SIZE:
+            rows[lane + constraint.FACES] = faces(a, b, normal, colliders)
         for point in range(int(manifolds[record + manifold_record.POINT_COUNT])):
             found = record + manifold_record.POINTS + point * manifold.POINT
             row = lane + constraint.SIZE + point * width

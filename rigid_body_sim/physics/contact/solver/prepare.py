@@ -1,20 +1,13 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a batch of contacts needs once in a tick: effective masses of its points, and the velocities
-of approach from which restitution follows.
+What a batch of contacts needs once in a tick: effective masses of its points.
 
     effective mass along the normal 1/K_nn, along the tangents 1/lambda_max:
     K_uv = u . (1/m_A + 1/m_B) v + (r_A x u) . I_A^-1 (r_A x v) + (r_B x u) . I_B^-1 (r_B x v)
     lambda_max = (K_11 + K_22)/2 + sqrt((K_11 - K_22)^2/4 + K_12^2)
 
-an entry of J M^-1 J^T each. The velocity with which two surfaces a separation s apart would meet,
-v_n' from v_n under the acceleration a_n of free motion at the point (gravity, forces, and what the
-turn of the bodies adds):
-
-    v_n'^2 = v_n^2 - 2 a_n s        for v_n < 0, s > 0; else v_n
-
-With it a ball bounces to the height that its energy allows, wherever in the tick it lands.
+an entry of J M^-1 J^T each.
 """
 
 from __future__ import annotations
@@ -24,14 +17,8 @@ from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.solver import (
-    constraint,
-    contact_point,
-    lane_scratch,
-    wide_lanes,
-)
-from rigid_body_sim.physics.vectors import add, apply_symmetric, cross, dot, load, subtract
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, wide_lanes
+from rigid_body_sim.physics.vectors import apply_symmetric, cross, dot
 
 
 @inline
@@ -94,63 +81,3 @@ def angular_effective_masses(lanes: int, constraints: Array) -> None:
         largest = _largest_eigenvalue(k11, k12, k22)
         constraints[lane + constraint.ROLLING_MASS] = 1.0 / largest if largest > 0.0 else 0.0
         constraints[lane + constraint.TWIST_MASS] = 1.0 / k_twist if k_twist > 0.0 else 0.0
-
-
-@kernel
-def gather_accelerations(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
-    """Fetch the accelerations of the bodies of a batch."""
-    linear = solver_bodies.FREE_ACCELERATION
-    angular = solver_bodies.FREE_ANGULAR_ACCELERATION
-    for lane in range(used):
-        body_a = int(constraints[lane + constraint.BODY_A])
-        body_b = int(constraints[lane + constraint.BODY_B])
-        wide_lanes.put_vector(
-            scratch, lane + lane_scratch.ACCELERATION_A, load(bodies, body_a + linear)
-        )
-        wide_lanes.put_vector(
-            scratch, lane + lane_scratch.ACCELERATION_B, load(bodies, body_b + linear)
-        )
-        wide_lanes.put_vector(
-            scratch, lane + lane_scratch.ANGULAR_ACCELERATION_A, load(bodies, body_a + angular)
-        )
-        wide_lanes.put_vector(
-            scratch, lane + lane_scratch.ANGULAR_ACCELERATION_B, load(bodies, body_b + angular)
-        )
-
-
-@inline
-def _acceleration(linear: Any, angular: Any, omega: Any, arm: Any) -> Any:
-    """Acceleration of a point at an arm r: a + (alpha x r + omega x (omega x r))."""
-    return add(linear, add(cross(angular, arm), cross(omega, cross(omega, arm))))
-
-
-@kernel
-def approach_velocities(
-    lanes: int, threshold: float, constraints: Array, points: Array, scratch: Array
-) -> None:
-    """Find the velocity of approach of one point of each lane; 0 for what does not bounce."""
-    for lane in range(lanes):
-        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-        arm_a, arm_b = wide_lanes.arms(points, lane)
-        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
-        normal_velocity = dot(normal, velocity)
-        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
-        acceleration_a = _acceleration(
-            wide_lanes.vector(scratch, lane + lane_scratch.ACCELERATION_A),
-            wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_ACCELERATION_A),
-            omega_a,
-            arm_a,
-        )
-        acceleration_b = _acceleration(
-            wide_lanes.vector(scratch, lane + lane_scratch.ACCELERATION_B),
-            wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_ACCELERATION_B),
-            omega_b,
-            arm_b,
-        )
-        separation = points[lane + contact_point.INITIAL_SEPARATION]
-        square = normal_velocity * normal_velocity - 2.0 * separation * dot(
-            normal, subtract(acceleration_b, acceleration_a)
-        )
-        is_ahead = (normal_velocity < 0.0) & (separation > 0.0)
-        met = -math.sqrt(square if square > 0.0 else 0.0) if is_ahead else normal_velocity
-        points[lane + contact_point.APPROACH_VELOCITY] = met if met < -threshold else 0.0

@@ -106,10 +106,10 @@ def scatter_momenta(used: int, constraints: Array, scratch: Array, bodies: Array
 @inline
 def any_unsettled(used: int, constraints: Array) -> bool:
     """Tell whether the last pass has changed any lane."""
+    found = False
     for lane in range(used):
-        if constraints[lane + constraint.UNSETTLED] > 0.0:
-            return True
-    return False
+        found = found or constraints[lane + constraint.UNSETTLED] > 0.0
+    return found
 
 
 @inline

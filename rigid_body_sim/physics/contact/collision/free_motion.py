@@ -1,0 +1,154 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The free motion of a collider within a tick: where it stands at a time if nothing touches it.
+
+    centre of mass  r + v t + a t^2 / 2
+    turn            exp(w t + alpha t^2 / 2),  alpha = -I^-1 (w x L)
+
+What a body of revolution turns about its own axis leaves its shape where it is: of such a body
+only the motion of the axis is taken,
+
+    w' = w - (w . u) u,   alpha' = alpha - (alpha . u) u + (w . u) u x w'     u : the axis
+
+and of a ball about its centre of mass none.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
+    collider_record,
+    pose,
+    swept_aabbs,
+)
+from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
+from rigid_body_sim.physics.state.blocks import rotated
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    apply_symmetric,
+    cross,
+    dot,
+    load,
+    load_symmetric,
+    negate,
+    scale,
+    store,
+    store_strided,
+    subtract,
+)
+
+Array = NDArray[np.float64]
+
+NOWHERE = (0.0, 0.0, 0.0)
+
+
+class FreeMotion(NamedTuple):
+    """
+    The motion of one collider; world axes, three numbers each but for the last.
+
+    center       : centre of mass of its body [m]
+    velocity     : [m/s];  acceleration : [m/s^2]
+    spin         : [rad/s];  spin_change : [rad/s^2]
+    bend         : bound of what turning adds to the acceleration of any of its points [m/s^2]
+    """
+
+    center: Any
+    velocity: Any
+    acceleration: Any
+    spin: Any
+    spin_change: Any
+    bend: float
+
+
+@inline
+def spin_of(body: int, bodies: Array) -> Any:
+    """Angular velocity of the body whose row begins at a place, I^-1 L [rad/s]."""
+    return apply_symmetric(
+        load_symmetric(bodies, body + solver_bodies.INVERSE_INERTIA),
+        load(bodies, body + solver_bodies.ANGULAR_MOMENTUM),
+    )
+
+
+@inline
+def _turning(body: int, bodies: Array) -> Any:
+    """Return what moves the shape of a body that turns: w' and alpha' of the module."""
+    kind = bodies[body + solver_bodies.SYMMETRY]
+    spin = spin_of(body, bodies)
+    if kind == solver_bodies.CENTRED_BALL or dot(spin, spin) == 0.0:
+        return NOWHERE, NOWHERE
+    inverse = load_symmetric(bodies, body + solver_bodies.INVERSE_INERTIA)
+    angular_momentum = load(bodies, body + solver_bodies.ANGULAR_MOMENTUM)
+    change = negate(apply_symmetric(inverse, cross(spin, angular_momentum)))
+    if kind == solver_bodies.ABOUT_AXIS:
+        start = body + solver_bodies.START_ORIENTATION
+        orientation = (bodies[start], bodies[start + 1], bodies[start + 2], bodies[start + 3])
+        axis = rotated(orientation, load(bodies, body + solver_bodies.SYMMETRY_AXIS))
+        rolling = dot(spin, axis)
+        spin = add_scaled(spin, -rolling, axis)
+        change = add_scaled(change, -dot(change, axis), axis)
+        change = add_scaled(change, rolling, cross(axis, spin))
+    return spin, change
+
+
+@kernel
+def free_motion(collider: int, colliders: ColliderArrays, bodies: Array) -> Any:
+    """Return the free motion of a collider from the start of the tick on."""
+    center = load(colliders.poses, collider * pose.SIZE + pose.POSITION)
+    index = colliders.table[collider * collider_record.SIZE + collider_record.BODY]
+    if index < 0:
+        return FreeMotion(center, NOWHERE, NOWHERE, NOWHERE, NOWHERE, 0.0)
+    body = index * solver_bodies.SIZE
+    spin, change = _turning(body, bodies)
+    row = collider * swept_aabbs.SIZE
+    mass_center = load(bodies, body + solver_bodies.START_POSITION)
+    arm = subtract(load(colliders.swept_aabbs, row + swept_aabbs.CENTER), mass_center)
+    lever = (
+        math.sqrt(dot(arm, arm))
+        + colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
+    )
+    return FreeMotion(
+        mass_center,
+        load(colliders.swept_aabbs, row + swept_aabbs.VELOCITY),
+        load(bodies, body + solver_bodies.FREE_ACCELERATION),
+        spin,
+        change,
+        (dot(spin, spin) + math.sqrt(dot(change, change))) * lever,
+    )
+
+
+@inline
+def _turn(vector_part: Any, scalar_part: float, v: Any) -> Any:
+    """Turn a vector by a unit quaternion."""
+    twice = scale(2.0, cross(vector_part, v))
+    return add(add_scaled(v, scalar_part, twice), cross(vector_part, twice))
+
+
+@kernel
+def move(collider: int, target: int, time: float, motion: FreeMotion, poses: Array) -> None:
+    """Write the pose of a collider after free motion over a time; target: where it begins."""
+    place = collider * pose.SIZE
+    shift = add_scaled(scale(time, motion.velocity), 0.5 * time * time, motion.acceleration)
+    turn = add_scaled(scale(time, motion.spin), 0.5 * time * time, motion.spin_change)
+    angle = math.sqrt(dot(turn, turn))
+    if angle == 0.0:
+        store(poses, target + pose.POSITION, add(load(poses, place + pose.POSITION), shift))
+        for entry in range(pose.ROW_X, pose.SIZE):
+            poses[target + entry] = poses[place + entry]
+        return
+    half = scale(math.sin(0.5 * angle) / angle, turn)
+    cosine = math.cos(0.5 * angle)
+    for column in range(3):
+        turned = _turn(half, cosine, pose.axis(poses, place, column))
+        store_strided(poses, target + pose.ROW_X + column, pose.ROW_Y - pose.ROW_X, turned)
+    arm = _turn(half, cosine, subtract(load(poses, place + pose.POSITION), motion.center))
+    store(poses, target + pose.POSITION, add(add(motion.center, arm), shift))

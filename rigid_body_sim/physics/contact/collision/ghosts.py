@@ -1,0 +1,458 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+No ghost contacts: manifolds that would stop what nothing is in the way of are taken out.
+
+Two convex bodies do not meet while some axis separates them, and one axis is enough. The row of a
+manifold keeps them apart along the one that separated most at the start of the tick. That is
+sufficient, not necessary: a ghost is a row that binds although another axis would have done. So a
+manifold whose rows would bind is left out where another axis is proved to separate for as long as
+they act, which is the tick and one substep more (the last relaxation still looks one substep
+ahead).
+
+    miss      some axis separates in free motion, one after the other:
+              `conservative_advancement`
+    covered   the normal m of another manifold (X, Z) of the same body keeps X in front of the
+              plane m . x = c of Z's surface. If the other collider Y lies wholly behind it,
+                  max over Y of m . x <= c + tolerance,
+              m separates X and Y whatever the velocities are, and the manifold (X, Y) is redundant
+
+Covering needs no common edge, no list of neighbours and no time of impact: a floor of boxes,
+hulls, parts of a union or a plane beside a box is one surface as far as it is flush. A wall, a
+step, a ramp stick out of the plane of the floor and cover or are covered never. Only a manifold
+that is no ghost itself may cover: first those whose rows do not bind, then those that bind and
+that none covers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
+    collider_record,
+    manifold_record,
+    pose,
+    swept_aabbs,
+)
+from rigid_body_sim.physics.contact.collision.collider import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    HULL,
+    PLANE,
+    SPHERE,
+    ColliderArrays,
+)
+from rigid_body_sim.physics.contact.collision.conservative_advancement import (
+    miss_finder,
+    smaller_radius,
+)
+from rigid_body_sim.physics.contact.collision.free_motion import spin_of
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    POINT,
+    POSITION,
+    SEPARATION,
+)
+from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
+from rigid_body_sim.physics.contact.collision.support import reach
+from rigid_body_sim.physics.vectors import (
+    add_scaled,
+    cross,
+    dot,
+    load,
+    negate,
+    scale,
+    store,
+    subtract,
+)
+
+Array = NDArray[np.float64]
+
+FLUSH = 1e-4  # [-] of the radius of the smaller: surfaces that differ by no more are one
+CALM = 1e-8  # [m] closing in a tick that matters to nobody
+SAME = 5e-7  # [-] 1 - cos of an angle of 1e-3: below, two manifolds are supports of one face
+SAME_ROUND = 5e-13  # [-] of 1e-6, for what rolls: its normals turn with its place over an edge
+UPRIGHT = 1e-2  # [-] sine of the angle between normal and axis, below which a cylinder stands
+WIDE = 1.0 + 1e-9  # [-] of the gap: rounding of closing speeds
+
+# what is known of a manifold, in its record; in this order
+CARRIES = 0.0  # its rows do not bind, or nothing is known against them
+ASKED = 1.0  # would bind
+CERTAIN = 2.0  # would bind, and no other covers it
+DOUBTFUL = 3.0  # would bind, and only others that would bind cover it
+DROPPED = 4.0
+NONE = -1.0  # in place of a manifold
+
+misses = slot('kernel (a, b, count, horizon, normal, ...): tells whether a pair misses')
+
+
+@inline
+def _body_of(collider: int, table: Any) -> int:
+    """Index of the body of a collider among those that move; below 0: it stands."""
+    return table[collider * collider_record.SIZE + collider_record.BODY]
+
+
+@inline
+def _velocity(body: int, bodies: Array) -> Any:
+    """Velocity and spin of a body, and its centre of mass; zeros of what stands."""
+    if body < 0:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    row = body * solver_bodies.SIZE
+    velocity = scale(
+        bodies[row + solver_bodies.INVERSE_MASS], load(bodies, row + solver_bodies.MOMENTUM)
+    )
+    return velocity, spin_of(row, bodies), load(bodies, row + solver_bodies.START_POSITION)
+
+
+@kernel
+def _would_bind(
+    record: int, horizon: float, colliders: ColliderArrays, bodies: Array, manifolds: Array
+) -> bool:
+    """Tell whether some row of the manifold that begins at a place would act in the tick."""
+    table = colliders.table
+    a = int(manifolds[record + manifold_record.COLLIDER_A])
+    b = int(manifolds[record + manifold_record.COLLIDER_B])
+    type_b = table[b * collider_record.SIZE + collider_record.TYPE]
+    if type_b == PLANE:
+        return False
+    if manifolds[record + manifold_record.PIECES] > 1.0:
+        return True
+    normal = load(manifolds, record + manifold_record.NORMAL)
+    body_a, body_b = _body_of(a, table), _body_of(b, table)
+    velocity_a, spin_a, center_a = _velocity(body_a, bodies)
+    velocity_b, spin_b, center_b = _velocity(body_b, bodies)
+    closing = dot(normal, subtract(velocity_a, velocity_b)) * horizon
+    overlaps = type_b == CYLINDER
+    overlaps = overlaps or table[a * collider_record.SIZE + collider_record.TYPE] == CYLINDER
+    flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
+    fall = 0.0
+    if body_a >= 0:
+        row = body_a * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
+        fall += dot(normal, load(bodies, row))
+    if body_b >= 0:
+        row = body_b * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
+        fall -= dot(normal, load(bodies, row))
+    fall *= 0.5 * horizon * horizon
+    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        place = record + manifold_record.POINTS + POINT * index
+        point = load(manifolds, place + POSITION)
+        turning = dot(normal, cross(spin_a, subtract(point, center_a))) - dot(
+            normal, cross(spin_b, subtract(point, center_b))
+        )
+        gap = manifolds[place + SEPARATION]
+        nearer = closing + horizon * turning
+        if gap > flush:
+            nearer += max(fall, 0.0)
+        if nearer * WIDE > gap and nearer > CALM:
+            return True
+        if overlaps and gap < -CALM:
+            return True
+    return False
+
+
+@kernel
+def _least_gap(record: int, manifolds: Array) -> float:
+    """Return the least separation of the points of a manifold."""
+    least = math.inf
+    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        place = record + manifold_record.POINTS + POINT * index
+        least = min(least, manifolds[place + SEPARATION])
+    return least
+
+
+@kernel
+def _link(length: int, table: Any, bodies: Array, manifolds: Array) -> None:
+    """Make the list of the manifolds of each body: the first one, and behind each the next."""
+    for index in range(length):
+        record = index * manifold_record.SIZE
+        for side in range(2):
+            collider = int(manifolds[record + manifold_record.COLLIDER_A + side])
+            body = _body_of(collider, table)
+            if body >= 0:
+                bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD] = NONE
+    for index in range(length):
+        record = index * manifold_record.SIZE
+        for side in range(2):
+            collider = int(manifolds[record + manifold_record.COLLIDER_A + side])
+            body = _body_of(collider, table)
+            if body >= 0:
+                head = body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD
+                manifolds[record + manifold_record.NEXT_OF_A + side] = bodies[head]
+                bodies[head] = float(record)
+
+
+@inline
+def _normal_towards(record: int, side: int, manifolds: Array) -> Any:
+    """Return the normal of a manifold towards its collider A (0) or B (1)."""
+    normal = load(manifolds, record + manifold_record.NORMAL)
+    return normal if side == 1 else negate(normal)
+
+
+@kernel
+def _surface(record: int, side: int, normal: Any, manifolds: Array) -> Any:
+    """
+    Return where the plane of a manifold is along its normal towards one side: on the surface of
+    the other one; and how deep the one is sunk into it [m].
+    """
+    height, sunk = -math.inf, 0.0
+    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        place = record + manifold_record.POINTS + POINT * index
+        gap = manifolds[place + SEPARATION]
+        height = max(height, dot(normal, load(manifolds, place + POSITION)) - 0.5 * gap)
+        sunk = max(sunk, -gap)
+    return height, sunk
+
+
+@kernel
+def _rise(
+    other: int, holder: int, normal: Any, horizon: float, colliders: ColliderArrays, bodies: Array
+) -> float:
+    """
+    Bound how far a collider may rise above a plane of another one within the horizon [m], both at
+    the velocities of now.
+    """
+    table = colliders.table
+    body, body_h = _body_of(other, table), _body_of(holder, table)
+    if body < 0 and body_h < 0 or body == body_h:
+        return 0.0
+    velocity, spin, _ = _velocity(body, bodies)
+    velocity_h, spin_h, _ = _velocity(body_h, bodies)
+    row, row_h = other * swept_aabbs.SIZE, holder * swept_aabbs.SIZE
+    radius = colliders.local_bounds[other * bounds_record.SIZE + bounds_record.RADIUS]
+    rise = dot(normal, subtract(velocity, velocity_h))
+    rise += math.sqrt(dot(spin, spin)) * radius
+    if body_h >= 0:
+        apart = subtract(
+            load(colliders.swept_aabbs, row + swept_aabbs.CENTER),
+            load(colliders.swept_aabbs, row_h + swept_aabbs.CENTER),
+        )
+        rise += math.sqrt(dot(spin_h, spin_h)) * (math.sqrt(dot(apart, apart)) + radius)
+    return max(rise, 0.0) * horizon
+
+
+@kernel
+def _is_covered_by(
+    record: int, side: int, cover: int, side_c: int, horizon: float, colliders: ColliderArrays,
+    bodies: Array, manifolds: Array,
+) -> bool:  # fmt: skip
+    """
+    Tell whether a manifold covers another one of the same body.
+
+        side, side_c : which collider of each is of the body: 0: A, 1: B
+    """
+    own = int(manifolds[record + manifold_record.COLLIDER_A + side])
+    other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
+    holder = int(manifolds[cover + manifold_record.COLLIDER_A + 1 - side_c])
+    held = int(manifolds[cover + manifold_record.COLLIDER_A + side_c])
+    towards = _normal_towards(record, side, manifolds)
+    normal = _normal_towards(cover, side_c, manifolds)
+    kind = colliders.table[own * collider_record.SIZE + collider_record.TYPE]
+    same = SAME if kind == BOX or kind == HULL else SAME_ROUND
+    if 1.0 - dot(towards, normal) < same:
+        return False
+    height, sunk = _surface(cover, side_c, normal, manifolds)
+    flush = FLUSH * smaller_radius(colliders.local_bounds, own, other)
+    place = record + manifold_record.POINTS
+    gap = manifolds[place + SEPARATION]
+    on_other = dot(normal, add_scaled(load(manifolds, place + POSITION), -0.5 * gap, towards))
+    if on_other > height + flush + abs(gap):
+        return False
+    top = reach(other, other * pose.SIZE, normal, colliders)
+    if top > height + flush:
+        return False
+    if top + _rise(other, holder, normal, horizon, colliders, bodies) > height + flush:
+        return False
+    if own != held:
+        low = -reach(own, own * pose.SIZE, negate(normal), colliders)
+        return low >= top - 2.0 * (sunk + flush)
+    return True
+
+
+@kernel
+def _find_cover(
+    record: int, side: int, least: float, most: float, horizon: float, colliders: ColliderArrays,
+    bodies: Array, manifolds: Array,
+) -> int:  # fmt: skip
+    """
+    Find a manifold that covers the one that begins at a place, for its collider A or B (side 0 or
+    1); -1: none.
+
+        least, most : states that a cover may have
+    """
+    table = colliders.table
+    body = _body_of(int(manifolds[record + manifold_record.COLLIDER_A + side]), table)
+    if body < 0:
+        return -1
+    cover = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD])
+    while cover >= 0:
+        first = int(manifolds[cover + manifold_record.COLLIDER_A])
+        side_c = 0 if _body_of(first, table) == body else 1
+        state = manifolds[cover + manifold_record.STATE]
+        if (
+            cover != record
+            and least <= state <= most
+            and _is_covered_by(record, side, cover, side_c, horizon, colliders, bodies, manifolds)
+        ):
+            return 2 * cover + side_c
+        cover = int(manifolds[cover + manifold_record.NEXT_OF_A + side_c])
+    return -1
+
+
+@inline
+def _turned_point(
+    own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays
+) -> Any:
+    """
+    Return where a collider is nearest along another normal: beside a point of its surface.
+
+    A corner or edge stays where it is; of a capsule or mantle the surface point goes round the
+    axis.
+    """
+    row = own * collider_record.SIZE
+    kind = colliders.table[row + collider_record.TYPE]
+    if kind == CAPSULE:
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
+        return add_scaled(add_scaled(point, radius, towards), -radius, normal)
+    if kind == CYLINDER:
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
+        axis = pose.axis(colliders.poses, own * pose.SIZE, 2)
+        down = add_scaled(negate(normal), dot(normal, axis), axis)
+        across = math.sqrt(dot(down, down))
+        if across > UPRIGHT:
+            middle = load(colliders.poses, own * pose.SIZE + pose.POSITION)
+            along = dot(axis, subtract(point, middle))
+            return add_scaled(add_scaled(middle, along, axis), radius / across, down)
+    return point
+
+
+@kernel
+def _take_out(
+    record: int, side: int, cover: int, side_c: int, colliders: ColliderArrays, manifolds: Array
+) -> None:
+    """
+    Turn a covered manifold to the normal of its cover, which is true of every point of the body,
+    and holds those that the cover does not; take that of a ball out, which has no others.
+    """
+    own = int(manifolds[record + manifold_record.COLLIDER_A + side])
+    kind = colliders.table[own * collider_record.SIZE + collider_record.TYPE]
+    if kind == SPHERE:
+        manifolds[record + manifold_record.STATE] = DROPPED
+        return
+    towards = _normal_towards(record, side, manifolds)
+    normal = _normal_towards(cover, side_c, manifolds)
+    other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
+    top = reach(other, other * pose.SIZE, normal, colliders)
+    manifolds[record + manifold_record.STATE] = CERTAIN
+    store(manifolds, record + manifold_record.NORMAL, normal if side == 1 else negate(normal))
+    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        place = record + manifold_record.POINTS + POINT * index
+        half = 0.5 * manifolds[place + SEPARATION]
+        own_point = add_scaled(load(manifolds, place + POSITION), half, towards)
+        own_point = _turned_point(own, own_point, towards, normal, colliders)
+        gap = dot(normal, own_point) - top
+        store(manifolds, place + POSITION, add_scaled(own_point, -0.5 * gap, normal))
+        manifolds[place + SEPARATION] = gap
+
+
+@kernel
+def _settle(
+    length: int, asked: float, least: float, most: float, found: float, none: float,
+    horizon: float, colliders: ColliderArrays, bodies: Array, manifolds: Array,
+) -> None:  # fmt: skip
+    """
+    Look for covers of all manifolds of a state, among those of some states.
+
+        found, none : new states of what is covered (DROPPED: take it out) and what is not
+    """
+    for index in range(length):
+        record = index * manifold_record.SIZE
+        if manifolds[record + manifold_record.STATE] != asked:
+            continue
+        manifolds[record + manifold_record.STATE] = none
+        for side in range(2):
+            cover = _find_cover(record, side, least, most, horizon, colliders, bodies, manifolds)
+            if cover >= 0:
+                manifolds[record + manifold_record.STATE] = found
+                if found == DROPPED:
+                    _take_out(record, side, cover // 2, cover % 2, colliders, manifolds)
+                    manifolds[cover // 2 + manifold_record.STATE] = CARRIES
+                break
+
+
+@kernel
+def _close_up(length: int, manifolds: Array, pieces: Any) -> int:
+    """
+    Close the gaps in the list, and return how many are left; LANE belongs to the place. pieces[0]
+    is set to the most pieces that one of them asks for.
+    """
+    kept = 0
+    for index in range(length):
+        record = index * manifold_record.SIZE
+        if manifolds[record + manifold_record.STATE] == DROPPED:
+            continue
+        pieces[0] = max(pieces[0], int(manifolds[record + manifold_record.PIECES]))
+        if kept != index:
+            for entry in range(manifold_record.LANE):
+                manifolds[kept * manifold_record.SIZE + entry] = manifolds[record + entry]
+        kept += 1
+    return kept
+
+
+def _drop_ghosts(
+    length: int, count: int, horizon: float, colliders: ColliderArrays, found: Array,
+    manifolds: Array, bodies: Array, pieces: Any,
+) -> int:  # fmt: skip
+    """
+    Take the manifolds of ghosts out of a list; return how many are left.
+
+        length  : of the list;   count : of colliders
+        horizon : [s] from the start of the tick: a tick and a substep
+        found   : scratch of a pair kernel
+        pieces  : [0] is set to the pieces into which the tick should be cut
+    """
+    asked = 0
+    for index in range(length):
+        record = index * manifold_record.SIZE
+        manifolds[record + manifold_record.STATE] = CARRIES
+        if not _would_bind(record, horizon, colliders, bodies, manifolds):
+            continue
+        manifolds[record + manifold_record.STATE] = ASKED
+        a = int(manifolds[record + manifold_record.COLLIDER_A])
+        b = int(manifolds[record + manifold_record.COLLIDER_B])
+        normal = load(manifolds, record + manifold_record.NORMAL)
+        if _least_gap(record, manifolds) > 0.0 and misses(
+            a, b, count, horizon, normal, colliders, bodies, found
+        ):
+            manifolds[record + manifold_record.STATE] = DROPPED
+        asked += 1
+    if asked > 0:
+        _link(length, colliders.table, bodies, manifolds)
+        _settle(
+            length, ASKED, CARRIES, CARRIES, DROPPED, ASKED, horizon, colliders, bodies, manifolds
+        )
+        _settle(
+            length, ASKED, ASKED, DOUBTFUL, DOUBTFUL, CERTAIN, horizon, colliders, bodies,
+            manifolds,
+        )  # fmt: skip
+        _settle(
+            length, DOUBTFUL, CERTAIN, CERTAIN, DROPPED, DOUBTFUL, horizon, colliders, bodies,
+            manifolds,
+        )  # fmt: skip
+        _settle(
+            length, DOUBTFUL, CARRIES, DOUBTFUL, DROPPED, CERTAIN, horizon, colliders, bodies,
+            manifolds,
+        )  # fmt: skip
+    return _close_up(length, manifolds, pieces)
+
+
+def ghost_dropper(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
+    """Make the kernel that takes ghosts out, with the pair kernels of a scene."""
+    return specialise(_drop_ghosts, name=name, misses=miss_finder(name, collide))

@@ -1,0 +1,83 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+How far a collider reaches along a direction n: max over its points of n . x, the support function
+of convex geometry, in closed form but for hulls.
+
+    ball      n . x + r
+    capsule   n . x + l |n . a| + r                      a : axis;  l : half length
+    box       n . x + sum_k h_k |n . a_k|
+    cylinder  n . x + l |n . a| + r sqrt(1 - (n . a)^2)  of the true mantle, not of a prism
+    hull      the largest n . v of its vertices
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.contact.collision import collider_record, pose
+from rigid_body_sim.physics.contact.collision.collider import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    SPHERE,
+    ColliderArrays,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra import support_points
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
+    CENTER,
+    Hull,
+    vertex,
+)
+from rigid_body_sim.physics.contact.collision.shape_parameters import (
+    HALF_EDGES,
+    HALF_LENGTH,
+    RADIUS,
+)
+from rigid_body_sim.physics.vectors import add, dot, load
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def reach(collider: int, place: int, direction: Any, colliders: ColliderArrays) -> float:
+    """
+    Return how far a collider, no plane, reaches along a unit direction [m].
+
+        place : where the pose begins in which it is taken
+    """
+    row = collider * collider_record.SIZE
+    kind = colliders.table[row + collider_record.TYPE]
+    shape = colliders.table[row + collider_record.PARAMETERS]
+    parameters, poses = colliders.parameters, colliders.poses
+    middle = dot(direction, load(poses, place + pose.POSITION))
+    if kind == SPHERE:
+        return middle + parameters[shape + RADIUS]
+    local = pose.to_shape(poses, place, direction)
+    if kind == BOX:
+        half = load(parameters, shape + HALF_EDGES)
+        return middle + half[0] * abs(local[0]) + half[1] * abs(local[1]) + half[2] * abs(local[2])
+    if kind == CAPSULE:
+        along = parameters[shape + HALF_LENGTH] * abs(local[2])
+        return middle + along + parameters[shape + RADIUS]
+    if kind == CYLINDER:
+        across = math.sqrt(local[0] * local[0] + local[1] * local[1])
+        along = parameters[shape + HALF_LENGTH] * abs(local[2])
+        return middle + along + parameters[shape + RADIUS] * across
+    hull = Hull(parameters, shape)
+    best = support_points.support(support_points.vertices_of(hull), local, 0)
+    return middle + dot(local, add(load(parameters, shape + CENTER), vertex(hull, best)))
+
+
+@kernel
+def gap_along(
+    a: int, pose_a: int, b: int, pose_b: int, normal: Any, colliders: ColliderArrays
+) -> float:
+    """Return the gap of two colliders along a unit normal from A to B [m]; negative: none."""
+    back = (-normal[0], -normal[1], -normal[2])
+    return -reach(b, pose_b, back, colliders) - reach(a, pose_a, normal, colliders)
