@@ -299,9 +299,7 @@ def _find_cover(
         if (
             cover != record
             and least <= state <= most
-            and _is_covered_by(
-                record, side, cover, side_c, horizon, colliders, bodies, manifolds
-            )
+            and _is_covered_by(record, side, cover, side_c, horizon, colliders, bodies, manifolds)
         ):
             return 2 * cover + side_c
         cover = int(manifolds[cover + manifold_record.NEXT_OF_A + side_c])
@@ -309,7 +307,9 @@ def _find_cover(
 
 
 @inline
-def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays) -> Any:
+def _turned_point(
+    own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays
+) -> Any:
     """
     Return where a collider is nearest along another normal: beside a point of its surface.
 
@@ -319,14 +319,10 @@ def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: Co
     row = own * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]
     if kind == CAPSULE:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         return add_scaled(add_scaled(point, radius, towards), -radius, normal)
     if kind == CYLINDER:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         axis = pose.axis(colliders.poses, own * pose.SIZE, 2)
         down = add_scaled(negate(normal), dot(normal, axis), axis)
         across = math.sqrt(dot(down, down))
@@ -382,9 +378,7 @@ def _settle(
             continue
         manifolds[record + manifold_record.STATE] = none
         for side in range(2):
-            cover = _find_cover(
-                record, side, least, most, horizon, colliders, bodies, manifolds
-            )
+            cover = _find_cover(record, side, least, most, horizon, colliders, bodies, manifolds)
             if cover >= 0:
                 manifolds[record + manifold_record.STATE] = found
                 if found == DROPPED:
