@@ -252,7 +252,7 @@ def _find_manifolds(
         length += 1
     if length > room:
         return length
-    return drop_ghosts(length, count, h + substep, colliders, found, manifolds, bodies, pieces)
+    return drop_ghosts(length, count, h, substep, colliders, found, manifolds, bodies, pieces)
 
 
 def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
