@@ -261,6 +261,12 @@ def test_ground_of_triangles_is_fixed_and_stands_alone():
         load_scene(moving.encode())
     with pytest.raises(InvalidModel, match='no part of a union'):
         Union((Part(Sphere(0.1)), Part(height_field(np.zeros((2, 2)), spacing=1.0))))
+    swaying = SCENE.format(
+        gravity=-G, friction=0.1, ground=SHAPES['ball'][0], shape=SHAPES['ball'][0], initial='{}'
+    ).replace('fixed: true,', 'fixed: true, motion: {heave: {amplitude: 0.1, period: 1}},')
+    moved = swaying.replace(f'shape: {SHAPES["ball"][0]}', f'shape: {FLAT}', 1)
+    with pytest.raises(UserError, match='stands still'):
+        load_scene(moved.encode())
     with pytest.raises(InvalidModel, match='two rows'):
         height_field([[0.0, 1.0]], spacing=1.0)
     with pytest.raises(InvalidModel, match='positive'):
