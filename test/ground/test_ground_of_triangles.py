@@ -193,7 +193,8 @@ def test_a_ball_swings_in_a_bowl_like_a_pendulum():
     # each facet is a blow that takes (v theta)^2/2 of 0.01 rad: the swing, not the period
     assert 2.0 * np.diff(zeros).mean() == pytest.approx(period, rel=2e-3)
     energy = 0.5 * np.sum(velocity * velocity, axis=1) + G * position[:, 2]
-    assert np.diff(energy).max() < 1e-12  # round-off: contact may only take
+    # the load of a facet is not known when the ball comes to it: the sink of its weight, 1e-6 m
+    assert np.diff(energy).max() < 1.0 * G * 1e-6
 
 
 @pytest.mark.parametrize('shape', ['ball', 'box'])
@@ -263,7 +264,7 @@ def test_ground_of_triangles_is_fixed_and_stands_alone():
         Union((Part(Sphere(0.1)), Part(height_field(np.zeros((2, 2)), spacing=1.0))))
     swaying = SCENE.format(
         gravity=-G, friction=0.1, ground=SHAPES['ball'][0], shape=SHAPES['ball'][0], initial='{}'
-    ).replace('fixed: true,', 'fixed: true, motion: {heave: {amplitude: 0.1, period: 1}},')
+    ).replace('fixed: true,', 'motion: {heave: {amplitude: 0.1, period: 1}},')
     moved = swaying.replace(f'shape: {SHAPES["ball"][0]}', f'shape: {FLAT}', 1)
     with pytest.raises(UserError, match='stands still'):
         load_scene(moved.encode())

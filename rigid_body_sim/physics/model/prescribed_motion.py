@@ -264,7 +264,7 @@ def check_motion(body: Body) -> None:
         raise InvalidModel(f'{name} is a plane, which stands still; move a box in its place')
     if isinstance(body.shape, Surface):
         raise InvalidModel(
-            f'{name} is ground of triangles, which stands still; move a box or a union in its place'
+            f'{name} is ground of triangles, which stands still; move a box or a union'
         )
     for key, said in (('pivot', body.pivot), ('inertia_over_time', body.inertia_over_time)):
         if said is not None:
