@@ -49,6 +49,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     HULL,
     PLANE,
     SPHERE,
+    SURFACE,
     ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
@@ -165,7 +166,8 @@ def _would_bind(
     table = colliders.table
     a = int(manifolds[record + manifold_record.COLLIDER_A])
     b = int(manifolds[record + manifold_record.COLLIDER_B])
-    if table[b * collider_record.SIZE + collider_record.TYPE] == PLANE:
+    type_b = table[b * collider_record.SIZE + collider_record.TYPE]
+    if type_b == PLANE or type_b == SURFACE:
         return False
     if manifolds[record + manifold_record.PIECES] > 1.0:
         return True

@@ -43,6 +43,7 @@ SURFACE_WEIGHT = constraint.number(
 ROUNDNESS = constraint.number('-', 'what is round of the pair: one of the names below')
 UNSETTLED = constraint.number('-', '1: its points have changed in the last pass by more than rest')
 TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')
+BOUNCES = constraint.number('-', '1: its bodies take part in a bounce: `islands.bouncing`')
 RADIUS_A = constraint.number('m', 'of the ball or capsule that meets here as A, else 0')
 RADIUS_B = constraint.number('m', 'the same of B')
 FACES = constraint.number('-', 'whose face the normal belongs to, where it may turn: names below')
