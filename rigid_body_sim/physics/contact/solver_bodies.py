@@ -72,9 +72,13 @@ MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m/s', 'from which restitution star
 ANGULAR_MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m^2/s', 'the same')
 SIZE = body.padding(64)  # eight cache lines
 
-# while manifolds are asked what they are (`collision.ghosts`), before anything has moved: where the
-# first of the body begins
+# while manifolds are asked what they are (`collision.ghosts`), before anything has moved: where
+# the first of the body begins
 FIRST_MANIFOLD = DISPLACEMENT
+
+# [1/kg] in place of zero for what no impulse moves, but which has a velocity: see `solver.pivots`;
+# a power of two, so that p = v / HELD gives v back to the bit
+HELD = 2.0**-100
 
 # how a body turns, the rounder the larger
 FIXED, AS_IT_IS, ABOUT_AXIS, BALL, CENTRED_BALL = -1.0, 0.0, 1.0, 2.0, 3.0

@@ -92,10 +92,9 @@ def _turning(body: int, bodies: Array) -> Any:
 def free_motion(collider: int, colliders: ColliderArrays, bodies: Array) -> Any:
     """Return the free motion of a collider from the start of the tick on."""
     center = load(colliders.poses, collider * pose.SIZE + pose.POSITION)
-    index = colliders.table[collider * collider_record.SIZE + collider_record.BODY]
-    if index < 0:
+    body = collider_record.solver_body(collider, colliders.table) * solver_bodies.SIZE
+    if bodies[body + solver_bodies.INVERSE_MASS] == 0.0:
         return FreeMotion(center, NOWHERE, NOWHERE, NOWHERE, NOWHERE, 0.0)
-    body = index * solver_bodies.SIZE
     spin, change = _turning(body, bodies)
     row = collider * swept_aabbs.SIZE
     mass_center = load(bodies, body + solver_bodies.START_POSITION)

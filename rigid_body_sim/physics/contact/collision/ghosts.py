@@ -62,6 +62,10 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POSITION,
     SEPARATION,
 )
+from rigid_body_sim.physics.contact.collision.ground_misses import (
+    ground_miss_finder,
+    reach_of_manifold,
+)
 from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
 from rigid_body_sim.physics.contact.collision.support import gap_along, reach
 from rigid_body_sim.physics.vectors import (
@@ -94,7 +98,9 @@ DOUBTFUL = 3.0  # would bind, and only others that would bind cover it
 DROPPED = 4.0
 NONE = -1.0  # in place of a manifold
 
+GROUND = slot('[-] whether some collider is ground of triangles')
 misses = slot('kernel (a, b, count, horizon, normal, ...): tells whether a pair misses')
+ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
 
 
 @inline
@@ -105,9 +111,7 @@ def _body_of(collider: int, table: Any) -> int:
 
 @inline
 def _velocity(body: int, bodies: Array) -> Any:
-    """Velocity of a body, spin of its surface, and its centre of mass; zeros of what stands."""
-    if body < 0:
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    """Velocity of a solver body, spin of its surface, and its centre of mass."""
     row = body * solver_bodies.SIZE
     velocity = scale(
         bodies[row + solver_bodies.INVERSE_MASS], load(bodies, row + solver_bodies.MOMENTUM)
@@ -167,25 +171,21 @@ def _would_bind(
     a = int(manifolds[record + manifold_record.COLLIDER_A])
     b = int(manifolds[record + manifold_record.COLLIDER_B])
     type_b = table[b * collider_record.SIZE + collider_record.TYPE]
-    if type_b == PLANE or type_b == SURFACE:
+    if type_b == PLANE:
         return False
     if manifolds[record + manifold_record.PIECES] > 1.0:
         return True
     if not _may_bind(record, a, b, horizon, stretch, colliders, manifolds):
         return False
     normal = load(manifolds, record + manifold_record.NORMAL)
-    body_a, body_b = _body_of(a, table), _body_of(b, table)
-    velocity_a, spin_a, center_a = _velocity(body_a, bodies)
-    velocity_b, spin_b, center_b = _velocity(body_b, bodies)
+    row_a, row_b = collider_record.solver_body(a, table), collider_record.solver_body(b, table)
+    velocity_a, spin_a, center_a = _velocity(row_a, bodies)
+    velocity_b, spin_b, center_b = _velocity(row_b, bodies)
     closing = dot(normal, subtract(velocity_a, velocity_b)) * horizon
     flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
-    fall = 0.0
-    if body_a >= 0:
-        row = body_a * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
-        fall += dot(normal, load(bodies, row))
-    if body_b >= 0:
-        row = body_b * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
-        fall -= dot(normal, load(bodies, row))
+    acceleration = solver_bodies.FREE_ACCELERATION
+    fall = dot(normal, load(bodies, row_a * solver_bodies.SIZE + acceleration))
+    fall -= dot(normal, load(bodies, row_b * solver_bodies.SIZE + acceleration))
     fall = max(0.5 * horizon * horizon * fall, 0.0)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
@@ -268,19 +268,31 @@ def _rise(
     body, body_h = _body_of(other, table), _body_of(holder, table)
     if (body < 0 and body_h < 0) or body == body_h:
         return 0.0
-    velocity, spin, _ = _velocity(body, bodies)
-    velocity_h, spin_h, _ = _velocity(body_h, bodies)
+    velocity, spin, _ = _velocity(collider_record.solver_body(other, table), bodies)
+    velocity_h, spin_h, _ = _velocity(collider_record.solver_body(holder, table), bodies)
     row, row_h = other * swept_aabbs.SIZE, holder * swept_aabbs.SIZE
     radius = colliders.local_bounds[other * bounds_record.SIZE + bounds_record.RADIUS]
     rise = dot(normal, subtract(velocity, velocity_h))
     rise += math.sqrt(dot(spin, spin)) * radius
-    if body_h >= 0:
+    if dot(spin_h, spin_h) > 0.0:
         apart = subtract(
             load(colliders.swept_aabbs, row + swept_aabbs.CENTER),
             load(colliders.swept_aabbs, row_h + swept_aabbs.CENTER),
         )
         rise += math.sqrt(dot(spin_h, spin_h)) * (math.sqrt(dot(apart, apart)) + radius)
     return max(rise, 0.0) * horizon
+
+
+@inline
+def _top(
+    record: int, other: int, normal: Any, colliders: ColliderArrays, manifolds: Array
+) -> float:
+    """Return how far the other collider of a manifold, as far as that is of it, reaches [m]."""
+    row = other * collider_record.SIZE
+    if colliders.table[row + collider_record.TYPE] == SURFACE:
+        surface = colliders.table[row + collider_record.PARAMETERS]
+        return reach_of_manifold(record, surface, normal, colliders.parameters, manifolds)
+    return reach(other, other * pose.SIZE, normal, colliders)
 
 
 @kernel
@@ -310,7 +322,7 @@ def _is_covered_by(
     on_other = dot(normal, add_scaled(load(manifolds, place + POSITION), -0.5 * gap, towards))
     if on_other > height + flush + abs(gap):
         return False
-    top = reach(other, other * pose.SIZE, normal, colliders)
+    top = _top(record, other, normal, colliders, manifolds)
     if top > height + flush:
         return False
     if top + _rise(other, holder, normal, horizon, colliders, bodies) > height + flush:
@@ -418,7 +430,7 @@ def _take_out(
     other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
     towards = _normal_towards(record, side, manifolds)
     normal = _normal_towards(cover, side_c, manifolds)
-    top = reach(other, other * pose.SIZE, normal, colliders)
+    top = _top(record, other, normal, colliders, manifolds)
     near = HELD * smaller_radius(colliders.local_bounds, own, other)
     points = int(manifolds[record + manifold_record.POINT_COUNT])
     kind = table[own * collider_record.SIZE + collider_record.TYPE]
@@ -523,12 +535,18 @@ def _drop_ghosts(
         b = int(manifolds[record + manifold_record.COLLIDER_B])
         nearest = _nearest_point(record, manifolds)
         apart = manifolds[nearest + SEPARATION] > 0.0
-        if not apart and _has_cylinder(a, b, colliders.table):
-            normal = load(manifolds, record + manifold_record.NORMAL)
-            apart = gap_along(a, a * pose.SIZE, b, b * pose.SIZE, normal, colliders) > 0.0
-        if apart and misses(
-            a, b, count, horizon, nearest, record, colliders, manifolds, bodies, found
-        ):
+        if GROUND and colliders.table[b * collider_record.SIZE + collider_record.TYPE] == SURFACE:
+            missed = apart and ground_misses(
+                a, b, record, count, horizon, colliders, bodies, found, manifolds
+            )
+        else:
+            if not apart and _has_cylinder(a, b, colliders.table):
+                normal = load(manifolds, record + manifold_record.NORMAL)
+                apart = gap_along(a, a * pose.SIZE, b, b * pose.SIZE, normal, colliders) > 0.0
+            missed = apart and misses(
+                a, b, count, horizon, nearest, record, colliders, manifolds, bodies, found
+            )
+        if missed:
             manifolds[record + manifold_record.STATE] = DROPPED
             asked -= 1
     if asked > 0:
@@ -554,6 +572,14 @@ def _drop_ghosts(
     return _close_up(length, manifolds, pieces)
 
 
-def ghost_dropper(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
-    """Make the kernel that takes ghosts out, with the pair kernels of a scene."""
-    return specialise(_drop_ghosts, name=name, misses=miss_finder(name, collide))
+def ghost_dropper(name: str, collide: Callable[..., Any], *, ground: bool) -> Callable[..., Any]:
+    """
+    Make the kernel that takes ghosts out, with the pair kernels of a scene.
+
+        ground : whether some collider is ground of triangles
+    """
+    misses = miss_finder(name, collide)
+    of_ground = ground_miss_finder(name, collide) if ground else misses
+    return specialise(
+        _drop_ghosts, name=name, GROUND=ground, misses=misses, ground_misses=of_ground
+    )

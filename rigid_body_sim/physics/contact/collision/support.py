@@ -27,6 +27,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     CYLINDER,
     HULL,
     SPHERE,
+    SURFACE,
     ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import support_points
@@ -39,6 +40,9 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records im
     Hull,
     planes_of,
     vertex,
+)
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import (
+    triangle_reach,
 )
 from rigid_body_sim.physics.contact.collision.shape_parameters import (
     HALF_EDGES,
@@ -53,7 +57,8 @@ Array = NDArray[np.float64]
 @kernel
 def reach(collider: int, place: int, direction: Any, colliders: ColliderArrays) -> float:
     """
-    Return how far a collider, no plane, reaches along a unit direction [m].
+    Return how far a collider, no plane, reaches along a unit direction [m]; ground of triangles,
+    the one triangle that is asked.
 
         place : where the pose begins in which it is taken
     """
@@ -65,6 +70,8 @@ def reach(collider: int, place: int, direction: Any, colliders: ColliderArrays) 
     if kind == SPHERE:
         return middle + parameters[shape + RADIUS]
     local = pose.to_shape(poses, place, direction)
+    if kind == SURFACE:
+        return triangle_reach(parameters, shape, direction)
     if kind == BOX:
         half = load(parameters, shape + HALF_EDGES)
         return middle + half[0] * abs(local[0]) + half[1] * abs(local[1]) + half[2] * abs(local[2])

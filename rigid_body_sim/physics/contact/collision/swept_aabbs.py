@@ -84,7 +84,8 @@ def find_swept_aabbs(
         near = min(margin, MARGIN_SHARE * radius) if radius > 0.0 else margin
         swept[row + MARGIN] = near
         body = colliders.table[collider * collider_record.SIZE + collider_record.BODY]
-        path = 0.0
+        velocity = load(swept, row + VELOCITY)  # of what is driven; else zero
+        path = math.sqrt(dot(velocity, velocity)) * h
         if body >= 0:
             place = body * solver_bodies.SIZE
             velocity = scale(
