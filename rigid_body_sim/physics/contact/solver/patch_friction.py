@@ -551,7 +551,8 @@ def spread(lanes: int, constraints: Array, points: Array, patch: Array, scratch:
         trace = s_11 + s_22
         inverse_trace = 1.0 / (trace if trace > POINT else 1.0) if trace > POINT else 0.0
         press = (
-            points[lane + contact_point.TOTAL_IMPULSE] + points[lane + contact_point.NORMAL_IMPULSE]
+            points[lane + contact_point.TOTAL_IMPULSE]
+            + points[lane + contact_point.NORMAL_IMPULSE]
         )
         share = press / total if total > 0.0 else 0.0
         arm_1, arm_2 = share * (place_1 - c_1), share * (place_2 - c_2)
