@@ -137,11 +137,10 @@ def clear_center(lanes: int, patch: Array) -> None:
 
 
 @kernel
-def add_to_center(lanes: int, point: int, points: Array, patch: Array) -> None:
-    """Add one point of each lane, and its number, to the centre."""
-    weight = friction_patch.WEIGHTS + point * LANES
+def add_to_center(lanes: int, weights: Array, points: Array, patch: Array) -> None:
+    """Add one point of each lane, with its weights (8,), to the centre."""
     for lane in range(lanes):
-        share = patch[lane + weight]
+        share = weights[lane]
         arm_a, arm_b = wide_lanes.arms(points, lane)
         center_a = wide_lanes.vector(patch, lane + friction_patch.ARM_A)
         center_b = wide_lanes.vector(patch, lane + friction_patch.ARM_B)
@@ -154,16 +153,15 @@ def add_to_center(lanes: int, point: int, points: Array, patch: Array) -> None:
 
 
 @kernel
-def weigh(lanes: int, point: int, points: Array, patch: Array, scratch: Array) -> None:
+def weigh(lanes: int, weights: Array, points: Array, scratch: Array) -> None:
     """
     Weigh one point of each lane by what it pressed in the last tick, of what all did
     (`add_press`); where nothing did all weigh alike, as they did before.
     """
-    weight = friction_patch.WEIGHTS + point * LANES
     for lane in range(lanes):
         total = scratch[lane + lane_scratch.PRESS]
         share = points[lane + contact_point.NORMAL_IMPULSE] / (total if total > 0.0 else 1.0)
-        patch[lane + weight] = share if total > 0.0 else patch[lane + weight]
+        weights[lane] = share if total > 0.0 else weights[lane]
 
 
 @kernel
