@@ -9,7 +9,10 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT
 
 manifold = Record()
-PAIR_ID = manifold.number('-', 'key of the pair of colliders; manifolds are in its order')
+PAIR_ID = manifold.number(
+    '-',
+    'key of the pair of colliders, and a share of 1 where it has several; they are in its order',
+)
 COLLIDER_A = manifold.number('-', 'number of collider A; type of A <= type of B')
 COLLIDER_B = manifold.number('-', 'number of collider B')
 POINT_COUNT = manifold.number('-', 'points, at most four')
@@ -23,4 +26,4 @@ LANE = manifold.number('-', 'where its lane begins in the rows of the solver')
 STATE = manifold.number('-', 'what is known of it while ghosts are looked for: `ghosts`')
 NEXT_OF_A = manifold.number('-', 'where the next manifold of the body of A begins, or -1')
 NEXT_OF_B = manifold.number('-', 'the same of B')
-SIZE = manifold.padding(32)
+SIZE = manifold.padding(40)

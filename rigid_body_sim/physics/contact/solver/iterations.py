@@ -374,6 +374,10 @@ def _apply_restitution(
             break
 
 
+def _without_patches(_lanes_at_once: int, _count: int, _rows: Array, _batches: Indices) -> None:
+    """Stand for the friction of patches where nothing touches at several points."""
+
+
 def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indices) -> None:
     """Let the points of all batches have their parts of the friction of their patches."""
     scratch = rows[0 : lane_scratch.SIZE]
@@ -436,8 +440,7 @@ def solver(
     }
     if bounces:
         passes['apply_restitution'] = _apply_restitution
-    if patches:
-        passes['spread_friction'] = _spread_friction
+    passes['spread_friction'] = _spread_friction if patches else _without_patches
     return {
         name: specialise(source, name=f'{width}', offered=offered)
         for name, source in passes.items()

@@ -67,8 +67,15 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
     type_a = table[collider_a * collider_record.SIZE + collider_record.TYPE]
     type_b = table[collider_b * collider_record.SIZE + collider_record.TYPE]
+    row_a = collider_record.solver_body(collider_a, table) * solver_bodies.SIZE
+    row_b = collider_record.solver_body(collider_b, table) * solver_bodies.SIZE
+    if (body_a < 0 and bodies[row_a + solver_bodies.INVERSE_MASS] > 0.0) or (
+        body_b < 0 and bodies[row_b + solver_bodies.INVERSE_MASS] > 0.0
+    ):
+        return constraint.NOT_ROUND  # driven: what is round of the pair turns under it
     symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
-    if type_a == collider.CYLINDER and type_b == collider.PLANE and body_a >= 0:
+    flat = type_b == collider.PLANE or type_b == collider.SURFACE
+    if type_a == collider.CYLINDER and flat and body_a >= 0:
         return constraint.RIM_OF_A if symmetry_a == ABOUT_AXIS else constraint.NOT_ROUND
     if type_a == collider.BOX and type_b == collider.CYLINDER and body_a < 0 and body_b >= 0:
         return constraint.RIM_OF_B if symmetry_b == ABOUT_AXIS else constraint.NOT_ROUND

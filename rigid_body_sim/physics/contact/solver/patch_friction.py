@@ -292,6 +292,12 @@ def _moments(scratch: Array, lane: int) -> Any:
     return c_1, c_2, s_11, s_12, s_22
 
 
+@inline
+def _put(active: Any, value: float, row: int, patch: Array) -> None:
+    """Write a number; a lane that is not visited keeps its bits, whatever is struck beside it."""
+    patch[row] = value if active else patch[row]
+
+
 @kernel
 def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
     """
@@ -332,13 +338,16 @@ def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
         rate = 0.5 * (force_rate + twist_rate) + math.sqrt(
             half * half + length_squared * coupling * coupling
         )
-        patch[lane + friction_patch.MEASURED] = scratch[lane + lane_scratch.PRESS]
-        patch[lane + friction_patch.MIDDLE_1] = c_1
-        patch[lane + friction_patch.MIDDLE_2] = c_2
-        patch[lane + friction_patch.RADIUS_SQUARED] = radius_squared
-        patch[lane + friction_patch.INVERSE_SQUARED] = inverse
-        patch[lane + friction_patch.LENGTH_SQUARED] = length_squared
-        patch[lane + friction_patch.STEP] = 1.0 / rate if rate > 0.0 else 0.0
+        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
+        press = scratch[lane + lane_scratch.PRESS]
+        _put(active, press, lane + friction_patch.MEASURED, patch)
+        _put(active, c_1, lane + friction_patch.MIDDLE_1, patch)
+        _put(active, c_2, lane + friction_patch.MIDDLE_2, patch)
+        _put(active, radius_squared, lane + friction_patch.RADIUS_SQUARED, patch)
+        _put(active, inverse, lane + friction_patch.INVERSE_SQUARED, patch)
+        _put(active, length_squared, lane + friction_patch.LENGTH_SQUARED, patch)
+        step = 1.0 / rate if rate > 0.0 else 0.0
+        _put(active, step, lane + friction_patch.STEP, patch)
 
 
 @inline
