@@ -65,7 +65,7 @@ def read_parts(text: bytes, *, name: str) -> tuple[ConvexHull, ...]:
 
 
 def _decomposed(mesh: Mesh, concavity: float) -> bytes:
-    import coacd  # optional, and asked for by the scene
+    import coacd  # type: ignore[import-not-found]  # optional: asked for by the scene
 
     coacd.set_log_level('error')
     found = coacd.run_coacd(
