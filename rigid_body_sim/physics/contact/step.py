@@ -55,10 +55,13 @@ from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.islands import sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.contact.islands.solver_groups import find_groups, sort_touching
 from rigid_body_sim.physics.contact.solver import (
+    batch_record,
     cache_record,
     colouring,
     forces_of_state,
+    group_record,
     impulse_cache,
     manifold_constraints,
     pair_materials,
@@ -97,10 +100,11 @@ colour_constraints = slot('kernel (body_count, ...): tells whether there was roo
 prepare_constraints = slot('kernel (now, ...): tells whether the constraints are there')
 begin_energy_balance = slot('kernel (h, touching, motion, bodies)')
 solve_contacts = slot('kernel (now, touching, ...): warm start and soft normals')
-integrate_motion = slot('kernel (now, touching, ...): moves all bodies over a substep')
+integrate_motion = slot('kernel (now, marks, ...): moves all bodies over a substep')
 correct_forces = slot('kernel (time, now, touching, ...): forces of after the motion')
 gather_moved_bodies = slot('kernel (now, touching, motion, bodies)')
 follow_and_relax = slot('kernel (last, now, touching, ...): separations, then relaxation')
+visit_group = slot('kernel (index, group, now, ...): passes of a group between two motions')
 bound_bounces = slot('kernel (touching, ...): restitution')
 take_energy_back = slot('kernel (substep, touching, ...): projection of the energy')
 store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
@@ -172,9 +176,10 @@ def _advance(
     ticks, tick, h, body_count, rigid_count, translation, rotation, method, elements, ranges,
     settings, counts, saved, shape_parameters, table, local_bounds, poses, swept, local_poses,
     materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
-    rows, batches, colours, open_batches, cache, touching, marks, roots, impacts, groups,
-    changes, parents, sequence, sleep_states, radii, element_groups, island_roots, supported,
-    restless, awake_in_blocks, flows, ignored, pair_material_rows,
+    rows, batches, colours, open_batches, cache, island_groups, group_of, manifold_order,
+    touching, marks, roots, impacts, groups, changes, parents, sequence, sleep_states, radii,
+    element_groups, island_roots, supported, restless, awake_in_blocks, flows, ignored,
+    pair_material_rows,
 ):  # fmt: skip
     """
     Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
@@ -198,7 +203,10 @@ def _advance(
             ignored,
         ),
         bodies,
-        Constraints(manifolds, rows, batches, colours, open_batches, cache),
+        Constraints(
+            manifolds, rows, batches, colours, open_batches, cache, island_groups, group_of,
+            manifold_order,
+        ),
         touching,
         marks,
         EnergyScratch(roots, impacts, groups, changes, parents, sequence),
@@ -261,19 +269,18 @@ def _advance_ticks(ticks, tick, h, world):
         count = count_touching(motion, constraints, world.marks, world.touching, counts)
         touching = world.touching[0:count]
         begin_energy_balance(h, touching, motion, bodies)
-        for index in range(substeps):
-            if COUPLED and not evaluated:
-                evaluate_forces(now.start + index * substep, motion, forces)
-            solve_contacts(now, touching, motion, constraints, bodies, flows, settings, counts)
-            integrate_motion(now, touching, motion, bodies, state)
-            if COUPLED:
-                time = now.start + (index + 1) * substep
-                correct_forces(time, now, touching, motion, forces, bodies)
-                evaluated = not VELOCITY_DEPENDENT
-            last = index + 1 == substeps
-            follow_and_relax(
-                last, now, touching, motion, constraints, bodies, flows, settings, counts
-            )
+        for index in range(substeps + 1):
+            if index > 0:
+                integrate_motion(now, world.marks, motion, bodies, state)
+                if COUPLED:
+                    time = now.start + index * substep
+                    correct_forces(time, now, touching, motion, forces, bodies)
+                    evaluated = not VELOCITY_DEPENDENT
+            for group in range(counts[tick_counts.GROUPS]):
+                visit_group(
+                    index, group, now, touching, motion, forces, constraints, bodies, flows,
+                    settings, counts,
+                )  # fmt: skip
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
         take_energy_back(substep, touching, motion, constraints, energy, bodies, counts)
@@ -385,10 +392,15 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
         count, constraints.manifolds, constraints.impulse_cache
     ):
         return True
+    # where forces depend on velocity, all bodies wait for them; masses change for all at once
+    apart = not (VELOCITY_DEPENDENT or FLOWS)
+    counts[tick_counts.GROUPS] = find_groups(
+        count, body_count, apart, table, constraints.manifolds, constraints.colours,
+        constraints.group_of, constraints.groups, constraints.order,
+    )  # fmt: skip
     counts[tick_counts.BATCHES] = colouring.colour_constraints(
-        count, body_count, WIDTH, counts[tick_counts.ROW_ROOM], counts[tick_counts.BATCH_ROOM],
-        table, constraints.manifolds, bodies, constraints.colours, constraints.open_batches,
-        constraints.rows, constraints.batches,
+        count, counts[tick_counts.GROUPS], body_count, WIDTH, counts[tick_counts.ROW_ROOM],
+        counts[tick_counts.BATCH_ROOM], table, constraints, bodies,
     )  # fmt: skip
     counts[tick_counts.ASSEMBLED] = 0
     return counts[tick_counts.BATCHES] != colouring.NO_ROOM
@@ -443,14 +455,25 @@ def _prepare_constraints(
 
 
 @inline
+def batch_count_of(constraints: Constraints) -> int:
+    """Count the batches of a group."""
+    return len(constraints.batches) // batch_record.SIZE
+
+
+@inline
 def count_touching(
     motion: Motion, constraints: Constraints, marks: Indices, touching: Indices, counts: Indices
 ) -> int:
-    """List the bodies that some manifold names; return how many."""
-    return list_touching(
+    """List the bodies that some manifold names, group after group; return how many."""
+    count = list_touching(
         counts[tick_counts.MANIFOLDS], motion.body_count, constraints.manifolds, constraints.rows,
         marks, touching,
     )  # fmt: skip
+    sort_touching(
+        count, counts[tick_counts.GROUPS], constraints.group_of, constraints.groups,
+        constraints.colours, touching,
+    )  # fmt: skip
+    return count
 
 
 def _begin_energy_balance(h, touching, motion, bodies):
@@ -473,7 +496,7 @@ def _solve_contacts(now, touching, motion, constraints, bodies, flows, settings,
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     solve_normals(
-        counts[tick_counts.LANES], counts[tick_counts.BATCHES], 1.0 / now.substep,
+        counts[tick_counts.LANES], batch_count_of(constraints), 1.0 / now.substep,
         settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], constraints.rows,
         constraints.batches, bodies,
     )  # fmt: skip
@@ -481,35 +504,38 @@ def _solve_contacts(now, touching, motion, constraints, bodies, flows, settings,
         variable_mass.scale_to_start_mass(flows, bodies)
 
 
-def _integrate_motion(now, touching, motion, bodies, state):
-    """Move all bodies over a substep, and let the other half of the forces act."""
+def _integrate_motion(now, marks, motion, bodies, state):
+    """
+    Move all bodies over a substep, and let the other half of the forces act; block after block, so
+    that what is needed of a body stays in the cache. marks: 1 for bodies that touch.
+    """
     translation, rotation = motion.translation, motion.rotation
     half = 0.5 * now.substep
     for block in range((motion.body_count + blocks.LANES - 1) // blocks.LANES):
         if SLEEPING and not sleep.stirs(block, state):
             continue
-        lanes = min(blocks.LANES, motion.body_count - blocks.LANES * block)
-        steps.kick_and_drift(block, lanes, half, now.substep, translation)
-        steps.kick(block, lanes, half, translation)
-    for index in range(len(touching)):
-        solver_bodies.scatter_angular_momentum(
-            touching[index], motion.rigid_count, half, rotation, bodies
-        )
-    for block in range((motion.rigid_count + blocks.LANES - 1) // blocks.LANES):
-        if SLEEPING and not sleep.stirs(block, state):
-            continue
-        lanes = min(blocks.LANES, motion.rigid_count - blocks.LANES * block)
-        drift_rotation(block, lanes, half, now.substep, rotation, motion.method)
-        steps.kick_rotation(block, lanes, half, rotation)
-    for index in range(len(touching)):
-        body = touching[index]
-        solver_bodies.integrate_position(
-            body, motion.rigid_count, now.substep, translation, rotation, bodies
-        )
-        if COUPLED:
-            account.add_half_the_work(
-                body, motion.rigid_count, now.substep, translation, rotation, bodies
-            )
+        first = blocks.LANES * block
+        last = min(first + blocks.LANES, motion.body_count)
+        steps.kick_and_drift(block, last - first, half, now.substep, translation)
+        steps.kick(block, last - first, half, translation)
+        lanes = min(blocks.LANES, motion.rigid_count - first)
+        if lanes > 0:
+            for body in range(first, first + lanes):
+                if marks[body] == 1:
+                    solver_bodies.scatter_angular_momentum(
+                        body, motion.rigid_count, half, rotation, bodies
+                    )
+            drift_rotation(block, lanes, half, now.substep, rotation, motion.method)
+            steps.kick_rotation(block, lanes, half, rotation)
+        for body in range(first, last):
+            if marks[body] == 1:
+                solver_bodies.integrate_position(
+                    body, motion.rigid_count, now.substep, translation, rotation, bodies
+                )
+                if COUPLED:
+                    account.add_half_the_work(
+                        body, motion.rigid_count, now.substep, translation, rotation, bodies
+                    )
     if SLEEPING:
         sleep.keep_still(motion, state, bodies)
 
@@ -560,6 +586,34 @@ def _gather_moved_bodies(now, touching, motion, bodies):
         solver_bodies.clear_warm_start(touching[index], bodies)
 
 
+def _visit_group(
+    index, group, now, touching, motion, forces, constraints, bodies, flows, settings, counts
+):  # fmt: skip
+    """
+    Let a group end the substep before a number, and begin the substep of that number.
+    """
+    row = group * group_record.SIZE
+    first = constraints.groups[row + group_record.FIRST_BODY]
+    last = constraints.groups[row + group_record.SIZE + group_record.FIRST_BODY]
+    members = touching[first:last]
+    begin = constraints.groups[row + group_record.FIRST_BATCH] * batch_record.SIZE
+    end = constraints.groups[row + group_record.SIZE + group_record.FIRST_BATCH]
+    own = Constraints(
+        constraints.manifolds, constraints.rows,
+        constraints.batches[begin : end * batch_record.SIZE], constraints.colours,
+        constraints.open_batches, constraints.impulse_cache, constraints.groups,
+        constraints.group_of, constraints.order,
+    )  # fmt: skip
+    if index > 0:
+        follow_and_relax(
+            index == now.substeps, now, members, motion, own, bodies, flows, settings, counts
+        )
+    if index < now.substeps:
+        if VELOCITY_DEPENDENT:
+            evaluate_forces(now.start + index * now.substep, motion, forces)
+        solve_contacts(now, members, motion, own, bodies, flows, settings, counts)
+
+
 def _follow_and_relax(
     last, now, touching, motion, constraints, bodies, flows, settings, counts
 ):  # fmt: skip
@@ -567,7 +621,7 @@ def _follow_and_relax(
     Update separations, with the second half of the warm start; then relax. last: of the tick.
     """
     rows, batches = constraints.rows, constraints.batches
-    lanes, batch_count = counts[tick_counts.LANES], counts[tick_counts.BATCHES]
+    lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     relaxations = int(settings[tick_settings.RELAXATIONS])
     gather_moved_bodies(now, touching, motion, bodies)
     if FLOWS:
@@ -660,7 +714,7 @@ def _put_to_sleep(
 _STAGES = (
     _evaluate_forces, _gather_bodies, _detect_contacts, _colour_constraints, _prepare_constraints,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
-    _gather_moved_bodies, _follow_and_relax, _bound_bounces, _take_energy_back, _store_impulses,
+    _gather_moved_bodies, _follow_and_relax, _visit_group, _bound_bounces, _take_energy_back, _store_impulses,
     _put_to_sleep, _advance_ticks,
 )  # fmt: skip
 
