@@ -60,6 +60,7 @@ class Constraints(NamedTuple):
     groups        : of islands: see `solver.group_record`
     group_of      : the group of each body that touches
     order         : manifolds in the order of their groups
+    places        : scratch: where manifolds lie in the cache
     """
 
     manifolds: Array
@@ -71,3 +72,4 @@ class Constraints(NamedTuple):
     groups: Indices
     group_of: Indices
     order: Indices
+    places: Indices

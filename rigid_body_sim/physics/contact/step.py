@@ -177,7 +177,7 @@ def _advance(
     settings, counts, saved, shape_parameters, table, local_bounds, poses, swept, local_poses,
     materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
     rows, batches, colours, open_batches, cache, island_groups, group_of, manifold_order,
-    touching, marks, roots, impacts, groups, changes, parents, sequence, sleep_states, radii,
+    cache_places, touching, marks, roots, impacts, groups, changes, parents, sequence, sleep_states, radii,
     element_groups, island_roots, supported, restless, awake_in_blocks, flows, ignored,
     pair_material_rows,
 ):  # fmt: skip
@@ -205,7 +205,7 @@ def _advance(
         bodies,
         Constraints(
             manifolds, rows, batches, colours, open_batches, cache, island_groups, group_of,
-            manifold_order,
+            manifold_order, cache_places,
         ),
         touching,
         marks,
@@ -435,11 +435,11 @@ def _prepare_constraints(
             pair_materials.use_pair_materials(count, of_pairs, manifolds, rows)
         counts[tick_counts.ASSEMBLED] = 1
     manifold_constraints.prepare_points(
-        count, WIDTH, motion.translation, colliders, manifolds, rows
+        count, WIDTH, constraints.order, motion.translation, colliders, manifolds, rows
     )
     impulse_cache.recall(
-        count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, manifolds,
-        cache, rows,
+        count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses,
+        constraints.order, constraints.places, manifolds, cache, rows,
     )  # fmt: skip
     if FLOWS:
         variable_mass.find_mass_scale(now.start + 0.5 * now.h, flows)
@@ -467,7 +467,7 @@ def count_touching(
     """List the bodies that some manifold names, group after group; return how many."""
     count = list_touching(
         counts[tick_counts.MANIFOLDS], motion.body_count, constraints.manifolds, constraints.rows,
-        marks, touching,
+        constraints.order, marks, touching,
     )  # fmt: skip
     sort_touching(
         count, counts[tick_counts.GROUPS], constraints.group_of, constraints.groups,
@@ -602,7 +602,7 @@ def _visit_group(
         constraints.manifolds, constraints.rows,
         constraints.batches[begin : end * batch_record.SIZE], constraints.colours,
         constraints.open_batches, constraints.impulse_cache, constraints.groups,
-        constraints.group_of, constraints.order,
+        constraints.group_of, constraints.order, constraints.places,
     )  # fmt: skip
     if index > 0:
         follow_and_relax(
@@ -687,8 +687,8 @@ def _take_energy_back(substep, touching, motion, constraints, energy, bodies, co
 def _store_impulses(substep, poses, constraints, counts):
     """Store what the next tick starts from."""
     impulse_cache.store_impulses(
-        counts[tick_counts.MANIFOLDS], WIDTH, substep, ANGULAR, poses,
-        constraints.manifolds, constraints.rows, constraints.impulse_cache,
+        counts[tick_counts.MANIFOLDS], WIDTH, substep, ANGULAR, poses, constraints.order,
+        constraints.places, constraints.manifolds, constraints.rows, constraints.impulse_cache,
     )  # fmt: skip
 
 

@@ -160,6 +160,7 @@ class WorldArrays:
     def _make_manifolds(self, room: int) -> None:
         self.manifolds = np.zeros(room * manifold_record.SIZE)
         self.manifold_order = np.zeros(room, dtype=np.int64)
+        self.cache_places = np.zeros(room, dtype=np.int64)
 
     def _make_pair_lists(self, room: int) -> None:
         self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)

@@ -19,7 +19,7 @@ from rigid_body_sim.physics.contact.solver.group_record import FIRST_BODY, FIRST
 
 # [-] some 400 kB of rows and bodies: a quarter of them costs calls and empty lanes, four times as
 # many leave a second-level cache of 1 MB
-MANIFOLDS = 400
+MANIFOLDS = 200
 FEW = 2 * MANIFOLDS  # [-] so many are one group: they fit all the same
 
 

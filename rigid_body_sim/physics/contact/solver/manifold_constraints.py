@@ -172,7 +172,7 @@ def _center(number: int, core: int, translation: Array, poses: Array) -> Any:
 
 @kernel
 def prepare_points(
-    manifold_count: int, width: int, translation: Array, colliders: ColliderArrays,
+    manifold_count: int, width: int, order: Indices, translation: Array, colliders: ColliderArrays,
     manifolds: Array, rows: Array,
 ) -> None:  # fmt: skip
     """
@@ -181,7 +181,8 @@ def prepare_points(
     width : numbers of a point
     """
     table, poses = colliders.table, colliders.poses
-    for m in range(manifold_count):
+    for index in range(manifold_count):
+        m = order[index]
         record = m * manifold_record.SIZE
         lane = int(manifolds[record + manifold_record.LANE])
         normal = load(manifolds, record + manifold_record.NORMAL)
