@@ -91,6 +91,7 @@ prepare = slot('kernel (lanes, batches, threshold, rows, ...): effective masses 
 solve_normals = slot('kernel (lanes, batches, 1/h, slop, cap, rows, ...): solves soft normals')
 update_separation = slot('kernel (lanes, batches, rows, ...): lets points follow the bodies')
 relax = slot('kernel (lanes, batches, 1/h, first, last, rows, ...): relaxes normals, and friction')
+spread_friction = slot('kernel (lanes, batches, rows, ...): friction of patches to points')
 apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what bounces')
 # the stages, of this module
 evaluate_forces = slot('kernel (time, motion, forces)')
@@ -177,9 +178,9 @@ def _advance(
     settings, counts, saved, shape_parameters, table, local_bounds, poses, swept, local_poses,
     materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
     rows, batches, colours, open_batches, cache, island_groups, group_of, manifold_order,
-    cache_places, touching, marks, roots, impacts, groups, changes, parents, sequence, sleep_states, radii,
-    element_groups, island_roots, supported, restless, awake_in_blocks, flows, ignored,
-    pair_material_rows,
+    cache_places, touching, marks, roots, impacts, groups, changes, parents, sequence,
+    sleep_states, radii, element_groups, island_roots, supported, restless, awake_in_blocks, flows,
+    ignored, pair_material_rows,
 ):  # fmt: skip
     """
     Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
@@ -283,6 +284,10 @@ def _advance_ticks(ticks, tick, h, world):
                 )  # fmt: skip
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
+        spread_friction(
+            counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
+            constraints.batches,
+        )  # fmt: skip
         take_energy_back(substep, touching, motion, constraints, energy, bodies, counts)
         store_impulses(substep, colliders.poses, constraints, counts)
         counts[tick_counts.DONE] = passed + 1
@@ -714,8 +719,8 @@ def _put_to_sleep(
 _STAGES = (
     _evaluate_forces, _gather_bodies, _detect_contacts, _colour_constraints, _prepare_constraints,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
-    _gather_moved_bodies, _follow_and_relax, _visit_group, _bound_bounces, _take_energy_back, _store_impulses,
-    _put_to_sleep, _advance_ticks,
+    _gather_moved_bodies, _follow_and_relax, _visit_group, _bound_bounces, _take_energy_back,
+    _store_impulses, _put_to_sleep, _advance_ticks,
 )  # fmt: skip
 
 

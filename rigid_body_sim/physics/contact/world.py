@@ -253,7 +253,7 @@ class ContactWorld:
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
             find_manifolds=manifold_finder(pairs),
-            **{'apply_restitution': _nothing, **iterations},
+            **{'apply_restitution': _nothing, 'spread_friction': _nothing, **iterations},
         )
 
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:

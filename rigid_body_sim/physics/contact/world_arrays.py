@@ -26,7 +26,7 @@ from rigid_body_sim.physics.contact.collision import (
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
-from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
+from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE, Colliders
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
@@ -37,6 +37,7 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
     constraint,
+    friction_patch,
     group_record,
     lane_scratch,
 )
@@ -128,7 +129,8 @@ class WorldArrays:
     def _usual_radius(self) -> float:
         """Median of the bounding radii [m] of what has one."""
         radii = self.local_bounds[bounds_record.RADIUS :: bounds_record.SIZE]
-        radii = radii[np.isfinite(radii) & (radii > 0.0)]
+        types = self.table[collider_record.TYPE :: collider_record.SIZE]
+        radii = radii[np.isfinite(radii) & (radii > 0.0) & (types != SURFACE)]
         return float(np.median(radii)) if radii.size else 1.0
 
     def take_settings(self, settings: ContactSettings) -> None:
@@ -152,7 +154,7 @@ class WorldArrays:
         room = cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE
         self.cache = np.zeros(cache_record.HEAD + manifolds * room)
         batches = count // COLLIDERS_OF_A_BATCH + FULL_BATCHES_BESIDE
-        room = constraint.SIZE + manifold.MOST * self._width
+        room = constraint.SIZE + manifold.MOST * self._width + friction_patch.SIZE
         self.rows = aligned(lane_scratch.SIZE + batches * room)
         batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
         self.batches = np.zeros(batches * batch_record.ROOM, dtype=np.int64)

@@ -16,6 +16,7 @@ its own bodies alone, and what is not connected does not change a bit of each ot
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -198,5 +199,4 @@ def _joined_reads(outcomes: dict[int, Outcome], own: _OwnPairs) -> Read:
         parts = [getattr(found, name)[m] for (found, _), m in zip(reads, chosen, strict=True)]
         return np.concatenate(parts)[order]
 
-    contacts = Contacts(*(of_all(n) for n in ('bodies', 'point', 'normal', 'gap', 'impulse')))
-    return contacts, which[order]
+    return Contacts(*(of_all(field.name) for field in fields(Contacts))), which[order]
