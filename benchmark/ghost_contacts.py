@@ -32,7 +32,7 @@ Array = np.ndarray
 MOVERS = ('box', 'hull', 'ball', 'capsule', 'cylinder', 'disc', 'puck')
 FLOORS = ('row', 'grid', 'hulls', 'prisms', 'union', 'plane')
 ROLLS = ('ball', 'capsule', 'cylinder', 'disc')
-APART = 8.0  # [m] between the tracks of one scene
+APART = 14.0  # [m] between the tracks of one scene
 PATH = 1.6  # [m]
 LONGEST = 1.5  # [s]
 SPEED_LAW, HOP_LAW = 1e-3, 1e-5  # [-], [m]
@@ -96,14 +96,14 @@ def tiles(kind: str, rng: np.random.Generator, reach: float, length: float) -> l
     if kind == 'row':
         size[1] = 6.0
     deep = 0.1
-    lead = rng.uniform(0.0, 1.0, 2) * size
+    lead = rng.uniform(0.0, 1.0, 2) * (size if kind != 'row' else [size[0], 1.0])
     angle = 0.0 if kind == 'row' else float(rng.uniform(-0.8, 0.8))
     c, s = math.cos(angle), math.sin(angle)
     found = []
     count = np.ceil((length + 2.0 * reach) / np.min(size)) + 3
     for i in np.arange(-count, count + 1):
         for j in [0.0] if kind == 'row' else np.arange(-count, count + 1):
-            x, y = np.array([i, j]) * size + lead - (size[1] * 0.5 if kind == 'row' else 0.0)
+            x, y = np.array([i, j]) * size + lead
             middle = np.array([c * x - s * y, s * x + c * y, -0.5 * deep])
             near = reach + 0.5 * math.hypot(*size)
             wide = 9.0 if kind == 'row' else near
@@ -113,8 +113,10 @@ def tiles(kind: str, rng: np.random.Generator, reach: float, length: float) -> l
             if kind == 'prisms':
                 a, b, h = 0.5 * size[0], 0.5 * size[1], 0.5 * deep
                 for flat in ([[-a, -b], [a, -b], [a, b]], [[-a, -b], [a, b], [-a, b]]):
-                    vertices = [[*p, z] for p in flat for z in (-h, h)]
-                    found.append((middle, {'type': 'convex_hull', 'vertices': vertices}))
+                    center = np.mean(flat, axis=0)  # a body is where its centre of mass is
+                    turned = rotate(turn([0, 0, 1], angle), [*center, 0.0])
+                    vertices = [[*(p - center), z] for p in np.array(flat) for z in (-h, h)]
+                    found.append((middle + turned, {'type': 'convex_hull', 'vertices': vertices}))
             elif kind == 'hulls':
                 found.append((middle, {'type': 'convex_hull', 'vertices': corners(box)}))
             else:
@@ -132,12 +134,13 @@ def track(
     reach = 0.45
     length = min(PATH, speed * LONGEST)
     friction = 0.3 if rolls else 0.0
-    bodies, parts = [], []
+    bodies, parts, middles = [], [], []
     for index, (middle, tile, yaw) in enumerate(tiles(floor, rng, reach, length)):
         placed = rotate(heading, middle)
         if floor == 'union':
             parts.append({'shape': tile, 'position': placed.tolist(),
                           'orientation': product(heading, yaw), 'mass': 1.0})  # fmt: skip
+            middles.append(placed)
             continue
         bodies.append({
             'name': f'tile_{number}_{index}', 'fixed': True, 'friction': friction, 'shape': tile,
@@ -148,7 +151,7 @@ def track(
         bodies.append({
             'name': f'floor_{number}', 'fixed': True, 'friction': friction,
             'shape': {'type': 'union', 'parts': parts},
-            'initial': {'position': origin.tolist()},
+            'initial': {'position': (origin + np.mean(middles, axis=0)).tolist()},
         })  # fmt: skip
     velocity = rotate(heading, [speed, 0.0, 0.0])
     initial = {

@@ -416,20 +416,36 @@ class Stepper:
         instants = [tick, *cuts, tick + 1.0]
         lengths = [(end - begin) * h for begin, end in itertools.pairwise(instants)]
 
-        def advance(piece: int) -> float:
+        def between(piece: int) -> float:
             well = self._go_between(kernel, instants[piece], instants[piece + 1], h)
             return 0.0 if well else math.nan
 
-        if self.contact is not None:
-            status = self.contact.in_pieces(lengths, advance)
+        if self.contact is None:
+            status = next((s for s in map(between, range(len(lengths))) if s != 0.0), 0.0)
         else:
-            status = next((s for s in map(advance, range(len(lengths))) if s != 0.0), 0.0)
+            step, contact = h / self._integrator.substeps, self.contact
+
+            def advance(is_cut: bool) -> float:
+                if is_cut:
+                    return contact.in_pieces(step, lengths, between)
+                whole = partial(self._go_whole, kernel, tick, h)
+                return contact.in_pieces(step, [h], whole)
+
+            bodies = self._elements.bodies_at(cuts, h)
+            status = contact.advance_cut(bodies, step, self._arguments[2:4], advance)
         if status != 0.0:
             self._copy_back()
             return False
         self.cut_work()
         self.end(before, 1)
         return True
+
+    def _go_whole(self, kernel: Callable[..., Any], tick: float, h: float, _piece: int) -> float:
+        """Advance over a whole tick all the same, for who does not feel what cuts it."""
+        schedule, n = self._elements.schedule, self._integrator.substeps
+        assert schedule is not None
+        schedule.set(self._elements.numbers, tick, tick + 1.0, h)
+        return 0.0 if self.steps(kernel, n, n * tick, h / n) else math.nan
 
     def _go_between(self, kernel: Callable[..., Any], begin: float, end: float, h: float) -> bool:
         """Advance from one place to another [tick], between which no instant lies."""

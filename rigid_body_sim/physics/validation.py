@@ -37,7 +37,7 @@ from rigid_body_sim.physics.model.scene import (
     Pivot,
     Scene,
 )
-from rigid_body_sim.physics.model.shapes import Particle, Plane, Shape
+from rigid_body_sim.physics.model.shapes import Particle, Plane, Shape, Surface
 from rigid_body_sim.physics.model.tick_length import LONGEST_NS
 from rigid_body_sim.physics.model.variable_mass import check_flow
 
@@ -139,6 +139,11 @@ def check_body(body: Body, *, sound: set[bytes]) -> None:
         _need(body.fixed, bool | np.bool_, 'True or False')
         if isinstance(body.shape, Plane) and not body.fixed:
             raise InvalidModel('a plane is always fixed; set fixed to True')
+        if isinstance(body.shape, Surface) and not body.fixed:
+            raise InvalidModel(
+                'triangles and height fields are ground, which is fixed; set fixed to True, or '
+                'take a mesh that collides as its hull, or a union of convex shapes'
+            )
     with blaming('mass'):
         check_mass(body)
     _check_places(body)

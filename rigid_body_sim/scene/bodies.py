@@ -40,7 +40,14 @@ from rigid_body_sim.physics.model.scene import (
     Quaternion,
     Vector,
 )
-from rigid_body_sim.physics.model.shapes import Particle, Particles, Plane, Shape, Union
+from rigid_body_sim.physics.model.shapes import (
+    Particle,
+    Particles,
+    Plane,
+    Shape,
+    Surface,
+    Union,
+)
 from rigid_body_sim.physics.model.variable_mass import check_flow
 from rigid_body_sim.physics.validation import MATERIAL, check_name
 from rigid_body_sim.scene.densities import read_density
@@ -146,6 +153,12 @@ def _fixed(value: Value, shape: Shape | None) -> bool:
     fixed = isinstance(shape, Plane) if given is None else given.truth()
     if given is not None and isinstance(shape, Plane) and not fixed:
         raise given.error('a plane is always fixed; remove this key or set it to true')
+    if isinstance(shape, Surface) and not fixed:
+        blamed = value.at('shape', what='a mapping with a type') if given is None else given
+        raise blamed.error(
+            'triangles and height fields are ground, which is fixed; write fixed: true, or take '
+            'a mesh that collides as its hull (without `as`), or a union of convex shapes'
+        )
     return fixed
 
 
@@ -156,6 +169,12 @@ def _with_mass(body: Body, value: Value) -> Body:
             given = value.find(key)
             if given is not None:
                 raise given.error('a plane is static and has no mass; remove this key')
+        return body
+    if isinstance(body.shape, Surface):
+        for key in MASS:
+            given = value.find(key)
+            if given is not None:
+                raise given.error('ground of triangles has no mass; remove this key')
         return body
     mass = _optional(value, 'mass', 'kg')
     density_value = value.find('density')

@@ -349,6 +349,7 @@ class _CompilerOfCalled(_Compiler):
     def define_pipelines(self) -> list[PassManager]:
         state = self.state
         state.library = _Bitcode(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.is_wide = 'lanes' in state.func_id.arg_names
         state.library.enable_object_caching()
         return super().define_pipelines()
 
@@ -359,7 +360,12 @@ class _Bitcode(JITCodeLibrary):
 
     What numba loads of it, now and from the cache, is an empty module with the one variable that
     numba sets in every function.
+
+    is_wide : it loops over lanes and stays a function: inlined, all its arrays would be one, which
+              takes more checks for overlap than LLVM makes, and SIMD would be lost
     """
+
+    is_wide = False
 
     def finalize(self) -> None:
         environment = [
@@ -370,6 +376,8 @@ class _Bitcode(JITCodeLibrary):
         for function in self._final_module.functions:  # its own: what it calls is so already
             if not function.is_declaration and function.linkage == ll.Linkage.external:
                 function.linkage = 'linkonce_odr'  # as many callers may bring it along
+                if self.is_wide:
+                    function.add_function_attribute('noinline')
         for library in dict.fromkeys(self._linking_libraries):
             self._reload_init.update(library._reload_init)
             self._final_module.link_in(library._get_module_for_linking(), preserve=True)

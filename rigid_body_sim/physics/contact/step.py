@@ -53,6 +53,7 @@ from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.energy import account, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.islands import sleep
+from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.solver import (
     cache_record,
@@ -94,8 +95,9 @@ find_manifolds = slot('kernel (pairs, count, h, room, ...): the narrow phase')
 prepare = slot('kernel (lanes, batches, threshold, rows, ...): effective masses and warm start')
 solve_normals = slot('kernel (lanes, batches, 1/h, slop, cap, rows, ...): solves soft normals')
 update_separation = slot('kernel (lanes, batches, rows, ...): lets points follow the bodies')
-relax = slot('kernel (lanes, batches, 1/h, first, rows, ...): relaxes normals, and friction')
+relax = slot('kernel (lanes, batches, 1/h, first, rest, ...): relaxes normals, and friction')
 start_substep = slot('kernel (lanes, batches, rows, ...): warm start of the next substep')
+spread_friction = slot('kernel (lanes, batches, rows, ...): friction of patches to points')
 apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what bounces')
 # the stages, of this module
 evaluate_forces = slot('kernel (time, motion, forces)')
@@ -293,6 +295,10 @@ def _advance_ticks(ticks, tick, h, world):
             )
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
+        spread_friction(
+            counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
+            constraints.batches,
+        )  # fmt: skip
         store_impulses(substep, colliders.poses, constraints, counts)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
@@ -622,6 +628,11 @@ def scatter_momenta(touching: Indices, motion: Motion, bodies: Array) -> None:
 def _bound_bounces(touching, motion, constraints, energy, bodies, flows, counts):
     """Apply restitution, and bound what it returns."""
     batch_count = counts[tick_counts.BATCHES]
+    if not mark_bouncing(
+        batch_count, motion.body_count, WIDTH, touching, constraints.batches, constraints.rows,
+        energy.roots, constraints.colours,
+    ):  # fmt: skip
+        return
     restitution_bound.keep_momenta(touching, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact import solver_bodies, step, tick_counts
+from rigid_body_sim.physics.contact import solver_bodies, step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
@@ -26,7 +26,7 @@ from rigid_body_sim.physics.contact.collision import (
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
-from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
+from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE, Colliders
 from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps, overlap_limits
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
@@ -38,6 +38,7 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
     constraint,
+    friction_patch,
     lane_scratch,
 )
 from rigid_body_sim.physics.contact.solver.forces_of_state import SAVED
@@ -127,7 +128,8 @@ class WorldArrays:
     def _usual_radius(self) -> float:
         """Median of the bounding radii [m] of what has one."""
         radii = self.local_bounds[bounds_record.RADIUS :: bounds_record.SIZE]
-        radii = radii[np.isfinite(radii) & (radii > 0.0)]
+        types = self.table[collider_record.TYPE :: collider_record.SIZE]
+        radii = radii[np.isfinite(radii) & (radii > 0.0) & (types != SURFACE)]
         return float(np.median(radii)) if radii.size else 1.0
 
     def take_settings(self, settings: ContactSettings) -> None:
@@ -151,7 +153,7 @@ class WorldArrays:
         room = cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE
         self.cache = np.zeros(cache_record.HEAD + manifolds * room)
         batches = count // COLLIDERS_OF_A_BATCH + FULL_BATCHES_BESIDE
-        room = constraint.SIZE + manifold.MOST * self._width
+        room = constraint.SIZE + manifold.MOST * self._width + friction_patch.SIZE
         self.rows = aligned(lane_scratch.SIZE + batches * room)
         batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
         self.batches = np.zeros(batches * batch_record.ROOM, dtype=np.int64)
@@ -177,6 +179,7 @@ class WorldArrays:
         between the growth of a list and the word of it.
         """
         self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
+        self.table[collider_record.STANDS_BACK :: collider_record.SIZE] = 0
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
             scratch[:] = 0
@@ -196,6 +199,10 @@ class WorldArrays:
             self.rows = aligned(2 * len(self.rows))
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
         self.pack()
+
+    def substep_of(self, h: float) -> float:
+        """Substep [s] of a tick [s]."""
+        return h / int(self.settings[tick_settings.SUBSTEPS])
 
     @property
     def cache_in_use(self) -> Array:

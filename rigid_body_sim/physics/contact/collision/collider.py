@@ -4,8 +4,8 @@
 What collides, as arrays: one collider for each solid of each body (`solids`), in scene order.
 
 A fixed body is a static collider. A point mass collides as a sphere of radius zero, but never with
-another point. A mesh collides as its convex hull. Bodies without a shape and particles that make a
-rigid body do not collide.
+another point. A mesh collides as its convex hull, a surface as its triangles. Bodies without a
+shape and particles that make a rigid body do not collide.
 
     shape_parameters : of all shapes, one after the other, see `shape_parameters`; equal hulls
                        share one record; a cylinder has the prism record of `hull_records` behind
@@ -52,6 +52,7 @@ from rigid_body_sim.physics.model.shapes import (
     Particle,
     Plane,
     Sphere,
+    Surface,
 )
 from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.physics.vectors import add, load
@@ -59,12 +60,12 @@ from rigid_body_sim.physics.vectors import add, load
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE = range(6)
-NAMES = ('sphere', 'capsule', 'box', 'cylinder', 'hull', 'plane')
+SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE, SURFACE = range(7)
+NAMES = ('sphere', 'capsule', 'box', 'cylinder', 'hull', 'plane', 'surface')
 
 NO_COLLIDER = -1  # type of a body that does not collide
 
-_BY_PRISM = (CAPSULE, BOX, HULL)  # types that meet a cylinder as a prism
+_BY_PRISM = (CAPSULE, BOX, HULL, SURFACE)  # types that meet a cylinder as a prism
 
 
 class ColliderArrays(NamedTuple):
@@ -140,7 +141,7 @@ class Colliders:
             if begin == len(parameters):
                 parameters.extend(of_shape.tolist())
             place = moving.get(index, collider_record.STATIC)
-            table.append((kind, begin, place, index))
+            table.append((kind, begin, place, index, 0))
             bounds.append(_bounds(body, kind))
             turn = np.eye(3)
             if 0 <= place < layout.n_rigid:
@@ -213,6 +214,8 @@ def type_of(body: Body) -> int:
             return HULL
         case Plane():
             return PLANE
+        case Surface():
+            return SURFACE
         case _:
             return NO_COLLIDER
 
@@ -247,6 +250,8 @@ def _parameters(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
             placed = _pose(body)
             turned = times(placed[pose.ROW_X :].reshape(3, 3), normal)
             return np.array([*turned, offset + dot(turned, placed[: pose.ROW_X])])
+        case Surface() as shape:
+            return _surface_record(body, shape)
         case _:
             return np.zeros(1)
 
@@ -258,6 +263,15 @@ def _record(shape: Any, hulls: dict[int, Array]) -> Array:
     if id(shape) not in hulls:
         hulls[id(shape)] = record(shape)
     return hulls[id(shape)]
+
+
+def _surface_record(body: Body, shape: Surface) -> Array:
+    # scipy's graphs take a tenth of a second to import: only for the scenes that have ground.
+    from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import record
+
+    placed = _pose(body)
+    turned = shape.vertices @ placed[pose.ROW_X :].reshape(3, 3).T
+    return record(turned + placed[: pose.ROW_X], shape.faces, name=shape.name)
 
 
 def _bounds(body: Body, kind: int) -> tuple[float, ...]:
@@ -274,7 +288,7 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
         case Cylinder(radius=radius, length=length):
             high = np.array([radius, radius, 0.5 * length])
             low = -high
-        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices):
+        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices) | Surface(vertices=vertices):
             low, high = np.min(vertices, axis=0), np.max(vertices, axis=0)
         case Plane():
             rounding = np.inf
@@ -283,7 +297,7 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
     match body.shape:
         case Cylinder(radius=of_side, length=length):
             radius = float(length_of((of_side, 0.5 * length)))
-        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices):
+        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices) | Surface(vertices=vertices):
             radius = float(np.sqrt(np.max(np.sum((vertices - center) ** 2, axis=1))))
     return (*center.tolist(), *half.tolist(), rounding, radius)
 

@@ -11,6 +11,7 @@ TYPE = table.number('-', 'SPHERE ... PLANE, see `collider`')
 PARAMETERS = table.number('-', 'where its shape parameters begin')
 BODY = table.number('-', 'index of its body among those that move; STATIC; -2 - i: i sleeps')
 SCENE_INDEX = table.number('-', 'index of its body in the scene')
+STANDS_BACK = table.number('-', '1: pairs of such colliders are not looked for: `islands.manners`')
 SIZE = table.size
 
 STATIC = -1  # body index of what never moves

@@ -49,6 +49,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     HULL,
     PLANE,
     SPHERE,
+    SURFACE,
     ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
@@ -57,6 +58,7 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
 )
 from rigid_body_sim.physics.contact.collision.free_motion import spin_of
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FEATURE,
     POINT,
     POSITION,
     SEPARATION,
@@ -80,6 +82,8 @@ FLUSH = 1e-4  # [-] of the radius of the smaller: surfaces that differ by no mor
 CALM = 1e-8  # [m] closing in a tick that matters to nobody
 SAME = 5e-7  # [-] 1 - cos of an angle of 1e-3: below, two manifolds are supports of one face
 SAME_ROUND = 5e-13  # [-] of 1e-6, for what rolls: its normals turn with its place over an edge
+HELD = 1e-2  # [-] of the radius of the smaller: a point that is nearer to another one is held by it
+LEAN = 0.99  # [-] cos: above, two normals may be those of supports of one body that leans
 UPRIGHT = 1e-2  # [-] sine of the angle between normal and axis, below which a cylinder stands
 WIDE = 1.0 + 1e-9  # [-] of the gap: rounding of closing speeds
 
@@ -121,7 +125,7 @@ def _would_bind(
     a = int(manifolds[record + manifold_record.COLLIDER_A])
     b = int(manifolds[record + manifold_record.COLLIDER_B])
     type_b = table[b * collider_record.SIZE + collider_record.TYPE]
-    if type_b == PLANE:
+    if type_b == PLANE or type_b == SURFACE:
         return False
     if manifolds[record + manifold_record.PIECES] > 1.0:
         return True
@@ -149,9 +153,7 @@ def _would_bind(
         )
         gap = manifolds[place + SEPARATION]
         nearer = closing + horizon * turning
-        if gap > flush:
-            nearer += max(fall, 0.0)
-        if nearer * WIDE > gap and nearer > CALM:
+        if (nearer > CALM or gap > flush) and (nearer + max(fall, 0.0)) * WIDE > gap:
             return True
         if overlaps and gap < -CALM:
             return True
@@ -282,34 +284,34 @@ def _find_cover(
     bodies: Array, manifolds: Array,
 ) -> int:  # fmt: skip
     """
-    Find a manifold that covers the one that begins at a place, for its collider A or B (side 0 or
-    1); -1: none.
+    Find the manifold that covers the one that begins at a place, for its collider A or B (side 0
+    or 1), and is nearest to touching; -1: none.
 
         least, most : states that a cover may have
+        returns     : twice where it begins, and 1 if its collider B is of the body
     """
     table = colliders.table
     body = _body_of(int(manifolds[record + manifold_record.COLLIDER_A + side]), table)
     if body < 0:
         return -1
     cover = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD])
+    best, nearest = -1, math.inf
     while cover >= 0:
         first = int(manifolds[cover + manifold_record.COLLIDER_A])
         side_c = 0 if _body_of(first, table) == body else 1
         state = manifolds[cover + manifold_record.STATE]
-        if (
-            cover != record
-            and least <= state <= most
-            and _is_covered_by(record, side, cover, side_c, horizon, colliders, bodies, manifolds)
-        ):
-            return 2 * cover + side_c
+        if cover != record and least <= state <= most:
+            gap = _least_gap(cover, manifolds)
+            if gap < nearest and _is_covered_by(
+                record, side, cover, side_c, horizon, colliders, bodies, manifolds
+            ):
+                best, nearest = 2 * cover + side_c, gap
         cover = int(manifolds[cover + manifold_record.NEXT_OF_A + side_c])
-    return -1
+    return best
 
 
 @inline
-def _turned_point(
-    own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays
-) -> Any:
+def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays) -> Any:
     """
     Return where a collider is nearest along another normal: beside a point of its surface.
 
@@ -319,10 +321,14 @@ def _turned_point(
     row = own * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]
     if kind == CAPSULE:
-        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
+        radius = colliders.parameters[
+            colliders.table[row + collider_record.PARAMETERS] + RADIUS
+        ]
         return add_scaled(add_scaled(point, radius, towards), -radius, normal)
     if kind == CYLINDER:
-        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
+        radius = colliders.parameters[
+            colliders.table[row + collider_record.PARAMETERS] + RADIUS
+        ]
         axis = pose.axis(colliders.poses, own * pose.SIZE, 2)
         down = add_scaled(negate(normal), dot(normal, axis), axis)
         across = math.sqrt(dot(down, down))
@@ -334,32 +340,71 @@ def _turned_point(
 
 
 @kernel
+def _is_held(
+    point: Any, normal: Any, near: float, body: int, table: Any, bodies: Array, manifolds: Array
+) -> bool:  # fmt: skip
+    """
+    Tell whether some manifold of a body with the same normal towards it has a point at a place.
+
+        near : distance that is none [m]
+    """
+    record = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD])
+    while record >= 0:
+        first = int(manifolds[record + manifold_record.COLLIDER_A])
+        side = 0 if _body_of(first, table) == body else 1
+        along = dot(normal, _normal_towards(record, side, manifolds))
+        if manifolds[record + manifold_record.STATE] != DROPPED and 1.0 - along < SAME:
+            for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+                place = record + manifold_record.POINTS + POINT * index
+                way = subtract(load(manifolds, place + POSITION), point)
+                if dot(way, way) < near * near:
+                    return True
+        record = int(manifolds[record + manifold_record.NEXT_OF_A + side])
+    return False
+
+
+@kernel
 def _take_out(
-    record: int, side: int, cover: int, side_c: int, colliders: ColliderArrays, manifolds: Array
-) -> None:
+    record: int, side: int, cover: int, side_c: int, colliders: ColliderArrays, bodies: Array,
+    manifolds: Array,
+) -> None:  # fmt: skip
     """
-    Turn a covered manifold to the normal of its cover, which is true of every point of the body,
-    and holds those that the cover does not; take that of a ball out, which has no others.
+    Take a covered manifold out; where it is another support of a body that leans a little, only
+    the points that other manifolds hold: the rest turn to the normal of the cover.
     """
+    table = colliders.table
     own = int(manifolds[record + manifold_record.COLLIDER_A + side])
-    kind = colliders.table[own * collider_record.SIZE + collider_record.TYPE]
-    if kind == SPHERE:
-        manifolds[record + manifold_record.STATE] = DROPPED
-        return
+    other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
     towards = _normal_towards(record, side, manifolds)
     normal = _normal_towards(cover, side_c, manifolds)
-    other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
     top = reach(other, other * pose.SIZE, normal, colliders)
-    manifolds[record + manifold_record.STATE] = CERTAIN
+    near = HELD * smaller_radius(colliders.local_bounds, own, other)
+    points = int(manifolds[record + manifold_record.POINT_COUNT])
+    kind = table[own * collider_record.SIZE + collider_record.TYPE]
+    if kind == SPHERE or dot(towards, normal) < LEAN:
+        points = 0  # the cover holds all that a ball has, and all that is near another side
     store(manifolds, record + manifold_record.NORMAL, normal if side == 1 else negate(normal))
-    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+    manifolds[record + manifold_record.POINT_COUNT] = 0.0
+    manifolds[record + manifold_record.STATE] = CERTAIN
+    kept = 0
+    for index in range(points):
         place = record + manifold_record.POINTS + POINT * index
         half = 0.5 * manifolds[place + SEPARATION]
         own_point = add_scaled(load(manifolds, place + POSITION), half, towards)
         own_point = _turned_point(own, own_point, towards, normal, colliders)
         gap = dot(normal, own_point) - top
-        store(manifolds, place + POSITION, add_scaled(own_point, -0.5 * gap, normal))
-        manifolds[place + SEPARATION] = gap
+        point = add_scaled(own_point, -0.5 * gap, normal)
+        body = _body_of(own, table)
+        if _is_held(point, normal, near, body, table, bodies, manifolds):
+            continue
+        to = record + manifold_record.POINTS + POINT * kept
+        store(manifolds, to + POSITION, point)
+        manifolds[to + SEPARATION] = gap
+        manifolds[to + FEATURE] = manifolds[place + FEATURE]
+        kept += 1
+        manifolds[record + manifold_record.POINT_COUNT] = float(kept)
+    if kept == 0:
+        manifolds[record + manifold_record.STATE] = DROPPED
 
 
 @kernel
@@ -378,11 +423,15 @@ def _settle(
             continue
         manifolds[record + manifold_record.STATE] = none
         for side in range(2):
-            cover = _find_cover(record, side, least, most, horizon, colliders, bodies, manifolds)
+            cover = _find_cover(
+                record, side, least, most, horizon, colliders, bodies, manifolds
+            )
             if cover >= 0:
                 manifolds[record + manifold_record.STATE] = found
                 if found == DROPPED:
-                    _take_out(record, side, cover // 2, cover % 2, colliders, manifolds)
+                    _take_out(
+                        record, side, cover // 2, cover % 2, colliders, bodies, manifolds
+                    )
                     manifolds[cover // 2 + manifold_record.STATE] = CARRIES
                 break
 

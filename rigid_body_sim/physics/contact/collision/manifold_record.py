@@ -9,12 +9,16 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT
 
 manifold = Record()
-PAIR_ID = manifold.number('-', 'key of the pair of colliders; manifolds are in its order')
+PAIR_ID = manifold.number(
+    '-',
+    'key of the pair of colliders, and a share of 1 where it has several; they are in its order',
+)
 COLLIDER_A = manifold.number('-', 'number of collider A; type of A <= type of B')
 COLLIDER_B = manifold.number('-', 'number of collider B')
 POINT_COUNT = manifold.number('-', 'points, at most four')
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
 PIECES = manifold.number('-', 'into so many its motion wants the tick cut, if the pair hits')
+CORNERS = manifold.number('-', 'of the face that touches: see `geometry.manifold`')
 POINTS = manifold.numbers(
     MOST * POINT, 'm', 'the points as the pair kernels give them: `geometry.manifold`'
 )

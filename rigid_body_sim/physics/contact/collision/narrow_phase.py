@@ -25,14 +25,21 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
     swept_aabbs,
 )
-from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
+from rigid_body_sim.physics.contact.collision.collider import SURFACE, ColliderArrays
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     FAST,
     motion_of,
     pieces_of,
     smaller_radius,
 )
-from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_CORNERS,
+    MOST,
+    POINT,
+    POINTS,
+)
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import write_manifolds
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import MOTION, REST
 from rigid_body_sim.physics.contact.collision.ghosts import ghost_dropper
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
 from rigid_body_sim.physics.state.blocks import (
@@ -46,7 +53,7 @@ from rigid_body_sim.physics.state.blocks import (
     TRANSLATION,
     at,
 )
-from rigid_body_sim.physics.vectors import dot, load, load_strided, store, store_strided
+from rigid_body_sim.physics.vectors import dot, load, load_strided, scale, store, store_strided
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -58,7 +65,11 @@ collide_this = slot(
 )
 collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
+GROUND = slot('[-] whether some collider is a surface')
 drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
+
+
+BOTH = 2  # colliders that stand back
 
 
 @inline
@@ -153,6 +164,7 @@ def _write_manifold(
     manifolds[place + manifold_record.COLLIDER_A] = float(a)
     manifolds[place + manifold_record.COLLIDER_B] = float(b)
     manifolds[place + manifold_record.POINT_COUNT] = float(points)
+    manifolds[place + manifold_record.CORNERS] = max(float(points), found[FACE_CORNERS])
     for entry in range(3):
         manifolds[place + manifold_record.NORMAL + entry] = found[entry]
     for entry in range(POINT * min(points, MOST)):
@@ -181,6 +193,12 @@ def _find_manifolds(
     for index in range(pairs):
         pair_id = pair_ids[index]
         a, b = pair_id // count, pair_id % count
+        if (
+            table[a * collider_record.SIZE + collider_record.STANDS_BACK]
+            + table[b * collider_record.SIZE + collider_record.STANDS_BACK]
+            == BOTH
+        ):
+            continue
         type_a = table[a * collider_record.SIZE + collider_record.TYPE]
         type_b = table[b * collider_record.SIZE + collider_record.TYPE]
         if type_a > type_b or (type_a == type_b and a > b):
@@ -199,11 +217,18 @@ def _find_manifolds(
             motion = motion_of(swept, a, b, h)
             if motion > FAST * radius:
                 wanted = pieces_of(motion, radius)
+        found[FACE_CORNERS] = 0.0
+        if GROUND and type_b == SURFACE:
+            store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
+            found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])
         points = collide(
             type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
             a * pose.SIZE, b * pose.SIZE, margin, found,
         )  # fmt: skip
         if points == 0:
+            continue
+        if GROUND and type_b == SURFACE:
+            length = write_manifolds(pair_id, a, b, wanted, length, room, found, manifolds)
             continue
         if length < room:
             place = length * manifold_record.SIZE
@@ -219,6 +244,8 @@ def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> C
     """Make the kernel that finds the manifolds of a scene with these pair kernels."""
     name = '_'.join(f'{type_a}{type_b}' for type_a, type_b, _ in kernels)
     collide = collider_of_pairs(kernels)
+    ground = any(type_b == SURFACE for _, type_b, _ in kernels)
     return specialise(
-        _find_manifolds, name=name, collide=collide, drop_ghosts=ghost_dropper(name, collide)
-    )
+        _find_manifolds, name=name, GROUND=ground, collide=collide,
+        drop_ghosts=ghost_dropper(name, collide),
+    )  # fmt: skip

@@ -38,7 +38,8 @@ from rigid_body_sim.physics.contact.energy import impact_record
 from rigid_body_sim.physics.contact.energy.account import kinetic, twice_kinetic
 from rigid_body_sim.physics.contact.energy.pressing_groups import group_of, unite_pressing
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
-from rigid_body_sim.physics.contact.solver import constraint, contact_point
+from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, friction_patch
 from rigid_body_sim.physics.contact.touching import bodies_of, lane_of
 from rigid_body_sim.physics.vectors import load, store, subtract
 
@@ -141,6 +142,11 @@ def _shrink_impulses(
                 rows[point + contact_point.RESTITUTION_NORMAL] *= factor
                 rows[point + contact_point.RESTITUTION_TANGENT_1] *= factor
                 rows[point + contact_point.RESTITUTION_TANGENT_2] *= factor
+            if points > 1:
+                face = first + MOST * width
+                rows[face + friction_patch.RESTITUTION_1] *= factor
+                rows[face + friction_patch.RESTITUTION_2] *= factor
+                rows[face + friction_patch.RESTITUTION_TWIST] *= factor
 
 
 @kernel

@@ -25,6 +25,7 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     constraint,
     contact_point,
+    friction_patch,
     lane_scratch,
 )
 from rigid_body_sim.physics.contact.solver.manifold_constraints import roundness
@@ -86,6 +87,7 @@ def colour_constraints(
         ):
             batch = count
             size = constraint.SIZE + point_room * width
+            size += friction_patch.SIZE if points > 1 else 0
             if batch >= batch_room or end + size > row_room:
                 return NO_ROOM
             _open(batch * batch_record.SIZE, end, kind, colour, batches)
@@ -160,7 +162,9 @@ def _empty_unused_lanes(
     for b in range(count):
         batch = b * batch_record.SIZE
         begin = batches[batch + batch_record.BEGIN]
-        end = begin + constraint.SIZE + batches[batch + batch_record.POINT_COUNT] * width
+        end = begin + constraint.SIZE + width
+        if batches[batch + batch_record.POINT_COUNT] > 1:
+            end += (manifold.MOST - 1) * width + friction_patch.SIZE
         for lane in range(
             begin + batches[batch + batch_record.LANE_COUNT], begin + constraint.LANES
         ):

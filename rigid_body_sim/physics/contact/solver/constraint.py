@@ -43,6 +43,7 @@ SURFACE_WEIGHT = constraint.number(
 ROUNDNESS = constraint.number('-', 'what is round of the pair: one of the names below')
 UNSETTLED = constraint.number('-', '1: the last pass has changed its points by more than settles')
 TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')
+BOUNCES = constraint.number('-', '1: its bodies take part in a bounce: `islands.bouncing`')
 RADIUS_A = constraint.number('m', 'of the ball or capsule that meets here as A, else 0')
 RADIUS_B = constraint.number('m', 'the same of B')
 PACE = constraint.number('m/s', 'with which an overlap goes beyond what carries its load')

@@ -17,13 +17,17 @@ from __future__ import annotations
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Array, Indices
-from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.solver import (
     approach,
     batch_record,
     constraint,
+    contact_point,
+    friction_patch,
     lane_scratch,
+    patch_friction,
     prepare,
     restitution,
     rolling_frame,
@@ -36,12 +40,28 @@ from rigid_body_sim.physics.state.blocks import wide
 
 RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at rest
 
+# A batch that is struck is visited again until it is calm: what an impact leaves of the approach
+# sinks in over the next substep, and what pushes it out again lifts the body.
+ITERATIONS = 20  # at most
+IMPACT, CALM = 0.02, 1e-4  # [m/s] changes of a normal velocity: a blow; what is left alone
+
 WIDTH = slot('[-] numbers of a point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 RIMS = slot('[-] whether a cylinder may touch a plane or a box')
+PATCHES = slot('[-] whether anything may touch at several points')
+# of one point of each lane, in batches of one point; where there are several, without friction
+solve_point = slot('kernel (lanes, constraints, points, ...): solves normals, soft')
+solve_normal = slot('kernel (lanes, constraints, points, ...): the same without friction')
+relax_point = slot('kernel (lanes, constraints, points, ...): relaxes normals, and friction')
+relax_normal = slot('kernel (lanes, constraints, points, ...): the same without friction')
+start_point = slot('kernel (lanes, constraints, points, scratch): starts a substep')
+start_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
+restore_point = slot('kernel (lanes, constraints, points, scratch): applies restitution')
+restore_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
+update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
 
 @inline
@@ -59,6 +79,61 @@ def _points(number: int, batches: Indices) -> Any:
     return batches[batch + batch_record.POINT_COUNT], first
 
 
+@inline
+def _face(first: int, width: int) -> Any:
+    """Where the friction of a batch of several points begins and ends: see `friction_patch`."""
+    begin = first + MOST * width
+    return begin, begin + friction_patch.SIZE
+
+
+@kernel
+def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Array) -> None:
+    """Start the friction of a batch of several points from what its points recall."""
+    begin, end = _face(first, width)
+    scratch, patch = rows[0 : lane_scratch.SIZE], rows[begin:end]
+    constraints = rows[first - constraint.SIZE : first]
+    patch_friction.clear_center(lanes, patch)
+    patch_friction.clear_wrench(lanes, patch)
+    for point in range(point_count):
+        points = rows[first + point * width : first + (point + 1) * width]
+        patch_friction.add_to_center(lanes, points, patch)
+    for point in range(point_count):
+        points = rows[first + point * width : first + (point + 1) * width]
+        patch_friction.take_recalled(lanes, constraints, points, patch)
+    patch_friction.start_tick(lanes, constraints, patch, scratch)
+
+
+@kernel
+def _measure_patch(
+    lanes: int, point_count: int, first: int, width: int, field: int, wrench: int, rows: Array
+) -> None:
+    """Find size and steps of the friction of a batch from what presses: `patch_friction`."""
+    begin, end = _face(first, width)
+    scratch, patch = rows[0 : lane_scratch.SIZE], rows[begin:end]
+    constraints = rows[first - constraint.SIZE : first]
+    patch_friction.clear_moments(lanes, scratch)
+    for point in range(point_count):
+        points = rows[first + point * width : first + (point + 1) * width]
+        patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
+    patch_friction.measure(lanes, wrench, patch, scratch)
+
+
+@inline
+def _is_calm(used: int, scratch: Array) -> bool:
+    """Tell whether a visit has changed no more than is calm; let calm lanes stand still else."""
+    largest = 0.0
+    for lane in range(used):
+        change = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        largest = change if change > largest else largest
+    if not largest > 0.0:
+        return True
+    for lane in range(used):
+        change = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        scratch[lane + lane_scratch.ACTIVE] = 1.0 if change > 0.0 else 0.0
+        scratch[lane + lane_scratch.NORMAL_CHANGE] = 0.0
+    return False
+
+
 def _prepare(
     lanes_at_once: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
 ) -> None:
@@ -73,7 +148,11 @@ def _prepare(
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
+        begin, end = _face(first, WIDTH)
+        patch = rows[begin:end]
         warm_start.clear(lanes, scratch)
+        if PATCHES and point_count > 1:
+            _start_patch(lanes, point_count, first, WIDTH, rows)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             warm_start.start_tick(lanes, constraints, points, scratch)
@@ -88,6 +167,12 @@ def _prepare(
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             prepare.effective_masses(lanes, constraints, points)
+        if PATCHES and point_count > 1:
+            patch_friction.find_rates(lanes, constraints, patch)
+            _measure_patch(
+                lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                friction_patch.IMPULSE_1, rows,
+            )  # fmt: skip
         if ANGULAR:
             prepare.angular_effective_masses(lanes, constraints)
         if BOUNCES:
@@ -120,11 +205,18 @@ def _solve_normals(
             solve.skip_settled(used, constraints, scratch)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-            solve.solve_normals(lanes, constraints, points, scratch, inverse_h, slop, cap)
+            if PATCHES and point_count > 1:
+                solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap, rest)
+            else:
+                solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap, rest)
             if ANGULAR:
                 rolling_friction.limit(lanes, constraints, points, scratch)
-        points = rows[first : first + WIDTH]
-        any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
+        if PATCHES and point_count > 1:
+            begin, end = _face(first, WIDTH)
+            patch = rows[begin:end]
+            if patch_friction.lets_go(used, patch, scratch):
+                patch_friction.take_back(lanes, constraints, patch, scratch)
+        any_changed = solve.mark_unsettled(used, constraints, scratch) or any_changed
         solve.scatter_momenta(used, constraints, scratch, bodies)
         solve.mark_carried(used, constraints, scratch, bodies)
     return any_changed
@@ -142,6 +234,8 @@ def _update_separation(
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
+        begin, end = _face(first, WIDTH)
+        patch = rows[begin:end]
         if TURNS:
             solve.gather_inverse_masses(used, constraints, bodies)
         warm_start.clear(lanes, scratch)
@@ -155,11 +249,20 @@ def _update_separation(
             separation.gather_motion(used, constraints, scratch, bodies)
             if RIMS:
                 rolling_frame.turn_rims(used, constraints, scratch, bodies)
+            several = PATCHES and point_count > 1
+            if several:
+                patch_friction.clear_center(lanes, patch)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                update_points(lanes, constraints, points, scratch)
+                if several:
+                    update_normals(lanes, constraints, points, scratch)
+                    patch_friction.add_to_center(lanes, points, patch)
+                else:
+                    update_points(lanes, constraints, points, scratch)
                 if ANGULAR:
                     rolling_friction.apply_second_half(lanes, constraints, points, scratch)
+            if several:
+                patch_friction.apply_second_half(lanes, constraints, patch, scratch)
         warm_start.scatter(
             used, solver_bodies.MOMENTUM, solver_bodies.ANGULAR_MOMENTUM, constraints, scratch,
             bodies,
@@ -171,8 +274,8 @@ def _relax(
     batches: Indices, bodies: Array,
 ) -> bool:  # fmt: skip
     """
-    Relax normals and friction of all batches, after the motion; tell whether it has changed
-    something.
+    Relax normals and friction of all batches, after the motion; tell whether something has
+    changed.
 
     first_pass : visit all; else those in which the last pass has changed something
     rest       : [m/s] change of a velocity that is left alone
@@ -185,16 +288,35 @@ def _relax(
         constraints = rows[first - constraint.SIZE : first]
         if not first_pass and not solve.any_unsettled(used, constraints):
             continue
+        begin, end = _face(first, WIDTH)
+        patch = rows[begin:end]
+        kind = batches[number * batch_record.SIZE + batch_record.KIND]
+        iterations = ITERATIONS if point_count > 1 or kind == batch_record.MIXED else 1
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
         if not first_pass:
             solve.skip_settled(used, constraints, scratch)
-        for point in range(point_count):
-            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-            solve.relax(lanes, constraints, points, scratch, inverse_h)
-            if ANGULAR:
-                rolling_friction.solve(lanes, constraints, points, scratch)
-        points = rows[first : first + WIDTH]
-        any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
+        for iteration in range(iterations):
+            calm = IMPACT if iteration == 0 else CALM
+            if PATCHES and point_count > 1:
+                patch_friction.clear_press(lanes, scratch)
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                if PATCHES and point_count > 1:
+                    relax_normal(lanes, constraints, points, scratch, inverse_h, calm, rest)
+                else:
+                    relax_point(lanes, constraints, points, scratch, inverse_h, calm, rest)
+                if ANGULAR:
+                    rolling_friction.solve(lanes, constraints, points, scratch)
+            if PATCHES and point_count > 1:
+                if iteration > 0:
+                    _measure_patch(
+                        lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                        friction_patch.IMPULSE_1, rows,
+                    )  # fmt: skip
+                patch_friction.relax(lanes, constraints, patch, scratch, rest)
+            if iteration + 1 < iterations and _is_calm(used, scratch):
+                break
+        any_changed = solve.mark_unsettled(used, constraints, scratch) or any_changed
         solve.mark_touched(used, constraints)
         solve.scatter_momenta(used, constraints, scratch, bodies)
     return any_changed
@@ -209,12 +331,21 @@ def _start_substep(
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
+        begin, end = _face(first, WIDTH)
+        patch = rows[begin:end]
         warm_start.clear(lanes, scratch)
+        if PATCHES and point_count > 1:
+            patch_friction.clear_moments(lanes, scratch)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-            warm_start.start_substep(lanes, constraints, points, scratch)
+            if PATCHES and point_count > 1:
+                start_normal(lanes, constraints, points, scratch)
+            else:
+                start_point(lanes, constraints, points, scratch)
             if ANGULAR:
                 warm_start.start_substep_angular(lanes, constraints, points, scratch)
+        if PATCHES and point_count > 1:
+            patch_friction.start_substep(lanes, constraints, patch, scratch)
         warm_start.scatter(
             used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
             scratch, bodies,
@@ -223,8 +354,8 @@ def _start_substep(
 
 def _apply_restitution(
     lanes_at_once: int, count: int, rows: Array, batches: Indices, bodies: Array
-) -> Any:
-    """Apply restitution to all batches until nothing changes; return the iterations."""
+) -> None:
+    """Apply restitution to all batches until nothing changes."""
     scratch = rows[0 : lane_scratch.SIZE]
     for iteration in range(RESTITUTION_ITERATIONS):
         change = 0.0
@@ -232,21 +363,53 @@ def _apply_restitution(
             used, lanes = _lanes(number, lanes_at_once, batches)
             point_count, first = _points(number, batches)
             constraints = rows[first - constraint.SIZE : first]
+            begin, end = _face(first, WIDTH)
+            patch = rows[begin:end]
             solve.gather_momenta(lanes, used, constraints, scratch, bodies)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                restitution.apply_restitution(lanes, constraints, points, scratch)
+                if PATCHES and point_count > 1:
+                    restore_normal(lanes, constraints, points, scratch)
+                else:
+                    restore_point(lanes, constraints, points, scratch)
+            if PATCHES and point_count > 1:
+                _measure_patch(
+                    lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
+                    friction_patch.RESTITUTION_1, rows,
+                )  # fmt: skip
+                patch_friction.apply_restitution(lanes, constraints, patch, scratch)
             solve.scatter_momenta(used, constraints, scratch, bodies)
             for lane in range(used):
-                change = max(change, scratch[lane_scratch.LARGEST_CHANGE + lane])
+                change = max(change, scratch[lane_scratch.NORMAL_CHANGE + lane])
         if not change > 0.0:
-            return iteration + 1
-    return RESTITUTION_ITERATIONS
+            break
+
+
+def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indices) -> None:
+    """Let the points of all batches have their parts of the friction of their patches."""
+    scratch = rows[0 : lane_scratch.SIZE]
+    for number in range(count):
+        _, lanes = _lanes(number, lanes_at_once, batches)
+        point_count, first = _points(number, batches)
+        if point_count == 1:
+            continue
+        constraints = rows[first - constraint.SIZE : first]
+        begin, end = _face(first, WIDTH)
+        patch = rows[begin:end]
+        patch_friction.clear_moments(lanes, scratch)
+        for field in (contact_point.TOTAL_IMPULSE, contact_point.NORMAL_IMPULSE):
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            patch_friction.spread(lanes, constraints, points, patch, scratch)
 
 
 def solver(
-    *, width: int, angular: bool, bounces: bool, turns: bool, on_rims: bool, layered: bool
-) -> dict[str, Any]:
+    *, width: int, angular: bool, bounces: bool, turns: bool, on_rims: bool, layered: bool,
+    patches: bool,
+) -> dict[str, Any]:  # fmt: skip
     """
     Make the passes of a scene, by name.
 
@@ -256,6 +419,7 @@ def solver(
         turns   : whether some inertia changes with the attitude: not of balls and cubes alone
         on_rims : whether a cylinder may touch a plane or a box
         layered : whether anything is a ball or a capsule
+        patches : whether anything may touch at several points
     """
     offered = {
         'WIDTH': width,
@@ -263,8 +427,17 @@ def solver(
         'BOUNCES': bounces,
         'TURNS': turns,
         'RIMS': on_rims,
-        'update_points': separation.update_kernel(layered=layered),
+        'PATCHES': patches,
     }
+    for rubs, kind in ((True, 'point'), (False, 'normal')):
+        solve_one, relax_one = solve.visits(rubs=rubs)
+        offered |= {
+            f'solve_{kind}': solve_one,
+            f'relax_{kind}': relax_one,
+            f'start_{kind}': warm_start.substep_starter(rubs=rubs),
+            f'update_{kind}s': separation.update_kernel(layered=layered, rubs=rubs),
+            f'restore_{kind}': restitution.visit(rubs=rubs),
+        }
     passes = {
         'prepare': _prepare,
         'solve_normals': _solve_normals,
@@ -274,6 +447,8 @@ def solver(
     }
     if bounces:
         passes['apply_restitution'] = _apply_restitution
+    if patches:
+        passes['spread_friction'] = _spread_friction
     return {
         name: specialise(source, name=f'{width}', offered=offered)
         for name, source in passes.items()

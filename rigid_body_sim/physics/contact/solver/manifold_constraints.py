@@ -33,7 +33,13 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.collision.face_normal import is_face_normal
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, wide_lanes
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    friction_patch,
+    patch_friction,
+    wide_lanes,
+)
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BALL, FIXED
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, load, load_strided, subtract
@@ -60,7 +66,8 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     type_a = table[collider_a * collider_record.SIZE + collider_record.TYPE]
     type_b = table[collider_b * collider_record.SIZE + collider_record.TYPE]
     symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
-    if type_a == collider.CYLINDER and type_b == collider.PLANE and body_a >= 0:
+    flat = type_b == collider.PLANE or type_b == collider.SURFACE
+    if type_a == collider.CYLINDER and flat and body_a >= 0:
         return constraint.RIM_OF_A if symmetry_a == ABOUT_AXIS else constraint.NOT_ROUND
     if type_a == collider.BOX and type_b == collider.CYLINDER and body_a < 0 and body_b >= 0:
         return constraint.RIM_OF_B if symmetry_b == ABOUT_AXIS else constraint.NOT_ROUND
@@ -208,7 +215,13 @@ def prepare_points(
         shift = -0.5 if core_b < 0 else (0.5 if core_a < 0 else 0.0)
         if width > contact_point.SIZE:
             rows[lane + constraint.FACES] = faces(a, b, normal, colliders)
-        for point in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        point_count = int(manifolds[record + manifold_record.POINT_COUNT])
+        if point_count > 1:
+            face = lane + constraint.SIZE + manifold.MOST * width
+            corners = manifolds[record + manifold_record.CORNERS]
+            rows[face + friction_patch.SHARE] = 1.0 / point_count
+            rows[face + friction_patch.UNIFORM] = patch_friction.uniform_share(corners)
+        for point in range(point_count):
             found = record + manifold_record.POINTS + point * manifold.POINT
             row = lane + constraint.SIZE + point * width
             separation = manifolds[found + manifold.SEPARATION]

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, subtract
 
+RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
 LAYERED = slot('[-] whether anything is a ball or a capsule')
 
 
@@ -70,6 +71,18 @@ def _apply_second_half(
     wide_lanes.put_vector(points, lane + contact_point.ARM_A, arm_a)
     wide_lanes.put_vector(points, lane + contact_point.ARM_B, arm_b)
     wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
+
+
+@inline
+def _apply_second_half_normal(
+    points: Array, scratch: Array, lane: int, normal: Any, arm_a: Any, arm_b: Any
+) -> None:
+    """Do the same where friction is that of a patch (`patch_friction`)."""
+    presses = points[lane + contact_point.NORMAL_IMPULSE] > 0.0
+    warm = points[lane + contact_point.WARM_NORMAL] if presses else 0.0
+    wide_lanes.put_vector(points, lane + contact_point.ARM_A, arm_a)
+    wide_lanes.put_vector(points, lane + contact_point.ARM_B, arm_b)
+    wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, scale(warm, normal))
 
 
 def _update_points(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
@@ -121,12 +134,21 @@ def _update_points(lanes: int, constraints: Array, points: Array, scratch: Array
         arm_a = add_scaled(arm_a, follows, add_scaled(moved_a, weight, apart))
         weight = 1.0 - weight
         arm_b = add_scaled(arm_b, follows, subtract(moved_b, scale(weight, apart)))
-        _apply_second_half(points, scratch, lane, frame, arm_a, arm_b)
+        if RUBS:
+            _apply_second_half(points, scratch, lane, frame, arm_a, arm_b)
+        else:
+            _apply_second_half_normal(points, scratch, lane, normal, arm_a, arm_b)
 
 
-def update_kernel(*, layered: bool) -> Callable[..., Any]:
-    """Make the kernel of a scene; layered: it has balls or capsules."""
-    return specialise(_update_points, name='layered' if layered else 'bare', LAYERED=layered)
+def update_kernel(*, layered: bool, rubs: bool) -> Callable[..., Any]:
+    """
+    Make the kernel of a scene.
+
+        layered : it has balls or capsules
+        rubs    : with friction of the points, not of a patch of them
+    """
+    name = f'{"layered" if layered else "bare"}_{"rubs" if rubs else "smooth"}'
+    return specialise(_update_points, name=name, LAYERED=layered, RUBS=rubs)
 
 
 @kernel

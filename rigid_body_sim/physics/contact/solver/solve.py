@@ -25,8 +25,11 @@ slide opposite to its velocity.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from rigid_body_sim.physics.arrays import Array
-from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
     constraint,
@@ -35,7 +38,14 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
-from rigid_body_sim.physics.vectors import dot
+from rigid_body_sim.physics.vectors import dot, scale
+
+# [m/s] change of a tangential velocity that is left alone where a contact starts. Friction that
+# tips a body changes what presses, and a visit finds less than half of it: with a larger figure a
+# contact starts with a slip, which friction at its limit never takes back.
+START = 1e-5
+
+RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
 
 
 @kernel
@@ -64,6 +74,7 @@ def gather_momenta(
     for lane in range(lanes):
         wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
         scratch[lane + lane_scratch.PRESSES] = 0.0
+        scratch[lane + lane_scratch.NORMAL_CHANGE] = 0.0
         scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
         scratch[lane + lane_scratch.ACTIVE] = 1.0
     for lane in range(used):
@@ -120,19 +131,11 @@ def skip_settled(used: int, constraints: Array, scratch: Array) -> None:
 
 
 @inline
-def mark_unsettled(
-    used: int, rest: float, constraints: Array, points: Array, scratch: Array
-) -> bool:
-    """
-    Note which lanes this pass has changed by more than settles; tell whether any.
-
-        rest   : [m/s] change of a velocity that is left alone
-        points : the first of each lane
-    """
+def mark_unsettled(used: int, constraints: Array, scratch: Array) -> bool:
+    """Note which lanes this pass has changed by more than rest; tell whether any."""
     any_changed = False
     for lane in range(used):
-        size = scratch[lane + lane_scratch.LARGEST_CHANGE]
-        changed = size > rest * points[lane + contact_point.NORMAL_MASS]
+        changed = scratch[lane + lane_scratch.LARGEST_CHANGE] > 0.0
         constraints[lane + constraint.UNSETTLED] = 1.0 if changed else 0.0
         any_changed = any_changed or changed
     return any_changed
@@ -158,15 +161,15 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
             bodies[body_b + solver_bodies.CARRIED] = 1.0
 
 
-@kernel
-def solve_normals(
+def _solve_normals(
     lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
-    cap: float,
+    cap: float, rest: float,
 ) -> None:  # fmt: skip
     """
     Solve the normal of one point of each lane, soft where the surfaces overlap.
 
-        cap : [m/s] speed at which a deep overlap goes, at most
+        cap  : [m/s] speed at which a deep overlap goes, at most
+        rest : [m/s] change of the normal velocity below which a lane is settled
     """
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
@@ -175,8 +178,6 @@ def solve_normals(
         normal_velocity = dot(normal, velocity)
         separation = points[lane + contact_point.SEPARATION]
         old = points[lane + contact_point.NORMAL_IMPULSE]
-        old_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
-        old_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
         mass = points[lane + contact_point.NORMAL_MASS]
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         pressed_already = scratch[lane + lane_scratch.PRESSES]
@@ -186,9 +187,8 @@ def solve_normals(
         soft = constraints[lane + constraint.BIAS_RATE] * depth
         # beyond the bias that carries the load
         stiff = constraints[lane + constraint.MASS_SCALE] * mass
-        bears = (
-            constraints[lane + constraint.IMPULSE_SCALE] * old / (stiff if stiff > 0.0 else 1.0)
-        )
+        stiff = stiff if stiff > 0.0 else 1.0
+        bears = constraints[lane + constraint.IMPULSE_SCALE] * old / stiff
         is_deep = depth < -constraints[lane + constraint.DEEP]
         fastest = -bears - (cap if is_deep else constraints[lane + constraint.PACE])
         soft = soft if soft > fastest else fastest
@@ -198,40 +198,45 @@ def solve_normals(
         # half of the warm start is still to come, of what presses
         pressed = old > 0.0
         warm = points[lane + contact_point.WARM_NORMAL]
-        warm_1 = points[lane + contact_point.WARM_TANGENT_1]
-        warm_2 = points[lane + contact_point.WARM_TANGENT_2]
         before = old - warm if pressed else 0.0
-        before_1 = old_1 - warm_1 if pressed else 0.0
-        before_2 = old_2 - warm_2 if pressed else 0.0
         now = before - mass * mass_scale * (normal_velocity + bias) - impulse_scale * old
         now = now if now > 0.0 else 0.0
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         now = now if active else before
         presses = now > 0.0
-        # friction of the last substep is none of this one where less presses: it keeps its share
-        less = now < before
-        share = now / (before if less else 1.0) if less else 1.0
-        now_1, now_2 = share * before_1, share * before_2
         change = now - before
-        impulse = wide_lanes.impulse_of(
-            change, now_1 - before_1, now_2 - before_2, normal, tangent_1, tangent_2
-        )
+        impulse = scale(change, normal)
+        if RUBS:
+            # friction of the last substep is none of this one where less presses: it keeps its
+            # share
+            old_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
+            old_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
+            warm_1 = points[lane + contact_point.WARM_TANGENT_1]
+            warm_2 = points[lane + contact_point.WARM_TANGENT_2]
+            before_1 = old_1 - warm_1 if pressed else 0.0
+            before_2 = old_2 - warm_2 if pressed else 0.0
+            less = now < before
+            share = now / (before if less else 1.0) if less else 1.0
+            now_1, now_2 = share * before_1, share * before_2
+            impulse = wide_lanes.impulse_of(
+                change, now_1 - before_1, now_2 - before_2, normal, tangent_1, tangent_2
+            )
+            new_1 = now_1 + warm_1 if presses else 0.0
+            new_2 = now_2 + warm_2 if presses else 0.0
+            points[lane + contact_point.TANGENT_IMPULSE_1] = new_1 if active else old_1
+            points[lane + contact_point.TANGENT_IMPULSE_2] = new_2 if active else old_2
         new = now + warm if presses else 0.0
-        new_1 = now_1 + warm_1 if presses else 0.0
-        new_2 = now_2 + warm_2 if presses else 0.0
         # a lane that is not visited keeps its bits
         points[lane + contact_point.NORMAL_IMPULSE] = new if active else old
-        points[lane + contact_point.TANGENT_IMPULSE_1] = new_1 if active else old_1
-        points[lane + contact_point.TANGENT_IMPULSE_2] = new_2 if active else old_2
-        size = abs(change)
+        size = abs(change) - rest * mass
         scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         scratch[lane + lane_scratch.PRESSES] = 1.0 if presses else pressed_already
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
-@kernel
-def relax(
-    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float
+def _relax(
+    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, calm: float,
+    rest: float,
 ) -> None:  # fmt: skip
     """
     Solve normal and friction of one point of each lane, without push-out.
@@ -239,6 +244,9 @@ def relax(
     Friction sees the tangential velocity that the new normal impulse leaves. What was warm-started
     touches: a motion along a curve has opened it by h^2 only. To send it back at s/h, as what is
     still apart, would take energy of first order in h.
+
+        calm : [m/s] change of the normal velocity that is left alone
+        rest : [m/s] change of any velocity below which a lane is settled
     """
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
@@ -246,10 +254,8 @@ def relax(
         velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
         separation = points[lane + contact_point.SEPARATION]
         old = points[lane + contact_point.NORMAL_IMPULSE]
-        old_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
-        old_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
         mass = points[lane + contact_point.NORMAL_MASS]
-        tangent_mass = points[lane + contact_point.TANGENT_MASS]
+        largest_normal = scratch[lane + lane_scratch.NORMAL_CHANGE]
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         is_open = separation > 0.0
         is_new = points[lane + contact_point.WARM_NORMAL] <= 0.0
@@ -262,22 +268,45 @@ def relax(
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         new = new if active else old
         change = new - old
-        new_1 = old_1 - tangent_mass * (
-            dot(tangent_1, velocity) + points[lane + contact_point.CROSS_TERM_1] * change
+        impulse = scale(change, normal)
+        size, slip = abs(change), 0.0
+        if RUBS:
+            old_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
+            old_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
+            tangent_mass = points[lane + contact_point.TANGENT_MASS]
+            new_1 = old_1 - tangent_mass * (
+                dot(tangent_1, velocity) + points[lane + contact_point.CROSS_TERM_1] * change
+            )
+            new_2 = old_2 - tangent_mass * (
+                dot(tangent_2, velocity) + points[lane + contact_point.CROSS_TERM_2] * change
+            )
+            new_1, new_2 = wide_lanes.clamp_to_disc(
+                new_1, new_2, constraints[lane + constraint.FRICTION] * new
+            )
+            new_1, new_2 = (new_1, new_2) if active else (old_1, old_2)
+            change_1, change_2 = new_1 - old_1, new_2 - old_2
+            impulse = wide_lanes.impulse_of(
+                change, change_1, change_2, normal, tangent_1, tangent_2
+            )
+            slip = abs(change_1) + abs(change_2)
+            points[lane + contact_point.TANGENT_IMPULSE_1] = new_1
+            points[lane + contact_point.TANGENT_IMPULSE_2] = new_2
+        else:
+            scratch[lane + lane_scratch.PRESS] += new
+        either = (size if size > slip else slip) - rest * mass
+        size = size - calm * mass
+        if RUBS:
+            start = slip - START * mass if is_new else 0.0
+            size = size if size > start else start
+        scratch[lane + lane_scratch.NORMAL_CHANGE] = (
+            size if size > largest_normal else largest_normal
         )
-        new_2 = old_2 - tangent_mass * (
-            dot(tangent_2, velocity) + points[lane + contact_point.CROSS_TERM_2] * change
-        )
-        new_1, new_2 = wide_lanes.clamp_to_disc(
-            new_1, new_2, constraints[lane + constraint.FRICTION] * new
-        )
-        new_1, new_2 = (new_1, new_2) if active else (old_1, old_2)
-        change_1, change_2 = new_1 - old_1, new_2 - old_2
-        impulse = wide_lanes.impulse_of(change, change_1, change_2, normal, tangent_1, tangent_2)
-        size, slip = abs(change), abs(change_1) + abs(change_2)
-        size = size if size > slip else slip
-        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = either if either > largest else largest
         points[lane + contact_point.NORMAL_IMPULSE] = new
-        points[lane + contact_point.TANGENT_IMPULSE_1] = new_1
-        points[lane + contact_point.TANGENT_IMPULSE_2] = new_2
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
+
+
+def visits(*, rubs: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Make the kernels that solve and relax a point; rubs: with its friction."""
+    name = 'rubs' if rubs else 'smooth'
+    return tuple(specialise(source, name=name, RUBS=rubs) for source in (_solve_normals, _relax))  # type: ignore

@@ -14,10 +14,11 @@ that angular momentum stays. The first substep of a tick starts from what `impul
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
-from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
@@ -26,6 +27,8 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import dot, scale
+
+RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
 
 LOAD = 0.02  # [m/s] what gravity gives in two milliseconds
 GROWTH = 4.0  # [-] of half a warm start: a load is at most twice the last one
@@ -61,6 +64,16 @@ def _warm_start(constraints: Array, points: Array, scratch: Array, lane: int) ->
     points[lane + contact_point.WARM_TANGENT_2] = warm_2
     impulse = wide_lanes.impulse_of(warm, warm_1, warm_2, normal, tangent_1, tangent_2)
     wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
+
+
+@inline
+def _warm_start_normal(constraints: Array, points: Array, scratch: Array, lane: int) -> None:
+    """Do the same where friction is that of a patch (`patch_friction`)."""
+    arm_a, arm_b = wide_lanes.arms(points, lane)
+    warm = 0.5 * points[lane + contact_point.NORMAL_IMPULSE]
+    points[lane + contact_point.WARM_NORMAL] = warm
+    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+    wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, scale(warm, normal))
 
 
 @kernel
@@ -102,31 +115,37 @@ def start_tick_angular(lanes: int, constraints: Array, points: Array, scratch: A
         wide_lanes.apply_angular_impulse(scratch, lane, scale(0.5, impulse))
 
 
-@kernel
-def start_substep(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
+def _start_substep(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
     Start one point of each lane from the loads of the substep that ends; add what it gave to the
     totals of the tick.
     """
     for lane in range(lanes):
         normal_impulse = points[lane + contact_point.NORMAL_IMPULSE]
-        impulse_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
-        impulse_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
         largest = points[lane + contact_point.LARGEST_NORMAL_IMPULSE]
-        total, total_1, total_2 = wide_lanes.vector(points, lane + contact_point.TOTAL_IMPULSE)
         points[lane + contact_point.LARGEST_NORMAL_IMPULSE] = (
             normal_impulse if normal_impulse > largest else largest
         )
-        wide_lanes.put_vector(
-            points,
-            lane + contact_point.TOTAL_IMPULSE,
-            (total + normal_impulse, total_1 + impulse_1, total_2 + impulse_2),
-        )
+        points[lane + contact_point.TOTAL_IMPULSE] += normal_impulse
         share = lasting_share(points, lane)
         points[lane + contact_point.NORMAL_IMPULSE] = share * normal_impulse
-        points[lane + contact_point.TANGENT_IMPULSE_1] = share * impulse_1
-        points[lane + contact_point.TANGENT_IMPULSE_2] = share * impulse_2
-        _warm_start(constraints, points, scratch, lane)
+        if RUBS:
+            impulse_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
+            impulse_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
+            points[lane + contact_point.TOTAL_IMPULSE + LANES] += impulse_1
+            points[lane + contact_point.TOTAL_IMPULSE + 2 * LANES] += impulse_2
+            points[lane + contact_point.TANGENT_IMPULSE_1] = share * impulse_1
+            points[lane + contact_point.TANGENT_IMPULSE_2] = share * impulse_2
+            _warm_start(constraints, points, scratch, lane)
+        else:
+            scratch[lane + lane_scratch.PRESS] += normal_impulse
+            scratch[lane + lane_scratch.PRESS_1] += share * normal_impulse
+            _warm_start_normal(constraints, points, scratch, lane)
+
+
+def substep_starter(*, rubs: bool) -> Callable[..., Any]:
+    """Make the kernel that starts a substep of a point; rubs: with its friction."""
+    return specialise(_start_substep, name='rubs' if rubs else 'smooth', RUBS=rubs)
 
 
 @kernel

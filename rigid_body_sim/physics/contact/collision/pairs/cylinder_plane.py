@@ -22,7 +22,9 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     rim_feature,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_CORNERS,
     MOST,
+    ROUND,
     write_normal,
     write_point,
 )
@@ -59,6 +61,7 @@ def collide(
         return 0
     up_x, up_y, fixed = lowest_direction(tilt_x, tilt_y)
     write_normal(found, negate(out))
+    found[FACE_CORNERS] = ROUND
     upper_end = rise < 0.0  # the end at +z is the lower one
     fall = radius * (tilt_x * up_x + tilt_y * up_y)
     other = half * abs(rise) < fall  # the other end is lower than the point opposite

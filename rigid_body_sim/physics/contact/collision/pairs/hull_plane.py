@@ -21,6 +21,7 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_CORNERS,
     LEAD,
     MOST,
     SCRATCH,
@@ -124,6 +125,7 @@ def choose(
                 least, deepest = separation, place
     if count <= MOST:
         return count
+    found[FACE_CORNERS] = float(count)
     direction = _first_direction(up)
     kept, shallow = 0, math.inf
     for _ in range(MOST):

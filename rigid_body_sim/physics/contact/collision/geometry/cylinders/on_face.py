@@ -33,7 +33,9 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     rim_feature,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_CORNERS,
     POINT,
+    ROUND,
     SCRATCH,
     write_normal,
     write_point,
@@ -147,7 +149,17 @@ def on_face(
     if not _least_gap(found, count) <= best + HANGING * radius:
         return UNDECIDED
     _to_world(parameters, box, poses, pose_a, found, face, count)
+    found[FACE_CORNERS] = ROUND if _is_rim(found, count) else 0.0
     return keep_four(found, CANDIDATES, count)
+
+
+@inline
+def _is_rim(found: Array, count: int) -> bool:
+    """Tell whether all points are of the rim."""
+    is_rim = True
+    for k in range(count):
+        is_rim = is_rim and found[OVER_FACE + k * FLAT_POINT + NAME] < CUTS
+    return is_rim
 
 
 @inline

@@ -1,0 +1,42 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the solver knows of the friction of a manifold of several points, in wide lanes: rows of eight
+numbers behind those of its points, see `constraint`.
+
+The friction of such a manifold is one force at its centre and one twist about the normal there.
+Its centre is the mean of its points; what presses has another one, see `patch_friction`.
+"""
+
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.contact.solver.constraint import LANES
+
+patch = Record(stride=LANES)
+ARM_A = patch.vector('m', 'of the centre, from the centre of mass of A, world axes')
+ARM_B = patch.vector('m', 'of the centre, from the centre of mass of B, world axes')
+SHARE = patch.number('-', 'one over the number of points')
+UNIFORM = patch.number('-', 'k_face: second moment of the whole face over that of its points')
+FORCE_RATE = patch.number('1/kg', 'largest velocity per tangential impulse at the centre')
+TWIST_RATE = patch.number('1/(kg m^2)', 'twisting velocity per angular impulse')
+COUPLING = patch.number('1/(kg m)', 'largest twisting velocity per tangential impulse')
+MEASURED = patch.number('N s', 'what pressed when the next six were found')
+MIDDLE_1 = patch.number('m', 'of what presses, from the centre, first tangent: c')
+MIDDLE_2 = patch.number('m', 'the same, second tangent')
+RADIUS_SQUARED = patch.number('m^2', 'tau_0^2: torque over friction, squared')
+INVERSE_SQUARED = patch.number('1/m^2', 'one over it; 0 for a point')
+LENGTH_SQUARED = patch.number('m^2', 'l^2: step of the twist over that of the force')
+STEP = patch.number('kg', 'g: impulse per velocity')
+IMPULSE_1 = patch.number('N s', 'accumulated in this substep, first tangent')
+IMPULSE_2 = patch.number('N s', 'the same, second tangent')
+TWIST = patch.number('N m s', 'the same, about the normal at the centre')
+WARM_1 = patch.number('N s', 'half the warm-start impulse of this substep, first tangent')
+WARM_2 = patch.number('N s', 'the same, second tangent')
+WARM_TWIST = patch.number('N m s', 'the same, about the normal')
+WARM_NORMAL = patch.number('N s', 'half the warm-start impulses of all points along the normal')
+TOTAL_1 = patch.number('N s', 'over the tick, without this substep, first tangent')
+TOTAL_2 = patch.number('N s', 'the same, second tangent')
+TOTAL_TWIST = patch.number('N m s', 'the same, about the normal')
+RESTITUTION_1 = patch.number('N s', 'with the impulse of restitution, first tangent')
+RESTITUTION_2 = patch.number('N s', 'the same, second tangent')
+RESTITUTION_TWIST = patch.number('N m s', 'the same, about the normal')
+SIZE = patch.size
