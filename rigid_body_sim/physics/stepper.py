@@ -228,6 +228,10 @@ class Stepper:
         """Give what the contact of the scene warns of, whatever the state."""
         return () if self.contact is None else self.contact.warnings
 
+    def overlap_warnings(self) -> dict[tuple[int, int], str]:
+        """Warn of pairs of bodies (scene indices) that have overlapped too deeply."""
+        return {} if self.contact is None else self.contact.overlap_warnings()
+
     def contacts(self) -> Contacts:
         """Give the contacts of the last tick; none in a scene without contact."""
         return NO_CONTACTS if self.contact is None else self.contact.contacts()

@@ -17,7 +17,6 @@ solve, update separation, relax (TGS-Soft); then restitution, energy, and what i
                   warm-start impulses, there
         relax:    normals without push-out, and friction
     restitution:  which returns no more energy than the impact took
-    energy:    what a group of bodies has gained is taken back
     store:     impulses, for the next tick
     sleep:     islands that are at rest
 
@@ -43,6 +42,7 @@ from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.array_groups import Constraints, Forces, Motion
 from rigid_body_sim.physics.contact.collision import (
+    deep_overlaps,
     ignored_pairs,
     narrow_phase,
     neighbour_list,
@@ -50,7 +50,7 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.collider import BroadPhase, ColliderArrays
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.energy import account, projection, restitution_bound
+from rigid_body_sim.physics.contact.energy import account, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.islands import sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
@@ -74,6 +74,14 @@ from rigid_body_sim.physics.state import blocks
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+# Passes over the constraints, before and after the motion, at most: after the first, of what the
+# last one has changed by more than STRUCK. What they leave of an impact, or of a heavy load, sinks
+# in over a substep, and is lifted again with a gain of energy.
+PASSES = 10
+STRUCK = 1e-3  # [m/s] more lets heaps gain energy, less costs time
+REST = 1e-7  # [m/s] the same for the first `relaxations` passes after the motion; more lets stacks
+# tremble
+
 # bound for each scene
 WIDTH = slot('[-] numbers of a contact point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
@@ -90,7 +98,8 @@ find_manifolds = slot('kernel (pairs, count, h, room, ...): the narrow phase')
 prepare = slot('kernel (lanes, batches, threshold, rows, ...): effective masses and warm start')
 solve_normals = slot('kernel (lanes, batches, 1/h, slop, cap, rows, ...): solves soft normals')
 update_separation = slot('kernel (lanes, batches, rows, ...): lets points follow the bodies')
-relax = slot('kernel (lanes, batches, 1/h, first, last, rows, ...): relaxes normals, and friction')
+relax = slot('kernel (lanes, batches, 1/h, first, rest, ...): relaxes normals, and friction')
+start_substep = slot('kernel (lanes, batches, rows, ...): warm start of the next substep')
 spread_friction = slot('kernel (lanes, batches, rows, ...): friction of patches to points')
 apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what bounces')
 # the stages, of this module
@@ -107,7 +116,6 @@ gather_moved_bodies = slot('kernel (now, touching, motion, bodies)')
 follow_and_relax = slot('kernel (last, now, touching, ...): separations, then relaxation')
 visit_group = slot('kernel (index, group, now, ...): passes of a group between two motions')
 bound_bounces = slot('kernel (touching, ...): restitution')
-take_energy_back = slot('kernel (substep, touching, ...): projection of the energy')
 store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
 advance_ticks = slot('kernel (ticks, tick, h, world): the recipe')
@@ -138,6 +146,7 @@ class World(NamedTuple):
     touching, marks  : see `touching`
     flows            : bodies whose mass changes: see `solver.variable_mass`
     pair_materials   : see `solver.pair_material_record`
+    overlap_limits, overlaps : see `collision.deep_overlaps`
     """
 
     motion: Motion
@@ -155,6 +164,8 @@ class World(NamedTuple):
     sleep: SleepState
     flows: Array
     pair_materials: Array
+    overlap_limits: Array
+    overlaps: Array
 
 
 class Tick(NamedTuple):
@@ -178,9 +189,9 @@ def _advance(
     settings, counts, saved, shape_parameters, table, local_bounds, poses, swept, local_poses,
     materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
     rows, batches, colours, open_batches, cache, island_groups, group_of, manifold_order,
-    cache_places, touching, marks, roots, impacts, groups, changes, parents, sequence,
-    sleep_states, radii, element_groups, island_roots, supported, restless, awake_in_blocks, flows,
-    ignored, pair_material_rows,
+    cache_places, touching, marks, roots, impacts, sleep_states, radii, element_groups,
+    island_roots, supported, restless, awake_in_blocks, flows, ignored, pair_material_rows,
+    overlap_limits, overlaps,
 ):  # fmt: skip
     """
     Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
@@ -210,13 +221,15 @@ def _advance(
         ),
         touching,
         marks,
-        EnergyScratch(roots, impacts, groups, changes, parents, sequence),
+        EnergyScratch(roots, impacts),
         SleepState(
             sleep_states, radii, element_groups, island_roots, supported, restless,
             awake_in_blocks,
         ),
         flows,
         pair_material_rows,
+        overlap_limits,
+        overlaps,
     )  # fmt: skip
     return advance_ticks(ticks, tick, h, world)
 
@@ -267,9 +280,14 @@ def _advance_ticks(ticks, tick, h, world):
             flows, settings, counts,
         ):  # fmt: skip
             return 0.0
+        deep_overlaps.list_deep_overlaps(
+            counts[tick_counts.MANIFOLDS], colliders.table, world.overlap_limits,
+            constraints.manifolds, world.overlaps,
+        )  # fmt: skip
         count = count_touching(motion, constraints, world.marks, world.touching, counts)
         touching = world.touching[0:count]
-        begin_energy_balance(h, touching, motion, bodies)
+        if BOUNCES:
+            begin_energy_balance(h, touching, motion, bodies)
         for index in range(substeps + 1):
             if index > 0:
                 integrate_motion(now, world.marks, motion, bodies, state)
@@ -288,7 +306,6 @@ def _advance_ticks(ticks, tick, h, world):
             counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
             constraints.batches,
         )  # fmt: skip
-        take_energy_back(substep, touching, motion, constraints, energy, bodies, counts)
         store_impulses(substep, colliders.poses, constraints, counts)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
@@ -500,11 +517,13 @@ def _solve_contacts(now, touching, motion, constraints, bodies, flows, settings,
         )  # fmt: skip
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
-    solve_normals(
-        counts[tick_counts.LANES], batch_count_of(constraints), 1.0 / now.substep,
-        settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], constraints.rows,
-        constraints.batches, bodies,
-    )  # fmt: skip
+    for iteration in range(PASSES):
+        if not solve_normals(
+            counts[tick_counts.LANES], batch_count_of(constraints), 1.0 / now.substep,
+            settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], iteration == 0,
+            STRUCK, constraints.rows, constraints.batches, bodies,
+        ):  # fmt: skip
+            break
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
 
@@ -537,7 +556,7 @@ def _integrate_motion(now, marks, motion, bodies, state):
                 solver_bodies.integrate_position(
                     body, motion.rigid_count, now.substep, translation, rotation, bodies
                 )
-                if COUPLED:
+                if BOUNCES and COUPLED:
                     account.add_half_the_work(
                         body, motion.rigid_count, now.substep, translation, rotation, bodies
                     )
@@ -580,7 +599,7 @@ def _gather_moved_bodies(now, touching, motion, bodies):
     """Give the solver the bodies as they are after the motion."""
     for index in range(len(touching)):
         body = touching[index]
-        if COUPLED:
+        if BOUNCES and COUPLED:
             account.add_half_the_work(
                 body, motion.rigid_count, now.substep, motion.translation, motion.rotation, bodies
             )
@@ -632,16 +651,19 @@ def _follow_and_relax(
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     update_separation(lanes, batch_count, rows, batches, bodies)
-    for iteration in range(relaxations):
-        adds_up = iteration + 1 == relaxations and not last
-        relax(
-            lanes, batch_count, 1.0 / now.substep, iteration == 0, adds_up, rows, batches, bodies
-        )
+    for iteration in range(max(relaxations, PASSES)):
+        rest = REST if iteration + 1 < relaxations else STRUCK
+        if not relax(
+            lanes, batch_count, 1.0 / now.substep, iteration == 0, rest, rows, batches, bodies
+        ):
+            break
+    if not last:
+        start_substep(lanes, batch_count, rows, batches, bodies)
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
         variable_mass.scale_warm_start(flows, bodies)
     scatter_momenta(touching, motion, bodies)
-    if not COUPLED and last:
+    if BOUNCES and not COUPLED and last:
         for index in range(len(touching)):
             body = touching[index]
             account.add_work(body, motion.translation, bodies)
@@ -680,15 +702,6 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
     scatter_momenta(touching, motion, bodies)
 
 
-def _take_energy_back(substep, touching, motion, constraints, energy, bodies, counts):
-    """Project onto energy that has not risen."""
-    if projection.project_energy(
-        counts[tick_counts.MANIFOLDS], counts[tick_counts.BATCHES], motion.body_count, WIDTH,
-        substep, touching, constraints, energy, motion.translation, bodies,
-    ):  # fmt: skip
-        scatter_momenta(touching, motion, bodies)
-
-
 def _store_impulses(substep, poses, constraints, counts):
     """Store what the next tick starts from."""
     impulse_cache.store_impulses(
@@ -719,8 +732,8 @@ def _put_to_sleep(
 _STAGES = (
     _evaluate_forces, _gather_bodies, _detect_contacts, _colour_constraints, _prepare_constraints,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
-    _gather_moved_bodies, _follow_and_relax, _visit_group, _bound_bounces, _take_energy_back,
-    _store_impulses, _put_to_sleep, _advance_ticks,
+    _gather_moved_bodies, _follow_and_relax, _visit_group, _bound_bounces, _store_impulses,
+    _put_to_sleep, _advance_ticks,
 )  # fmt: skip
 
 

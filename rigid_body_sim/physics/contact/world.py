@@ -33,6 +33,7 @@ from rigid_body_sim.physics.contact.collision.axis_of_symmetry import symmetry_f
 from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
 from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
+from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warning, take_overlaps
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.islands.groups import groups_of
@@ -118,6 +119,8 @@ class ContactWorld:
         self._groups = groups_of(scene, layout)
         self._pairs: list[list[Indices]] = []  # where somebody asks who was connected
         self._pieces: list[Read] = []  # of the last tick, if it was cut
+        self._names = [body.name for body in scene.bodies]
+        self._overlaps: dict[tuple[int, int], float] = {}  # [m] of pairs of scene indices
 
     def _make_sleepers(self, scene: Scene, sleeping: bool) -> Any:
         """Make what keeps the contacts of sleepers; None where nobody may sleep."""
@@ -147,16 +150,18 @@ class ContactWorld:
             end = size_in_use(numbers) if len(numbers) else 0
             self._sleepers.recall(numbers[end:])
             numbers = numbers[:end]
+        self._overlaps = {}
         self._restart_from(numbers)
 
     def snapshot(self) -> tuple[Any, ...]:
         """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
-        return self.arrays.cache_in_use.copy(), sleepers
+        return self.arrays.cache_in_use.copy(), sleepers, dict(self._overlaps)
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
-        cache, sleepers = snapshot
+        cache, sleepers, overlaps = snapshot
+        self._overlaps = dict(overlaps)
         self.arrays.forget()
         if self._sleepers is not None:
             self._sleepers.return_to(sleepers)
@@ -188,6 +193,17 @@ class ContactWorld:
         self.arrays.put_cache(cache)
         self._is_read = False
         self._pairs = []
+
+    def overlap_warnings(self) -> dict[tuple[int, int], str]:
+        """
+        Warn of the pairs of bodies (scene indices) that have overlapped too deeply since the start
+        or what was restored last, with the greatest depth: see `collision.deep_overlaps`.
+        """
+        names = self._names
+        return {
+            (first, second): overlap_warning(names[first], names[second], depth)
+            for (first, second), depth in self._overlaps.items()
+        }
 
     def contacts(self) -> Contacts:
         """Read the contacts of the last tick; none before the first."""
@@ -284,6 +300,7 @@ class ContactWorld:
         done = 0
         while True:
             status = call(ticks - done, tick + done, h)
+            take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += int(counts[tick_counts.DONE])
                 self._is_read, self._pieces, self._h = True, [], h
@@ -312,6 +329,7 @@ class ContactWorld:
             def one(piece: int) -> float:
                 while True:
                     status = call(1, tick * pieces + piece, h / pieces)
+                    take_overlaps(self.arrays.overlaps, self._overlaps)
                     if status != 0.0 or counts[tick_counts.DONE]:
                         self._is_read, self._pieces = True, []
                         self._note_pairs()

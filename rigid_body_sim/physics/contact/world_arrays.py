@@ -27,6 +27,7 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
 from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE, Colliders
+from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps, overlap_limits
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
@@ -98,6 +99,8 @@ class WorldArrays:
         self.shape_parameters = colliders.shape_parameters
         self.table = ordered(colliders.table, collider_record.SIZE)
         self.local_bounds = ordered(colliders.local_bounds, bounds_record.SIZE)
+        self.overlap_limits = overlap_limits(self.local_bounds)
+        self.overlaps = make_overlaps()
         self.local_poses = ordered(colliders.local_poses, pose.SIZE)
         self.materials = ordered(colliders.materials, material_record.SIZE)
         poses = ordered(colliders.poses, pose.SIZE)

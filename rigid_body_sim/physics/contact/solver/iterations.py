@@ -43,10 +43,7 @@ RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at
 # A batch that is struck is visited again until it is calm: what an impact leaves of the approach
 # sinks in over the next substep, and what pushes it out again lifts the body.
 ITERATIONS = 20  # at most
-# [m/s] changes of a normal velocity: a blow to what moves on, to what is about to move (what it
-# sinks in is lifted again); what is left alone
-IMPACT, KNOCK, CALM = 0.02, 0.002, 1e-4
-REST = 1e-7  # [m/s] what a pass has changed by less gets no second pass
+IMPACT, CALM = 0.02, 1e-4  # [m/s] changes of a normal velocity: a blow; what is left alone
 
 WIDTH = slot('[-] numbers of a point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
@@ -186,36 +183,43 @@ def _prepare(
 
 
 def _solve_normals(
-    lanes_at_once: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array,
-    batches: Indices, bodies: Array,
-) -> None:  # fmt: skip
-    """Solve the soft normals of all batches, before the motion."""
+    lanes_at_once: int, count: int, inverse_h: float, slop: float, cap: float, first_pass: bool,
+    rest: float, rows: Array, batches: Indices, bodies: Array,
+) -> bool:  # fmt: skip
+    """
+    Solve the soft normals of all batches, before the motion; tell whether something has changed.
+
+    first_pass : visit all; else those in which the last pass has changed something
+    rest       : [m/s] change of a velocity that is left alone
+    """
     scratch = rows[0 : lane_scratch.SIZE]
+    any_changed = False
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
+        if not first_pass and not solve.any_unsettled(used, constraints):
+            continue
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
-        iterations = ITERATIONS if point_count > 1 else 1
-        for iteration in range(iterations):
-            calm = KNOCK if iteration == 0 else CALM
-            for point in range(point_count):
-                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                if PATCHES and point_count > 1:
-                    solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap, calm)
-                else:
-                    solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap, calm)
-                if ANGULAR:
-                    rolling_friction.limit(lanes, constraints, points, scratch)
-            if iteration + 1 < iterations and _is_calm(used, scratch):
-                break
+        if not first_pass:
+            solve.skip_settled(used, constraints, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            if PATCHES and point_count > 1:
+                solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap, rest)
+            else:
+                solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap, rest)
+            if ANGULAR:
+                rolling_friction.limit(lanes, constraints, points, scratch)
         if PATCHES and point_count > 1:
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
             if patch_friction.lets_go(used, patch, scratch):
                 patch_friction.take_back(lanes, constraints, patch, scratch)
+        any_changed = solve.mark_unsettled(used, constraints, scratch) or any_changed
         solve.scatter_momenta(used, constraints, scratch, bodies)
         solve.mark_carried(used, constraints, scratch, bodies)
+    return any_changed
 
 
 def _update_separation(
@@ -258,9 +262,7 @@ def _update_separation(
                 if ANGULAR:
                     rolling_friction.apply_second_half(lanes, constraints, points, scratch)
             if several:
-                patch_friction.apply_second_half(
-                    lanes, constraints, patch, scratch
-                )
+                patch_friction.apply_second_half(lanes, constraints, patch, scratch)
         warm_start.scatter(
             used, solver_bodies.MOMENTUM, solver_bodies.ANGULAR_MOMENTUM, constraints, scratch,
             bodies,
@@ -268,27 +270,31 @@ def _update_separation(
 
 
 def _relax(
-    lanes_at_once: int, count: int, inverse_h: float, first_pass: bool, last_pass: bool,
-    rows: Array, batches: Indices, bodies: Array,
-) -> None:  # fmt: skip
+    lanes_at_once: int, count: int, inverse_h: float, first_pass: bool, rest: float, rows: Array,
+    batches: Indices, bodies: Array,
+) -> bool:  # fmt: skip
     """
-    Relax normals and friction of all batches, after the motion.
+    Relax normals and friction of all batches, after the motion; tell whether something has
+    changed.
 
     first_pass : visit all; else those in which the last pass has changed something
-    last_pass  : add up the warm start of the next substep
+    rest       : [m/s] change of a velocity that is left alone
     """
     scratch = rows[0 : lane_scratch.SIZE]
+    any_changed = False
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
+        if not first_pass and not solve.any_unsettled(used, constraints):
+            continue
         begin, end = _face(first, WIDTH)
         patch = rows[begin:end]
         kind = batches[number * batch_record.SIZE + batch_record.KIND]
         iterations = ITERATIONS if point_count > 1 or kind == batch_record.MIXED else 1
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
-        if not first_pass and not solve.skip_settled(used, constraints, scratch):
-            iterations = 0
+        if not first_pass:
+            solve.skip_settled(used, constraints, scratch)
         for iteration in range(iterations):
             calm = IMPACT if iteration == 0 else CALM
             if PATCHES and point_count > 1:
@@ -296,9 +302,9 @@ def _relax(
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
-                    relax_normal(lanes, constraints, points, scratch, inverse_h, calm, REST)
+                    relax_normal(lanes, constraints, points, scratch, inverse_h, calm, rest)
                 else:
-                    relax_point(lanes, constraints, points, scratch, inverse_h, calm, REST)
+                    relax_point(lanes, constraints, points, scratch, inverse_h, calm, rest)
                 if ANGULAR:
                     rolling_friction.solve(lanes, constraints, points, scratch)
             if PATCHES and point_count > 1:
@@ -307,30 +313,43 @@ def _relax(
                         lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
                         friction_patch.IMPULSE_1, rows,
                     )  # fmt: skip
-                patch_friction.relax(lanes, constraints, patch, scratch, REST)
+                patch_friction.relax(lanes, constraints, patch, scratch, rest)
             if iteration + 1 < iterations and _is_calm(used, scratch):
                 break
-        if iterations > 0:
-            solve.mark_unsettled(used, constraints, scratch)
-            solve.scatter_momenta(used, constraints, scratch, bodies)
-        if last_pass:
-            warm_start.clear(lanes, scratch)
+        any_changed = solve.mark_unsettled(used, constraints, scratch) or any_changed
+        solve.mark_touched(used, constraints)
+        solve.scatter_momenta(used, constraints, scratch, bodies)
+    return any_changed
+
+
+def _start_substep(
+    lanes_at_once: int, count: int, rows: Array, batches: Indices, bodies: Array
+) -> None:
+    """Add up the warm start of the next substep."""
+    scratch = rows[0 : lane_scratch.SIZE]
+    for number in range(count):
+        used, lanes = _lanes(number, lanes_at_once, batches)
+        point_count, first = _points(number, batches)
+        constraints = rows[first - constraint.SIZE : first]
+        begin, end = _face(first, WIDTH)
+        patch = rows[begin:end]
+        warm_start.clear(lanes, scratch)
+        if PATCHES and point_count > 1:
+            patch_friction.clear_moments(lanes, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             if PATCHES and point_count > 1:
-                patch_friction.clear_moments(lanes, scratch)
-            for point in range(point_count):
-                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                if PATCHES and point_count > 1:
-                    start_normal(lanes, constraints, points, scratch)
-                else:
-                    start_point(lanes, constraints, points, scratch)
-                if ANGULAR:
-                    warm_start.start_substep_angular(lanes, constraints, points, scratch)
-            if PATCHES and point_count > 1:
-                patch_friction.start_substep(lanes, constraints, patch, scratch)
-            warm_start.scatter(
-                used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
-                scratch, bodies,
-            )  # fmt: skip
+                start_normal(lanes, constraints, points, scratch)
+            else:
+                start_point(lanes, constraints, points, scratch)
+            if ANGULAR:
+                warm_start.start_substep_angular(lanes, constraints, points, scratch)
+        if PATCHES and point_count > 1:
+            patch_friction.start_substep(lanes, constraints, patch, scratch)
+        warm_start.scatter(
+            used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
+            scratch, bodies,
+        )  # fmt: skip
 
 
 def _apply_restitution(
@@ -358,9 +377,7 @@ def _apply_restitution(
                     lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
                     friction_patch.RESTITUTION_1, rows,
                 )  # fmt: skip
-                patch_friction.apply_restitution(
-                    lanes, constraints, patch, scratch
-                )
+                patch_friction.apply_restitution(lanes, constraints, patch, scratch)
             solve.scatter_momenta(used, constraints, scratch, bodies)
             for lane in range(used):
                 change = max(change, scratch[lane_scratch.NORMAL_CHANGE + lane])
@@ -426,6 +443,7 @@ def solver(
         'solve_normals': _solve_normals,
         'update_separation': _update_separation,
         'relax': _relax,
+        'start_substep': _start_substep,
     }
     if bounces:
         passes['apply_restitution'] = _apply_restitution

@@ -44,6 +44,8 @@ from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BAL
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, load, load_strided, subtract
 
+DEEP = 0.005  # [-] of the radius: an overlap that is deeper goes at the push-out speed
+
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
 
 
@@ -156,6 +158,11 @@ def prepare_materials(
         rows[lane + constraint.BIAS_RATE] = omega / a1
         rows[lane + constraint.MASS_SCALE] = a2 * impulse_scale
         rows[lane + constraint.IMPULSE_SCALE] = impulse_scale
+        radius = min(
+            bounds[a * bounds_record.SIZE + bounds_record.RADIUS],
+            bounds[b * bounds_record.SIZE + bounds_record.RADIUS],
+        )
+        rows[lane + constraint.DEEP] = DEEP * radius
 
 
 @inline

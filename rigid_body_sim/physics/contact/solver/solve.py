@@ -115,22 +115,37 @@ def scatter_momenta(used: int, constraints: Array, scratch: Array, bodies: Array
 
 
 @inline
-def skip_settled(used: int, constraints: Array, scratch: Array) -> bool:
-    """Let the lanes stand still that the last pass left at rest; tell whether any is left."""
-    any_left = False
+def any_unsettled(used: int, constraints: Array) -> bool:
+    """Tell whether the last pass has changed any lane."""
+    found = False
     for lane in range(used):
-        scratch[lane + lane_scratch.ACTIVE] = constraints[lane + constraint.UNSETTLED]
-        any_left = any_left or constraints[lane + constraint.UNSETTLED] > 0.0
-    return any_left
+        found = found or constraints[lane + constraint.UNSETTLED] > 0.0
+    return found
 
 
 @inline
-def mark_unsettled(used: int, constraints: Array, scratch: Array) -> None:
-    """Note which lanes this pass has changed by more than rest."""
+def skip_settled(used: int, constraints: Array, scratch: Array) -> None:
+    """Let the lanes stand still that the last pass left at rest."""
+    for lane in range(used):
+        scratch[lane + lane_scratch.ACTIVE] = constraints[lane + constraint.UNSETTLED]
+
+
+@inline
+def mark_unsettled(used: int, constraints: Array, scratch: Array) -> bool:
+    """Note which lanes this pass has changed by more than rest; tell whether any."""
+    any_changed = False
     for lane in range(used):
         changed = scratch[lane + lane_scratch.LARGEST_CHANGE] > 0.0
         constraints[lane + constraint.UNSETTLED] = 1.0 if changed else 0.0
-        if changed:
+        any_changed = any_changed or changed
+    return any_changed
+
+
+@inline
+def mark_touched(used: int, constraints: Array) -> None:
+    """Note that the lanes have touched that the relaxation has changed."""
+    for lane in range(used):
+        if constraints[lane + constraint.UNSETTLED] > 0.0:
             constraints[lane + constraint.TOUCHED] = 1.0
 
 
@@ -148,13 +163,13 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 
 def _solve_normals(
     lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
-    cap: float, calm: float,
+    cap: float, rest: float,
 ) -> None:  # fmt: skip
     """
     Solve the normal of one point of each lane, soft where the surfaces overlap.
 
-        cap  : [m/s] speed at which an overlap goes, at most
-        calm : [m/s] change of the normal velocity that is left alone
+        cap  : [m/s] speed at which a deep overlap goes, at most
+        rest : [m/s] change of the normal velocity below which a lane is settled
     """
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
@@ -164,13 +179,19 @@ def _solve_normals(
         separation = points[lane + contact_point.SEPARATION]
         old = points[lane + contact_point.NORMAL_IMPULSE]
         mass = points[lane + contact_point.NORMAL_MASS]
-        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         pressed_already = scratch[lane + lane_scratch.PRESSES]
         is_open = separation > 0.0
         depth = separation + slop
         depth = depth if depth < 0.0 else 0.0
         soft = constraints[lane + constraint.BIAS_RATE] * depth
-        soft = soft if soft > -cap else -cap
+        # beyond the bias that carries the load
+        stiff = constraints[lane + constraint.MASS_SCALE] * mass
+        stiff = stiff if stiff > 0.0 else 1.0
+        bears = constraints[lane + constraint.IMPULSE_SCALE] * old / stiff
+        is_deep = depth < -constraints[lane + constraint.DEEP]
+        fastest = -bears - (cap if is_deep else constraints[lane + constraint.PACE])
+        soft = soft if soft > fastest else fastest
         bias = separation * inverse_h if is_open else soft
         mass_scale = 1.0 if is_open else constraints[lane + constraint.MASS_SCALE]
         impulse_scale = 0.0 if is_open else constraints[lane + constraint.IMPULSE_SCALE]
@@ -207,8 +228,8 @@ def _solve_normals(
         new = now + warm if presses else 0.0
         # a lane that is not visited keeps its bits
         points[lane + contact_point.NORMAL_IMPULSE] = new if active else old
-        size = abs(change) - calm * mass
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        size = abs(change) - rest * mass
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         scratch[lane + lane_scratch.PRESSES] = 1.0 if presses else pressed_already
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
@@ -288,6 +309,4 @@ def _relax(
 def visits(*, rubs: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Make the kernels that solve and relax a point; rubs: with its friction."""
     name = 'rubs' if rubs else 'smooth'
-    return tuple(
-        specialise(source, name=name, RUBS=rubs) for source in (_solve_normals, _relax)
-    )  # type: ignore
+    return tuple(specialise(source, name=name, RUBS=rubs) for source in (_solve_normals, _relax))  # type: ignore
