@@ -22,7 +22,7 @@ from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.integration import integrators
 
-PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # not ground
+PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
 
 
 def stepper(simulation):

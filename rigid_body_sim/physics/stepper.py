@@ -33,7 +33,7 @@ from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
 from rigid_body_sim.physics.diagnostics.work_meter import WorkMeter
 from rigid_body_sim.physics.errors import SimulationBusy
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
-from rigid_body_sim.physics.forces.power import Powers
+from rigid_body_sim.physics.forces.power import DRIVES, Powers
 from rigid_body_sim.physics.forces.schedule import SNAP
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import for_points
@@ -112,6 +112,7 @@ class Stepper:
         self._workspace_step: float | None = None
         self._turning = 0  # commands that turn with their bodies, in the arguments of the kernels
         self.cause = ''
+        self._drives_before = 0.0  # [J] work of what moves bodies by contact, when that began
         self.work: WorkMeter | None = None
         self._workspaces: dict[float, Array] = {}  # the last few, by step
         self._free: Callable[..., Any] | None = None
@@ -200,6 +201,7 @@ class Stepper:
         """Begin to add up the work of what has no potential."""
         powers = Powers(self._elements)
         powers.prepare(argument(self.translation), argument(self.rotation))
+        self._drives_before = 0.0 if self.contact is None else self.contact.work_of_drives
         self.work = WorkMeter(powers, self._integrator, smooth=self.contact is None)
         return self.work
 
@@ -207,11 +209,15 @@ class Stepper:
         """Work so far [J], and how wrong it may be: see `WorkMeter.work`."""
         assert self.work is not None
         if not self.work.looks_ahead or self.undo is not None:
-            return self.work.work()
-        undo = self.begin()  # it goes ahead a bit: an interrupt puts that back
-        found = self.work.work()
-        self.end(undo)
-        return found
+            done, error = self.work.work()
+        else:
+            undo = self.begin()  # it goes ahead a bit: an interrupt puts that back
+            done, error = self.work.work()
+            self.end(undo)
+        if self.contact is not None:
+            done = done.copy()
+            done[DRIVES] += self.contact.work_of_drives - self._drives_before
+        return done, error
 
     def cut_work(self) -> None:
         """End a stretch: from here on forces are others, or the method or the motion is."""

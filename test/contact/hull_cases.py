@@ -177,10 +177,16 @@ def separation(a, b, pose_a, pose_b, normal):
 
 
 class Oracle:
-    """Signed distance of two placed shapes by coal, cylinders as their prisms."""
+    """
+    Signed distance of two placed shapes by coal.
 
-    def __init__(self):
+    round_cylinders : cylinders as such; else as their prisms
+    """
+
+    def __init__(self, *, round_cylinders=False):
         import coal
+
+        self._round_cylinders = round_cylinders
 
         self._coal = coal
         request = coal.DistanceRequest()
@@ -205,6 +211,8 @@ class Oracle:
             return coal.Sphere(shape.radius)
         if shape.kind == CAPSULE:
             return coal.Capsule(shape.radius, 2.0 * shape.half_length)
+        if shape.kind == CYLINDER and self._round_cylinders:
+            return coal.Cylinder(shape.sizes[0], 2.0 * shape.sizes[1])
         points, triangles = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
         for point in shape.vertices:
             points.append(point)

@@ -39,7 +39,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
-from rigid_body_sim.physics.contact import solver_bodies, tick_counts, tick_settings
+from rigid_body_sim.physics.contact import (
+    prescribed_bodies,
+    solver_bodies,
+    tick_counts,
+    tick_settings,
+)
 from rigid_body_sim.physics.contact.array_groups import Constraints, Forces, Motion
 from rigid_body_sim.physics.contact.collision import (
     deep_overlaps,
@@ -56,6 +61,7 @@ from rigid_body_sim.physics.contact.islands import sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.islands.solver_groups import find_groups, sort_touching
+from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
@@ -65,6 +71,7 @@ from rigid_body_sim.physics.contact.solver import (
     impulse_cache,
     manifold_constraints,
     pair_materials,
+    pivots,
     variable_mass,
 )
 from rigid_body_sim.physics.contact.touching import list_touching
@@ -90,6 +97,7 @@ COUPLED = slot('[-] whether a force depends on the state')
 VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
 SLEEPING = slot('[-] whether islands may sleep')
 FLOWS = slot('[-] whether the mass of a body that touches changes')
+DRIVES = slot('[-] whether some bodies are moved as told, or have a belt')
 IGNORES = slot('[-] whether some pairs do not meet')
 PAIR_MATERIALS = slot('[-] whether some pairs have a material of their own')
 drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
@@ -98,7 +106,7 @@ find_manifolds = slot('kernel (pairs, count, h, room, ...): the narrow phase')
 prepare = slot('kernel (lanes, batches, threshold, rows, ...): effective masses and warm start')
 solve_normals = slot('kernel (lanes, batches, 1/h, slop, cap, rows, ...): solves soft normals')
 update_separation = slot('kernel (lanes, batches, rows, ...): lets points follow the bodies')
-relax = slot('kernel (lanes, batches, 1/h, first, rest, ...): relaxes normals, and friction')
+relax = slot('kernel (lanes, batches, 1/h, first, rows, ...): relaxes normals, and friction')
 start_substep = slot('kernel (lanes, batches, rows, ...): warm start of the next substep')
 spread_friction = slot('kernel (lanes, batches, rows, ...): friction of patches to points')
 apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what bounces')
@@ -106,6 +114,8 @@ apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what b
 evaluate_forces = slot('kernel (time, motion, forces)')
 gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
 detect_contacts = slot('kernel (h, ...): tells whether the manifolds of the tick are there')
+drive = slot('kernel (now, ...): puts driven bodies where they are; tells whether nobody wakes')
+find_works_of_drives = slot('kernel (when, ...): of driven bodies on others')
 colour_constraints = slot('kernel (body_count, ...): tells whether there was room')
 prepare_constraints = slot('kernel (now, ...): tells whether the constraints are there')
 begin_energy_balance = slot('kernel (h, touching, motion, bodies)')
@@ -114,7 +124,7 @@ integrate_motion = slot('kernel (now, marks, ...): moves all bodies over a subst
 correct_forces = slot('kernel (time, now, touching, ...): forces of after the motion')
 gather_moved_bodies = slot('kernel (now, touching, motion, bodies)')
 follow_and_relax = slot('kernel (last, now, touching, ...): separations, then relaxation')
-visit_group = slot('kernel (index, group, now, ...): passes of a group between two motions')
+visit_groups = slot('kernel (index, now, ...): passes of all groups between two motions')
 bound_bounces = slot('kernel (touching, ...): restitution')
 store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
@@ -146,6 +156,7 @@ class World(NamedTuple):
     touching, marks  : see `touching`
     flows            : bodies whose mass changes: see `solver.variable_mass`
     pair_materials   : see `solver.pair_material_record`
+    driven           : see `prescribed_bodies`
     overlap_limits, overlaps : see `collision.deep_overlaps`
     """
 
@@ -164,6 +175,7 @@ class World(NamedTuple):
     sleep: SleepState
     flows: Array
     pair_materials: Array
+    driven: PrescribedBodies
     overlap_limits: Array
     overlaps: Array
 
@@ -191,6 +203,7 @@ def _advance(
     rows, batches, colours, open_batches, cache, island_groups, group_of, manifold_order,
     cache_places, touching, marks, roots, impacts, sleep_states, radii, element_groups,
     island_roots, supported, restless, awake_in_blocks, flows, ignored, pair_material_rows,
+    pivoted, drives, paths, moment, works, of_bodies,
     overlap_limits, overlaps,
 ):  # fmt: skip
     """
@@ -204,7 +217,7 @@ def _advance(
     those by which `world_arrays` hands them over (`ARRAYS`).
     """
     world = World(
-        Motion(body_count, rigid_count, translation, rotation, method),
+        Motion(body_count, rigid_count, translation, rotation, method, pivoted),
         Forces(elements, ranges, saved),
         settings,
         counts,
@@ -228,6 +241,7 @@ def _advance(
         ),
         flows,
         pair_material_rows,
+        PrescribedBodies(drives, paths, moment, works, of_bodies),
         overlap_limits,
         overlaps,
     )  # fmt: skip
@@ -248,6 +262,7 @@ def _advance_ticks(ticks, tick, h, world):
     motion, forces, settings, counts = world.motion, world.forces, world.settings, world.counts
     colliders, constraints, bodies = world.colliders, world.constraints, world.bodies
     energy, state, flows = world.energy, world.sleep, world.flows
+    driven = world.driven
     substeps = int(settings[tick_settings.SUBSTEPS])
     substep = h / substeps
     counts[tick_counts.DONE] = 0
@@ -263,6 +278,8 @@ def _advance_ticks(ticks, tick, h, world):
         if COUPLED and not evaluated:
             evaluate_forces(now.start, motion, forces)
             evaluated = not VELOCITY_DEPENDENT
+        if DRIVES and not drive(now, driven, colliders, bodies, state, counts):
+            return 0.0
         if SLEEPING:
             awake = sleep.count_awake(motion, state)
             if awake == sleep.SOME_WAKES:
@@ -277,7 +294,7 @@ def _advance_ticks(ticks, tick, h, world):
             counts,
         ) or not prepare_constraints(
             now, motion, colliders, world.materials, world.pair_materials, constraints, bodies,
-            flows, settings, counts,
+            flows, driven, settings, counts,
         ):  # fmt: skip
             return 0.0
         deep_overlaps.list_deep_overlaps(
@@ -295,13 +312,12 @@ def _advance_ticks(ticks, tick, h, world):
                     time = now.start + index * substep
                     correct_forces(time, now, touching, motion, forces, bodies)
                     evaluated = not VELOCITY_DEPENDENT
-            for group in range(counts[tick_counts.GROUPS]):
-                visit_group(
-                    index, group, now, touching, motion, forces, constraints, bodies, flows,
-                    settings, counts,
-                )  # fmt: skip
+            visit_groups(
+                index, now, touching, motion, forces, constraints, bodies, flows, driven,
+                settings, counts,
+            )  # fmt: skip
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
-            bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
+            bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)
         spread_friction(
             counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
             constraints.batches,
@@ -311,7 +327,7 @@ def _advance_ticks(ticks, tick, h, world):
         status = finite(motion)
         if SLEEPING and put_to_sleep(
             h, (tick + passed + 1) * h, touching, motion, forces, colliders, constraints, bodies,
-            state, settings, counts,
+            state, driven, settings, counts,
         ):  # fmt: skip
             counts[tick_counts.STATUS] = tick_counts.FELL_ASLEEP
             return status
@@ -355,6 +371,7 @@ def _gather_bodies(motion, bodies, state):
         )
         if BOUNCES:
             solver_bodies.find_free_acceleration(body, motion.rigid_count, motion.rotation, bodies)
+    pivots.hold(motion.pivoted, bodies)
     for entry in range(solver_bodies.SIZE):
         bodies[motion.body_count * solver_bodies.SIZE + entry] = 0.0
 
@@ -407,6 +424,28 @@ def _detect_contacts(
     return True
 
 
+def _drive(now, driven, colliders, bodies, state, counts):
+    """
+    Put what is moved as told where it is at the start of the tick; tell whether nobody wakes by
+    it, else counts[STATUS] does.
+    """
+    prescribed_bodies.begin_tick(now.start, now.h, driven, colliders, bodies)
+    if SLEEPING and prescribed_bodies.wake_touched(
+        counts[tick_counts.COLLIDERS], now.h, driven.drives, colliders, state.sleep_states
+    ):
+        counts[tick_counts.STATUS] = tick_counts.WOKEN
+        return False
+    return True
+
+
+def _find_works_of_drives(when, motion, driven, constraints, bodies, counts):
+    """Find what driven bodies did on others: see `prescribed_bodies.find_works`."""
+    prescribed_bodies.find_works(
+        when, counts[tick_counts.MANIFOLDS], motion.body_count, WIDTH, driven, constraints,
+        bodies,
+    )  # fmt: skip
+
+
 def _colour_constraints(body_count, table, constraints, bodies, counts):
     """Colour the constraints into batches; tell whether there was room."""
     count = counts[tick_counts.MANIFOLDS]
@@ -414,8 +453,9 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
         count, constraints.manifolds, constraints.impulse_cache
     ):
         return True
-    # where forces depend on velocity, all bodies wait for them; masses change for all at once
-    apart = not (VELOCITY_DEPENDENT or FLOWS)
+    # where forces depend on velocity, all bodies wait for them; masses change, and what is driven
+    # moves, for all at once
+    apart = not (VELOCITY_DEPENDENT or FLOWS or DRIVES)
     counts[tick_counts.GROUPS] = find_groups(
         count, body_count, apart, table, constraints.manifolds, constraints.colours,
         constraints.group_of, constraints.groups, constraints.order,
@@ -429,7 +469,8 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
 
 
 def _prepare_constraints(
-    now, motion, colliders, materials, of_pairs, constraints, bodies, flows, settings, counts
+    now, motion, colliders, materials, of_pairs, constraints, bodies, flows, driven, settings,
+    counts,
 ):  # fmt: skip
     """
     Make the constraints of a tick, with the impulses of the last one. Tell whether there was
@@ -447,6 +488,10 @@ def _prepare_constraints(
     if not colour_constraints(motion.body_count, colliders.table, constraints, bodies, counts):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_ROWS
         return False
+    if DRIVES:
+        prescribed_bodies.choose_belts(
+            count, motion.body_count, driven.drives, colliders.table, manifolds, rows
+        )
     if counts[tick_counts.ASSEMBLED] == 0 or cache[cache_record.SUBSTEP] != now.substep:
         manifold_constraints.prepare_materials(
             count, now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
@@ -508,11 +553,19 @@ def _begin_energy_balance(h, touching, motion, bodies):
             )
 
 
-def _solve_contacts(now, touching, motion, constraints, bodies, flows, settings, counts):
-    """Let half of forces and warm start act, then solve the soft normals."""
-    for index in range(len(touching)):
+def _solve_contacts(
+    index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
+):  # fmt: skip
+    """
+    Let half of forces and warm start act, then solve the soft normals; index: of the substep.
+    """
+    if DRIVES:
+        prescribed_bodies.begin_substep(
+            now.start + index * now.substep, now.substep, driven, bodies
+        )
+    for place in range(len(touching)):
         solver_bodies.kick_and_warm_start(
-            touching[index], motion.rigid_count, now.substep, motion.translation, motion.rotation,
+            touching[place], motion.rigid_count, now.substep, motion.translation, motion.rotation,
             bodies,
         )  # fmt: skip
     if FLOWS:
@@ -610,40 +663,50 @@ def _gather_moved_bodies(now, touching, motion, bodies):
         solver_bodies.clear_warm_start(touching[index], bodies)
 
 
-def _visit_group(
-    index, group, now, touching, motion, forces, constraints, bodies, flows, settings, counts
+def _visit_groups(
+    index, now, touching, motion, forces, constraints, bodies, flows, driven, settings, counts
 ):  # fmt: skip
     """
-    Let a group end the substep before a number, and begin the substep of that number.
+    Let group after group end the substep before a number, and begin the substep of that number.
     """
-    row = group * group_record.SIZE
-    first = constraints.groups[row + group_record.FIRST_BODY]
-    last = constraints.groups[row + group_record.SIZE + group_record.FIRST_BODY]
-    members = touching[first:last]
-    begin = constraints.groups[row + group_record.FIRST_BATCH] * batch_record.SIZE
-    end = constraints.groups[row + group_record.SIZE + group_record.FIRST_BATCH]
-    own = Constraints(
-        constraints.manifolds, constraints.rows,
-        constraints.batches[begin : end * batch_record.SIZE], constraints.colours,
-        constraints.open_batches, constraints.impulse_cache, constraints.groups,
-        constraints.group_of, constraints.order, constraints.places,
-    )  # fmt: skip
-    if index > 0:
-        follow_and_relax(
-            index == now.substeps, now, members, motion, own, bodies, flows, settings, counts
-        )
-    if index < now.substeps:
-        if VELOCITY_DEPENDENT:
-            evaluate_forces(now.start + index * now.substep, motion, forces)
-        solve_contacts(now, members, motion, own, bodies, flows, settings, counts)
+    for row in range(0, counts[tick_counts.GROUPS] * group_record.SIZE, group_record.SIZE):
+        first = constraints.groups[row + group_record.FIRST_BODY]
+        last = constraints.groups[row + group_record.SIZE + group_record.FIRST_BODY]
+        members = touching[first:last]
+        begin = constraints.groups[row + group_record.FIRST_BATCH] * batch_record.SIZE
+        end = constraints.groups[row + group_record.SIZE + group_record.FIRST_BATCH]
+        own = Constraints(
+            constraints.manifolds, constraints.rows,
+            constraints.batches[begin : end * batch_record.SIZE], constraints.colours,
+            constraints.open_batches, constraints.impulse_cache, constraints.groups,
+            constraints.group_of, constraints.order, constraints.places,
+        )  # fmt: skip
+        if index > 0:
+            follow_and_relax(
+                index - 1, now, members, motion, own, bodies, flows, driven, settings, counts
+            )
+        if index < now.substeps:
+            if VELOCITY_DEPENDENT:
+                evaluate_forces(now.start + index * now.substep, motion, forces)
+            solve_contacts(
+                index, now, members, motion, own, bodies, flows, driven, settings, counts
+            )
 
 
 def _follow_and_relax(
-    last, now, touching, motion, constraints, bodies, flows, settings, counts
+    index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
 ):  # fmt: skip
     """
-    Update separations, with the second half of the warm start; then relax. last: of the tick.
+    Update separations, with the second half of the warm start; then relax; index: of the substep.
     """
+    last = index + 1 == now.substeps
+    if DRIVES:
+        prescribed_bodies.end_substep(now.start + (index + 1) * now.substep, driven, bodies)
+        if index > 0:
+            find_works_of_drives(
+                prescribed_bodies.BEFORE, motion, driven, constraints, bodies, counts
+            )
+            prescribed_bodies.add_works(touching, driven, bodies)
     rows, batches = constraints.rows, constraints.batches
     lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     relaxations = int(settings[tick_settings.RELAXATIONS])
@@ -663,9 +726,13 @@ def _follow_and_relax(
         variable_mass.scale_to_start_mass(flows, bodies)
         variable_mass.scale_warm_start(flows, bodies)
     scatter_momenta(touching, motion, bodies)
+    if DRIVES:
+        when = prescribed_bodies.LAST if last else prescribed_bodies.AFTER
+        find_works_of_drives(when, motion, driven, constraints, bodies, counts)
+        prescribed_bodies.add_works(touching, driven, bodies)
     if BOUNCES and not COUPLED and last:
-        for index in range(len(touching)):
-            body = touching[index]
+        for place in range(len(touching)):
+            body = touching[place]
             account.add_work(body, motion.translation, bodies)
             account.add_half_the_torque(body, motion.rigid_count, now.h, motion.rotation, bodies)
 
@@ -677,9 +744,10 @@ def scatter_momenta(touching: Indices, motion: Motion, bodies: Array) -> None:
         solver_bodies.scatter_momenta(
             touching[index], motion.rigid_count, motion.translation, motion.rotation, bodies
         )
+    pivots.stand_still(motion.pivoted, motion.translation)
 
 
-def _bound_bounces(touching, motion, constraints, energy, bodies, flows, counts):
+def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts):
     """Apply restitution, and bound what it returns."""
     batch_count = counts[tick_counts.BATCHES]
     if not mark_bouncing(
@@ -695,10 +763,15 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
     )
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
+    if DRIVES:
+        find_works_of_drives(prescribed_bodies.BOUNCE, motion, driven, constraints, bodies, counts)
     restitution_bound.bound_restitution(
         counts[tick_counts.MANIFOLDS], batch_count, motion.body_count, WIDTH, touching,
-        constraints, energy, bodies,
+        constraints, energy, driven.of_bodies, bodies,
     )  # fmt: skip
+    if DRIVES:
+        find_works_of_drives(prescribed_bodies.BOUNCE, motion, driven, constraints, bodies, counts)
+        prescribed_bodies.add_works(touching, driven, bodies)
     scatter_momenta(touching, motion, bodies)
 
 
@@ -711,11 +784,17 @@ def _store_impulses(substep, poses, constraints, counts):
 
 
 def _put_to_sleep(
-    h, end, touching, motion, forces, colliders, constraints, bodies, state, settings, counts
+    h, end, touching, motion, forces, colliders, constraints, bodies, state, driven, settings,
+    counts,
 ):  # fmt: skip
     """
     Let islands fall asleep that are at rest, at the end of a tick [s]; tell whether some body did.
     """
+    if DRIVES:
+        prescribed_bodies.keep_awake(
+            counts[tick_counts.MANIFOLDS], motion.body_count, driven.drives,
+            constraints.manifolds, constraints.rows, state.sleep_states,
+        )  # fmt: skip
     fell = sleep.update_sleep(
         h, settings[tick_settings.SLEEP_SPEED], settings[tick_settings.SLEEP_TIME],
         counts[tick_counts.PIECE] == 0, counts[tick_counts.MANIFOLDS], touching, motion,
@@ -730,9 +809,10 @@ def _put_to_sleep(
 
 
 _STAGES = (
-    _evaluate_forces, _gather_bodies, _detect_contacts, _colour_constraints, _prepare_constraints,
+    _evaluate_forces, _gather_bodies, _detect_contacts, _drive, _find_works_of_drives,
+    _colour_constraints, _prepare_constraints,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
-    _gather_moved_bodies, _follow_and_relax, _visit_group, _bound_bounces, _store_impulses,
+    _gather_moved_bodies, _follow_and_relax, _visit_groups, _bound_bounces, _store_impulses,
     _put_to_sleep, _advance_ticks,
 )  # fmt: skip
 

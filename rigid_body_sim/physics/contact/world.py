@@ -106,7 +106,7 @@ class ContactWorld:
             contact_point.SIZE_LONG if self._angular or self._bounces else contact_point.SIZE
         )
         flows = variable_mass.flows_of(layout, colliders.bodies.tolist())
-        self.arrays = WorldArrays(layout.n_moving, self._width, flows)
+        self.arrays = WorldArrays(layout.n_moving, self._width, flows, layout.pivoted)
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
         self.arrays.take_pair_rules(rules, len(scene.bodies))
@@ -156,11 +156,11 @@ class ContactWorld:
     def snapshot(self) -> tuple[Any, ...]:
         """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
-        return self.arrays.cache_in_use.copy(), sleepers, dict(self._overlaps)
+        return self.arrays.cache_in_use.copy(), sleepers, self.work_of_drives, dict(self._overlaps)
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
-        cache, sleepers, overlaps = snapshot
+        cache, sleepers, self.arrays.works[0], overlaps = snapshot
         self._overlaps = dict(overlaps)
         self.arrays.forget()
         if self._sleepers is not None:
@@ -170,6 +170,11 @@ class ContactWorld:
     def take_tick(self, h: float) -> None:
         """Take over the length of a whole tick [s]."""
         self.arrays.settings[tick_settings.WHOLE_TICK] = h
+
+    @property
+    def work_of_drives(self) -> float:
+        """Work that was done so far by what is moved as told, and by belts [J]."""
+        return float(self.arrays.works[0])
 
     def forget_body(self, core: int) -> None:
         """
@@ -221,6 +226,7 @@ class ContactWorld:
             width=self._width,
             bounces=self._bounces,
             angular=int(self.arrays.settings[tick_settings.SUBSTEPS]) if self._angular else 0,
+            moving=self._layout.n_moving,
             table=self.arrays.table,
             manifolds=manifolds,
             rows=self.arrays.rows,
@@ -264,12 +270,13 @@ class ContactWorld:
             VELOCITY_DEPENDENT=velocity_dependent,
             SLEEPING=self._sleepers is not None,
             FLOWS=flows,
+            DRIVES=bool(self.arrays.drives.size),
             IGNORES=bool(self.arrays.ignored.size),
             PAIR_MATERIALS=bool(self.arrays.pair_material_rows.size),
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
             find_manifolds=manifold_finder(pairs),
-            **{'apply_restitution': _nothing, 'spread_friction': _nothing, **iterations},
+            **{'apply_restitution': _nothing, **iterations},
         )
 
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
@@ -329,7 +336,7 @@ class ContactWorld:
             def one(piece: int) -> float:
                 while True:
                     status = call(1, tick * pieces + piece, h / pieces)
-                    take_overlaps(self.arrays.overlaps, self._overlaps)
+                    take_overlaps(arrays.overlaps, self._overlaps)
                     if status != 0.0 or counts[tick_counts.DONE]:
                         self._is_read, self._pieces = True, []
                         self._note_pairs()
@@ -397,8 +404,9 @@ class ContactWorld:
         Advance over a tick from its start in a manner, until no body is missing that is connected
         to who wants it.
         """
-        table = self.arrays.table
+        table, works, overlaps = self.arrays.table, self.work_of_drives, self._overlaps
         while True:
+            self.arrays.works[0], self._overlaps = works, dict(overlaps)
             for blocks, values in zip(motion, start, strict=False):
                 np.asarray(blocks)[:] = values
             self.arrays.put_cache(start[-1])

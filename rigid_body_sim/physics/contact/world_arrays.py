@@ -8,13 +8,20 @@ Each array is an attribute with the name that it has in the kernel of the ticks 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact import solver_bodies, step, tick_counts, tick_settings
+from rigid_body_sim.physics.contact import (
+    prescribed_bodies,
+    solver_bodies,
+    step,
+    tick_counts,
+    tick_settings,
+)
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
@@ -33,6 +40,7 @@ from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colli
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.pair_rules import PairRules
+from rigid_body_sim.physics.contact.prescribed_bodies import driven_bodies
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
@@ -68,11 +76,12 @@ class WorldArrays:
     arguments : all of them, as the kernel takes them
     """
 
-    def __init__(self, body_count: int, width: int, flows: Array) -> None:
+    def __init__(self, body_count: int, width: int, flows: Array, pivoted: Sequence[int]) -> None:
         """Make what does not depend on colliders; width: numbers of a contact point."""
         self._width = width
+        self.pivoted = np.array(pivoted, dtype=np.int64)
         self.flows = flows
-        self.bodies = aligned((body_count + 1) * solver_bodies.SIZE)
+        self._body_count = body_count
         self.colours = np.zeros(body_count + 1, dtype=np.int64)
         self.group_of = np.zeros(body_count + 1, dtype=np.int64)
         self.island_groups = np.zeros(most_groups(body_count) * group_record.SIZE, dtype=np.int64)
@@ -111,6 +120,11 @@ class WorldArrays:
         self.fat_aabbs = np.zeros(neighbour_list.size_of_fat_aabbs(count))
         self.hash_heads = np.zeros(hash_grid.size_of_heads(count), dtype=np.int64)
         self.grid = np.zeros(max(1, count) * hash_grid.SIZE, dtype=np.int64)
+        driven, rows = driven_bodies([colliders.parts[i] for i in order], self._body_count)
+        self.table[collider_record.FIXED_ROW :: collider_record.SIZE] = rows
+        self.drives, self.paths, self.moment, self.works, self.of_bodies = driven
+        count_driven = len(driven.drives) // prescribed_bodies.SIZE
+        self.bodies = aligned((self._body_count + 1 + count_driven) * solver_bodies.SIZE)
         planes = self.table[collider_record.TYPE :: collider_record.SIZE] == PLANE
         self.counts[tick_counts.COLLIDERS] = count
         self.counts[tick_counts.PLANES] = int(np.sum(planes))

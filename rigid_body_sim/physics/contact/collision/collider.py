@@ -42,7 +42,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.plain_products import dot, product, times
 from rigid_body_sim.physics.model.plain_products import length as length_of
-from rigid_body_sim.physics.model.scene import Body, Scene
+from rigid_body_sim.physics.model.scene import Body, Scene, Vector
 from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
@@ -105,6 +105,7 @@ class Colliders:
 
     shape_parameters, local_bounds, local_poses, poses, table, materials : one-dimensional, see the
                                                                            module
+    parts : of each its body with its shape alone
     """
 
     shape_parameters: Array
@@ -113,6 +114,7 @@ class Colliders:
     local_poses: Array
     poses: Array
     materials: Array
+    parts: tuple[Body, ...]
 
     @classmethod
     def of(cls, scene: Scene, layout: Layout) -> Colliders:
@@ -141,12 +143,13 @@ class Colliders:
             if begin == len(parameters):
                 parameters.extend(of_shape.tolist())
             place = moving.get(index, collider_record.STATIC)
-            table.append((kind, begin, place, index, 0))
+            table.append((kind, begin, place, index, 0, layout.n_moving))
             bounds.append(_bounds(body, kind))
             turn = np.eye(3)
             if 0 <= place < layout.n_rigid:
                 turn = product(to_principal[place], _shape_axes(body))
-            local_poses.append((*_center_in_shape(body), *turn.ravel()))
+            reference = body.center_of_mass if body.pivot is None else body.pivot.point
+            local_poses.append((*_in_shape(body, reference), *turn.ravel()))
             poses.append(_pose(body))
             material = body.material
             materials.append(
@@ -164,6 +167,7 @@ class Colliders:
             local_poses=np.array(local_poses, dtype=np.float64).ravel(),
             poses=np.array(poses, dtype=np.float64).ravel(),
             materials=np.array(materials, dtype=np.float64).ravel(),
+            parts=tuple(body for _, body, _ in found),
         )
 
     def __len__(self) -> int:
@@ -304,7 +308,7 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
 
 def _pose(body: Body) -> Array:
     turn = product(so3.matrix_from_quaternion(body.initial.orientation), _shape_axes(body))
-    origin = np.asarray(body.initial.position) - times(turn, _center_in_shape(body))
+    origin = np.asarray(body.initial.position) - times(turn, _in_shape(body, body.center_of_mass))
     return np.concatenate((origin, turn.ravel()))
 
 
@@ -313,9 +317,9 @@ def _shape_axes(body: Body) -> Array:
     return so3.matrix_from_quaternion(body.shape_orientation)
 
 
-def _center_in_shape(body: Body) -> Array:
-    """Centre of mass seen from the origin of the shape, shape axes [m]."""
-    return times(_shape_axes(body).T, np.subtract(body.center_of_mass, body.shape_position))
+def _in_shape(body: Body, point: Vector) -> Array:
+    """Return a point of a body as seen from the origin of the shape, shape axes [m]."""
+    return times(_shape_axes(body).T, np.subtract(point, body.shape_position))
 
 
 @inline

@@ -3,9 +3,9 @@
 """
 The narrow phase: from pairs that may meet to contact manifolds, by way of poses and pair kernels.
 
-A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A manifold
-is written as `manifold_record` says; those that would stop what nothing is in the way of are taken
-out again (`ghosts`).
+A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A
+manifold is written as `manifold_record` says; those that would stop what nothing is in the way of
+are taken out again (`ghosts`).
 """
 
 from __future__ import annotations
@@ -41,6 +41,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import write_manifolds
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import MOTION, REST
 from rigid_body_sim.physics.contact.collision.ghosts import ghost_dropper
+from rigid_body_sim.physics.contact.collision.ground_misses import ALL, ground_miss_finder
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
 from rigid_body_sim.physics.state.blocks import (
     LANES,
@@ -66,6 +67,7 @@ collide_this = slot(
 collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 GROUND = slot('[-] whether some collider is a surface')
+ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
 drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
 
 
@@ -217,6 +219,13 @@ def _find_manifolds(
             motion = motion_of(swept, a, b, h)
             if motion > FAST * radius:
                 wanted = pieces_of(motion, radius)
+                if GROUND and type_b == SURFACE:
+                    if ground_misses(
+                        a, b, ALL, count, h + substep, colliders, bodies, found, manifolds
+                    ):
+                        continue
+                    pieces[0] = max(pieces[0], wanted)
+                    wanted = 1
         found[FACE_CORNERS] = 0.0
         if GROUND and type_b == SURFACE:
             store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
@@ -237,7 +246,7 @@ def _find_manifolds(
         length += 1
     if length > room:
         return length
-    return drop_ghosts(length, count, h + substep, colliders, found, manifolds, bodies, pieces)
+    return drop_ghosts(length, count, h, substep, colliders, found, manifolds, bodies, pieces)
 
 
 def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
@@ -247,5 +256,6 @@ def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> C
     ground = any(type_b == SURFACE for _, type_b, _ in kernels)
     return specialise(
         _find_manifolds, name=name, GROUND=ground, collide=collide,
-        drop_ghosts=ghost_dropper(name, collide),
+        drop_ghosts=ghost_dropper(name, collide, ground=ground),
+        ground_misses=ground_miss_finder(name, collide) if ground else collide,
     )  # fmt: skip

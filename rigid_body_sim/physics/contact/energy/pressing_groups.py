@@ -41,7 +41,7 @@ def unite_pressing(
         record = batch * batch_record.SIZE
         begin = batches[record + batch_record.BEGIN]
         for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
-            body_a, body_b = bodies_of(lane, rows)
+            body_a, body_b = bodies_of(lane, static, rows)
             if body_a != static and body_b != static and rows[lane + constraint.TOUCHED] > 0.0:
                 unite(body_a, body_b, roots)
     for index in range(len(touching)):

@@ -66,7 +66,7 @@ def mark_bouncing(
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            body_a, body_b = bodies_of(lane, rows)
+            body_a, body_b = bodies_of(lane, static, rows)
             if body_a != static and body_b != static and rows[lane + constraint.TOUCHED] > 0.0:
                 unite(body_a, body_b, roots)
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
@@ -74,12 +74,12 @@ def mark_bouncing(
         points = batches[batch + batch_record.POINT_COUNT]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
             if _bounces(lane, points, width, rows):
-                body_a, body_b = bodies_of(lane, rows)
+                body_a, body_b = bodies_of(lane, static, rows)
                 marks[find(body_b if body_a == static else body_a, roots)] = 1
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            body_a, body_b = bodies_of(lane, rows)
+            body_a, body_b = bodies_of(lane, static, rows)
             mark = marks[find(body_b if body_a == static else body_a, roots)]
             rows[lane + constraint.BOUNCES] = 1.0 if mark == 1 else 0.0
     return True

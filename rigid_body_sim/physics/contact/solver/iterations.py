@@ -38,12 +38,8 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.state.blocks import wide
 
+STARTING_ITERATIONS = 20  # at most, of a batch on which friction of a face starts
 RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at rest
-
-# A batch that is struck is visited again until it is calm: what an impact leaves of the approach
-# sinks in over the next substep, and what pushes it out again lifts the body.
-ITERATIONS = 20  # at most
-IMPACT, CALM = 0.02, 1e-4  # [m/s] changes of a normal velocity: a blow; what is left alone
 
 WIDTH = slot('[-] numbers of a point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
@@ -94,9 +90,14 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
     constraints = rows[first - constraint.SIZE : first]
     patch_friction.clear_center(lanes, patch)
     patch_friction.clear_wrench(lanes, patch)
+    patch_friction.clear_moments(lanes, scratch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
-        patch_friction.add_to_center(lanes, points, patch)
+        patch_friction.add_press(lanes, points, scratch)
+    for point in range(point_count):
+        points = rows[first + point * width : first + (point + 1) * width]
+        patch_friction.weigh(lanes, point, points, patch, scratch)
+        patch_friction.add_to_center(lanes, point, points, patch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.take_recalled(lanes, constraints, points, patch)
@@ -116,22 +117,6 @@ def _measure_patch(
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
     patch_friction.measure(lanes, wrench, patch, scratch)
-
-
-@inline
-def _is_calm(used: int, scratch: Array) -> bool:
-    """Tell whether a visit has changed no more than is calm; let calm lanes stand still else."""
-    largest = 0.0
-    for lane in range(used):
-        change = scratch[lane + lane_scratch.NORMAL_CHANGE]
-        largest = change if change > largest else largest
-    if not largest > 0.0:
-        return True
-    for lane in range(used):
-        change = scratch[lane + lane_scratch.NORMAL_CHANGE]
-        scratch[lane + lane_scratch.ACTIVE] = 1.0 if change > 0.0 else 0.0
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = 0.0
-    return False
 
 
 def _prepare(
@@ -206,9 +191,9 @@ def _solve_normals(
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             if PATCHES and point_count > 1:
-                solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap, rest)
+                solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap)
             else:
-                solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap, rest)
+                solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
             if ANGULAR:
                 rolling_friction.limit(lanes, constraints, points, scratch)
         if PATCHES and point_count > 1:
@@ -216,7 +201,8 @@ def _solve_normals(
             patch = rows[begin:end]
             if patch_friction.lets_go(used, patch, scratch):
                 patch_friction.take_back(lanes, constraints, patch, scratch)
-        any_changed = solve.mark_unsettled(used, constraints, scratch) or any_changed
+        points = rows[first : first + WIDTH]
+        any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
         solve.scatter_momenta(used, constraints, scratch, bodies)
         solve.mark_carried(used, constraints, scratch, bodies)
     return any_changed
@@ -234,8 +220,6 @@ def _update_separation(
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
-        begin, end = _face(first, WIDTH)
-        patch = rows[begin:end]
         if TURNS:
             solve.gather_inverse_masses(used, constraints, bodies)
         warm_start.clear(lanes, scratch)
@@ -249,6 +233,8 @@ def _update_separation(
             separation.gather_motion(used, constraints, scratch, bodies)
             if RIMS:
                 rolling_frame.turn_rims(used, constraints, scratch, bodies)
+            begin, end = _face(first, WIDTH)
+            patch = rows[begin:end]
             several = PATCHES and point_count > 1
             if several:
                 patch_friction.clear_center(lanes, patch)
@@ -256,7 +242,7 @@ def _update_separation(
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if several:
                     update_normals(lanes, constraints, points, scratch)
-                    patch_friction.add_to_center(lanes, points, patch)
+                    patch_friction.add_to_center(lanes, point, points, patch)
                 else:
                     update_points(lanes, constraints, points, scratch)
                 if ANGULAR:
@@ -274,8 +260,8 @@ def _relax(
     batches: Indices, bodies: Array,
 ) -> bool:  # fmt: skip
     """
-    Relax normals and friction of all batches, after the motion; tell whether something has
-    changed.
+    Relax normals and friction of all batches, after the motion; tell whether it has changed
+    something.
 
     first_pass : visit all; else those in which the last pass has changed something
     rest       : [m/s] change of a velocity that is left alone
@@ -288,35 +274,34 @@ def _relax(
         constraints = rows[first - constraint.SIZE : first]
         if not first_pass and not solve.any_unsettled(used, constraints):
             continue
-        begin, end = _face(first, WIDTH)
-        patch = rows[begin:end]
-        kind = batches[number * batch_record.SIZE + batch_record.KIND]
-        iterations = ITERATIONS if point_count > 1 or kind == batch_record.MIXED else 1
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
         if not first_pass:
             solve.skip_settled(used, constraints, scratch)
-        for iteration in range(iterations):
-            calm = IMPACT if iteration == 0 else CALM
-            if PATCHES and point_count > 1:
-                patch_friction.clear_press(lanes, scratch)
+        begin, end = _face(first, WIDTH)
+        patch = rows[begin:end]
+        several = PATCHES and point_count > 1
+        for _ in range(STARTING_ITERATIONS if several else 1):
+            if several:
+                patch_friction.clear_moments(lanes, scratch)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                if PATCHES and point_count > 1:
-                    relax_normal(lanes, constraints, points, scratch, inverse_h, calm, rest)
+                if several:
+                    relax_normal(lanes, constraints, points, scratch, inverse_h)
                 else:
-                    relax_point(lanes, constraints, points, scratch, inverse_h, calm, rest)
+                    relax_point(lanes, constraints, points, scratch, inverse_h)
                 if ANGULAR:
                     rolling_friction.solve(lanes, constraints, points, scratch)
-            if PATCHES and point_count > 1:
-                if iteration > 0:
+            if several:
+                if patch_friction.is_stale(used, patch, scratch):
                     _measure_patch(
                         lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
                         friction_patch.IMPULSE_1, rows,
                     )  # fmt: skip
-                patch_friction.relax(lanes, constraints, patch, scratch, rest)
-            if iteration + 1 < iterations and _is_calm(used, scratch):
-                break
-        any_changed = solve.mark_unsettled(used, constraints, scratch) or any_changed
+                patch_friction.relax(lanes, constraints, patch, scratch)
+                if not patch_friction.any_starts(used, scratch):
+                    break
+        points = rows[first : first + WIDTH]
+        any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
         solve.mark_touched(used, constraints)
         solve.scatter_momenta(used, constraints, scratch, bodies)
     return any_changed
@@ -331,8 +316,6 @@ def _start_substep(
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
-        begin, end = _face(first, WIDTH)
-        patch = rows[begin:end]
         warm_start.clear(lanes, scratch)
         if PATCHES and point_count > 1:
             patch_friction.clear_moments(lanes, scratch)
@@ -345,6 +328,8 @@ def _start_substep(
             if ANGULAR:
                 warm_start.start_substep_angular(lanes, constraints, points, scratch)
         if PATCHES and point_count > 1:
+            begin, end = _face(first, WIDTH)
+            patch = rows[begin:end]
             patch_friction.start_substep(lanes, constraints, patch, scratch)
         warm_start.scatter(
             used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
@@ -357,14 +342,12 @@ def _apply_restitution(
 ) -> None:
     """Apply restitution to all batches until nothing changes."""
     scratch = rows[0 : lane_scratch.SIZE]
-    for iteration in range(RESTITUTION_ITERATIONS):
+    for _ in range(RESTITUTION_ITERATIONS):
         change = 0.0
         for number in range(count):
             used, lanes = _lanes(number, lanes_at_once, batches)
             point_count, first = _points(number, batches)
             constraints = rows[first - constraint.SIZE : first]
-            begin, end = _face(first, WIDTH)
-            patch = rows[begin:end]
             solve.gather_momenta(lanes, used, constraints, scratch, bodies)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
@@ -373,6 +356,8 @@ def _apply_restitution(
                 else:
                     restore_point(lanes, constraints, points, scratch)
             if PATCHES and point_count > 1:
+                begin, end = _face(first, WIDTH)
+                patch = rows[begin:end]
                 _measure_patch(
                     lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
                     friction_patch.RESTITUTION_1, rows,
@@ -380,9 +365,13 @@ def _apply_restitution(
                 patch_friction.apply_restitution(lanes, constraints, patch, scratch)
             solve.scatter_momenta(used, constraints, scratch, bodies)
             for lane in range(used):
-                change = max(change, scratch[lane_scratch.NORMAL_CHANGE + lane])
+                change = max(change, scratch[lane_scratch.LARGEST_CHANGE + lane])
         if not change > 0.0:
             break
+
+
+def _without_patches(_lanes_at_once: int, _count: int, _rows: Array, _batches: Indices) -> None:
+    """Stand for the friction of patches where nothing touches at several points."""
 
 
 def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indices) -> None:
@@ -447,8 +436,7 @@ def solver(
     }
     if bounces:
         passes['apply_restitution'] = _apply_restitution
-    if patches:
-        passes['spread_friction'] = _spread_friction
+    passes['spread_friction'] = _spread_friction if patches else _without_patches
     return {
         name: specialise(source, name=f'{width}', offered=offered)
         for name, source in passes.items()

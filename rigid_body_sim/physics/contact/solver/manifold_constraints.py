@@ -65,6 +65,12 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
     type_a = table[collider_a * collider_record.SIZE + collider_record.TYPE]
     type_b = table[collider_b * collider_record.SIZE + collider_record.TYPE]
+    row_a = collider_record.solver_body(collider_a, table) * solver_bodies.SIZE
+    row_b = collider_record.solver_body(collider_b, table) * solver_bodies.SIZE
+    if (body_a < 0 and bodies[row_a + solver_bodies.INVERSE_MASS] > 0.0) or (
+        body_b < 0 and bodies[row_b + solver_bodies.INVERSE_MASS] > 0.0
+    ):
+        return constraint.NOT_ROUND  # driven: what is round of the pair turns under it
     symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
     flat = type_b == collider.PLANE or type_b == collider.SURFACE
     if type_a == collider.CYLINDER and flat and body_a >= 0:
@@ -220,7 +226,10 @@ def prepare_points(
         if point_count > 1:
             face = lane + constraint.SIZE + manifold.MOST * width
             corners = manifolds[record + manifold_record.CORNERS]
-            rows[face + friction_patch.SHARE] = 1.0 / point_count
+            for point in range(manifold.MOST):
+                rows[face + friction_patch.WEIGHTS + point * constraint.LANES] = (
+                    1.0 / point_count if point < point_count else 0.0
+                )
             rows[face + friction_patch.UNIFORM] = patch_friction.uniform_share(corners)
         for point in range(point_count):
             found = record + manifold_record.POINTS + point * manifold.POINT

@@ -42,7 +42,7 @@ def _apply_restitution(lanes: int, constraints: Array, points: Array, scratch: A
         approach = points[lane + contact_point.APPROACH_VELOCITY]
         target = -constraints[lane + constraint.RESTITUTION] * approach if approach < 0.0 else 0.0
         old = points[lane + contact_point.RESTITUTION_NORMAL]
-        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         new = old - points[lane + contact_point.NORMAL_MASS] * (dot(normal, velocity) - target)
         new = new if new > 0.0 else 0.0
         pressure = (
@@ -81,7 +81,7 @@ def _apply_restitution(lanes: int, constraints: Array, points: Array, scratch: A
             impulse = scale(new - old, normal)
         size = size if changes else 0.0
         points[lane + contact_point.RESTITUTION_NORMAL] = new
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 

@@ -15,6 +15,7 @@ from rigid_body_sim.physics.contact.collision.aabb import extent
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.box_record import write_box
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import surface_collider
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.polyhedron_on_triangle import (
+    axis_to_triangle,
     polyhedron_on_triangle,
 )
 from rigid_body_sim.physics.contact.collision.pairs import box_plane
@@ -47,7 +48,17 @@ def collide_triangle(
     )
 
 
+@kernel
+def find_axis(
+    parameters: Array, shape: int, poses: Array, place: int, surface: int, row: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
+    """Write the normal from a box to a triangle."""
+    box = write_box(parameters, shape, found)
+    return axis_to_triangle(found, box, parameters, surface, row, poses, place, margin, found)
+
+
 collide = surface_collider(
     'box', find_reach=find_reach, collide_plane=box_plane.collide,
-    collide_triangle=collide_triangle,
+    collide_triangle=collide_triangle, find_axis=find_axis,
 )  # fmt: skip

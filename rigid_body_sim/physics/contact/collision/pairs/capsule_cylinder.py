@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A capsule and a cylinder, as a prism (`geometry.polyhedra.hulls`): it bumps at its edges when it
-rolls, see `geometry.polyhedra.cores`.
+A capsule and a cylinder: at its mantle exactly (`geometry.cylinders.mantle`), else as a prism
+(`geometry.cylinders.turned_prism`, `geometry.polyhedra.cores`).
 """
 
 from __future__ import annotations
@@ -11,8 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.contact.collision import pose
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import (
+    UNDECIDED,
+    onto_mantle,
+    round_beyond_ends,
+)
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.turned_prism import (
+    POSE_A,
+    POSE_B,
+    copy_pose,
+    turn_towards_normal,
+)
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.cores import collide_core
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM
+from rigid_body_sim.physics.contact.collision.pairs import capsule_capsule
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
 
 Array = NDArray[np.float64]
@@ -24,7 +37,28 @@ def collide(
     margin: float, found: Array,
 ) -> int:  # fmt: skip
     """Find where a capsule touches a cylinder."""
+    count = capsule_capsule.collide(
+        parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, found
+    )
+    if count == 0:
+        return 0
     radius, half_length = parameters[shape_a + RADIUS], parameters[shape_a + HALF_LENGTH]
+    half_of_b = parameters[shape_b + HALF_LENGTH]
+    beyond = round_beyond_ends(half_of_b, half_length, radius, True, poses, pose_b, pose_a)
+    axis = pose.axis(poses, pose_b, 2)
+    count = onto_mantle(found, count, axis, parameters[shape_b + RADIUS], False, beyond)
+    if count != UNDECIDED:
+        return count
+    prism = shape_b + PRISM
+    count = collide_core(
+        radius, half_length, parameters, prism, poses, pose_a, pose_b, margin, found
+    )
+    if count == 0:
+        return 0
+    copy_pose(poses, pose_a, found, POSE_A)
+    copy_pose(poses, pose_b, found, POSE_B)
+    if not turn_towards_normal(parameters, prism, found, POSE_B):
+        return count
     return collide_core(
-        radius, half_length, parameters, shape_b + PRISM, poses, pose_a, pose_b, margin, found
+        radius, half_length, parameters, prism, found, POSE_A, POSE_B, margin, found
     )

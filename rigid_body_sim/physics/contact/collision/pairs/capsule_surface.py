@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.core_on_triangle import (
+    axis_to_core,
     core_on_triangle,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import (
@@ -58,7 +59,21 @@ def collide_triangle(
     )  # fmt: skip
 
 
+@kernel
+def find_axis(
+    parameters: Array, shape: int, poses: Array, place: int, surface: int, row: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
+    """Write the normal from a capsule to a triangle."""
+    radius, half = parameters[shape + RADIUS], parameters[shape + HALF_LENGTH]
+    center, axis = load(poses, place), pose.axis(poses, place, 2)
+    return axis_to_core(
+        add_scaled(center, -half, axis), add_scaled(center, half, axis), radius, parameters, row,
+        margin, found,
+    )  # fmt: skip
+
+
 collide = surface_collider(
     'capsule', find_reach=find_reach, collide_plane=capsule_plane.collide,
-    collide_triangle=collide_triangle,
+    collide_triangle=collide_triangle, find_axis=find_axis,
 )  # fmt: skip

@@ -1,8 +1,9 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A cylinder, as a prism (`geometry.polyhedra.hulls`), and a convex hull: it bumps at its edges when
-it rolls.
+A cylinder and a convex hull: at its mantle (`geometry.cylinders.mantle`) and where an edge or a
+corner is near its rim (`geometry.cylinders.rim_on_edge`) exactly, else as a prism
+(`geometry.cylinders.turned_prism`).
 """
 
 from __future__ import annotations
@@ -11,10 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra import (
-    collide_records,
+from rigid_body_sim.physics.contact.collision import pose
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import (
+    UNDECIDED,
+    hull_beyond_ends,
+    onto_mantle,
 )
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim_on_edge import rim_on_edge
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.turned_prism import (
+    collide_prisms,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.cores import collide_core
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM
+from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
 
 Array = NDArray[np.float64]
 
@@ -24,7 +34,22 @@ def collide(
     parameters: Array, shape_a: int, shape_b: int, poses: Array, pose_a: int, pose_b: int,
     margin: float, found: Array,
 ) -> int:  # fmt: skip
-    """Find the manifold of a prism and a hull."""
-    return collide_records(
-        parameters, shape_a + PRISM, parameters, shape_b, poses, pose_a, pose_b, margin, found
+    """Find the manifold of a cylinder and a hull."""
+    radius, half_length = parameters[shape_a + RADIUS], parameters[shape_a + HALF_LENGTH]
+    count = collide_core(
+        radius, half_length, parameters, shape_b, poses, pose_a, pose_b, margin, found
     )
+    if count == 0:
+        return 0
+    beyond = hull_beyond_ends(parameters, shape_b, half_length, poses, pose_a, pose_b)
+    count = onto_mantle(found, count, pose.axis(poses, pose_a, 2), radius, True, beyond)
+    if count == UNDECIDED:
+        count = rim_on_edge(
+            parameters, shape_a, parameters, shape_b, poses, pose_a, pose_b, margin, found
+        )
+    if count != UNDECIDED:
+        return count
+    return collide_prisms(
+        parameters, shape_a + PRISM, parameters, shape_b, True, False, poses, pose_a, pose_b,
+        margin, found,
+    )  # fmt: skip

@@ -20,6 +20,7 @@ from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import surface_collider
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.polyhedron_on_triangle import (
+    axis_to_triangle,
     polyhedron_on_triangle,
 )
 from rigid_body_sim.physics.contact.collision.pairs import cylinder_plane
@@ -53,7 +54,18 @@ def collide_triangle(
     )  # fmt: skip
 
 
+@kernel
+def find_axis(
+    parameters: Array, shape: int, poses: Array, place: int, surface: int, row: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
+    """Write the normal from a cylinder, by its prism, to a triangle."""
+    return axis_to_triangle(
+        parameters, shape + PRISM, parameters, surface, row, poses, place, margin, found
+    )
+
+
 collide = surface_collider(
     'cylinder', find_reach=find_reach, collide_plane=cylinder_plane.collide,
-    collide_triangle=collide_triangle,
+    collide_triangle=collide_triangle, find_axis=find_axis,
 )  # fmt: skip

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.core_on_triangle import (
+    axis_to_core,
     core_on_triangle,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import (
@@ -52,7 +53,17 @@ def collide_triangle(
     )  # fmt: skip
 
 
+@kernel
+def find_axis(
+    parameters: Array, shape: int, poses: Array, place: int, surface: int, row: int,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
+    """Write the normal from a ball to a triangle."""
+    center = load(poses, place)
+    return axis_to_core(center, center, parameters[shape + RADIUS], parameters, row, margin, found)
+
+
 collide = surface_collider(
     'sphere', find_reach=find_reach, collide_plane=sphere_plane.collide,
-    collide_triangle=collide_triangle,
+    collide_triangle=collide_triangle, find_axis=find_axis,
 )  # fmt: skip

@@ -7,9 +7,8 @@ The separating axes that are exact for both are tried: the faces of the box, the
 cylinder, and the cross products of its axis with the edges of the box. Where a face separates them
 most, the points are those of a cylinder on a plane as far as they lie over the face, and the ends
 of what hangs over: the lowest line of a lying cylinder, cut at the edges of the face; where the
-circle of a standing one crosses the edges; the corners of the face under it. Where an edge of the
-box touches the mantle, the point is the one between edge and axis. All other cases (rim on edge,
-corner on mantle, corner on end, deep overlap) are left to another kernel.
+circle of a standing one crosses the edges; the corners of the face under it. All other cases (an
+edge or a corner at the mantle, at the rim or at an end, deep overlap) are left to other kernels.
 
 Over the face, points and ways are (u, v, w): along the two axes of the face from its middle, and
 the gap over it [m]. The lower end of the cylinder is the disc
@@ -28,6 +27,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
+from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import UNDECIDED
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     lowest_direction,
     rim_feature,
@@ -38,7 +38,6 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     ROUND,
     SCRATCH,
     write_normal,
-    write_point,
     write_point_at,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
@@ -54,15 +53,13 @@ from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, st
 
 Array = NDArray[np.float64]
 
-UNDECIDED = -1  # count that says: another kernel must find the points
-NO_EDGE = -1
 LEAD = 1e-3  # [-] of the smallest size by which an end or an edge must beat the faces …
 SHARE = 0.05  # [-] … plus this share of |s|
 HANGING = 0.01  # [-] of the radius: how much higher than the lowest point what is over the face is
 SHALLOW = 0.2  # [-] of the smallest size: deeper, the rim may leave sooner over an edge
 PARALLEL = 1e-6  # [-] sin^2 of the angle between axis and edge without a common normal
 ROUNDING = 1e-12  # [-] a point beyond an edge by less is over the face
-CUTS, CORNERS, EDGES = 30.0, 40.0, 50.0  # features: where edges cut, corners of the face, edges
+CUTS, CORNERS = 30.0, 40.0  # features: where edges cut, corners of the face
 FAR_END = 100.0  # added to the feature of a point fixed in the end at the other end of its line
 
 ROW = 3  # numbers of a row of TURN
@@ -124,7 +121,7 @@ def on_face(
     if separation > margin:
         return 0
     by_end = separation > to_beat
-    edge = NO_EDGE
+    by_edge = False
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
         normal_i, normal_j = -_along_axis(found, j), _along_axis(found, i)  # e_k x a
@@ -138,12 +135,10 @@ def on_face(
         if separation > margin:
             return 0
         if separation > to_beat:
-            to_beat, edge = separation, k
-    if (to_beat if edge != NO_EDGE else best) < -SHALLOW * smallest:
+            to_beat, by_edge = separation, True
+    if (to_beat if by_edge else best) < -SHALLOW * smallest:
         return UNDECIDED
-    if edge != NO_EDGE:
-        return _mantle(parameters, box, cylinder, poses, pose_a, found, edge, to_beat)
-    if by_end:
+    if by_edge or by_end:
         return UNDECIDED
     count = _over_face(parameters, box, cylinder, margin, found, face)
     if not _least_gap(found, count) <= best + HANGING * radius:
@@ -168,39 +163,6 @@ def _least_gap(found: Array, count: int) -> Any:
     for k in range(count):
         least = min(least, found[OVER_FACE + k * FLAT_POINT + HEIGHT])
     return least
-
-
-@kernel
-def _mantle(
-    parameters: Array, box: int, cylinder: int, poses: Array, pose_a: int, found: Array,
-    edge: int, separation: float,
-) -> int:  # fmt: skip
-    """Find the point between an edge of the box and the mantle; UNDECIDED beyond their ends."""
-    i, j = (edge + 1) % 3, (edge + 2) % 3
-    rise_i, rise_j = _along_axis(found, i), _along_axis(found, j)
-    normal_i, normal_j = -rise_j, rise_i
-    squared = normal_i * normal_i + normal_j * normal_j
-    length = math.sqrt(squared)
-    offset_i, offset_j = found[OFFSET + i], found[OFFSET + j]
-    if normal_i * offset_i + normal_j * offset_j < 0.0:
-        length = -length
-    normal_i, normal_j = normal_i / length, normal_j / length
-    edge_i = parameters[box + i] if normal_i > 0.0 else -parameters[box + i]
-    edge_j = parameters[box + j] if normal_j > 0.0 else -parameters[box + j]
-    # along the edge the axis is as near to it as it looks: nearest point of the axis
-    on_axis = (rise_i * (edge_i - offset_i) + rise_j * (edge_j - offset_j)) / squared
-    on_edge = found[OFFSET + edge] + on_axis * _along_axis(found, edge)
-    half = parameters[cylinder + HALF_LENGTH]
-    if not (abs(on_axis) <= half and abs(on_edge) <= parameters[box + edge]):
-        return UNDECIDED
-    axis_i, axis_j = pose.axis(poses, pose_a, i), pose.axis(poses, pose_a, j)
-    write_normal(found, add_scaled(scale(normal_i, axis_i), normal_j, axis_j))
-    edge_i, edge_j = edge_i + 0.5 * separation * normal_i, edge_j + 0.5 * separation * normal_j
-    across = add_scaled(scale(edge_i, axis_i), edge_j, axis_j)
-    arm = add_scaled(across, on_edge, pose.axis(poses, pose_a, edge))
-    feature = EDGES + 4.0 * edge + 2.0 * (normal_i > 0.0) + (normal_j > 0.0)
-    write_point(found, 0, add(load(poses, pose_a), arm), separation, feature)
-    return 1
 
 
 @inline

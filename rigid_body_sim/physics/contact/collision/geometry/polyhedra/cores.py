@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINT,
     TINY,
@@ -99,6 +99,7 @@ CENTER_OF_CORE = (0.0, 0.0, 0.0)  # [m] its own axes
 NEAREST_POINT = -1.0  # feature of the point that is nearest to the polyhedron
 AT_START, AT_END = 1.0, 0.0  # features, on a face, of the ends of the core; its sides follow
 SIDES_FROM = 2.0  # features of the sides of a face begin here
+ROUNDED = 5e-11  # [-] 1 - cosine of 1e-5: a normal as near to that of a face is that of the face
 FACE_NAMES = 64.0  # [-] most sides of a face that have names of their own
 
 
@@ -133,7 +134,10 @@ def collide_core(
     state, _ = closest(vertices_of(hull), core, margin + radius, size, found)
     if state == FAR:
         return 0
-    along = nearest_to_axis(found) if state == GAP else _overlap(hull, is_segment, found)
+    if state == GAP:
+        along = _take_face_normal(hull, nearest_to_axis(found), found)
+    else:
+        along = _overlap(hull, is_segment, found)
     gap = along - radius
     if not gap <= margin:
         return 0
@@ -149,6 +153,22 @@ def collide_core(
     count = keep_four(found, CANDIDATES, count)
     to_world(center, poses, pose_hull, found, count)
     return count
+
+
+@inline
+def _take_face_normal(hull: Hull, distance: float, work: Array) -> float:
+    """
+    Let AXIS be the normal of a face to the last digit where it is that of a face but for
+    rounding; return the distance.
+    """
+    axis = load(work, AXIS)
+    plane = planes_of(hull) + PLANE * facing(hull, axis)
+    normal, offset = load(hull.numbers, plane), hull.numbers[plane + PLANE_OFFSET]
+    if not dot(axis, normal) > 1.0 - ROUNDED:
+        return distance
+    store(work, AXIS, normal)
+    start, stop = dot(normal, load(work, CORE_START)), dot(normal, load(work, CORE_END))
+    return min(start, stop) - offset
 
 
 @kernel

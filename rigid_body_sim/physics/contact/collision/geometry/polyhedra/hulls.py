@@ -8,9 +8,9 @@ joined into a polygon, because a false edge inside a flat side gives false conta
 V - E + F = 2 (Euler) holds for the polygons. Solids much thinner in one direction than in another
 are stretched before (an affine map keeps the hull), so that Qhull sees a body of equal extents.
 
-A cylinder collides as a prism of SIDES sides with the same volume; its radius is wrong by up to
-0.33 % of the radius, outwards at the edges and inwards at the middle of the sides, and it rolls
-with bumps of that height.
+Where a rim of a cylinder meets something other than a face, an edge or a corner, it collides as a
+prism of SIDES sides whose edges lie on the mantle, turned so that one of them is nearest
+(`cylinders.turned_prism`); the middle of a side lies 0.48 % of the radius inside.
 
 Source: Barber, Dobkin, Huhdanpaa, The quickhull algorithm, ACM Trans. Math. Softw. 22 (1996) 469.
 """
@@ -136,17 +136,10 @@ def box(half_extents: ArrayLike) -> Polyhedron:
 
 
 def prism(radius: float, half_length: float, *, sides: int = SIDES) -> Polyhedron:
-    """
-    Return the prism of equal sides about the z axis with the volume of a cylinder.
-
-    n/2 R^2 sin(2 pi/n) = pi r^2
-        R : [m]  distance of the edges from the axis
-        r : [m]  radius of the cylinder
-    """
+    """Return the prism of equal sides about the z axis whose edges lie on the mantle."""
     turn = 2.0 * math.pi / sides
-    corner = radius * math.sqrt(turn / math.sin(turn))
     angle = turn * (np.arange(sides) + 0.5)
-    ring = corner * np.column_stack((np.cos(angle), np.sin(angle)))
+    ring = radius * np.column_stack((np.cos(angle), np.sin(angle)))
     top = np.column_stack((ring, np.full(sides, half_length)))
     bottom = np.column_stack((ring, np.full(sides, -half_length)))
     first = range(sides)

@@ -24,10 +24,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision.geometry.manifold import SHORTEST
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    SHORTEST,
+    write_normal,
+)
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import (
     corner_of,
     edge_side,
+    lies_over,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import add_contact
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
@@ -208,6 +212,59 @@ def _on_vertex(
 
 
 @kernel
+def _nearer(
+    start: Any, core: Any, share: float, origin: Any, along: Any, place: float, least: float,
+    found: Array,
+) -> float:  # fmt: skip
+    """Take the way from a point of the core to one of an edge, if it is the shortest so far."""
+    way = subtract(add_scaled(origin, place, along), add_scaled(start, share, core))
+    distance = math.sqrt(dot(way, way))
+    if distance < least and distance > SHORTEST:
+        write_normal(found, divide(way, distance))
+        return distance
+    return least
+
+
+@kernel
+def axis_to_core(
+    start: Any, end: Any, radius: float, parameters: Array, row: int, margin: float, found: Array
+) -> int:
+    """
+    Write the normal from a core to a triangle along their least distance; that of the face where
+    they touch. Return 0 where that, less the radius, is beyond the margin.
+    """
+    core, normal = subtract(end, start), load(parameters, row + NORMAL)
+    origin = corner_of(parameters, row, 0)
+    low, high = dot(normal, subtract(start, origin)), dot(normal, subtract(end, origin))
+    write_normal(found, negate(normal))
+    if low * high < 0.0:
+        through = add_scaled(start, low / (low - high), core)
+        if lies_over(parameters, row, normal, through, 0.0, 0.0, 0.0):
+            return 1
+    least = math.inf
+    for height, point in ((low, start), (high, end)):
+        if abs(height) < least and lies_over(parameters, row, normal, point, 0.0, 0.0, 0.0):
+            least = abs(height)
+            write_normal(found, scale(-1.0 if height >= 0.0 else 1.0, normal))
+    squared = dot(core, core)
+    for edge in range(3):
+        origin = corner_of(parameters, row, edge)
+        along = subtract(corner_of(parameters, row, edge + 1 if edge < 2 else 0), origin)
+        run, both, way = dot(along, along), dot(core, along), subtract(origin, start)
+        det = squared * run - both * both
+        share = 0.0
+        if det > PARALLEL * squared * run:
+            share = min(max((dot(core, way) * run - dot(along, way) * both) / det, 0.0), 1.0)
+        place = dot(along, subtract(add_scaled(start, share, core), origin)) / run
+        place = min(max(place, 0.0), 1.0)
+        if squared > 0.0:
+            nearest = subtract(add_scaled(origin, place, along), start)
+            share = min(max(dot(core, nearest) / squared, 0.0), 1.0)
+        least = _nearer(start, core, share, origin, along, place, least, found)
+    return 1 if least - radius <= margin else 0
+
+
+@kernel
 def is_summit(
     normal: Any, parameters: Array, surface: int, row: int, index: int, slack: float
 ) -> bool:
@@ -217,7 +274,7 @@ def is_summit(
 
     slack : [-] sine by which a neighbour may lie higher
     """
-    if not dot(normal, load(parameters, row + NORMAL)) > 0.0:
+    if not dot(normal, load(parameters, row + NORMAL)) > -slack:
         before = parameters[row + EDGE_KIND + (index - 1 if index > 0 else 2)]
         if before != CONVEX or parameters[row + EDGE_KIND + index] != CONVEX:
             return False

@@ -10,6 +10,7 @@ walk goes on from where it stopped.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,14 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
+    ASKED,
+    BEYOND,
+    BORDER,
     CONCAVE,
     CORNERS,
     COUNT,
     EDGE_KIND,
+    EVEN,
     HIGH,
     LEAF,
     LEAVES,
@@ -109,6 +114,19 @@ def corner_of(parameters: Array, row: int, index: int) -> Any:
 
 
 @inline
+def triangle_reach(parameters: Array, surface: int, direction: Any) -> float:
+    """Return how far the triangle that is asked reaches along a direction [m]; none: no bound."""
+    row = int(parameters[surface + ASKED])
+    if row == 0:
+        return math.inf
+    return max(
+        dot(direction, corner_of(parameters, row, 0)),
+        dot(direction, corner_of(parameters, row, 1)),
+        dot(direction, corner_of(parameters, row, 2)),
+    )
+
+
+@inline
 def edge_side(parameters: Array, row: int, edge: int, normal: Any) -> Any:
     """Return what points out of a triangle across an edge, in its plane, as long as the edge."""
     start = corner_of(parameters, row, edge)
@@ -116,14 +134,30 @@ def edge_side(parameters: Array, row: int, edge: int, normal: Any) -> Any:
     return cross(subtract(stop, start), normal)
 
 
+@inline
+def _half_tangent(parameters: Array, row: int, edge: int, side: Any, normal: Any) -> float:
+    """
+    Return tan(phi/2) of the angle between a triangle and its neighbour behind a convex edge; of a
+    border, that of a right angle.
+    """
+    if parameters[row + EDGE_KIND + edge] == BORDER:
+        return 1.0
+    way = subtract(load(parameters, row + BEYOND + 3 * edge), corner_of(parameters, row, edge))
+    size = math.sqrt(dot(side, side))
+    drop, out = -dot(normal, way), dot(side, way) / size
+    return drop / (math.sqrt(drop * drop + out * out) + out) if drop > 0.0 else 0.0
+
+
 @kernel
 def lies_over(
-    parameters: Array, row: int, normal: Any, point: Any, seam: float, reach: float
+    parameters: Array, row: int, normal: Any, point: Any, depth: float, seam: float, reach: float
 ) -> bool:
     """
     Tell whether a point lies over a triangle, or beyond a concave edge of it.
 
     normal : of the plane along which is looked
+    depth  : [m] of the point below the plane: beside a convex edge it is of that face to which it
+             is nearer, so that what has sunk into one is not pushed along the other
     seam   : [m] how far a point may lie beyond any edge: no crack between triangles
     reach  : [m] how far beyond a concave edge: there the plane goes on below the neighbour, so
              that it is a bound for what stands on that, and comes up to this face
@@ -131,7 +165,11 @@ def lies_over(
     for edge in range(3):
         side = edge_side(parameters, row, edge, normal)
         beyond = dot(side, subtract(point, corner_of(parameters, row, edge)))
-        free = reach if parameters[row + EDGE_KIND + edge] == CONCAVE else seam
-        if beyond > 0.0 and beyond * beyond > free * free * dot(side, side):
+        kind, free = parameters[row + EDGE_KIND + edge], seam
+        if kind == CONCAVE:
+            free = reach
+        elif depth > 0.0 and kind != EVEN:
+            free -= depth * _half_tangent(parameters, row, edge, side, normal)
+        if beyond > free * math.sqrt(dot(side, side)):
             return False
     return True

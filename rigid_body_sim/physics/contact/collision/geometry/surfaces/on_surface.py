@@ -7,7 +7,9 @@ A body on ground of triangles: its manifolds with a surface, one for each facet 
    whole plane of each (the pair kernel of a plane). Where each of those points lies over the facet
    that is the manifold: all other triangles of the facet lie in that plane, and need not be asked.
    On a flat part of a mesh a body moves to the last digit as on a plane, whatever its triangles.
-2. Triangles of other facets are asked one by one; what they add joins the points that do lie over
+2. A facet that carries the body with all points of its plane, and which the body touches, covers
+   whatever lies wholly behind that plane: nothing there can be touched in this tick.
+3. Triangles of other facets are asked one by one; what they add joins the points that do lie over
    their facet.
 
 A plane goes on behind a concave edge (`near_triangles.lies_over`): what stands in front of a wall
@@ -42,16 +44,21 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces import surface_s
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import (
     END,
     ROOT,
+    corner_of,
     lies_over,
     list_near,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import (
+    SAME_NORMAL,
     add_contact,
     least_separation,
     reduce_to_four,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
+    ASKED,
     FACET,
+    FACET_HIGH,
+    FACET_LOW,
     FACET_OF,
     FLATNESS,
     IS_GRAPH,
@@ -90,6 +97,7 @@ from rigid_body_sim.physics.vectors import add_scaled, dot, load, negate, store
 
 Array = NDArray[np.float64]
 
+FLUSH = 1e-4  # [-] of half the diagonal of the AABB: what stands out by no more is flush
 DEEP = 0.5  # [-] of the extent of the body over its middle
 NO_SLOT = -1  # in place of the slot of a facet: it has none
 DIAGONAL = 0.6  # [-] share of the next axis in the direction by which points are chosen: not along
@@ -100,6 +108,10 @@ collide_plane = slot('kernel (parameters, shape_a, shape_b, ...): the pair kerne
 collide_triangle = slot(
     'kernel (parameters, shape, poses, pose, surface, row, plane, margin, along, found): adds '
     'the contacts with a triangle'
+)
+find_axis = slot(
+    'kernel (parameters, shape, poses, pose, surface, row, margin, found): the axis between body '
+    'and one triangle'
 )
 ask_plane = slot('kernel (parameters, shape_a, surface, ...): gives a facet its slot')
 
@@ -177,7 +189,7 @@ def _note_points_over(at: int, parameters: Array, surface: int, row: int, found:
         place = at + SLOT_POINTS + POINT * index
         separation = found[place + SEPARATION]
         reach = found[NEAR] if separation < 0.0 else beyond if separation <= soon else seam
-        if lies_over(parameters, row, normal, load(found, place), seam, reach):
+        if lies_over(parameters, row, normal, load(found, place), -separation, seam, reach):
             over |= 1 << index
     found[at + SLOT_OVER] = over
 
@@ -186,6 +198,59 @@ def _note_points_over(at: int, parameters: Array, surface: int, row: int, found:
 def _is_done(at: int, found: Array) -> bool:
     """Tell whether all points of the body on a plane lie over the facet."""
     return int(found[at + SLOT_OVER]) == (1 << int(found[at + SLOT_COUNT])) - 1
+
+
+@kernel
+def _carries(at: int, found: Array) -> bool:
+    """Tell whether a facet carries the body: all points lie over it, and one touches."""
+    least = math.inf
+    for index in range(int(found[at + SLOT_COUNT])):
+        least = min(least, found[at + SLOT_POINTS + POINT * index + SEPARATION])
+    return least <= 0.0 and _is_done(at, found)
+
+
+@kernel
+def _is_covered(
+    normal: Any, low: Any, middle: Any, high: Any, flush: float, parameters: Array, planes: int,
+    found: Array,
+) -> bool:  # fmt: skip
+    """
+    Tell whether something lies behind the plane of a facet that carries the body.
+
+    normal            : of it; of the same normal both carry
+    low, middle, high : points that bound it, in any order [m]
+    flush             : [m] so far it may stand out
+    """
+    for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
+        if not _carries(at, found):
+            continue
+        plane = planes + FACET * int(found[at + SLOT_FACET])
+        up = load(parameters, plane + FACET_NORMAL)
+        top = max(dot(up, low), dot(up, middle), dot(up, high))
+        if dot(up, normal) < SAME_NORMAL and top <= parameters[plane + OFFSET] + flush:
+            return True
+    return False
+
+
+@kernel
+def _take_out_covered(flush: float, parameters: Array, planes: int, found: Array) -> None:
+    """Take the points of facets out that lie behind one that carries the body."""
+    for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
+        plane = planes + FACET * int(found[at + SLOT_FACET])
+        low, high = load(parameters, plane + FACET_LOW), load(parameters, plane + FACET_HIGH)
+        normal = load(found, at + SLOT_NORMAL)
+        for carrier in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
+            up = load(found, carrier + SLOT_NORMAL)
+            if dot(up, normal) >= SAME_NORMAL or not _carries(carrier, found):
+                continue
+            highest = (
+                high[0] if up[0] > 0.0 else low[0],
+                high[1] if up[1] > 0.0 else low[1],
+                high[2] if up[2] > 0.0 else low[2],
+            )
+            ground = planes + FACET * int(found[carrier + SLOT_FACET])
+            if dot(up, highest) <= parameters[ground + OFFSET] + flush:
+                found[at + SLOT_COUNT] = found[at + SLOT_OVER] = 0.0
 
 
 @kernel
@@ -237,7 +302,13 @@ def _collide_on_surface(
     """
     Find the manifolds of a body and a surface: all of them in RESULTS, the nearest as that of the
     pair. MOTION holds what the body moves in the tick [m]; it is part of the margin.
+
+    While one triangle is ASKED, that is the surface: a convex one, seen from all sides, of which
+    the axis from the body to it is found, and no points.
     """
+    row = int(parameters[shape_b + ASKED])
+    if row > 0:
+        return find_axis(parameters, shape_a, poses, pose_a, shape_b, row, margin, found)
     motion, along = load(found, MOTION), _bodys_diagonal(poses, pose_a)
     found[NEAR] = margin - math.sqrt(dot(motion, motion))
     center, half = find_reach(parameters, shape_a, poses, pose_a)
@@ -273,6 +344,8 @@ def _collide_on_surface(
             if found[at + SLOT_OVER] == 0.0:  # nothing to keep of it
                 found[SLOTS_USED] -= 1.0
                 asked = True
+    flush = FLUSH * math.sqrt(dot(half, half))
+    _take_out_covered(flush, parameters, planes, found)
     for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
         asked = asked or not _is_done(at, found)
     _take_points_over(along, found)
@@ -287,7 +360,11 @@ def _collide_on_surface(
                 asked = not _is_far(parameters, plane, center, half, found)
             else:
                 asked = not _is_done(at, found)
-            if asked:
+            if asked and not _is_covered(
+                load(parameters, plane + FACET_NORMAL), corner_of(parameters, row, 0),
+                corner_of(parameters, row, 1), corner_of(parameters, row, 2), flush, parameters,
+                planes, found,
+            ):  # fmt: skip
                 number = float((row - triangles) // TRIANGLE)
                 collide_triangle(
                     parameters, shape_a, poses, pose_a, shape_b, row, plane, number, margin, along,
@@ -298,7 +375,7 @@ def _collide_on_surface(
 
 def surface_collider(
     name: str, *, find_reach: Callable[..., Any], collide_plane: Callable[..., Any],
-    collide_triangle: Callable[..., Any],
+    collide_triangle: Callable[..., Any], find_axis: Callable[..., Any],
 ) -> Callable[..., Any]:  # fmt: skip
     """
     Make the pair kernel of a type of shape and ground.
@@ -309,11 +386,13 @@ def surface_collider(
         collide_plane    : pair kernel of the type and a plane
         collide_triangle : kernel (parameters, shape, poses, pose, surface, row, plane, number,
                            margin, along, found): adds the contacts with a triangle
+        find_axis        : kernel (parameters, shape, poses, pose, surface, row, margin, found):
+                           writes the normal of least distance to a triangle; 0: beyond the margin
     """
     ask = specialise(_ask_plane, name=name, collide_plane=collide_plane)
     return specialise(
         _collide_on_surface, name=name, find_reach=find_reach, ask_plane=ask,
-        collide_triangle=collide_triangle,
+        collide_triangle=collide_triangle, find_axis=find_axis,
     )  # fmt: skip
 
 

@@ -32,6 +32,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINTS,
     SEPARATION,
     TINY,
+    write_normal,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hull_records
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import facing
@@ -80,7 +81,10 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra i
     write_patch,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.core_on_triangle import is_summit
-from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import corner_of
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import (
+    corner_of,
+    lies_over,
+)
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import add_contact
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
     BEYOND,
@@ -88,7 +92,10 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records 
     CONCAVE,
     CONVEX,
     EDGE_KIND,
+    FACET,
     FACET_OF,
+    FLATNESS,
+    PLANES,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
     NORMAL as TRIANGLE_NORMAL,
@@ -292,6 +299,49 @@ def _best_edges(
 
 
 @kernel
+def _nearest_points(
+    a: Hull, b: Hull, center: Any, parameters: Array, row: int, plane: int, poses: Array,
+    pose_a: int, margin: float, found: Array,
+) -> int:  # fmt: skip
+    """Write a triangle as b, and find the points of the two that are nearest: see `gjk`."""
+    center_b = write_triangle(parameters, row, plane, found)
+    apart = subtract(subtract(center_b, load(poses, pose_a)), _world(center, poses, pose_a))
+    for index in range(3):
+        axis = pose.axis(poses, pose_a, index)
+        found[OFFSET + index] = dot(axis, apart)
+        store(found, ROTATION + ROW * index, axis)
+    size = a.numbers[a.begin + RADIUS] + found[TRIANGLE_HULL + RADIUS]
+    reach = size + margin
+    if not dot(apart, apart) <= reach * reach:
+        return FAR
+    state, _ = closest(vertices_of(a), vertices_of(b), margin, size, found)
+    return state
+
+
+@kernel
+def axis_to_triangle(
+    numbers_a: Array, hull_a: int, parameters: Array, surface: int, row: int, poses: Array,
+    pose_a: int, margin: float, found: Array,
+) -> int:  # fmt: skip
+    """
+    Write the normal from a polyhedron to a triangle along their least distance; that of the face
+    where they touch. Return 0 beyond the margin.
+    """
+    a, b = Hull(numbers_a, hull_a), Hull(found, TRIANGLE_HULL)
+    plane = surface + int(parameters[surface + PLANES]) + FACET * int(parameters[row + FACET_OF])
+    center = load(numbers_a, hull_a + CENTER)
+    state = _nearest_points(a, b, center, parameters, row, plane, poses, pose_a, margin, found)
+    if state == FAR:
+        return 0
+    normal = negate(load(parameters, row + TRIANGLE_NORMAL))
+    if state == GAP:
+        nearest_to_axis(found)
+        normal = _world(load(found, AXIS), poses, pose_a)
+    write_normal(found, normal)
+    return 1
+
+
+@kernel
 def polyhedron_on_triangle(
     numbers_a: Array, hull_a: int, parameters: Array, surface: int, row: int, plane: int,
     number: float, poses: Array, pose_a: int, margin: float, along: Any, found: Array,
@@ -304,19 +354,9 @@ def polyhedron_on_triangle(
     number            : of the triangle
     along             : a direction fixed in the body, see `results.add_contact`
     """
-    center_b = write_triangle(parameters, row, plane, found)
     a, b = Hull(numbers_a, hull_a), Hull(found, TRIANGLE_HULL)
     center = load(numbers_a, hull_a + CENTER)
-    apart = subtract(subtract(center_b, load(poses, pose_a)), _world(center, poses, pose_a))
-    for index in range(3):
-        axis = pose.axis(poses, pose_a, index)
-        found[OFFSET + index] = dot(axis, apart)
-        store(found, ROTATION + ROW * index, axis)
-    size = numbers_a[hull_a + RADIUS] + found[TRIANGLE_HULL + RADIUS]
-    reach = size + margin
-    if not dot(apart, apart) <= reach * reach:
-        return
-    state, _ = closest(vertices_of(a), vertices_of(b), margin, size, found)
+    state = _nearest_points(a, b, center, parameters, row, plane, poses, pose_a, margin, found)
     if state == FAR:
         return
     half = numbers_a[hull_a + HALF]
@@ -331,12 +371,16 @@ def polyhedron_on_triangle(
     count = write_patch(a, b, side, face, least, state, margin, half, found)
     to_world(center, poses, pose_a, found, count)
     key = parameters[row + FACET_OF] if side == OF_B else FREE + number
-    normal = load(found, NORMAL)
+    normal, seam = load(found, NORMAL), parameters[surface + FLATNESS]
     for place in range(POINTS, POINTS + POINT * count, POINT):
+        point, gap = load(found, place), found[place + SEPARATION]
+        if side == OF_B and not lies_over(
+            parameters, row, negate(normal), point, -gap, seam, max(gap, seam)
+        ):
+            continue
         feature = found[place + FEATURE]
         edges = feature % (MOST_CORNERS * MOST_CORNERS)
         of_body = side == OF_B and feature >= 0.0
         if not (of_body and edges // MOST_CORNERS < CLIP and edges % MOST_CORNERS < CLIP):
             feature += number / FREE  # the sides of each triangle have the same names
-        add_contact(key, normal, load(found, place), found[place + SEPARATION], feature, along,
-                    found)  # fmt: skip
+        add_contact(key, normal, point, gap, feature, along, found)

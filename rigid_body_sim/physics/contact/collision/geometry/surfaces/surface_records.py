@@ -6,8 +6,8 @@ Ground of triangles as a record of numbers, for the kernels; built once, in worl
 Behind the head stand four lists. Where one begins is counted from the start of the record.
 
     triangles : TRIANGLE each, in the order of a space-filling curve
-    planes    : FACET each, as the parameters of a plane (`shape_parameters`): one for each facet,
-                all triangles that lie in one plane, up to FLAT of the extent, joined or not
+    planes    : FACET each, one for each facet, all triangles that lie in one plane, up to FLAT of
+                the extent, joined or not: see `facet`
     rings     : around each vertex, how many neighbours it has and where they are
     nodes     : NODE each, a bounding volume hierarchy: a complete binary tree of AABBs, node 1 the
                 root, 2 n and 2 n + 1 the children of n, and LEAF triangles in each node of the
@@ -40,6 +40,7 @@ PLANES = surface.number('-', 'where the planes begin')
 NODES = surface.number('-', 'where the nodes begin: that of node 0, which does not exist')
 IS_GRAPH = surface.number('-', '1: a height over some plane, so nothing lies behind it; 0: not')
 FLATNESS = surface.number('m', 'what lies so near to a plane lies in it')
+ASKED = surface.number('-', 'written: where the one triangle begins that is asked; 0: all are')
 HEAD = surface.padding(8)
 
 triangle = Record()
@@ -56,12 +57,18 @@ TRIANGLE = triangle.size
 # kinds of an edge
 CONCAVE, EVEN, CONVEX, BORDER = -1, 0, 1, 2
 
+facet = Record()
+FACET_NORMAL = facet.vector('-', 'unit normal of the plane, as `shape_parameters` have it')
+FACET_OFFSET = facet.number('m', 'distance of the plane from the origin, along the normal')
+FACET_LOW = facet.vector('m', 'low corner of the AABB of its triangles')
+FACET_HIGH = facet.vector('m', 'high corner')
+FACET = facet.size
+
 node = Record()
 LOW = node.vector('m', 'low corner of the AABB')
 HIGH = node.vector('m', 'high corner')
 NODE = node.size
 
-FACET = 4  # numbers of a plane
 LEAF = 4  # [-] triangles of a leaf: fewer, and the tree is deeper; more, and each visit is longer
 FLAT = 2e-7  # [-] of the extent: single precision leaves 6e-8 of a coordinate
 BITS = 20  # of a Morton code along each axis
@@ -90,6 +97,7 @@ def record(vertices: Array, faces: Indices, *, name: str) -> Array:
     neighbours, beyond = _neighbours(faces, len(vertices))
     kinds = _kinds(vertices, corners, normals, neighbours, beyond, tolerance)
     facets, planes = _facets(corners, normals, sizes, neighbours, kinds, tolerance)
+    planes = np.column_stack((planes, _boxes(facets, corners)))
     nodes, leaves = _nodes(corners)
     rings, ring_of = _rings(vertices, faces)
     count = len(faces)
@@ -235,6 +243,14 @@ def _planes(facets: Indices, corners: Array, normals: Array, sizes: Array) -> Ar
     mean[facets[alone]] = normals[alone]
     heights = np.einsum('mck,mk->m', corners, mean[facets]) / 3.0
     return np.column_stack((mean, np.bincount(facets, sizes * heights, count) / weights))
+
+
+def _boxes(facets: Indices, corners: Array) -> Array:
+    """Give the AABB of each facet (f, 6): low corner, high corner."""
+    order = np.argsort(facets, kind='stable')
+    starts = np.flatnonzero(np.diff(facets[order], prepend=-1))
+    low = np.minimum.reduceat(corners.min(axis=1)[order], starts)
+    return np.column_stack((low, np.maximum.reduceat(corners.max(axis=1)[order], starts)))
 
 
 def _flat(

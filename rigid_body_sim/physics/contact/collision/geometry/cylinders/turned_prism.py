@@ -1,0 +1,107 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The prism that stands for a cylinder where its rim meets something other than a face, turned about
+the axis so that one of its edges looks along the normal.
+
+The edges of the prism lie on the mantle, so its nearest point is then that of the cylinder, and it
+rolls without bumps; where nothing looks along the normal the prism lies inside the cylinder and
+holds nothing up that the cylinder would not. The normal is first found with the prism as it is;
+what overlaps by more than DEEP stays so.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import pose
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    NORMAL,
+    POINTS,
+    SEPARATION,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra import scratch
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import VERTICES
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra import (
+    collide_records,
+)
+from rigid_body_sim.physics.vectors import add_scaled, dot, load, scale, store_strided
+
+Array = NDArray[np.float64]
+
+ON_END = 0.05  # [-] sine of the angle between normal and axis: below, an end touches as it is
+OFF = 1e-6  # [rad] beside the normal: so the two neighbours of that edge are never alike
+DEEP = 0.1  # [-] of the radius
+
+turned = Record(begin=scratch.SIZE)
+POSE_A = turned.numbers(pose.SIZE, '-', 'pose of A, turned')
+POSE_B = turned.numbers(pose.SIZE, '-', 'pose of B, turned')
+
+
+@inline
+def copy_pose(poses: Array, source: int, found: Array, target: int) -> None:
+    """Copy a pose into the scratch."""
+    for entry in range(pose.SIZE):
+        found[target + entry] = poses[source + entry]
+
+
+@kernel
+def turn_towards_normal(numbers: Array, begin: int, found: Array, place: int) -> bool:
+    """
+    Turn a prism about its axis until its first edge looks along the normal in `found`, or against
+    it; tell whether it was turned.
+
+        begin : where its record begins;  place : of its pose in `found`
+    """
+    normal = load(found, NORMAL)
+    axis_x, axis_y = pose.axis(found, place, 0), pose.axis(found, place, 1)
+    along_x, along_y = dot(normal, axis_x), dot(normal, axis_y)
+    across = math.sqrt(along_x * along_x + along_y * along_y)
+    if not across > ON_END:
+        return False
+    first_x, first_y, _ = load(numbers, begin + VERTICES)
+    radius = math.sqrt(first_x * first_x + first_y * first_y)
+    size = radius * across
+    if not (size > 0.0 and found[POINTS + SEPARATION] > -DEEP * radius):
+        return False
+    along_x, along_y = along_x - OFF * along_y, along_y + OFF * along_x
+    cosine = (along_x * first_x + along_y * first_y) / size
+    sine = (along_y * first_x - along_x * first_y) / size
+    stride = pose.ROW_Y - pose.ROW_X
+    turned_x = add_scaled(scale(cosine, axis_x), sine, axis_y)
+    turned_y = add_scaled(scale(cosine, axis_y), -sine, axis_x)
+    store_strided(found, place + pose.ROW_X, stride, turned_x)
+    store_strided(found, place + pose.ROW_X + 1, stride, turned_y)
+    return True
+
+
+@kernel
+def collide_prisms(
+    numbers_a: Array, hull_a: int, numbers_b: Array, hull_b: int, prism_a: bool, prism_b: bool,
+    poses: Array, pose_a: int, pose_b: int, margin: float, found: Array,
+) -> int:  # fmt: skip
+    """
+    Find the manifold of two records of which one, or both, stand for a cylinder.
+
+        prism_a, prism_b : which; else see `two_polyhedra.collide_records`
+    """
+    count = collide_records(
+        numbers_a, hull_a, numbers_b, hull_b, poses, pose_a, pose_b, margin, found
+    )
+    if count == 0:
+        return 0
+    copy_pose(poses, pose_a, found, POSE_A)
+    copy_pose(poses, pose_b, found, POSE_B)
+    turns = prism_a and turn_towards_normal(numbers_a, hull_a, found, POSE_A)
+    if prism_b and turn_towards_normal(numbers_b, hull_b, found, POSE_B):
+        turns = True
+    if not turns:
+        return count
+    return collide_records(
+        numbers_a, hull_a, numbers_b, hull_b, found, POSE_A, POSE_B, margin, found
+    )
