@@ -71,7 +71,7 @@ collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of 
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 GROUND = slot('[-] whether some collider is a surface')
 ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
-drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
+drop_ghosts = slot('kernel (length, count, h, ...): takes out manifolds of ghosts')
 
 
 BOTH = 2  # colliders that stand back
