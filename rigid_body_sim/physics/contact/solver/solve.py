@@ -197,7 +197,9 @@ def _solve_normals(
             constraints[lane + constraint.IMPULSE_SCALE] * old / (stiff if stiff > 0.0 else 1.0)
         )
         is_deep = depth < -constraints[lane + constraint.DEEP]
-        fastest = -bears - (cap if is_deep else constraints[lane + constraint.PACE])
+        pace = constraints[lane + constraint.PACE]
+        pace = cap if is_deep | (pace > cap) else pace
+        fastest = -bears - pace
         soft = soft if soft > fastest else fastest
         bias = separation * inverse_h if is_open else soft
         mass_scale = 1.0 if is_open else constraints[lane + constraint.MASS_SCALE]
