@@ -34,6 +34,7 @@ from rigid_body_sim.physics.contact.solver import (
     rolling_friction,
     separation,
     solve,
+    static_sink,
     warm_start,
 )
 from rigid_body_sim.physics.state.blocks import wide
@@ -151,6 +152,7 @@ def _prepare(
         )  # fmt: skip
         solve.gather_inverse_masses(used, constraints, bodies)
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        static_sink.add_spin(lanes, constraints, scratch)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             prepare.effective_masses(lanes, constraints, points)

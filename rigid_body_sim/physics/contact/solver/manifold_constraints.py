@@ -44,9 +44,8 @@ from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BAL
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, load, load_strided, subtract
 
-DEEP = (
-    0.01  # [-] of the radius: what is deeper, a scene began with, and goes at the push-out speed
-)
+
+DEEP = 0.005  # [-] of the radius: an overlap that is deeper goes at the push-out speed
 
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
 
