@@ -299,11 +299,12 @@ def _put(active: Any, value: float, row: int, patch: Array) -> None:
 
 
 @kernel
-def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
+def measure(lanes: int, wrench: int, all_lanes: bool, patch: Array, scratch: Array) -> None:
     """
     Find middle, size and steps of the patch of each lane from what presses (`add_moments`).
 
-    wrench : of the patch, on whose direction the steps depend
+    wrench    : of the patch, on whose direction the steps depend
+    all_lanes : False: of lanes that are visited and stale, see `is_stale`
     """
     for lane in range(lanes):
         c_1, c_2, s_11, s_12, s_22 = _moments(scratch, lane)
@@ -340,6 +341,8 @@ def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
         )
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         press = scratch[lane + lane_scratch.PRESS]
+        stale = abs(press - patch[lane + friction_patch.MEASURED]) > STALE * press
+        active = active & (all_lanes | stale)
         _put(active, press, lane + friction_patch.MEASURED, patch)
         _put(active, c_1, lane + friction_patch.MIDDLE_1, patch)
         _put(active, c_2, lane + friction_patch.MIDDLE_2, patch)
@@ -352,10 +355,15 @@ def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
 
 @inline
 def any_starts(used: int, scratch: Array) -> bool:
-    """Tell whether friction that starts has not settled on some lane."""
+    """
+    Tell whether friction that starts has not settled on some lane; let the others stand still.
+    """
     found = False
     for lane in range(used):
         found = found or scratch[lane + lane_scratch.STARTS] > 0.0
+    if found:
+        for lane in range(used):
+            scratch[lane + lane_scratch.ACTIVE] = scratch[lane + lane_scratch.STARTS]
     return found
 
 
