@@ -369,12 +369,13 @@ def any_starts(used: int, scratch: Array) -> bool:
 
 @inline
 def is_stale(used: int, patch: Array, scratch: Array) -> bool:
-    """Tell whether something else presses on some lane than when it was measured."""
+    """Tell whether something else presses on some lane than when it was measured, or starts to."""
     found = False
     for lane in range(used):
         press = scratch[lane + lane_scratch.PRESS]
         change = abs(press - patch[lane + friction_patch.MEASURED])
-        found = found or change > STALE * press
+        starts = press > 0.0 and not patch[lane + friction_patch.WARM_NORMAL] > 0.0
+        found = found or starts or change > STALE * press
     return found
 
 
