@@ -174,7 +174,7 @@ def _would_bind(
     if type_b == PLANE:
         return False
     if manifolds[record + manifold_record.PIECES] > 1.0:
-        return True
+        return type_b != SURFACE  # of which it is known that it is hit
     if not _may_bind(record, a, b, horizon, stretch, colliders, manifolds):
         return False
     normal = load(manifolds, record + manifold_record.NORMAL)
@@ -366,7 +366,9 @@ def _find_cover(
 
 
 @inline
-def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays) -> Any:
+def _turned_point(
+    own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays
+) -> Any:
     """
     Return where a collider is nearest along another normal: beside a point of its surface.
 
@@ -376,14 +378,10 @@ def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: Co
     row = own * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]
     if kind == CAPSULE:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         return add_scaled(add_scaled(point, radius, towards), -radius, normal)
     if kind == CYLINDER:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         axis = pose.axis(colliders.poses, own * pose.SIZE, 2)
         down = add_scaled(negate(normal), dot(normal, axis), axis)
         across = math.sqrt(dot(down, down))
@@ -480,9 +478,7 @@ def _settle(
             continue
         manifolds[record + manifold_record.STATE] = none
         for side in range(2):
-            cover = _find_cover(
-                record, side, least, most, horizon, colliders, bodies, manifolds
-            )
+            cover = _find_cover(record, side, least, most, horizon, colliders, bodies, manifolds)
             if cover >= 0:
                 manifolds[record + manifold_record.STATE] = found
                 if found == DROPPED:

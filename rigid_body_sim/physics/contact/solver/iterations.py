@@ -34,6 +34,7 @@ from rigid_body_sim.physics.contact.solver import (
     rolling_friction,
     separation,
     solve,
+    static_sink,
     warm_start,
 )
 from rigid_body_sim.physics.state.blocks import wide
@@ -96,8 +97,10 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
         patch_friction.add_press(lanes, points, scratch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
-        patch_friction.weigh(lanes, point, points, patch, scratch)
-        patch_friction.add_to_center(lanes, point, points, patch)
+        weight = begin + friction_patch.WEIGHTS + point * constraint.LANES
+        weights = rows[weight : weight + constraint.LANES]
+        patch_friction.weigh(lanes, weights, points, scratch)
+        patch_friction.add_to_center(lanes, weights, points, patch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.take_recalled(lanes, constraints, points, patch)
@@ -150,6 +153,7 @@ def _prepare(
         )  # fmt: skip
         solve.gather_inverse_masses(used, constraints, bodies)
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        static_sink.add_spin(lanes, constraints, scratch)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             prepare.effective_masses(lanes, constraints, points)
@@ -243,7 +247,9 @@ def _update_separation(
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if several:
                     update_normals(lanes, constraints, points, scratch)
-                    patch_friction.add_to_center(lanes, point, points, patch)
+                    weight = begin + friction_patch.WEIGHTS + point * constraint.LANES
+                    weights = rows[weight : weight + constraint.LANES]
+                    patch_friction.add_to_center(lanes, weights, points, patch)
                 else:
                     update_points(lanes, constraints, points, scratch)
                 if ANGULAR:
