@@ -309,8 +309,9 @@ def _advance_ticks(ticks, tick, h, world):
                 correct_forces(time, now, touching, motion, forces, bodies)
                 evaluated = not VELOCITY_DEPENDENT
             follow_and_relax(
-                index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
-            )
+                index, now, touching, motion, colliders.poses, constraints, bodies, flows, driven,
+                settings, counts,
+            )  # fmt: skip
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)
         spread_friction(
@@ -639,7 +640,7 @@ def _gather_moved_bodies(now, touching, motion, bodies):
 
 
 def _follow_and_relax(
-    index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
+    index, now, touching, motion, poses, constraints, bodies, flows, driven, settings, counts
 ):  # fmt: skip
     """
     Update separations, with the second half of the warm start; then relax; index: of the substep.
@@ -658,7 +659,15 @@ def _follow_and_relax(
     gather_moved_bodies(now, touching, motion, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
+    if DRIVES:
+        prescribed_bodies.turn_faces(
+            counts[tick_counts.MANIFOLDS], motion.body_count, driven, poses, constraints, bodies
+        )
     update_separation(lanes, batch_count, rows, batches, bodies)
+    if DRIVES:
+        prescribed_bodies.turn_faces(
+            counts[tick_counts.MANIFOLDS], motion.body_count, driven, poses, constraints, bodies
+        )
     for iteration in range(max(relaxations, PASSES)):
         rest = REST if iteration + 1 < relaxations else STRUCK
         if not relax(
