@@ -44,7 +44,12 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays, world_aabb
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.islands import sleep_record
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, friction_patch
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    constraint,
+    contact_point,
+    friction_patch,
+)
 from rigid_body_sim.physics.contact.solver.wide_lanes import (
     contact_frame,
     impulse_of,
@@ -306,7 +311,7 @@ def _number_of(lane: int, static: int, rows: Array) -> Any:
 
 @kernel
 def turn_faces(
-    manifold_count: int, static: int, driven: PrescribedBodies, poses: Array,
+    batch_count: int, static: int, driven: PrescribedBodies, poses: Array,
     constraints: Constraints, bodies: Array,
 ) -> None:  # fmt: skip
     """
@@ -317,23 +322,25 @@ def turn_faces(
     static : index of what cannot move
     poses  : of the colliders at the start of the tick
     """
-    manifolds, rows = constraints.manifolds, constraints.rows
-    for m in range(manifold_count):
-        lane = int(manifolds[m * manifold_record.SIZE + manifold_record.LANE])
-        number, _ = _number_of(lane, static, rows)
-        if number < 0 or driven.drives[number * SIZE + PATH] == NO_PATH:
-            continue
-        place = int(driven.drives[number * SIZE + COLLIDER]) * pose.SIZE
-        local = pose.to_shape(poses, place, vector(rows, lane + constraint.NORMAL))
-        if max(abs(local[0]), abs(local[1]), abs(local[2])) < FACE:
-            continue
-        row = (static + 1 + number) * solver_bodies.SIZE
-        turn = load(bodies, row + solver_bodies.TURN)
-        scalar = 1.0 + bodies[row + solver_bodies.TURN_SCALAR]
-        length = math.sqrt(dot(turn, turn) + scalar * scalar)
-        half = (turn[0] / length, turn[1] / length, turn[2] / length, scalar / length)
-        for field in (constraint.NORMAL, constraint.TANGENT_1, constraint.TANGENT_2):
-            put_vector(rows, lane + field, told.turned(half, vector(rows, lane + field)))
+    batches, rows = constraints.batches, constraints.rows
+    for batch in range(batch_count):
+        record = batch * batch_record.SIZE
+        begin = batches[record + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
+            number, _ = _number_of(lane, static, rows)
+            if number < 0 or driven.drives[number * SIZE + PATH] == NO_PATH:
+                continue
+            place = int(driven.drives[number * SIZE + COLLIDER]) * pose.SIZE
+            local = pose.to_shape(poses, place, vector(rows, lane + constraint.NORMAL))
+            if max(abs(local[0]), abs(local[1]), abs(local[2])) < FACE:
+                continue
+            row = (static + 1 + number) * solver_bodies.SIZE
+            turn = load(bodies, row + solver_bodies.TURN)
+            scalar = 1.0 + bodies[row + solver_bodies.TURN_SCALAR]
+            length = math.sqrt(dot(turn, turn) + scalar * scalar)
+            half = (turn[0] / length, turn[1] / length, turn[2] / length, scalar / length)
+            for field in (constraint.NORMAL, constraint.TANGENT_1, constraint.TANGENT_2):
+                put_vector(rows, lane + field, told.turned(half, vector(rows, lane + field)))
 
 
 @inline
