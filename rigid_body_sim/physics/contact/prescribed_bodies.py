@@ -44,8 +44,18 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays, world_aabb
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.islands import sleep_record
-from rigid_body_sim.physics.contact.solver import constraint, contact_point, friction_patch
-from rigid_body_sim.physics.contact.solver.wide_lanes import contact_frame, impulse_of, vector
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    constraint,
+    contact_point,
+    friction_patch,
+)
+from rigid_body_sim.physics.contact.solver.wide_lanes import (
+    contact_frame,
+    impulse_of,
+    put_vector,
+    vector,
+)
 from rigid_body_sim.physics.contact.solver_bodies import HELD
 from rigid_body_sim.physics.model import prescribed_motion as told
 from rigid_body_sim.physics.model import rotation as so3
@@ -92,6 +102,8 @@ SIZE = drive.size
 
 BEFORE, AFTER, LAST, BOUNCE = range(4)  # when works are asked for
 NO_PATH = -1.0
+FACE = 0.999  # [-] cosine: a normal nearer to an axis of a shape is that of a face; it may turn by
+# 0.04 rad in a tick
 ALONG = 1e-6  # [-] of the speed of a belt: how square to it the normal of a face is
 NO_VECTOR = (0.0, 0.0, 0.0)
 
@@ -295,6 +307,40 @@ def _number_of(lane: int, static: int, rows: Array) -> Any:
     of_a = int(rows[lane + constraint.BODY_A]) // solver_bodies.SIZE - static - 1
     of_b = int(rows[lane + constraint.BODY_B]) // solver_bodies.SIZE - static - 1
     return (of_a, 1.0) if of_a >= 0 else (of_b, -1.0)
+
+
+@kernel
+def turn_faces(
+    batch_count: int, static: int, driven: PrescribedBodies, poses: Array,
+    constraints: Constraints, bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Let normals and tangents that belong to a face of a driven body, along an axis of its shape,
+    turn as it does in half of a substep: before separations are updated, which so see the normal
+    of its middle, and after. Else what slides on it with v would sink by v omega h in a tick h.
+
+    static : index of what cannot move
+    poses  : of the colliders at the start of the tick
+    """
+    batches, rows = constraints.batches, constraints.rows
+    for batch in range(batch_count):
+        record = batch * batch_record.SIZE
+        begin = batches[record + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
+            number, _ = _number_of(lane, static, rows)
+            if number < 0 or driven.drives[number * SIZE + PATH] == NO_PATH:
+                continue
+            place = int(driven.drives[number * SIZE + COLLIDER]) * pose.SIZE
+            local = pose.to_shape(poses, place, vector(rows, lane + constraint.NORMAL))
+            if max(abs(local[0]), abs(local[1]), abs(local[2])) < FACE:
+                continue
+            row = (static + 1 + number) * solver_bodies.SIZE
+            turn = load(bodies, row + solver_bodies.TURN)
+            scalar = 1.0 + bodies[row + solver_bodies.TURN_SCALAR]
+            length = math.sqrt(dot(turn, turn) + scalar * scalar)
+            half = (turn[0] / length, turn[1] / length, turn[2] / length, scalar / length)
+            for field in (constraint.NORMAL, constraint.TANGENT_1, constraint.TANGENT_2):
+                put_vector(rows, lane + field, told.turned(half, vector(rows, lane + field)))
 
 
 @inline

@@ -313,8 +313,8 @@ def _advance_ticks(ticks, tick, h, world):
                     correct_forces(time, now, touching, motion, forces, bodies)
                     evaluated = not VELOCITY_DEPENDENT
             visit_groups(
-                index, now, touching, motion, forces, constraints, bodies, flows, driven,
-                settings, counts,
+                index, now, touching, motion, colliders.poses, forces, constraints, bodies, flows,
+                driven, settings, counts,
             )  # fmt: skip
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)
@@ -664,7 +664,8 @@ def _gather_moved_bodies(now, touching, motion, bodies):
 
 
 def _visit_groups(
-    index, now, touching, motion, forces, constraints, bodies, flows, driven, settings, counts
+    index, now, touching, motion, poses, forces, constraints, bodies, flows, driven, settings,
+    counts,
 ):  # fmt: skip
     """
     Let group after group end the substep before a number, and begin the substep of that number.
@@ -683,8 +684,9 @@ def _visit_groups(
         )  # fmt: skip
         if index > 0:
             follow_and_relax(
-                index - 1, now, members, motion, own, bodies, flows, driven, settings, counts
-            )
+                index - 1, now, members, motion, poses, own, bodies, flows, driven, settings,
+                counts,
+            )  # fmt: skip
         if index < now.substeps:
             if VELOCITY_DEPENDENT:
                 evaluate_forces(now.start + index * now.substep, motion, forces)
@@ -694,13 +696,16 @@ def _visit_groups(
 
 
 def _follow_and_relax(
-    index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
+    index, now, touching, motion, poses, constraints, bodies, flows, driven, settings, counts
 ):  # fmt: skip
     """
     Update separations, with the second half of the warm start; then relax; index: of the substep.
     """
     last = index + 1 == now.substeps
-    if DRIVES:
+    if DRIVES:  # another group may have begun the next substep
+        prescribed_bodies.begin_substep(
+            now.start + index * now.substep, now.substep, driven, bodies
+        )
         prescribed_bodies.end_substep(now.start + (index + 1) * now.substep, driven, bodies)
         if index > 0:
             find_works_of_drives(
@@ -713,7 +718,15 @@ def _follow_and_relax(
     gather_moved_bodies(now, touching, motion, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
+    if DRIVES:
+        prescribed_bodies.turn_faces(
+            batch_count, motion.body_count, driven, poses, constraints, bodies
+        )
     update_separation(lanes, batch_count, rows, batches, bodies)
+    if DRIVES:
+        prescribed_bodies.turn_faces(
+            batch_count, motion.body_count, driven, poses, constraints, bodies
+        )
     for iteration in range(max(relaxations, PASSES)):
         rest = REST if iteration + 1 < relaxations else STRUCK
         if not relax(
