@@ -23,6 +23,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.solver import (
     approach,
     batch_record,
+    common_impulse,
     constraint,
     contact_point,
     friction_patch,
@@ -63,6 +64,11 @@ start_point = slot('kernel (lanes, constraints, points, scratch): starts a subst
 start_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 restore_point = slot('kernel (lanes, constraints, points, scratch): applies restitution')
 restore_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
+add_point = slot('kernel (lanes, constraints, points, ...): adds to what points have in common')
+apply_to_point = slot('kernel (lanes, constraints, points, ...): gives a point its common part')
+solve_in_common = slot('kernel (lanes, point_count, first, ...): soft normals, what is common')
+relax_in_common = slot('kernel (lanes, point_count, first, ...): the same after the motion')
+restore_in_common = slot('kernel (lanes, point_count, first, ...): the same of restitution')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -137,6 +143,23 @@ def _is_calm(used: int, scratch: Array) -> bool:
     return False
 
 
+def _solve_in_common(
+    lanes: int, point_count: int, first: int, inverse_h: float, slop: float, cap: float,
+    rows: Array,
+) -> None:  # fmt: skip
+    """Solve what the points of each lane of a batch have in common: `common_impulse`."""
+    scratch = rows[0 : lane_scratch.SIZE]
+    constraints = rows[first - constraint.SIZE : first]
+    common_impulse.clear(lanes, scratch)
+    for point in range(point_count):
+        points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+        add_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
+    common_impulse.solve(lanes, constraints, scratch)
+    for point in range(point_count):
+        points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+        apply_to_point(lanes, constraints, points, scratch, inverse_h, slop, cap, REST)
+
+
 def _prepare(
     lanes_at_once: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
 ) -> None:
@@ -197,6 +220,8 @@ def _solve_normals(
         constraints = rows[first - constraint.SIZE : first]
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
         iterations = ITERATIONS if point_count > 1 else 1
+        if PATCHES and point_count > 1:
+            solve_in_common(lanes, point_count, first, inverse_h, slop, cap, rows)
         for iteration in range(iterations):
             calm = KNOCK if iteration == 0 else CALM
             for point in range(point_count):
@@ -289,6 +314,8 @@ def _relax(
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
         if not first_pass and not solve.skip_settled(used, constraints, scratch):
             iterations = 0
+        if PATCHES and point_count > 1 and iterations > 0:
+            relax_in_common(lanes, point_count, first, inverse_h, 0.0, 0.0, rows)
         for iteration in range(iterations):
             calm = IMPACT if iteration == 0 else CALM
             if PATCHES and point_count > 1:
@@ -347,6 +374,8 @@ def _apply_restitution(
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
             solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            if PATCHES and point_count > 1:
+                restore_in_common(lanes, point_count, first, 0.0, 0.0, 0.0, rows)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
@@ -421,6 +450,13 @@ def solver(
             f'update_{kind}s': separation.update_kernel(layered=layered, rubs=rubs),
             f'restore_{kind}': restitution.visit(rubs=rubs),
         }
+    kinds = {'solve': (True, False), 'relax': (False, False), 'restore': (False, True)}
+    for kind, (soft, bouncing) in kinds.items():
+        add_one, apply_to_one = common_impulse.visits(soft=soft, bouncing=bouncing)
+        offered[f'{kind}_in_common'] = specialise(
+            _solve_in_common, name=f'{kind}_{width}', WIDTH=width, add_point=add_one,
+            apply_to_point=apply_to_one,
+        )  # fmt: skip
     passes = {
         'prepare': _prepare,
         'solve_normals': _solve_normals,
