@@ -31,9 +31,10 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.contact.solver.solve import OPEN
-from rigid_body_sim.physics.vectors import add, apply_symmetric, cross, dot, scale
+from rigid_body_sim.physics.vectors import add, add_scaled, apply_symmetric, cross, dot, scale
 
-# [m/s] relative velocity along the normal below which nothing is solved in common: what rests
+# [m/s] velocity along the normal, with the push-out, below which nothing is solved in common: then
+# the points differ by less than this
 STILL = 1e-9
 
 SOFT = slot('[-] whether overlaps are soft, before the motion')
@@ -44,25 +45,44 @@ law = slot(
 
 
 @kernel
-def stirs(used: int, constraints: Array, scratch: Array) -> bool:
-    """
-    Tell whether some lane of a batch is not at rest: its bodies move along its normal, or the last
-    pass has changed it.
-    """
+def stirs(used: int, scratch: Array) -> bool:
+    """Tell whether what some lane has in common is not at rest, given the sums of its points."""
     for lane in range(used):
-        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-        along = dot(normal, wide_lanes.vector(scratch, lane + lane_scratch.RELATIVE_VELOCITY))
-        if abs(along) > STILL or constraints[lane + constraint.UNSETTLED] > 0.0:
+        mass = scratch[lane + lane_scratch.COMMON_MASS]
+        drive = mass * scratch[lane + lane_scratch.COMMON_ALONG]
+        drive += scratch[lane + lane_scratch.COMMON_DRIVE]
+        if abs(drive) > STILL * mass:
             return True
     return False
 
 
 @kernel
-def clear(lanes: int, scratch: Array) -> None:
-    """Begin the sums of a batch."""
+def is_clamped(used: int, scratch: Array) -> bool:
+    """Tell whether some impulse would have become negative: then the sums are others."""
+    for lane in range(used):
+        if scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0:
+            return True
+    return False
+
+
+@kernel
+def clear(lanes: int, constraints: Array, scratch: Array) -> None:
+    """Begin the sums of a batch, with the velocity of the centres along the normal."""
     for lane in range(lanes):
         for row in range(lane + lane_scratch.COMMON, lane + lane_scratch.COMMON_END, LANES):
             scratch[row] = 0.0
+        inverse_mass = (
+            constraints[lane + constraint.INVERSE_MASS_A]
+            + constraints[lane + constraint.INVERSE_MASS_B]
+        )
+        velocity = add_scaled(
+            wide_lanes.vector(scratch, lane + lane_scratch.RELATIVE_VELOCITY),
+            inverse_mass,
+            wide_lanes.vector(scratch, lane + lane_scratch.IMPULSE),
+        )
+        scratch[lane + lane_scratch.COMMON_ALONG] = dot(
+            wide_lanes.vector(constraints, lane + constraint.NORMAL), velocity
+        )
 
 
 def _law(
@@ -98,8 +118,7 @@ def _law(
         is_new = points[lane + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
         may = not (is_open & (bounces > 0.0) & (impulse <= 0.0))
-    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-    along = dot(normal, wide_lanes.vector(scratch, lane + lane_scratch.RELATIVE_VELOCITY))
+    along = scratch[lane + lane_scratch.COMMON_ALONG]
     active = scratch[lane + lane_scratch.ACTIVE] > 0.0
     takes_part = may & active & ((impulse > 0.0) | (along + bias < 0.0))
     return impulse, bias, mass_scale, impulse_scale, takes_part
@@ -180,6 +199,8 @@ def _apply_to_point(
         warm = points[lane + contact_point.WARM_NORMAL] if SOFT and not BOUNCING else 0.0
         before = impulse - warm if impulse > 0.0 else 0.0
         now = before + common
+        clamped = takes_part & (now < 0.0)
+        scratch[lane + lane_scratch.COMMON_CLAMPED] += 1.0 if clamped else 0.0
         now = now if now > 0.0 else 0.0
         now = now if takes_part else before
         change = now - before

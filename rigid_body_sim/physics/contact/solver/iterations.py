@@ -47,6 +47,7 @@ ITERATIONS = 20  # at most
 # [m/s] changes of a normal velocity: a blow to what moves on, to what is about to move (what it
 # sinks in is lifted again); what is left alone
 IMPACT, KNOCK, CALM = 0.02, 0.002, 1e-4
+COMMON_ITERATIONS = 2  # of the common impulse, where it is clamped
 REST = 1e-7  # [m/s] what a pass has changed by less gets no second pass
 
 WIDTH = slot('[-] numbers of a point')
@@ -66,9 +67,9 @@ restore_point = slot('kernel (lanes, constraints, points, scratch): applies rest
 restore_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 add_point = slot('kernel (lanes, constraints, points, ...): adds to what points have in common')
 apply_to_point = slot('kernel (lanes, constraints, points, ...): gives a point its common part')
-solve_in_common = slot('kernel (lanes, point_count, first, ...): soft normals, what is common')
-relax_in_common = slot('kernel (lanes, point_count, first, ...): the same after the motion')
-restore_in_common = slot('kernel (lanes, point_count, first, ...): the same of restitution')
+solve_in_common = slot('kernel (used, lanes, point_count, ...): soft normals, what is common')
+relax_in_common = slot('kernel (used, lanes, point_count, ...): the same after the motion')
+restore_in_common = slot('kernel (used, lanes, point_count, ...): the same of restitution')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -144,20 +145,25 @@ def _is_calm(used: int, scratch: Array) -> bool:
 
 
 def _solve_in_common(
-    lanes: int, point_count: int, first: int, inverse_h: float, slop: float, cap: float,
-    rows: Array,
+    used: int, lanes: int, point_count: int, first: int, inverse_h: float, slop: float,
+    cap: float, rows: Array,
 ) -> None:  # fmt: skip
     """Solve what the points of each lane of a batch have in common: `common_impulse`."""
     scratch = rows[0 : lane_scratch.SIZE]
     constraints = rows[first - constraint.SIZE : first]
-    common_impulse.clear(lanes, scratch)
-    for point in range(point_count):
-        points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-        add_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
-    common_impulse.solve(lanes, constraints, scratch)
-    for point in range(point_count):
-        points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-        apply_to_point(lanes, constraints, points, scratch, inverse_h, slop, cap, REST)
+    for _ in range(COMMON_ITERATIONS):
+        common_impulse.clear(lanes, constraints, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            add_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
+        if not common_impulse.stirs(used, scratch):
+            break
+        common_impulse.solve(lanes, constraints, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            apply_to_point(lanes, constraints, points, scratch, inverse_h, slop, cap, REST)
+        if not common_impulse.is_clamped(used, scratch):
+            break
 
 
 def _prepare(
@@ -221,7 +227,7 @@ def _solve_normals(
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
         iterations = ITERATIONS if point_count > 1 else 1
         if PATCHES and point_count > 1:
-            solve_in_common(lanes, point_count, first, inverse_h, slop, cap, rows)
+            solve_in_common(used, lanes, point_count, first, inverse_h, slop, cap, rows)
         for iteration in range(iterations):
             calm = KNOCK if iteration == 0 else CALM
             for point in range(point_count):
@@ -315,7 +321,7 @@ def _relax(
         if not first_pass and not solve.skip_settled(used, constraints, scratch):
             iterations = 0
         if PATCHES and point_count > 1 and iterations > 0:
-            relax_in_common(lanes, point_count, first, inverse_h, 0.0, 0.0, rows)
+            relax_in_common(used, lanes, point_count, first, inverse_h, 0.0, 0.0, rows)
         for iteration in range(iterations):
             calm = IMPACT if iteration == 0 else CALM
             if PATCHES and point_count > 1:
@@ -375,7 +381,7 @@ def _apply_restitution(
             patch = rows[begin:end]
             solve.gather_momenta(lanes, used, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
-                restore_in_common(lanes, point_count, first, 0.0, 0.0, 0.0, rows)
+                restore_in_common(used, lanes, point_count, first, 0.0, 0.0, 0.0, rows)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
