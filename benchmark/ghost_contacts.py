@@ -35,10 +35,11 @@ ROLLS = ('ball', 'capsule', 'cylinder', 'disc')
 APART = 14.0  # [m] between the tracks of one scene
 PATH = 1.6  # [m]
 LONGEST = 1.5  # [s]
+ROUNDING = 1e-11  # [m/s, rad/s]
 SPEED_LAW, HOP_LAW = 1e-3, 1e-5  # [-], [m]
 
 
-def turn(axis: Array, angle: float) -> list[float]:
+def turn(axis: Any, angle: float) -> list[float]:
     """Quaternion (x, y, z, w) of a turn about a unit axis."""
     return [*(math.sin(0.5 * angle) * np.asarray(axis)).tolist(), math.cos(0.5 * angle)]
 
@@ -229,7 +230,11 @@ def passing(number: int, rng: np.random.Generator, options: Any) -> tuple[list[A
     clearance = float(10.0 ** rng.uniform(-4.0, -2.0))
     clearance *= 1.0 + 1e-9
     spin = 0.0
-    if options.spin and rng.random() < 0.5 and shapes[1]['type'] in ('sphere', 'cylinder', 'capsule'):
+    if (
+        options.spin
+        and rng.random() < 0.5
+        and shapes[1]['type'] in ('sphere', 'cylinder', 'capsule')
+    ):
         spin = float(10.0 ** rng.uniform(0.0, 2.5))
         axis = rotate(turns[1], [1.0, 0.0, 0.0])  # lies across: the shape turns about e
         bend = np.cross(axis, e)
@@ -239,7 +244,7 @@ def passing(number: int, rng: np.random.Generator, options: Any) -> tuple[list[A
     aside = np.cross(e, u) * float(rng.uniform(-0.1, 0.1))
     way = 0.6 + 4.0 * options.dt * speed * float(rng.random())
     origin = np.array([0.0, 30.0 * number, 0.0])
-    moves = rng.random() < 0.5
+    moves = bool(rng.random() < 0.5) or options.gravity  # what falls past what stands may hit
     drift = rng.normal(size=3) if moves else np.zeros(3)
     first = {'name': f'first_{number}', 'shape': shapes[0],
              'initial': {'position': origin.tolist(), 'orientation': turns[0]}}  # fmt: skip
@@ -270,7 +275,9 @@ def run_misses(cases: int, options: Any) -> list[Any]:
              'bodies': bodies}  # fmt: skip
     alone = [body | {'initial': dict(body['initial'])} for body in bodies]
     for body in alone[1::2]:
-        body['initial']['position'] = (np.array(body['initial']['position']) + [0, 0, 1e3]).tolist()
+        body['initial']['position'] = (
+            np.array(body['initial']['position']) + [0, 0, 1e3]
+        ).tolist()
     free = dict(scene, bodies=alone)
     simulations = [Simulation(load_scene(one)) for one in (scene, free)]
     until = np.array([time for _, time in labels])
@@ -288,7 +295,7 @@ def run_misses(cases: int, options: Any) -> list[Any]:
 
 def main() -> None:
     """Run, print the worst of each kind, and leave with 1 if a law is broken."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[1])
     parser.add_argument('--cases', type=int, default=28, help='of each floor; misses: five times')
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--dt', type=float, default=0.004)
@@ -320,7 +327,9 @@ def main() -> None:
                   f'rises {max(f[1] for f in figures):8.1e} m (law {HOP_LAW:g})')  # fmt: skip
     if options.only in (None, 'misses'):
         found = run_misses(5 * options.cases, options)
-        touched = [(label, change) for label, change in found if change != 0.0]
+        # a hit cuts the tick of all: what spins is then integrated in other pieces
+        least = 0.0 if all(change < ROUNDING for _, change in found) else ROUNDING
+        touched = [(label, change) for label, change in found if change > least]
         broken += len(touched)
         for label, change in touched:
             print('  touched:', *label, f'{change:.1e} m/s')

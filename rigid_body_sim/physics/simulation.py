@@ -695,10 +695,24 @@ class Simulation:
 
     def warnings(self) -> list[str]:
         """
-        Say what is wrong with the scene, and where the present state is beyond a limit of the
-        integrator, a line each.
+        Say what is wrong with the scene, where the present state is beyond a limit of the
+        integrator, and which bodies have overlapped by more than a tenth of the smaller, a line
+        each.
         """
-        return [*self.scene_warnings, *(x.text for x in self.stability.check(self.state))]
+        return [
+            *self.scene_warnings,
+            *(x.text for x in self.stability.check(self.state)),
+            *self.overlap_warnings.values(),
+        ]
+
+    @property
+    def overlap_warnings(self) -> dict[tuple[int, int], str]:
+        """
+        The warnings of pairs of bodies (scene indices) that have overlapped by more than a tenth
+        of the smaller, since the start or the last restore, with the greatest depth.
+        """
+        self._settle()
+        return self._stepper.overlap_warnings()
 
     @property
     def scene_warnings(self) -> tuple[str, ...]:

@@ -33,7 +33,7 @@ from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
 from rigid_body_sim.physics.diagnostics.work_meter import WorkMeter
 from rigid_body_sim.physics.errors import SimulationBusy
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
-from rigid_body_sim.physics.forces.power import Powers
+from rigid_body_sim.physics.forces.power import DRIVES, Powers
 from rigid_body_sim.physics.forces.schedule import SNAP
 from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import for_points
@@ -112,6 +112,7 @@ class Stepper:
         self._workspace_step: float | None = None
         self._turning = 0  # commands that turn with their bodies, in the arguments of the kernels
         self.cause = ''
+        self._drives_before = 0.0  # [J] work of what moves bodies by contact, when that began
         self.work: WorkMeter | None = None
         self._workspaces: dict[float, Array] = {}  # the last few, by step
         self._free: Callable[..., Any] | None = None
@@ -200,6 +201,7 @@ class Stepper:
         """Begin to add up the work of what has no potential."""
         powers = Powers(self._elements)
         powers.prepare(argument(self.translation), argument(self.rotation))
+        self._drives_before = 0.0 if self.contact is None else self.contact.work_of_drives
         self.work = WorkMeter(powers, self._integrator, smooth=self.contact is None)
         return self.work
 
@@ -207,11 +209,15 @@ class Stepper:
         """Work so far [J], and how wrong it may be: see `WorkMeter.work`."""
         assert self.work is not None
         if not self.work.looks_ahead or self.undo is not None:
-            return self.work.work()
-        undo = self.begin()  # it goes ahead a bit: an interrupt puts that back
-        found = self.work.work()
-        self.end(undo)
-        return found
+            done, error = self.work.work()
+        else:
+            undo = self.begin()  # it goes ahead a bit: an interrupt puts that back
+            done, error = self.work.work()
+            self.end(undo)
+        if self.contact is not None:
+            done = done.copy()
+            done[DRIVES] += self.contact.work_of_drives - self._drives_before
+        return done, error
 
     def cut_work(self) -> None:
         """End a stretch: from here on forces are others, or the method or the motion is."""
@@ -227,6 +233,10 @@ class Stepper:
     def warnings(self) -> tuple[str, ...]:
         """Give what the contact of the scene warns of, whatever the state."""
         return () if self.contact is None else self.contact.warnings
+
+    def overlap_warnings(self) -> dict[tuple[int, int], str]:
+        """Warn of pairs of bodies (scene indices) that have overlapped too deeply."""
+        return {} if self.contact is None else self.contact.overlap_warnings()
 
     def contacts(self) -> Contacts:
         """Give the contacts of the last tick; none in a scene without contact."""
@@ -412,20 +422,36 @@ class Stepper:
         instants = [tick, *cuts, tick + 1.0]
         lengths = [(end - begin) * h for begin, end in itertools.pairwise(instants)]
 
-        def advance(piece: int) -> float:
+        def between(piece: int) -> float:
             well = self._go_between(kernel, instants[piece], instants[piece + 1], h)
             return 0.0 if well else math.nan
 
-        if self.contact is not None:
-            status = self.contact.in_pieces(lengths, advance)
+        if self.contact is None:
+            status = next((s for s in map(between, range(len(lengths))) if s != 0.0), 0.0)
         else:
-            status = next((s for s in map(advance, range(len(lengths))) if s != 0.0), 0.0)
+            step, contact = h / self._integrator.substeps, self.contact
+
+            def advance(is_cut: bool) -> float:
+                if is_cut:
+                    return contact.in_pieces(step, lengths, between)
+                whole = partial(self._go_whole, kernel, tick, h)
+                return contact.in_pieces(step, [h], whole)
+
+            bodies = self._elements.bodies_at(cuts, h)
+            status = contact.advance_cut(bodies, step, self._arguments[2:4], advance)
         if status != 0.0:
             self._copy_back()
             return False
         self.cut_work()
         self.end(before, 1)
         return True
+
+    def _go_whole(self, kernel: Callable[..., Any], tick: float, h: float, _piece: int) -> float:
+        """Advance over a whole tick all the same, for who does not feel what cuts it."""
+        schedule, n = self._elements.schedule, self._integrator.substeps
+        assert schedule is not None
+        schedule.set(self._elements.numbers, tick, tick + 1.0, h)
+        return 0.0 if self.steps(kernel, n, n * tick, h / n) else math.nan
 
     def _go_between(self, kernel: Callable[..., Any], begin: float, end: float, h: float) -> bool:
         """Advance from one place to another [tick], between which no instant lies."""

@@ -26,6 +26,7 @@ from rigid_body_sim.physics.model.named_frames import check_frame_names
 from rigid_body_sim.physics.model.numbers import number, numbers, shown
 from rigid_body_sim.physics.model.pivot import check_pivot
 from rigid_body_sim.physics.model.place import WORLD
+from rigid_body_sim.physics.model.prescribed_motion import check_motion
 from rigid_body_sim.physics.model.rotation import IDENTITY
 from rigid_body_sim.physics.model.scene import (
     Body,
@@ -37,7 +38,7 @@ from rigid_body_sim.physics.model.scene import (
     Pivot,
     Scene,
 )
-from rigid_body_sim.physics.model.shapes import Particle, Plane, Shape
+from rigid_body_sim.physics.model.shapes import Particle, Plane, Shape, Surface
 from rigid_body_sim.physics.model.tick_length import LONGEST_NS
 from rigid_body_sim.physics.model.variable_mass import check_flow
 
@@ -139,6 +140,11 @@ def check_body(body: Body, *, sound: set[bytes]) -> None:
         _need(body.fixed, bool | np.bool_, 'True or False')
         if isinstance(body.shape, Plane) and not body.fixed:
             raise InvalidModel('a plane is always fixed; set fixed to True')
+        if isinstance(body.shape, Surface) and not body.fixed:
+            raise InvalidModel(
+                'triangles and height fields are ground, which is fixed; set fixed to True, or '
+                'take a mesh that collides as its hull, or a union of convex shapes'
+            )
     with blaming('mass'):
         check_mass(body)
     _check_places(body)
@@ -156,6 +162,15 @@ def check_body(body: Body, *, sound: set[bytes]) -> None:
             _check_inertia_over_time(body, body.inertia_over_time)
     with blaming('frames'):
         check_frames(body)
+    with blaming('motion'):
+        check_motion(body)
+    with blaming('surface_velocity'):
+        numbers(body.surface_velocity, 3, unit='m/s')
+        if any(body.surface_velocity) and not body.fixed:
+            raise InvalidModel(
+                f'{body.name!r} is not fixed; the surface of a fixed body alone may have a '
+                'velocity of its own: set fixed, or remove surface_velocity'
+            )
 
 
 def check_frames(body: Body) -> None:
@@ -290,7 +305,7 @@ def _check_motion(body: Body) -> None:
         _check_attitude(motion.orientation)
     if not body.fixed:
         _check_momenta(body)
-    if body.fixed and any((*motion.velocity, *motion.angular_velocity)):
+    if body.fixed and body.motion is None and any((*motion.velocity, *motion.angular_velocity)):
         raise InvalidModel('a fixed body does not move; remove its velocities, or fixed')
     if body.is_point and (any(motion.angular_velocity) or motion.orientation != IDENTITY):
         raise InvalidModel(
@@ -347,7 +362,7 @@ def _check_pivot(body: Body) -> None:
     for field in ('point', 'at'):
         with blaming(field):
             numbers(getattr(body.pivot, field), 3, unit='m')
-    check_pivot(body, {})  # whether contact knows it, a run tells
+    check_pivot(body)
 
 
 def _check_force(force: Any, names: Collection[str]) -> None:

@@ -75,6 +75,8 @@ def targets_of(
     for name in names:
         target = _target(name, known, namespace.rstrip('/'))
         body = next(body for body in scene.bodies if body.name == target[0])
+        if body.motion is not None:
+            raise _unusable(name, f'{body.name!r} moves as told and takes no commands')
         if body.fixed:
             raise _unusable(name, f'{body.name!r} is fixed and takes no commands')
         if body.is_point and target[1] == 'torque':

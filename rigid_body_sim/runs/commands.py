@@ -141,6 +141,8 @@ class CommandRules:
                 f'{body.name!r} has no topics of its own and takes no commands; name it in '
                 'body_topics'
             )
+        if body.motion is not None:
+            return f'{body.name!r} moves as told and takes no commands; command another body'
         if body.fixed:
             return f'{body.name!r} is fixed; command a movable body'
         if command.state is not None:

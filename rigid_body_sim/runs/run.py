@@ -179,7 +179,8 @@ class Run:
 
     warnings : what is wrong with the scene from the start (`Simulation.scene_warnings`), and where
                the run was seen beyond a limit of its integrator (`diagnostics.step_limits`), at
-               the start and whenever drift was sampled: a line each, every body once a limit
+               the start and whenever drift was sampled: a line each, every body once a limit;
+               and which bodies overlap by more than a tenth of the smaller, every pair once
     warn     : is given each of them when it is found
     names    : of the bodies that have topics of their own, scene order
     """
@@ -248,6 +249,7 @@ class Run:
     def _restart_warnings(self) -> None:
         self.warnings: list[str] = []  # in the order in which they were first seen
         self._warned: dict[str, set[int]] = {}
+        self._overlapped: set[tuple[int, int]] = set()
         for text in self.simulation.scene_warnings:
             self._emit_warning(text)
         self._check_limits(self.simulation.state)
@@ -256,6 +258,12 @@ class Run:
         for violation in self.simulation.stability.check(state, self._warned):
             self._warned.setdefault(violation.kind, set()).update(violation.bodies)
             self._emit_warning(violation.text)
+
+    def _check_overlaps(self) -> None:
+        for pair, text in self.simulation.overlap_warnings.items():
+            if pair not in self._overlapped:
+                self._overlapped.add(pair)
+                self._emit_warning(text)
 
     def add_warning(self, text: str) -> None:
         """Warn of what the caller knows of this run."""
@@ -292,6 +300,8 @@ class Run:
 
     def _step(self, ticks: int) -> None:
         self.simulation.step(ticks)
+        if self.has_contact:
+            self._check_overlaps()
         if self._reference is not None:
             try:
                 self._reference.step(ticks)

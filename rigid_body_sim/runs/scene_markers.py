@@ -185,6 +185,8 @@ class _OfBody:
                 yield self._form(CYLINDER, (2.0 * radius, 2.0 * radius, length), part)
                 for end in (-0.5 * length, 0.5 * length):
                     yield self._form(SPHERE, _cube(2.0 * radius), part, at=(0.0, 0.0, end))
+            case shapes.Surface(vertices, faces):
+                yield self._triangles(vertices[faces], part)
             case shapes.Mesh(vertices, faces) if not self._meets:
                 yield self._triangles(vertices[faces], part)
             case shapes.ConvexHull() | shapes.Mesh() as shape:

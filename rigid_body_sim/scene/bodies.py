@@ -31,6 +31,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import mass_properties, rotation
 from rigid_body_sim.physics.model.inertia_over_time import inertia_at_start
 from rigid_body_sim.physics.model.mass_properties import MassProperties
+from rigid_body_sim.physics.model.prescribed_motion import check_motion
 from rigid_body_sim.physics.model.scene import (
     Body,
     Frame,
@@ -40,12 +41,20 @@ from rigid_body_sim.physics.model.scene import (
     Quaternion,
     Vector,
 )
-from rigid_body_sim.physics.model.shapes import Particle, Particles, Plane, Shape, Union
+from rigid_body_sim.physics.model.shapes import (
+    Particle,
+    Particles,
+    Plane,
+    Shape,
+    Surface,
+    Union,
+)
 from rigid_body_sim.physics.model.variable_mass import check_flow
 from rigid_body_sim.physics.validation import MATERIAL, check_name
 from rigid_body_sim.scene.densities import read_density
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.inertia_over_time import read_inertia_over_time
+from rigid_body_sim.scene.motions import read_motion
 from rigid_body_sim.scene.pivots import with_pivot
 from rigid_body_sim.scene.repeat import repeated
 from rigid_body_sim.scene.shapes import read_shape
@@ -62,6 +71,8 @@ KEYS = (
     *FLOW,
     'inertia_over_time',
     'fixed',
+    'motion',
+    'surface_velocity',
     'pivot',
     'initial',
     'frames',
@@ -83,10 +94,17 @@ def read_bodies(value: Value, files: Files) -> tuple[Body, ...]:
     urdf, repeat = value.find('urdf'), value.find('repeat')
     body = _of_scene(name, value, files) if urdf is None else _of_urdf(name, value, urdf, files)
     initial, pivot = value.find('initial'), value.find('pivot')
-    motion = _motion(initial, is_particle=isinstance(body.shape, Particle), fixed=body.fixed)
+    told = value.find('motion')
+    held = body.fixed and told is None
+    motion = _motion(initial, is_particle=isinstance(body.shape, Particle), fixed=held)
     body = replace(body, initial=motion, material=_material(value), mass_flow=_mass_flow(value))
     with (value.find('final_mass') or value.find('mass_rate') or value).blamed():
         check_flow(body)
+    if told is not None:
+        body = replace(body, motion=read_motion(told))
+        with told.blamed():
+            check_motion(body)
+    body = replace(body, surface_velocity=_vector(value, 'surface_velocity', 'm/s'))
     body = with_pivot(replace(body, frames=_frames(value.find('frames'))), pivot, initial)
     if repeat is None:
         return (body,)
@@ -143,9 +161,19 @@ def _name(value: Value) -> str:
 
 def _fixed(value: Value, shape: Shape | None) -> bool:
     given = value.find('fixed')
+    if value.find('motion') is not None:
+        if given is not None:
+            raise given.error('a body with motion moves as told, whatever acts; remove this key')
+        return True
     fixed = isinstance(shape, Plane) if given is None else given.truth()
     if given is not None and isinstance(shape, Plane) and not fixed:
         raise given.error('a plane is always fixed; remove this key or set it to true')
+    if isinstance(shape, Surface) and not fixed:
+        blamed = value.at('shape', what='a mapping with a type') if given is None else given
+        raise blamed.error(
+            'triangles and height fields are ground, which is fixed; write fixed: true, or take '
+            'a mesh that collides as its hull (without `as`), or a union of convex shapes'
+        )
     return fixed
 
 
@@ -156,6 +184,12 @@ def _with_mass(body: Body, value: Value) -> Body:
             given = value.find(key)
             if given is not None:
                 raise given.error('a plane is static and has no mass; remove this key')
+        return body
+    if isinstance(body.shape, Surface):
+        for key in MASS:
+            given = value.find(key)
+            if given is not None:
+                raise given.error('ground of triangles has no mass; remove this key')
         return body
     mass = _optional(value, 'mass', 'kg')
     density_value = value.find('density')

@@ -20,11 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model.shapes import Mesh
+from rigid_body_sim.physics.model.shapes import Mesh, Surface
 from rigid_body_sim.scene import regular_file
 
 PACKAGE = 'package://'
 MESH_FORMATS = ('off', 'stl', 'obj', 'ply')
+TABLE_FORMATS = ('csv', 'txt', 'npy')
 
 
 class Files:
@@ -40,6 +41,7 @@ class Files:
         self._given = given
         self.used: dict[str, bytes] = {}
         self._meshes: dict[tuple[str | float, ...], Mesh] = {}
+        self._surfaces: dict[str, Surface] = {}
 
     def read(self, name: str) -> bytes:
         """Return the bytes of a file and remember them in `used`."""
@@ -69,6 +71,17 @@ class Files:
                 faces = plain.faces[:, ::-1] if mirrored else plain.faces
                 self._meshes[key] = Mesh(plain.vertices * scale, faces, plain.name)
         return self._meshes[key]
+
+    def surface(self, path: str) -> Surface:
+        """Return the triangles of a mesh as ground: the same surface whenever it is asked for."""
+        if path not in self._surfaces:
+            vertices, faces = triangles_from_bytes(self.read(path), name=path)
+            self._surfaces[path] = Surface(vertices, faces, path)
+        return self._surfaces[path]
+
+    def heights(self, path: str) -> np.ndarray:
+        """Return the table of heights of a file."""
+        return table_from_bytes(self.read(path), name=path)
 
     def _given_bytes(self, name: str) -> bytes:
         assert self._given is not None
@@ -112,9 +125,36 @@ def _package_folders(package: str, folder: Path) -> list[Path]:
     return [*itself, *above, *shares]
 
 
+def table_from_bytes(text: bytes, *, name: str) -> np.ndarray:
+    """Read a matrix of numbers: rows of CSV or of plain text, or an array of NumPy."""
+    kind = Path(name).suffix.lower().lstrip('.')
+    if kind not in TABLE_FORMATS:
+        raise InvalidModel(
+            f'{name!r} has no known format of a table; allowed endings: '
+            f'{", ".join(TABLE_FORMATS)}; an image can be saved as one of them by NumPy'
+        )
+    try:
+        if kind == 'npy':
+            return np.load(io.BytesIO(text), allow_pickle=False)
+        delimiter = ',' if kind == 'csv' else None
+        return np.loadtxt(io.BytesIO(text), delimiter=delimiter, ndmin=2)
+    except (ValueError, EOFError, OSError) as error:
+        reason = ' '.join(str(error).split()).rstrip('.!') or type(error).__name__
+        raise InvalidModel(
+            f'{name!r} is not readable as {kind.upper()}: {reason}; give a table of this format, '
+            f'or the ending of another: {", ".join(TABLE_FORMATS)}'
+        ) from error
+
+
 def mesh_from_bytes(text: bytes, *, name: str) -> Mesh:
+    """Read the solid inside a triangle mesh."""
+    return Mesh(*triangles_from_bytes(text, name=name), name)
+
+
+def triangles_from_bytes(text: bytes, *, name: str) -> tuple[np.ndarray, np.ndarray]:
     """
-    Read a triangle mesh through trimesh, which is imported only here.
+    Read the vertices (n, 3) and faces (m, 3) of a triangle mesh through trimesh, which is imported
+    only here.
 
     Corners with the same coordinates become one vertex (STL stores each triangle apart), so that
     open edges show.
@@ -147,4 +187,4 @@ def mesh_from_bytes(text: bytes, *, name: str) -> Mesh:
             f'{name!r} holds no triangles, read as {kind.upper()}; a mesh is a closed surface of '
             f'triangles, in the format of its ending: {", ".join(MESH_FORMATS)}'
         )
-    return Mesh(vertices, faces, name)
+    return vertices, faces

@@ -36,7 +36,7 @@ def with_pivot(body: Body, value: Value | None, initial: Value | None) -> Body:
     start = body.initial
     pivoted = replace(body, pivot=Pivot(point, (0.0, 0.0, 0.0)))
     with value.blamed():
-        check_pivot(pivoted, {})
+        check_pivot(pivoted)
     arm = rotation.rotate(start.orientation, arm_of(pivoted))
     with np.errstate(over='ignore', invalid='ignore'):  # beyond the numbers: refused by name
         velocity = as_vector(np.cross(start.angular_velocity, arm))

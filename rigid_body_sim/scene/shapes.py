@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rigid_body_sim.physics.model import rotation
+from rigid_body_sim.physics.model.height_field import height_field
 from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
@@ -22,10 +23,13 @@ from rigid_body_sim.physics.model.shapes import (
     Plane,
     Shape,
     Sphere,
+    Surface,
     Union,
 )
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.values import Value
+
+COLLIDES_AS = ('hull', 'triangles')  # what a mesh may collide as
 
 
 class Kind(NamedTuple):
@@ -74,10 +78,36 @@ def _convex_hull(value: Value, files: Files) -> ConvexHull:
     return ConvexHull(np.array(points).reshape(-1, 3))
 
 
-def _mesh(value: Value, files: Files) -> Mesh:
+def _mesh(value: Value, files: Files) -> Mesh | Surface:
     file = value.at('file', what='the path of a mesh, taken from the scene file,')
+    kind = value.find('as')
+    collides_as = 'hull' if kind is None else kind.choice(COLLIDES_AS, what='surface')
     with file.blamed():
-        return files.mesh(file.text('the path of a mesh'))
+        path = file.text('the path of a mesh')
+        return files.surface(path) if collides_as == 'triangles' else files.mesh(path)
+
+
+def _heightfield(value: Value, files: Files) -> Surface:
+    spacing = value.at('spacing', what='the distance of two points [m], or one along x and y')
+    origin = value.find('origin')
+    start = (0.0, 0.0, 0.0) if origin is None else origin.vector(unit='m')
+    between = (
+        tuple(item.number(unit='m') for item in spacing.items('two distances [m]'))
+        if isinstance(spacing.content, list)
+        else spacing.number(unit='m')
+    )
+    file, heights = value.find('file'), value.find('heights')
+    if file is not None and heights is not None:
+        raise heights.error('give either heights or file, and not both')
+    if file is not None:
+        with file.blamed():
+            path = file.text('the path of a table of heights')
+            grid, name = files.heights(path), path
+    else:
+        heights = value.at('heights', what='rows of heights [m], or file, the path of a table,')
+        rows = [row.items('a row of heights [m]') for row in heights.items('rows of heights [m]')]
+        grid, name = [[height.number(unit='m') for height in row] for row in rows], 'height field'
+    return height_field(grid, spacing=between, origin=start, name=name)
 
 
 def _particles(value: Value, files: Files) -> Particles:
@@ -128,7 +158,8 @@ KINDS = {
     'cylinder': Kind(('radius', 'length'), _cylinder),
     'capsule': Kind(('radius', 'length'), _capsule),
     'convex_hull': Kind(('vertices',), _convex_hull),
-    'mesh': Kind(('file',), _mesh),
+    'mesh': Kind(('file', 'as'), _mesh),
+    'heightfield': Kind(('file', 'heights', 'spacing', 'origin'), _heightfield),
     'particles': Kind(('particles',), _particles),
     'plane': Kind(('normal', 'offset'), _plane),
     'union': Kind(('parts',), _union),

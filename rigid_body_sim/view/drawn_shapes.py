@@ -100,6 +100,8 @@ class DrawnShapes:
                 if self._meshes_collide and _leaves_empty(shape):
                     whole.append((_hull(vertices), {'translucent': True}))
                 return whole
+            case shapes.Surface(vertices, faces):
+                return [(_surface(vertices, faces), {})]
             case shapes.ConvexHull(vertices):
                 return [(_hull(vertices), {})]
             case _:

@@ -55,7 +55,8 @@ def playback_page(
     times, positions, orientations = _common_instants(motion)
     bodies = {} if scene is None else {body.name: body for body in scene.bodies}
     reaches = np.array([reach(bodies.get(track.name)) for track in motion.tracks])
-    moving = [t.name not in bodies or not bodies[t.name].fixed for t in motion.tracks]
+    still = {body.name for body in bodies.values() if body.fixed and body.motion is None}
+    moving = [track.name not in still for track in motion.tracks]
     centre, size = _extent(positions, reaches, moving)
     largest = float(reaches[moving].max(initial=0.0))
     ball = min(BALL * size, 0.3 * largest or np.inf)

@@ -3,14 +3,12 @@
 """The scene key `pivot`: what follows from it, and what is refused."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.errors import InvalidModel
 
 from .. import inside
 
@@ -94,12 +92,6 @@ def test_an_impossible_pivot_is_refused(changes, reason):
         load_scene(scene(**changes))
     assert reason in str(caught.value)
     assert '\n' not in str(caught.value)
-
-
-def test_a_pivot_beside_contact_is_refused():
-    loaded = replace(load_scene(scene()), contact={'mode': 'timestep'})
-    with pytest.raises(InvalidModel, match=r'which contact does not know yet; remove pivot, or'):
-        Simulation(loaded)
 
 
 def test_a_scene_without_a_pivot_has_nothing_of_it():

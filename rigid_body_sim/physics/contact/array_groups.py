@@ -25,6 +25,7 @@ class Motion(NamedTuple):
     body_count  : rigid bodies and point masses
     rigid_count : rigid bodies, which come first
     method      : numbers per body of the integrator
+    pivoted     : core indices of those that turn about a pivot
     """
 
     body_count: int
@@ -32,6 +33,7 @@ class Motion(NamedTuple):
     translation: Array
     rotation: Array
     method: Array
+    pivoted: Indices
 
 
 class Forces(NamedTuple):

@@ -26,7 +26,7 @@ Indices = NDArray[np.int64]
 
 
 def read(
-    manifold_count: int, *, width: int, bounces: bool, angular: int, table: Indices,
+    manifold_count: int, *, width: int, bounces: bool, angular: int, moving: int, table: Indices,
     manifolds: Array, rows: Array, bodies: Array,
 ) -> tuple[Contacts, Array]:  # fmt: skip
     """
@@ -35,6 +35,7 @@ def read(
     table, manifolds, rows, bodies : of the kernel of the ticks
     width   : numbers of a point
     bounces : whether rows hold restitution impulses
+    moving  : how many bodies move freely
     angular : substeps, where rows hold angular impulses; else 0
     """
     if not manifold_count:
@@ -60,7 +61,7 @@ def read(
         + impulses[:, 1:2] * _vectors(rows, place + constraint.TANGENT_1, constraint.LANES)
         + impulses[:, 2:] * _vectors(rows, place + constraint.TANGENT_2, constraint.LANES)
     )
-    separation = rows[row + contact_point.SEPARATION]
+    separation = rows[row + contact_point.SEPARATION] + rows[place + constraint.SINK]
     about = np.zeros_like(impulse)
     if angular:
         for field, axis in (
@@ -70,7 +71,7 @@ def read(
         ):
             of_axis = angular * rows[row + field][:, None]
             about += of_axis * _vectors(rows, place + axis, constraint.LANES)
-    point = _points(rows, place, row, separation, normal, bodies)
+    point = _points(rows, place, row, separation, normal, bodies, moving * solver_bodies.SIZE)
     touches = (impulses != 0.0).any(axis=1) | (separation <= 0.0)
     pair = found[owner][:, [manifold_record.COLLIDER_A, manifold_record.COLLIDER_B]]
     scene_index = pair.astype(np.int64) * collider_record.SIZE + collider_record.SCENE_INDEX
@@ -131,10 +132,12 @@ def _vectors(array: Array, places: Indices, stride: int, count: int = 3) -> Arra
 
 
 def _points(
-    rows: Array, place: Indices, row: Indices, separation: Array, normal: Array, bodies: Array
-) -> Array:
+    rows: Array, place: Indices, row: Indices, separation: Array, normal: Array, bodies: Array,
+    fixed: int,
+) -> Array:  # fmt: skip
     """
-    Points midway between the surfaces, at the end of the tick; place, row: of lane and point.
+    Points midway between the surfaces, at the end of the tick; place, row: of lane and point;
+    fixed: where the first body begins that no contact moves.
 
     Two bodies that move have arms to it; beside one that cannot move the arm of the other ends on
     its surface, half a separation away. Arms have followed the bodies (`solver.separation`), but
@@ -154,9 +157,7 @@ def _points(
         + _vectors(bodies, body + solver_bodies.DISPLACEMENT, 1)
         for body in (row_a, row_b)
     )
-    a_moves, b_moves = (
-        bodies[body + solver_bodies.INVERSE_MASS][:, None] > 0.0 for body in (row_a, row_b)
-    )
+    a_moves, b_moves = (body[:, None] < fixed for body in (row_a, row_b))
     both = a_moves & b_moves
     stayed = bounces_off & ~both[:, 0]
     if stayed.any():

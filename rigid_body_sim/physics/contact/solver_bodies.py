@@ -73,6 +73,10 @@ ANGULAR_MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m^2/s', 'the same')
 FIRST_MANIFOLD = body.number('-', 'where the first of its manifolds begins, while it is asked')
 SIZE = body.padding(64)  # eight cache lines
 
+# [1/kg] in place of zero for what no impulse moves, but which has a velocity: see `solver.pivots`;
+# a power of two, so that p = v / HELD gives v back to the bit
+HELD = 2.0**-100
+
 # how a body turns, the rounder the larger
 FIXED, AS_IT_IS, ABOUT_AXIS, BALL, CENTRED_BALL = -1.0, 0.0, 1.0, 2.0, 3.0
 

@@ -17,7 +17,6 @@ solve, update separation, relax (TGS-Soft); then restitution, energy, and what i
                   warm-start impulses, there
         relax:    normals without push-out, and friction
     restitution:  which returns no more energy than the impact took
-    energy:    what a group of bodies has gained is taken back
     store:     impulses, for the next tick
     sleep:     islands that are at rest
 
@@ -40,9 +39,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
-from rigid_body_sim.physics.contact import solver_bodies, tick_counts, tick_settings
+from rigid_body_sim.physics.contact import (
+    prescribed_bodies,
+    solver_bodies,
+    tick_counts,
+    tick_settings,
+)
 from rigid_body_sim.physics.contact.array_groups import Constraints, Forces, Motion
 from rigid_body_sim.physics.contact.collision import (
+    deep_overlaps,
     ignored_pairs,
     narrow_phase,
     neighbour_list,
@@ -50,10 +55,12 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.collider import BroadPhase, ColliderArrays
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.energy import account, projection, restitution_bound
+from rigid_body_sim.physics.contact.energy import account, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.islands import sleep
+from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies
 from rigid_body_sim.physics.contact.solver import (
     cache_record,
     colouring,
@@ -61,6 +68,7 @@ from rigid_body_sim.physics.contact.solver import (
     impulse_cache,
     manifold_constraints,
     pair_materials,
+    pivots,
     variable_mass,
 )
 from rigid_body_sim.physics.contact.touching import list_touching
@@ -70,6 +78,14 @@ from rigid_body_sim.physics.state import blocks
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+# Passes over the constraints, before and after the motion, at most: after the first, of what the
+# last one has changed by more than STRUCK. What they leave of an impact, or of a heavy load, sinks
+# in over a substep, and is lifted again with a gain of energy.
+PASSES = 10
+STRUCK = 1e-3  # [m/s] more lets heaps gain energy, less costs time
+REST = 1e-7  # [m/s] the same for the first `relaxations` passes after the motion; more lets stacks
+# tremble
+
 # bound for each scene
 WIDTH = slot('[-] numbers of a contact point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
@@ -78,6 +94,7 @@ COUPLED = slot('[-] whether a force depends on the state')
 VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
 SLEEPING = slot('[-] whether islands may sleep')
 FLOWS = slot('[-] whether the mass of a body that touches changes')
+DRIVES = slot('[-] whether some bodies are moved as told, or have a belt')
 IGNORES = slot('[-] whether some pairs do not meet')
 PAIR_MATERIALS = slot('[-] whether some pairs have a material of their own')
 drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
@@ -86,13 +103,16 @@ find_manifolds = slot('kernel (pairs, count, h, room, ...): the narrow phase')
 prepare = slot('kernel (lanes, batches, threshold, rows, ...): effective masses and warm start')
 solve_normals = slot('kernel (lanes, batches, 1/h, slop, cap, rows, ...): solves soft normals')
 update_separation = slot('kernel (lanes, batches, rows, ...): lets points follow the bodies')
-relax = slot('kernel (lanes, batches, 1/h, first, last, rows, ...): relaxes normals, and friction')
+relax = slot('kernel (lanes, batches, 1/h, first, rows, ...): relaxes normals, and friction')
+start_substep = slot('kernel (lanes, batches, rows, ...): warm start of the next substep')
 spread_friction = slot('kernel (lanes, batches, rows, ...): friction of patches to points')
 apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what bounces')
 # the stages, of this module
 evaluate_forces = slot('kernel (time, motion, forces)')
 gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
 detect_contacts = slot('kernel (h, ...): tells whether the manifolds of the tick are there')
+drive = slot('kernel (now, ...): puts driven bodies where they are; tells whether nobody wakes')
+find_works_of_drives = slot('kernel (when, ...): of driven bodies on others')
 colour_constraints = slot('kernel (body_count, ...): tells whether there was room')
 prepare_constraints = slot('kernel (now, ...): tells whether the constraints are there')
 begin_energy_balance = slot('kernel (h, touching, motion, bodies)')
@@ -102,7 +122,6 @@ correct_forces = slot('kernel (time, now, touching, ...): forces of after the mo
 gather_moved_bodies = slot('kernel (now, touching, motion, bodies)')
 follow_and_relax = slot('kernel (last, now, touching, ...): separations, then relaxation')
 bound_bounces = slot('kernel (touching, ...): restitution')
-take_energy_back = slot('kernel (substep, touching, ...): projection of the energy')
 store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
 advance_ticks = slot('kernel (ticks, tick, h, world): the recipe')
@@ -133,6 +152,8 @@ class World(NamedTuple):
     touching, marks  : see `touching`
     flows            : bodies whose mass changes: see `solver.variable_mass`
     pair_materials   : see `solver.pair_material_record`
+    driven           : see `prescribed_bodies`
+    overlap_limits, overlaps : see `collision.deep_overlaps`
     """
 
     motion: Motion
@@ -150,6 +171,9 @@ class World(NamedTuple):
     sleep: SleepState
     flows: Array
     pair_materials: Array
+    driven: PrescribedBodies
+    overlap_limits: Array
+    overlaps: Array
 
 
 class Tick(NamedTuple):
@@ -172,9 +196,10 @@ def _advance(
     ticks, tick, h, body_count, rigid_count, translation, rotation, method, elements, ranges,
     settings, counts, saved, shape_parameters, table, local_bounds, poses, swept, local_poses,
     materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
-    rows, batches, colours, open_batches, cache, touching, marks, roots, impacts, groups,
-    changes, parents, sequence, sleep_states, radii, element_groups, island_roots, supported,
-    restless, awake_in_blocks, flows, ignored, pair_material_rows,
+    rows, batches, colours, open_batches, cache, touching, marks, roots, impacts,
+    sleep_states, radii, element_groups, island_roots, supported, restless, awake_in_blocks,
+    flows, ignored, pair_material_rows, pivoted, drives, paths, moment, works, of_bodies,
+    overlap_limits, overlaps,
 ):  # fmt: skip
     """
     Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
@@ -187,7 +212,7 @@ def _advance(
     those by which `world_arrays` hands them over (`ARRAYS`).
     """
     world = World(
-        Motion(body_count, rigid_count, translation, rotation, method),
+        Motion(body_count, rigid_count, translation, rotation, method, pivoted),
         Forces(elements, ranges, saved),
         settings,
         counts,
@@ -201,13 +226,16 @@ def _advance(
         Constraints(manifolds, rows, batches, colours, open_batches, cache),
         touching,
         marks,
-        EnergyScratch(roots, impacts, groups, changes, parents, sequence),
+        EnergyScratch(roots, impacts),
         SleepState(
             sleep_states, radii, element_groups, island_roots, supported, restless,
             awake_in_blocks,
         ),
         flows,
         pair_material_rows,
+        PrescribedBodies(drives, paths, moment, works, of_bodies),
+        overlap_limits,
+        overlaps,
     )  # fmt: skip
     return advance_ticks(ticks, tick, h, world)
 
@@ -226,6 +254,7 @@ def _advance_ticks(ticks, tick, h, world):
     motion, forces, settings, counts = world.motion, world.forces, world.settings, world.counts
     colliders, constraints, bodies = world.colliders, world.constraints, world.bodies
     energy, state, flows = world.energy, world.sleep, world.flows
+    driven = world.driven
     substeps = int(settings[tick_settings.SUBSTEPS])
     substep = h / substeps
     counts[tick_counts.DONE] = 0
@@ -241,6 +270,8 @@ def _advance_ticks(ticks, tick, h, world):
         if COUPLED and not evaluated:
             evaluate_forces(now.start, motion, forces)
             evaluated = not VELOCITY_DEPENDENT
+        if DRIVES and not drive(now, driven, colliders, bodies, state, counts):
+            return 0.0
         if SLEEPING:
             awake = sleep.count_awake(motion, state)
             if awake == sleep.SOME_WAKES:
@@ -255,38 +286,43 @@ def _advance_ticks(ticks, tick, h, world):
             counts,
         ) or not prepare_constraints(
             now, motion, colliders, world.materials, world.pair_materials, constraints, bodies,
-            flows, settings, counts,
+            flows, driven, settings, counts,
         ):  # fmt: skip
             return 0.0
+        deep_overlaps.list_deep_overlaps(
+            counts[tick_counts.MANIFOLDS], colliders.table, world.overlap_limits,
+            constraints.manifolds, world.overlaps,
+        )  # fmt: skip
         count = count_touching(motion, constraints, world.marks, world.touching, counts)
         touching = world.touching[0:count]
-        begin_energy_balance(h, touching, motion, bodies)
+        if BOUNCES:
+            begin_energy_balance(h, touching, motion, bodies)
         for index in range(substeps):
             if COUPLED and not evaluated:
                 evaluate_forces(now.start + index * substep, motion, forces)
-            solve_contacts(now, touching, motion, constraints, bodies, flows, settings, counts)
+            solve_contacts(
+                index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
+            )
             integrate_motion(now, touching, motion, bodies, state)
             if COUPLED:
                 time = now.start + (index + 1) * substep
                 correct_forces(time, now, touching, motion, forces, bodies)
                 evaluated = not VELOCITY_DEPENDENT
-            last = index + 1 == substeps
             follow_and_relax(
-                last, now, touching, motion, constraints, bodies, flows, settings, counts
+                index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
             )
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
-            bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
+            bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)
         spread_friction(
             counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
             constraints.batches,
         )  # fmt: skip
-        take_energy_back(substep, touching, motion, constraints, energy, bodies, counts)
         store_impulses(substep, colliders.poses, constraints, counts)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
         if SLEEPING and put_to_sleep(
             h, (tick + passed + 1) * h, touching, motion, forces, colliders, constraints, bodies,
-            state, settings, counts,
+            state, driven, settings, counts,
         ):  # fmt: skip
             counts[tick_counts.STATUS] = tick_counts.FELL_ASLEEP
             return status
@@ -330,6 +366,7 @@ def _gather_bodies(motion, bodies, state):
         )
         if BOUNCES:
             solver_bodies.find_free_acceleration(body, motion.rigid_count, motion.rotation, bodies)
+    pivots.hold(motion.pivoted, bodies)
     for entry in range(solver_bodies.SIZE):
         bodies[motion.body_count * solver_bodies.SIZE + entry] = 0.0
 
@@ -382,6 +419,28 @@ def _detect_contacts(
     return True
 
 
+def _drive(now, driven, colliders, bodies, state, counts):
+    """
+    Put what is moved as told where it is at the start of the tick; tell whether nobody wakes by
+    it, else counts[STATUS] does.
+    """
+    prescribed_bodies.begin_tick(now.start, now.h, driven, colliders, bodies)
+    if SLEEPING and prescribed_bodies.wake_touched(
+        counts[tick_counts.COLLIDERS], now.h, driven.drives, colliders, state.sleep_states
+    ):
+        counts[tick_counts.STATUS] = tick_counts.WOKEN
+        return False
+    return True
+
+
+def _find_works_of_drives(when, motion, driven, constraints, bodies, counts):
+    """Find what driven bodies did on others: see `prescribed_bodies.find_works`."""
+    prescribed_bodies.find_works(
+        when, counts[tick_counts.MANIFOLDS], motion.body_count, WIDTH, driven, constraints,
+        bodies,
+    )  # fmt: skip
+
+
 def _colour_constraints(body_count, table, constraints, bodies, counts):
     """Colour the constraints into batches; tell whether there was room."""
     count = counts[tick_counts.MANIFOLDS]
@@ -399,7 +458,8 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
 
 
 def _prepare_constraints(
-    now, motion, colliders, materials, of_pairs, constraints, bodies, flows, settings, counts
+    now, motion, colliders, materials, of_pairs, constraints, bodies, flows, driven, settings,
+    counts,
 ):  # fmt: skip
     """
     Make the constraints of a tick, with the impulses of the last one. Tell whether there was
@@ -417,6 +477,10 @@ def _prepare_constraints(
     if not colour_constraints(motion.body_count, colliders.table, constraints, bodies, counts):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_ROWS
         return False
+    if DRIVES:
+        prescribed_bodies.choose_belts(
+            count, motion.body_count, driven.drives, colliders.table, manifolds, rows
+        )
     if counts[tick_counts.ASSEMBLED] == 0 or cache[cache_record.SUBSTEP] != now.substep:
         manifold_constraints.prepare_materials(
             count, now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
@@ -467,20 +531,30 @@ def _begin_energy_balance(h, touching, motion, bodies):
             )
 
 
-def _solve_contacts(now, touching, motion, constraints, bodies, flows, settings, counts):
-    """Let half of forces and warm start act, then solve the soft normals."""
-    for index in range(len(touching)):
+def _solve_contacts(
+    index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
+):  # fmt: skip
+    """
+    Let half of forces and warm start act, then solve the soft normals; index: of the substep.
+    """
+    if DRIVES:
+        prescribed_bodies.begin_substep(
+            now.start + index * now.substep, now.substep, driven, bodies
+        )
+    for place in range(len(touching)):
         solver_bodies.kick_and_warm_start(
-            touching[index], motion.rigid_count, now.substep, motion.translation, motion.rotation,
+            touching[place], motion.rigid_count, now.substep, motion.translation, motion.rotation,
             bodies,
         )  # fmt: skip
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
-    solve_normals(
-        counts[tick_counts.LANES], counts[tick_counts.BATCHES], 1.0 / now.substep,
-        settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], constraints.rows,
-        constraints.batches, bodies,
-    )  # fmt: skip
+    for iteration in range(PASSES):
+        if not solve_normals(
+            counts[tick_counts.LANES], counts[tick_counts.BATCHES], 1.0 / now.substep,
+            settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], iteration == 0,
+            STRUCK, constraints.rows, constraints.batches, bodies,
+        ):  # fmt: skip
+            break
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
 
@@ -510,7 +584,7 @@ def _integrate_motion(now, touching, motion, bodies, state):
         solver_bodies.integrate_position(
             body, motion.rigid_count, now.substep, translation, rotation, bodies
         )
-        if COUPLED:
+        if BOUNCES and COUPLED:
             account.add_half_the_work(
                 body, motion.rigid_count, now.substep, translation, rotation, bodies
             )
@@ -553,7 +627,7 @@ def _gather_moved_bodies(now, touching, motion, bodies):
     """Give the solver the bodies as they are after the motion."""
     for index in range(len(touching)):
         body = touching[index]
-        if COUPLED:
+        if BOUNCES and COUPLED:
             account.add_half_the_work(
                 body, motion.rigid_count, now.substep, motion.translation, motion.rotation, bodies
             )
@@ -565,11 +639,19 @@ def _gather_moved_bodies(now, touching, motion, bodies):
 
 
 def _follow_and_relax(
-    last, now, touching, motion, constraints, bodies, flows, settings, counts
+    index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
 ):  # fmt: skip
     """
-    Update separations, with the second half of the warm start; then relax. last: of the tick.
+    Update separations, with the second half of the warm start; then relax; index: of the substep.
     """
+    last = index + 1 == now.substeps
+    if DRIVES:
+        prescribed_bodies.end_substep(now.start + (index + 1) * now.substep, driven, bodies)
+        if index > 0:
+            find_works_of_drives(
+                prescribed_bodies.BEFORE, motion, driven, constraints, bodies, counts
+            )
+            prescribed_bodies.add_works(touching, driven, bodies)
     rows, batches = constraints.rows, constraints.batches
     lanes, batch_count = counts[tick_counts.LANES], counts[tick_counts.BATCHES]
     relaxations = int(settings[tick_settings.RELAXATIONS])
@@ -577,18 +659,25 @@ def _follow_and_relax(
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     update_separation(lanes, batch_count, rows, batches, bodies)
-    for iteration in range(relaxations):
-        adds_up = iteration + 1 == relaxations and not last
-        relax(
-            lanes, batch_count, 1.0 / now.substep, iteration == 0, adds_up, rows, batches, bodies
-        )
+    for iteration in range(max(relaxations, PASSES)):
+        rest = REST if iteration + 1 < relaxations else STRUCK
+        if not relax(
+            lanes, batch_count, 1.0 / now.substep, iteration == 0, rest, rows, batches, bodies
+        ):
+            break
+    if not last:
+        start_substep(lanes, batch_count, rows, batches, bodies)
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
         variable_mass.scale_warm_start(flows, bodies)
     scatter_momenta(touching, motion, bodies)
-    if not COUPLED and last:
-        for index in range(len(touching)):
-            body = touching[index]
+    if DRIVES:
+        when = prescribed_bodies.LAST if last else prescribed_bodies.AFTER
+        find_works_of_drives(when, motion, driven, constraints, bodies, counts)
+        prescribed_bodies.add_works(touching, driven, bodies)
+    if BOUNCES and not COUPLED and last:
+        for place in range(len(touching)):
+            body = touching[place]
             account.add_work(body, motion.translation, bodies)
             account.add_half_the_torque(body, motion.rigid_count, now.h, motion.rotation, bodies)
 
@@ -600,11 +689,17 @@ def scatter_momenta(touching: Indices, motion: Motion, bodies: Array) -> None:
         solver_bodies.scatter_momenta(
             touching[index], motion.rigid_count, motion.translation, motion.rotation, bodies
         )
+    pivots.stand_still(motion.pivoted, motion.translation)
 
 
-def _bound_bounces(touching, motion, constraints, energy, bodies, flows, counts):
+def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts):
     """Apply restitution, and bound what it returns."""
     batch_count = counts[tick_counts.BATCHES]
+    if not mark_bouncing(
+        batch_count, motion.body_count, WIDTH, touching, constraints.batches, constraints.rows,
+        energy.roots, constraints.colours,
+    ):  # fmt: skip
+        return
     restitution_bound.keep_momenta(touching, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
@@ -613,20 +708,16 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, counts)
     )
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
+    if DRIVES:
+        find_works_of_drives(prescribed_bodies.BOUNCE, motion, driven, constraints, bodies, counts)
     restitution_bound.bound_restitution(
         counts[tick_counts.MANIFOLDS], batch_count, motion.body_count, WIDTH, touching,
-        constraints, energy, bodies,
+        constraints, energy, driven.of_bodies, bodies,
     )  # fmt: skip
+    if DRIVES:
+        find_works_of_drives(prescribed_bodies.BOUNCE, motion, driven, constraints, bodies, counts)
+        prescribed_bodies.add_works(touching, driven, bodies)
     scatter_momenta(touching, motion, bodies)
-
-
-def _take_energy_back(substep, touching, motion, constraints, energy, bodies, counts):
-    """Project onto energy that has not risen."""
-    if projection.project_energy(
-        counts[tick_counts.MANIFOLDS], counts[tick_counts.BATCHES], motion.body_count, WIDTH,
-        substep, touching, constraints, energy, motion.translation, bodies,
-    ):  # fmt: skip
-        scatter_momenta(touching, motion, bodies)
 
 
 def _store_impulses(substep, poses, constraints, counts):
@@ -638,11 +729,17 @@ def _store_impulses(substep, poses, constraints, counts):
 
 
 def _put_to_sleep(
-    h, end, touching, motion, forces, colliders, constraints, bodies, state, settings, counts
+    h, end, touching, motion, forces, colliders, constraints, bodies, state, driven, settings,
+    counts,
 ):  # fmt: skip
     """
     Let islands fall asleep that are at rest, at the end of a tick [s]; tell whether some body did.
     """
+    if DRIVES:
+        prescribed_bodies.keep_awake(
+            counts[tick_counts.MANIFOLDS], motion.body_count, driven.drives,
+            constraints.manifolds, constraints.rows, state.sleep_states,
+        )  # fmt: skip
     fell = sleep.update_sleep(
         h, settings[tick_settings.SLEEP_SPEED], settings[tick_settings.SLEEP_TIME],
         counts[tick_counts.PIECE] == 0, counts[tick_counts.MANIFOLDS], touching, motion,
@@ -657,10 +754,11 @@ def _put_to_sleep(
 
 
 _STAGES = (
-    _evaluate_forces, _gather_bodies, _detect_contacts, _colour_constraints, _prepare_constraints,
+    _evaluate_forces, _gather_bodies, _detect_contacts, _drive, _find_works_of_drives,
+    _colour_constraints, _prepare_constraints,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
-    _gather_moved_bodies, _follow_and_relax, _bound_bounces, _take_energy_back, _store_impulses,
-    _put_to_sleep, _advance_ticks,
+    _gather_moved_bodies, _follow_and_relax, _bound_bounces, _store_impulses, _put_to_sleep,
+    _advance_ticks,
 )  # fmt: skip
 
 

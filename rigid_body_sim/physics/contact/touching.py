@@ -27,11 +27,11 @@ def lane_of(manifold: int, manifolds: Array) -> Any:
 
 
 @inline
-def bodies_of(lane: int, rows: Array) -> Any:
-    """Core indices of the bodies A and B of a constraint; of what cannot move: one too many."""
+def bodies_of(lane: int, static: int, rows: Array) -> Any:
+    """Core indices of the bodies A and B of a constraint; static: of what no contact moves."""
     return (
-        int(rows[lane + constraint.BODY_A]) // solver_bodies.SIZE,
-        int(rows[lane + constraint.BODY_B]) // solver_bodies.SIZE,
+        min(int(rows[lane + constraint.BODY_A]) // solver_bodies.SIZE, static),
+        min(int(rows[lane + constraint.BODY_B]) // solver_bodies.SIZE, static),
     )
 
 
@@ -53,7 +53,7 @@ def list_touching(
     for body in range(body_count + 1):
         marks[body] = 0
     for manifold in range(manifold_count):
-        body_a, body_b = bodies_of(lane_of(manifold, manifolds), rows)
+        body_a, body_b = bodies_of(lane_of(manifold, manifolds), body_count, rows)
         marks[body_a] = 1
         marks[body_b] = 1
     count = 0

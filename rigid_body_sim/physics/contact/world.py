@@ -33,14 +33,26 @@ from rigid_body_sim.physics.contact.collision.axis_of_symmetry import symmetry_f
 from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
 from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
+from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warning, take_overlaps
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
+from rigid_body_sim.physics.contact.islands.groups import groups_of
+from rigid_body_sim.physics.contact.islands.manners import (
+    WHOLE,
+    Islands,
+    Outcome,
+    Read,
+    let_stand_back,
+    pairs_of,
+    pieces_wanted,
+    put_together,
+)
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.pair_rules import pair_rules
 from rigid_body_sim.physics.contact.readout import read, together
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
-from rigid_body_sim.physics.contact.solver.cache_entries import without_pairs_of
+from rigid_body_sim.physics.contact.solver.cache_entries import scaled, without_pairs_of
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
@@ -60,6 +72,7 @@ PIECES_AT_ONCE = 64  # [-] whose contacts are kept apart; more take memory, fewe
 # [-] of the longest piece of a tick: what noise a shorter one leaves in its impulses would be
 # scaled up with them, and throw up what rests
 SHORT = 0.25
+CUT = 2  # manner of a tick that a force cuts
 
 
 class ContactWorld:
@@ -93,7 +106,7 @@ class ContactWorld:
             contact_point.SIZE_LONG if self._angular or self._bounces else contact_point.SIZE
         )
         flows = variable_mass.flows_of(layout, colliders.bodies.tolist())
-        self.arrays = WorldArrays(layout.n_moving, self._width, flows)
+        self.arrays = WorldArrays(layout.n_moving, self._width, flows, layout.pivoted)
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
         self.arrays.take_pair_rules(rules, len(scene.bodies))
@@ -103,7 +116,11 @@ class ContactWorld:
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
         self._has_woken = False  # whether somebody has in the piece under way
-        self._pieces: list[tuple[Contacts, Array]] = []  # of the last tick, if it was cut
+        self._groups = groups_of(scene, layout)
+        self._pairs: list[list[Indices]] = []  # where somebody asks who was connected
+        self._pieces: list[Read] = []  # of the last tick, if it was cut
+        self._names = [body.name for body in scene.bodies]
+        self._overlaps: dict[tuple[int, int], float] = {}  # [m] of pairs of scene indices
 
     def _make_sleepers(self, scene: Scene, sleeping: bool) -> Any:
         """Make what keeps the contacts of sleepers; None where nobody may sleep."""
@@ -133,16 +150,18 @@ class ContactWorld:
             end = size_in_use(numbers) if len(numbers) else 0
             self._sleepers.recall(numbers[end:])
             numbers = numbers[:end]
+        self._overlaps = {}
         self._restart_from(numbers)
 
     def snapshot(self) -> tuple[Any, ...]:
         """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
-        return self.arrays.cache_in_use.copy(), sleepers
+        return self.arrays.cache_in_use.copy(), sleepers, self.work_of_drives, dict(self._overlaps)
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
-        cache, sleepers = snapshot
+        cache, sleepers, self.arrays.works[0], overlaps = snapshot
+        self._overlaps = dict(overlaps)
         self.arrays.forget()
         if self._sleepers is not None:
             self._sleepers.return_to(sleepers)
@@ -151,6 +170,11 @@ class ContactWorld:
     def take_tick(self, h: float) -> None:
         """Take over the length of a whole tick [s]."""
         self.arrays.settings[tick_settings.WHOLE_TICK] = h
+
+    @property
+    def work_of_drives(self) -> float:
+        """Work that was done so far by what is moved as told, and by belts [J]."""
+        return float(self.arrays.works[0])
 
     def forget_body(self, core: int) -> None:
         """
@@ -173,6 +197,18 @@ class ContactWorld:
             self.arrays.counts[tick_counts.SLEEP_CHANGED] = 1
         self.arrays.put_cache(cache)
         self._is_read = False
+        self._pairs = []
+
+    def overlap_warnings(self) -> dict[tuple[int, int], str]:
+        """
+        Warn of the pairs of bodies (scene indices) that have overlapped too deeply since the start
+        or what was restored last, with the greatest depth: see `collision.deep_overlaps`.
+        """
+        names = self._names
+        return {
+            (first, second): overlap_warning(names[first], names[second], depth)
+            for (first, second), depth in self._overlaps.items()
+        }
 
     def contacts(self) -> Contacts:
         """Read the contacts of the last tick; none before the first."""
@@ -190,6 +226,7 @@ class ContactWorld:
             width=self._width,
             bounces=self._bounces,
             angular=int(self.arrays.settings[tick_settings.SUBSTEPS]) if self._angular else 0,
+            moving=self._layout.n_moving,
             table=self.arrays.table,
             manifolds=manifolds,
             rows=self.arrays.rows,
@@ -233,12 +270,13 @@ class ContactWorld:
             VELOCITY_DEPENDENT=velocity_dependent,
             SLEEPING=self._sleepers is not None,
             FLOWS=flows,
+            DRIVES=bool(self.arrays.drives.size),
             IGNORES=bool(self.arrays.ignored.size),
             PAIR_MATERIALS=bool(self.arrays.pair_material_rows.size),
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
             find_manifolds=manifold_finder(pairs),
-            **{'apply_restitution': _nothing, 'spread_friction': _nothing, **iterations},
+            **{'apply_restitution': _nothing, **iterations},
         )
 
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
@@ -253,54 +291,150 @@ class ContactWorld:
             def call(ticks: int, tick: float, h: float) -> float:
                 return compiled(ticks, tick, h, *given, *self.arrays.arguments)
 
-            return self._advance(call, ticks, tick, h)
+            return self._advance(call, ticks, tick, h, (translation, rotation))
 
         return advance
 
-    def _advance(self, call: Call, ticks: int, tick: float, h: float) -> float:
-        """Call the kernel, and do what it returns for, until all ticks are done; its status."""
+    def _advance(
+        self, call: Call, ticks: int, tick: float, h: float, motion: tuple[Any, Any]
+    ) -> float:
+        """
+        Call the kernel, and do what it returns for, until all ticks are done; its status.
+
+        motion : blocks of translation and rotation
+        """
         counts = self.arrays.counts
         done = 0
         while True:
             status = call(ticks - done, tick + done, h)
+            take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += int(counts[tick_counts.DONE])
                 self._is_read, self._pieces, self._h = True, [], h
+                self._note_pairs()
             if status != 0.0 or counts[tick_counts.STATUS] == tick_counts.COMPLETE:
                 return status
             if counts[tick_counts.STATUS] == tick_counts.TOO_LONG:
-                status = self._advance_in_pieces(call, tick + done, h)
+                status = self._advance_fast(call, tick + done, h, motion)
                 done += 1
             else:
                 self._answer(h)
             if status != 0.0 or done == ticks:
                 return status
 
-    def _advance_in_pieces(self, call: Call, tick: float, h: float) -> float:
+    def _advance_fast(self, call: Call, tick: float, h: float, motion: tuple[Any, Any]) -> float:
         """
-        Advance over one tick in equal pieces, because something fast hits something in it.
+        Advance over one tick, in equal pieces where something fast hits something in it.
         """
-        counts = self.arrays.counts
-        pieces = int(counts[tick_counts.PIECES])
+        counts, arrays = self.arrays.counts, self.arrays
+        manifolds = arrays.manifolds_in_use
+        count = self._layout.n_moving
+        islands = Islands(self._groups, pieces_wanted(manifolds, arrays.table, count))
+        islands.join(WHOLE, pairs_of(manifolds, arrays.table))
 
-        def advance(piece: int) -> float:
-            while True:
-                status = call(1, tick * pieces + piece, h / pieces)
-                if status != 0.0 or counts[tick_counts.DONE]:
-                    self._is_read, self._pieces = True, []
-                    return status
-                self._answer(h / pieces)
+        def advance(pieces: int) -> float:
+            def one(piece: int) -> float:
+                while True:
+                    status = call(1, tick * pieces + piece, h / pieces)
+                    take_overlaps(arrays.overlaps, self._overlaps)
+                    if status != 0.0 or counts[tick_counts.DONE]:
+                        self._is_read, self._pieces = True, []
+                        self._note_pairs()
+                        return status
+                    self._answer(h / pieces)
 
-        counts[tick_counts.FINE] = 1
-        status = self.in_pieces([h / pieces] * pieces, advance)
-        counts[tick_counts.FINE] = 0
-        return status
+            counts[tick_counts.FINE] = 1
+            status = self.in_pieces(h, [h / pieces] * pieces, one)
+            counts[tick_counts.FINE] = 0
+            return status
 
-    def in_pieces(self, lengths: Sequence[float], advance: Callable[[int], float]) -> float:
+        return self._advance_islands(islands, h, motion, advance)
+
+    def advance_cut(
+        self, bodies: NDArray[np.bool_], h: float, motion: tuple[Any, Any],
+        advance: Callable[[bool], float],
+    ) -> float:  # fmt: skip
+        """
+        Advance over a tick that is cut for some bodies, and for who is connected to them.
+
+        bodies  : whether the tick is cut for each body
+        h       : [s] of the tick
+        motion  : blocks of translation and rotation
+        advance : advances all over the tick, cut or not, and returns the status
+        """
+        islands = Islands(self._groups, np.where(bodies, CUT, WHOLE))
+        return self._advance_islands(islands, h, motion, lambda manner: advance(manner == CUT))
+
+    def _advance_islands(
+        self, islands: Islands, h: float, motion: tuple[Any, Any], advance: Callable[[int], float]
+    ) -> float:
+        """
+        Advance over a tick, each island in its own manner: see `islands.manners`. Where islands
+        may sleep, all go in the finest one.
+        """
+        arrays = self.arrays
+        wanted = islands.wanted
+        if self._sleepers is not None or len(np.unique(wanted)) == 1:
+            return advance(int(wanted.max()))
+        start = (*(np.array(blocks) for blocks in motion), arrays.cache_in_use.copy())
+        outcomes: dict[int, Outcome] = {}
+        manner = 0
+        while True:
+            wanted = islands.wanted
+            left = wanted[wanted > manner]
+            if not left.size:
+                break
+            manner = int(left.min())
+            status = self._advance_some(islands, manner, motion, start, advance)
+            if status != 0.0:
+                return status
+            read = together(self._pieces)
+            translation, rotation = (np.array(blocks) for blocks in motion)
+            outcomes[manner] = Outcome(translation, rotation, arrays.cache_in_use.copy(), read)
+        cache, read = put_together(outcomes, wanted, arrays.table, *motion, arrays.substep_of(h))
+        arrays.put_cache(cache)
+        self._is_read, self._pieces, self._h = True, [read], h
+        return 0.0
+
+    def _advance_some(
+        self, islands: Islands, manner: int, motion: tuple[Any, Any], start: Any,
+        advance: Callable[[int], float],
+    ) -> float:  # fmt: skip
+        """
+        Advance over a tick from its start in a manner, until no body is missing that is connected
+        to who wants it.
+        """
+        table, works, overlaps = self.arrays.table, self.work_of_drives, self._overlaps
+        while True:
+            self.arrays.works[0], self._overlaps = works, dict(overlaps)
+            for blocks, values in zip(motion, start, strict=False):
+                np.asarray(blocks)[:] = values
+            self.arrays.put_cache(start[-1])
+            take_part = islands.wanted == manner
+            let_stand_back(~take_part, table)
+            self._pairs.append([])
+            status = advance(manner)
+            pairs = np.concatenate([np.zeros((0, 2), dtype=np.int64), *self._pairs.pop()])
+            let_stand_back(np.zeros_like(take_part), table)
+            islands.join(manner, pairs)
+            if status != 0.0 or not ((islands.wanted == manner) & ~take_part).any():
+                return status
+
+    def _note_pairs(self) -> None:
+        """Note which bodies contacts joined, where somebody asks."""
+        if self._pairs:
+            pairs = pairs_of(self.arrays.manifolds_in_use, self.arrays.table)
+            for asked in self._pairs:
+                asked.append(pairs)
+
+    def in_pieces(
+        self, h: float, lengths: Sequence[float], advance: Callable[[int], float]
+    ) -> float:
         """
         Advance over the pieces of one tick, and read the contacts of each before the next one
         writes over them. A short piece leaves the impulse cache as it found it.
 
+        h       : [s] of the tick
         lengths : [s] of the pieces
         advance : advances over the piece of a number, and returns the status
         returns : the last status
@@ -308,7 +442,7 @@ class ContactWorld:
         counts = self.arrays.counts
         was_piece, counts[tick_counts.PIECE] = int(counts[tick_counts.PIECE]), 1
         least = SHORT * max(lengths)
-        pieces: list[tuple[Contacts, Array]] = []
+        pieces: list[Read] = []
         status = 0.0
         for number, length in enumerate(lengths):
             cache = self.arrays.cache_in_use.copy() if length < least else None
@@ -322,8 +456,9 @@ class ContactWorld:
             if len(pieces) >= PIECES_AT_ONCE:
                 pieces = [together(pieces)]
         counts[tick_counts.PIECE] = was_piece
+        self.arrays.put_cache(scaled(self.arrays.cache_in_use, self.arrays.substep_of(h)))
         self._pieces = [together(pieces)] if pieces else []
-        self._h = sum(lengths)
+        self._h = h
         return status
 
     def _answer(self, h: float) -> None:

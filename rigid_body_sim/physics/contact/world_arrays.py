@@ -8,13 +8,20 @@ Each array is an attribute with the name that it has in the kernel of the ticks 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact import solver_bodies, step, tick_counts
+from rigid_body_sim.physics.contact import (
+    prescribed_bodies,
+    solver_bodies,
+    step,
+    tick_counts,
+    tick_settings,
+)
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
@@ -26,12 +33,14 @@ from rigid_body_sim.physics.contact.collision import (
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
-from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
+from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE, Colliders
+from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps, overlap_limits
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.pair_rules import PairRules
+from rigid_body_sim.physics.contact.prescribed_bodies import driven_bodies
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
@@ -65,11 +74,12 @@ class WorldArrays:
     arguments : all of them, as the kernel takes them
     """
 
-    def __init__(self, body_count: int, width: int, flows: Array) -> None:
+    def __init__(self, body_count: int, width: int, flows: Array, pivoted: Sequence[int]) -> None:
         """Make what does not depend on colliders; width: numbers of a contact point."""
         self._width = width
+        self.pivoted = np.array(pivoted, dtype=np.int64)
         self.flows = flows
-        self.bodies = aligned((body_count + 1) * solver_bodies.SIZE)
+        self._body_count = body_count
         self.colours = np.zeros(body_count + 1, dtype=np.int64)
         self.touching = np.zeros(body_count + 1, dtype=np.int64)
         self.marks = np.zeros(body_count + 1, dtype=np.int64)
@@ -94,6 +104,8 @@ class WorldArrays:
         self.shape_parameters = colliders.shape_parameters
         self.table = ordered(colliders.table, collider_record.SIZE)
         self.local_bounds = ordered(colliders.local_bounds, bounds_record.SIZE)
+        self.overlap_limits = overlap_limits(self.local_bounds)
+        self.overlaps = make_overlaps()
         self.local_poses = ordered(colliders.local_poses, pose.SIZE)
         self.materials = ordered(colliders.materials, material_record.SIZE)
         poses = ordered(colliders.poses, pose.SIZE)
@@ -104,6 +116,11 @@ class WorldArrays:
         self.fat_aabbs = np.zeros(neighbour_list.size_of_fat_aabbs(count))
         self.hash_heads = np.zeros(hash_grid.size_of_heads(count), dtype=np.int64)
         self.grid = np.zeros(max(1, count) * hash_grid.SIZE, dtype=np.int64)
+        driven, rows = driven_bodies([colliders.parts[i] for i in order], self._body_count)
+        self.table[collider_record.FIXED_ROW :: collider_record.SIZE] = rows
+        self.drives, self.paths, self.moment, self.works, self.of_bodies = driven
+        count_driven = len(driven.drives) // prescribed_bodies.SIZE
+        self.bodies = aligned((self._body_count + 1 + count_driven) * solver_bodies.SIZE)
         planes = self.table[collider_record.TYPE :: collider_record.SIZE] == PLANE
         self.counts[tick_counts.COLLIDERS] = count
         self.counts[tick_counts.PLANES] = int(np.sum(planes))
@@ -125,7 +142,8 @@ class WorldArrays:
     def _usual_radius(self) -> float:
         """Median of the bounding radii [m] of what has one."""
         radii = self.local_bounds[bounds_record.RADIUS :: bounds_record.SIZE]
-        radii = radii[np.isfinite(radii) & (radii > 0.0)]
+        types = self.table[collider_record.TYPE :: collider_record.SIZE]
+        radii = radii[np.isfinite(radii) & (radii > 0.0) & (types != SURFACE)]
         return float(np.median(radii)) if radii.size else 1.0
 
     def take_settings(self, settings: ContactSettings) -> None:
@@ -175,6 +193,7 @@ class WorldArrays:
         between the growth of a list and the word of it.
         """
         self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
+        self.table[collider_record.STANDS_BACK :: collider_record.SIZE] = 0
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
             scratch[:] = 0
@@ -194,6 +213,10 @@ class WorldArrays:
             self.rows = aligned(2 * len(self.rows))
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)
         self.pack()
+
+    def substep_of(self, h: float) -> float:
+        """Substep [s] of a tick [s]."""
+        return h / int(self.settings[tick_settings.SUBSTEPS])
 
     @property
     def cache_in_use(self) -> Array:

@@ -59,14 +59,19 @@ class Invariants:
         steady = all(flow_of(body) is None for body in scene.bodies)
         held = any(body.pivot is not None for body in scene.bodies)
         flows = not steady or bool(changing(scene))
-        self.is_driven = flows or any(
-            getattr(force, 'brings_energy', lambda of=force: _unknown(of))()
-            for force in scene.forces
+        meet = scene.contact.get('mode', 'none') != 'none'
+        told = meet and any(moves_others(body) for body in scene.bodies)
+        self.is_driven = (
+            flows
+            or told
+            or any(
+                getattr(force, 'brings_energy', lambda of=force: _unknown(of))()
+                for force in scene.forces
+            )
         )
         no_source = not flows and all(f.conserves_energy() for f in scene.forces)
-        meet = scene.contact.get('mode', 'none') != 'none'
         self.energy_is_conserved = no_source and not meet
-        self.energy_must_not_rise = no_source and meet
+        self.energy_must_not_rise = no_source and meet and not told
         obstacles = meet and any(_is_obstacle(body) for body in scene.bodies)
         self.momentum_is_conserved = (
             steady
@@ -162,6 +167,11 @@ class Invariants:
 def _unknown(force: object) -> bool:
     """Whether an element that does not say whether it brings energy in must be taken for one."""
     return not hasattr(force, 'power') and not getattr(force, 'conserves_energy', bool)()
+
+
+def moves_others(body: Body) -> bool:
+    """Whether a body brings energy to those that it touches: it is moved, or its surface."""
+    return body.motion is not None or any(body.surface_velocity)
 
 
 def _is_obstacle(body: Body) -> bool:

@@ -11,7 +11,7 @@ with the bodies, and the flows of mass. The chain of their kernels is evaluated 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ from rigid_body_sim.physics.forces.elements import (
 from rigid_body_sim.physics.forces.elements.inertia_over_time import rows as inertia_rows
 from rigid_body_sim.physics.forces.evaluator import derivatives, evaluator
 from rigid_body_sim.physics.forces.power import PowerKernel, of_wrenches
-from rigid_body_sim.physics.forces.schedule import Schedule, Switch
+from rigid_body_sim.physics.forces.schedule import Schedule, Switch, places_of
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.model.inertia_over_time import changing
 from rigid_body_sim.physics.model.scene import Scene
@@ -74,6 +74,7 @@ class ActingElements:
         kinks = [f.kinks() for f in scene.forces if hasattr(f, 'kinks')]
         self.kinks = np.unique(np.array([t for each in kinks for t in each], dtype=np.float64))
         self._sizes = (layout.n_moving, layout.n_rigid)
+        self._instants = _instants_of(scene, layout)
         self._powers: dict[str, PowerKernel] = {}
         self._evaluate: Callable[..., Any] | None = None
         self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
@@ -106,6 +107,15 @@ class ActingElements:
         self._ranges_of_chain = ranges
         switches = [*self._switches, *ends]
         self.schedule = Schedule(switches, self.kinks) if self.is_timed else None
+
+    def bodies_at(self, places: Sequence[float], h: float) -> NDArray[np.bool_]:
+        """
+        Tell on which moving bodies something begins, ends or has a kink at places [tick].
+        """
+        found = np.zeros(self._sizes[0], dtype=np.bool_)
+        for core, instants in self._instants:
+            found[core] |= bool(np.isin(places_of(instants, h), places).any())
+        return found
 
     @property
     def names(self) -> list[str]:
@@ -174,3 +184,25 @@ class ActingElements:
         return derivatives(
             chain, by_differences=bool(self._flows or (self.pivots.count and unknown))
         )
+
+
+def _instants_of(scene: Scene, layout: Layout) -> list[tuple[int, Array]]:
+    """
+    Instants [s] at which what acts on a moving body begins, ends or has a kink, body by body.
+    """
+    cores = {int(scene_index): core for core, scene_index in enumerate(layout.moving)}
+    found = []
+    for force in scene.forces:
+        instants = [*force.acts()] if hasattr(force, 'acts') else []
+        instants += force.kinks() if hasattr(force, 'kinks') else []
+        ends = {cores.get(layout.index(name)) for name in force.bodies() if name in layout.names}
+        found += [(core, instants) for core in ends if core is not None and instants]
+    for index, body in enumerate(scene.bodies):
+        if index in cores:
+            core = cores[index]
+            if flow_of(body) is not None:
+                found.append((core, [end_of_flow(body)]))
+            if body.inertia_over_time is not None:
+                pieces = inertia_rows(body, layout)
+                found.append((core, [t for _, *ends in pieces for t in ends]))
+    return [(core, np.array(times, dtype=np.float64)) for core, times in found]

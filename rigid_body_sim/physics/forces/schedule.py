@@ -112,3 +112,8 @@ def _snapped(places: Array) -> Array:
     """Put on tick boundaries what is as good as there."""
     nearest = np.round(places)
     return np.where(np.abs(places - nearest) < SNAP, nearest, places)
+
+
+def places_of(instants: Array, h: float) -> Array:
+    """Places [tick] of instants [s], as a schedule has them."""
+    return _snapped(_ticks(instants, h))

@@ -39,6 +39,7 @@ from rigid_body_sim.physics.model.shapes import (
     Plane,
     Shape,
     Sphere,
+    Surface,
     Union,
 )
 from rigid_body_sim.physics.model.volume_integrals import (
@@ -96,6 +97,10 @@ def of_shape(
     """
     if isinstance(shape, Plane):
         raise InvalidModel('a plane has no mass: it is static; remove mass and density')
+    if isinstance(shape, Surface):
+        raise InvalidModel(
+            'ground of triangles has no mass: it is static; remove mass and density'
+        )
     with np.errstate(
         all='ignore'
     ):  # absurd sizes overflow to infinity and are refused by name below

@@ -20,9 +20,6 @@ Source: Goldstein, Classical Mechanics, sections 5.1 and 5.7.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,7 +30,7 @@ from rigid_body_sim.physics.model.scene import Body
 Array = NDArray[np.float64]
 
 
-def check_pivot(body: Body, contact: Mapping[str, Any]) -> None:
+def check_pivot(body: Body) -> None:
     """Refuse a pivot that the body cannot have."""
     if body.pivot is None:
         return
@@ -49,11 +46,6 @@ def check_pivot(body: Body, contact: Mapping[str, Any]) -> None:
         raise InvalidModel(
             f'{name} turns about a pivot, for which a mass that changes is not modelled; remove '
             'mass_rate, or pivot'
-        )
-    if contact.get('mode', 'none') != 'none':
-        raise InvalidModel(
-            f'{name} turns about a pivot, which contact does not know yet; remove pivot, or set '
-            'contact to {mode: none}'
         )
     if not np.all(np.isfinite([*body.pivot.point, *body.pivot.at])):
         raise InvalidModel(f'the pivot of {name} must be finite, got {body.pivot}')

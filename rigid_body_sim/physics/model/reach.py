@@ -37,6 +37,7 @@ def _reach_of_part(part: Body) -> float:
         case (
             shapes.ConvexHull(vertices=points)
             | shapes.Mesh(vertices=points)
+            | shapes.Surface(vertices=points)
             | shapes.Particles(positions=points)
         ):
             from_shape = rotation.rotate_back(part.shape_orientation, center)

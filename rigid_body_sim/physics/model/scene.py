@@ -107,6 +107,42 @@ class Pivot:
 
 
 @dataclass(frozen=True)
+class Oscillation:
+    """
+    A sin(2 pi t/period + phase), see `model.prescribed_motion`.
+
+    amplitude : A [m] or [rad];   period : [s];   phase : [rad]
+    """
+
+    amplitude: float
+    period: float
+    phase: float = 0.0
+
+
+@dataclass(frozen=True)
+class PrescribedMotion:
+    """
+    How a body is moved, whatever acts on it, see `model.prescribed_motion`; its `initial` motion
+    goes on beneath.
+
+    surge, sway, heave : oscillations along x, y, z [m], world
+    roll, pitch, yaw   : oscillations about x, y, z [rad], world
+    table : rows (t, x, y, z) or (t, x, y, z, roll, pitch, yaw) [s, m, rad], times ascending
+    point : (3,) [m] body coordinates: which follows the path, and about which the body turns;
+            None: its centre of mass
+    """
+
+    surge: tuple[Oscillation, ...] = ()
+    sway: tuple[Oscillation, ...] = ()
+    heave: tuple[Oscillation, ...] = ()
+    roll: tuple[Oscillation, ...] = ()
+    pitch: tuple[Oscillation, ...] = ()
+    yaw: tuple[Oscillation, ...] = ()
+    table: tuple[tuple[float, ...], ...] = ()
+    point: Vector | None = None
+
+
+@dataclass(frozen=True)
 class Frame:
     """
     Axes fixed to a body, where something acts on it: a thruster, a rotor.
@@ -143,6 +179,9 @@ class Body:
     shape_position, shape_orientation : where the shape lies: (3,) [m] its origin in body
         coordinates, (4,) [-] unit quaternion xyzw, shape axes to body axes
     frames         : axes fixed to the body, by name: commands may be given in them
+    motion         : how the body is moved; then it is fixed for all that acts
+    surface_velocity : (3,) [m/s] of the surface of a fixed body along its faces, body axes: a
+        conveyor
     """
 
     name: str
@@ -159,6 +198,8 @@ class Body:
     shape_orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
     inertia_over_time: InertiaOverTime | None = None
     frames: Mapping[str, Frame] = field(default_factory=dict)
+    motion: PrescribedMotion | None = None
+    surface_velocity: Vector = (0.0, 0.0, 0.0)
 
     @property
     def is_point(self) -> bool:

@@ -22,6 +22,8 @@ from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model.numbers import is_list, is_number, numbers, shown
 from rigid_body_sim.physics.model.rotation import unit_quaternion
 
+MOST_TRIANGLES = 1 << 22  # [-] of a surface: their numbers are part of the keys of its contacts
+
 
 @dataclass(frozen=True)
 class Particle:
@@ -101,18 +103,36 @@ class Mesh:
 
     def __post_init__(self) -> None:
         vertices = _points(f'mesh {self.name!r}: vertices', self.vertices, at_least=4)
-        faces = _whole(self.faces, name=self.name)
-        if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) < 4:
+        faces = _faces(self.faces, len(vertices), at_least=4, what=f'mesh {self.name!r}')
+        object.__setattr__(self, 'vertices', vertices)
+        object.__setattr__(self, 'faces', faces)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """
+    Ground made of triangles as they are, open or closed, of a body that is fixed.
+
+    Its outside is where its triangles are seen counter-clockwise; what comes from there meets it.
+    `height_field.height_field` makes one of heights over a grid.
+
+    vertices : (n, 3) [m]
+    faces    : (m, 3) int  indices of the corners, counter-clockwise seen from outside
+    name     : where it came from
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    name: str = 'surface'
+
+    def __post_init__(self) -> None:
+        vertices = _points(f'surface {self.name!r}: vertices', self.vertices, at_least=3)
+        faces = _faces(self.faces, len(vertices), at_least=1, what=f'surface {self.name!r}')
+        if len(faces) > MOST_TRIANGLES:
             raise InvalidModel(
-                f'mesh {self.name!r}: faces have the shape {faces.shape}; '
-                'a solid needs at least four triangles (m, 3)'
+                f'surface {self.name!r}: got {len(faces)} triangles; at most {MOST_TRIANGLES} '
+                'collide; cut it into several bodies'
             )
-        if faces.min() < 0 or faces.max() >= len(vertices):
-            raise InvalidModel(
-                f'mesh {self.name!r}: faces name the vertices {faces.min()} to {faces.max()}; '
-                f'there are 0 to {len(vertices) - 1}'
-            )
-        faces.setflags(write=False)
         object.__setattr__(self, 'vertices', vertices)
         object.__setattr__(self, 'faces', faces)
 
@@ -185,6 +205,11 @@ class Part:
     def __post_init__(self) -> None:
         if isinstance(self.shape, Plane):
             raise InvalidModel('a plane has no mass and is no part of a union; remove it')
+        if isinstance(self.shape, Surface):
+            raise InvalidModel(
+                'triangles that are ground have no mass and are no part of a union; give them a '
+                'body of their own with fixed: true'
+            )
         if not isinstance(self.shape, Shape):
             raise InvalidModel(f'got {shown(self.shape)}; a shape is needed', at=('shape',))
         if self.mass is not None and self.density is not None:
@@ -218,7 +243,17 @@ class Union:
 
 
 Shape = (
-    Particle | Sphere | Box | Cylinder | Capsule | ConvexHull | Mesh | Particles | Plane | Union
+    Particle
+    | Sphere
+    | Box
+    | Cylinder
+    | Capsule
+    | ConvexHull
+    | Mesh
+    | Particles
+    | Plane
+    | Surface
+    | Union
 )
 
 
@@ -237,14 +272,24 @@ def _array(what: str, values: Any) -> NDArray[np.float64]:
     raise InvalidModel(f'{what}: got {shown(values)}; an array of numbers is needed')
 
 
-def _whole(values: Any, *, name: str) -> NDArray[np.int64]:
-    found = _array(f'mesh {name!r}: faces', values)
+def _faces(values: Any, n_vertices: int, *, at_least: int, what: str) -> NDArray[np.int64]:
+    """Return triangles (m, 3) as indices of vertices."""
+    found = _array(f'{what}: faces', values)
     with np.errstate(invalid='ignore'):
         faces = found.astype(np.int64)
     if not np.array_equal(faces, found):
         raise InvalidModel(
-            f'mesh {name!r}: faces hold {shown(values)}; whole numbers of vertices are needed'
+            f'{what}: faces hold {shown(values)}; whole numbers of vertices are needed'
         )
+    if faces.ndim != 2 or faces.shape[1] != 3 or len(faces) < at_least:
+        needs = 'a solid needs at least four triangles' if at_least > 1 else 'need one or more'
+        raise InvalidModel(f'{what}: faces have the shape {faces.shape}; {needs} (m, 3)')
+    if faces.min() < 0 or faces.max() >= n_vertices:
+        raise InvalidModel(
+            f'{what}: faces name the vertices {faces.min()} to {faces.max()}; '
+            f'there are 0 to {n_vertices - 1}'
+        )
+    faces.setflags(write=False)
     return faces
 
 

@@ -76,7 +76,7 @@ class Layout:
                     check_inertia_over_time(body)
             if body.pivot is not None:
                 with blaming('bodies', i, 'pivot'):
-                    check_pivot(body, scene.contact)
+                    check_pivot(body)
         movable = [i for i, body in enumerate(scene.bodies) if not body.fixed]
         rigid = [i for i in movable if not scene.bodies[i].is_point]
         self.moving = np.array(
@@ -106,6 +106,10 @@ class Layout:
         """Core index of a moving body; InvalidModel for an unknown or a fixed one."""
         core = self._core.get(self.index(name))
         if core is None:
+            if self.bodies[self.index(name)].motion is not None:
+                raise InvalidModel(
+                    f'{name!r} moves as told and cannot be pushed; choose a body without `motion`'
+                )
             raise InvalidModel(
                 f'{name!r} is fixed and cannot be pushed; choose a body without `fixed: true`'
             )
@@ -122,6 +126,11 @@ class Layout:
         record = self.bodies[index]
         arm = np.subtract(point, record.center_of_mass) if point is not None else np.zeros(3)
         core = self._core.get(index)
+        if record.motion is not None:
+            raise InvalidModel(
+                f'{body!r} moves as told, and forces do not follow it yet; choose another body, '
+                'or the world'
+            )
         if core is None:
             start = record.initial
             return Place(-1, -1, as_vector(start.position + so3.rotate(start.orientation, arm)))

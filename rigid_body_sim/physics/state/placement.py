@@ -88,6 +88,8 @@ def asked_placement(
     Raises InvalidModel for what no body, or not this one, can be.
     """
     said = f'state of {body.name!r}'
+    if body.motion is not None:
+        raise InvalidModel(f'{said}: it moves as told; choose a body without `motion`')
     if body.fixed:
         raise InvalidModel(f'{said}: it is fixed; choose a body without `fixed: true`')
     if not isinstance(frame, str) or frame not in FRAMES:

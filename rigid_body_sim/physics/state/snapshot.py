@@ -15,8 +15,11 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import argument, kernel
+from rigid_body_sim.physics.model import prescribed_motion
+from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import moments_at
 from rigid_body_sim.physics.model.pivot import arm_of
+from rigid_body_sim.physics.model.prescribed_motion import path_of
 from rigid_body_sim.physics.model.variable_mass import flow_of, masses_at
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.state.blocks import (
@@ -112,6 +115,19 @@ def _move_to_centers(count, pivots, values):
         store(values, row + ANGULAR_MOMENTUM, subtract(about_pivot, cross(arm, momentum)))
 
 
+def _put_told(row: Array, path: Array, time: float) -> None:
+    """Write the motion at a time [s] of a body that is moved as told."""
+    out = np.zeros(prescribed_motion.INSTANT)
+    prescribed_motion.motion_at(argument(path), 0, time, argument(out))
+    q = out[prescribed_motion.AT_ORIENTATION : prescribed_motion.AT_VELOCITY]
+    spin = out[prescribed_motion.AT_SPIN : prescribed_motion.AT_ACCELERATION]
+    row[POSITION:ORIENTATION] = out[: prescribed_motion.AT_ORIENTATION]
+    row[ORIENTATION:VELOCITY] = q
+    row[VELOCITY:ANGULAR_VELOCITY] = out[prescribed_motion.AT_VELOCITY : prescribed_motion.AT_SPIN]
+    row[ANGULAR_VELOCITY:ANGULAR_VELOCITY_BODY] = spin
+    row[ANGULAR_VELOCITY_BODY:MOMENTUM] = so3.rotate_back(q, spin)
+
+
 @dataclass(frozen=True, eq=False)
 class State:
     """
@@ -174,6 +190,11 @@ class StateReader:
         for i, body in enumerate(layout.bodies):
             self._still[i, POSITION:ORIENTATION] = body.initial.position
             self._still[i, ORIENTATION:VELOCITY] = body.initial.orientation
+        self._told = [
+            (i, path_of(body, body.center_of_mass))
+            for i, body in enumerate(layout.bodies)
+            if body.motion is not None
+        ]
         self._sizes = (layout.n_moving, layout.n_rigid)
         self._principal = argument(layout.principal.ravel())
         self._scene_index = argument(layout.moving)
@@ -193,6 +214,8 @@ class StateReader:
     def read(self, translation: Array, rotation: Array, *, time: float) -> State:
         """Read the state of all bodies, `time` [s] after the start of the scene."""
         values = self._still.copy()
+        for i, path in self._told:
+            _put_told(values[i], path, time)
         for core, law in self._changing:
             moments = moments_at(law, time)  # the blocks may hold those of the last stage
             block, lane = divmod(core, LANES)

@@ -30,6 +30,7 @@ from rigid_body_sim.physics.model.shapes import (
     Plane,
     Shape,
     Sphere,
+    Surface,
     Union,
 )
 
@@ -176,7 +177,7 @@ def _of_shape(shape: Shape, pose: Pose) -> tuple[list[Piece | HalfSpace], Array 
         case Particles(positions=positions):
             points = pose.origin + positions @ pose.axes.T
             return [Piece(Pose(x, pose.axes), np.zeros(3)) for x in points], points
-        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices):
+        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices) | Surface(vertices=vertices):
             low, high = np.min(vertices, axis=0), np.max(vertices, axis=0)
             middle = pose.place(Pose(0.5 * (low + high), np.eye(3)))
             return [Piece(middle, 0.5 * (high - low))], pose.origin + vertices @ pose.axes.T

@@ -7,5 +7,6 @@ Collision detection: which colliders meet in a tick, and where.
     swept_aabbs    : how far each collider reaches in a tick, speculative margin of a pair
     neighbour_list : broad phase, the pairs that may meet, kept over ticks; `hash_grid` below it
     narrow_phase   : contact manifolds of those pairs, by the pair kernels in `pairs`
-    conservative_advancement : what is fast, whether and when it hits (CCD)
+    ghosts         : manifolds that would stop what nothing is in the way of are taken out again
+    conservative_advancement : whether a pair misses, axis by axis (CCD); `free_motion`, `support`
 """

@@ -21,7 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.collision import pose
-from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE, SPHERE
+from rigid_body_sim.physics.contact.collision.collider import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    PLANE,
+    SPHERE,
+    SURFACE,
+)
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, AS_IT_IS, BALL, CENTRED_BALL
 from rigid_body_sim.physics.model.plain_products import length, times
 
@@ -80,7 +87,9 @@ def symmetry_features(kinds: Collection[tuple[int, int]]) -> dict[str, bool]:
         kinds : pairs of types that may meet
     """
     return {
-        'on_rims': (CYLINDER, PLANE) in kinds or (BOX, CYLINDER) in kinds,
+        'on_rims': any(
+            kind in kinds for kind in ((CYLINDER, PLANE), (CYLINDER, SURFACE), (BOX, CYLINDER))
+        ),
         'patches': any(SPHERE not in pair for pair in kinds),
         'layered': any(kind in (SPHERE, CAPSULE) for pair in kinds for kind in pair),
     }

@@ -4,8 +4,8 @@
 What collides, as arrays: one collider for each solid of each body (`solids`), in scene order.
 
 A fixed body is a static collider. A point mass collides as a sphere of radius zero, but never with
-another point. A mesh collides as its convex hull. Bodies without a shape and particles that make a
-rigid body do not collide.
+another point. A mesh collides as its convex hull, a surface as its triangles. Bodies without a
+shape and particles that make a rigid body do not collide.
 
     shape_parameters : of all shapes, one after the other, see `shape_parameters`; equal hulls
                        share one record; a cylinder has the prism record of `hull_records` behind
@@ -42,7 +42,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.plain_products import dot, product, times
 from rigid_body_sim.physics.model.plain_products import length as length_of
-from rigid_body_sim.physics.model.scene import Body, Scene
+from rigid_body_sim.physics.model.scene import Body, Scene, Vector
 from rigid_body_sim.physics.model.shapes import (
     Box,
     Capsule,
@@ -52,6 +52,7 @@ from rigid_body_sim.physics.model.shapes import (
     Particle,
     Plane,
     Sphere,
+    Surface,
 )
 from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.physics.vectors import add, load
@@ -59,12 +60,12 @@ from rigid_body_sim.physics.vectors import add, load
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE = range(6)
-NAMES = ('sphere', 'capsule', 'box', 'cylinder', 'hull', 'plane')
+SPHERE, CAPSULE, BOX, CYLINDER, HULL, PLANE, SURFACE = range(7)
+NAMES = ('sphere', 'capsule', 'box', 'cylinder', 'hull', 'plane', 'surface')
 
 NO_COLLIDER = -1  # type of a body that does not collide
 
-_BY_PRISM = (CAPSULE, BOX, HULL)  # types that meet a cylinder as a prism
+_BY_PRISM = (CAPSULE, BOX, HULL, SURFACE)  # types that meet a cylinder as a prism
 
 
 class ColliderArrays(NamedTuple):
@@ -104,6 +105,7 @@ class Colliders:
 
     shape_parameters, local_bounds, local_poses, poses, table, materials : one-dimensional, see the
                                                                            module
+    parts : of each its body with its shape alone
     """
 
     shape_parameters: Array
@@ -112,6 +114,7 @@ class Colliders:
     local_poses: Array
     poses: Array
     materials: Array
+    parts: tuple[Body, ...]
 
     @classmethod
     def of(cls, scene: Scene, layout: Layout) -> Colliders:
@@ -140,12 +143,13 @@ class Colliders:
             if begin == len(parameters):
                 parameters.extend(of_shape.tolist())
             place = moving.get(index, collider_record.STATIC)
-            table.append((kind, begin, place, index))
+            table.append((kind, begin, place, index, 0, layout.n_moving))
             bounds.append(_bounds(body, kind))
             turn = np.eye(3)
             if 0 <= place < layout.n_rigid:
                 turn = product(to_principal[place], _shape_axes(body))
-            local_poses.append((*_center_in_shape(body), *turn.ravel()))
+            reference = body.center_of_mass if body.pivot is None else body.pivot.point
+            local_poses.append((*_in_shape(body, reference), *turn.ravel()))
             poses.append(_pose(body))
             material = body.material
             materials.append(
@@ -163,6 +167,7 @@ class Colliders:
             local_poses=np.array(local_poses, dtype=np.float64).ravel(),
             poses=np.array(poses, dtype=np.float64).ravel(),
             materials=np.array(materials, dtype=np.float64).ravel(),
+            parts=tuple(body for _, body, _ in found),
         )
 
     def __len__(self) -> int:
@@ -213,6 +218,8 @@ def type_of(body: Body) -> int:
             return HULL
         case Plane():
             return PLANE
+        case Surface():
+            return SURFACE
         case _:
             return NO_COLLIDER
 
@@ -247,6 +254,8 @@ def _parameters(body: Body, prisms: bool, hulls: dict[int, Array]) -> Array:
             placed = _pose(body)
             turned = times(placed[pose.ROW_X :].reshape(3, 3), normal)
             return np.array([*turned, offset + dot(turned, placed[: pose.ROW_X])])
+        case Surface() as shape:
+            return _surface_record(body, shape)
         case _:
             return np.zeros(1)
 
@@ -258,6 +267,15 @@ def _record(shape: Any, hulls: dict[int, Array]) -> Array:
     if id(shape) not in hulls:
         hulls[id(shape)] = record(shape)
     return hulls[id(shape)]
+
+
+def _surface_record(body: Body, shape: Surface) -> Array:
+    # scipy's graphs take a tenth of a second to import: only for the scenes that have ground.
+    from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import record
+
+    placed = _pose(body)
+    turned = shape.vertices @ placed[pose.ROW_X :].reshape(3, 3).T
+    return record(turned + placed[: pose.ROW_X], shape.faces, name=shape.name)
 
 
 def _bounds(body: Body, kind: int) -> tuple[float, ...]:
@@ -274,7 +292,7 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
         case Cylinder(radius=radius, length=length):
             high = np.array([radius, radius, 0.5 * length])
             low = -high
-        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices):
+        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices) | Surface(vertices=vertices):
             low, high = np.min(vertices, axis=0), np.max(vertices, axis=0)
         case Plane():
             rounding = np.inf
@@ -283,14 +301,14 @@ def _bounds(body: Body, kind: int) -> tuple[float, ...]:
     match body.shape:
         case Cylinder(radius=of_side, length=length):
             radius = float(length_of((of_side, 0.5 * length)))
-        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices):
+        case ConvexHull(vertices=vertices) | Mesh(vertices=vertices) | Surface(vertices=vertices):
             radius = float(np.sqrt(np.max(np.sum((vertices - center) ** 2, axis=1))))
     return (*center.tolist(), *half.tolist(), rounding, radius)
 
 
 def _pose(body: Body) -> Array:
     turn = product(so3.matrix_from_quaternion(body.initial.orientation), _shape_axes(body))
-    origin = np.asarray(body.initial.position) - times(turn, _center_in_shape(body))
+    origin = np.asarray(body.initial.position) - times(turn, _in_shape(body, body.center_of_mass))
     return np.concatenate((origin, turn.ravel()))
 
 
@@ -299,9 +317,9 @@ def _shape_axes(body: Body) -> Array:
     return so3.matrix_from_quaternion(body.shape_orientation)
 
 
-def _center_in_shape(body: Body) -> Array:
-    """Centre of mass seen from the origin of the shape, shape axes [m]."""
-    return times(_shape_axes(body).T, np.subtract(body.center_of_mass, body.shape_position))
+def _in_shape(body: Body, point: Vector) -> Array:
+    """Return a point of a body as seen from the origin of the shape, shape axes [m]."""
+    return times(_shape_axes(body).T, np.subtract(point, body.shape_position))
 
 
 @inline

@@ -31,18 +31,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
+    manifold_record,
     pose,
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.collider import SPHERE, ColliderArrays
-from rigid_body_sim.physics.contact.collision.free_motion import FreeMotion, free_motion, move
-from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL
-from rigid_body_sim.physics.contact.collision.support import gap_along
-from rigid_body_sim.physics.vectors import dot, load, subtract
+from rigid_body_sim.physics.contact.collision.free_motion import (
+    FreeMotion,
+    angle_of,
+    free_motion,
+    move,
+    moved_with,
+)
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    NORMAL,
+    POSITION,
+    SEPARATION,
+)
+from rigid_body_sim.physics.contact.collision.support import gap_along, is_inside
+from rigid_body_sim.physics.vectors import add_scaled, dot, load, subtract
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -52,6 +63,7 @@ PIECE = 0.25  # [-] of it: motion in a piece of a finer tick
 MOST_PIECES = 4096
 STEPS = 48  # of the advancement; a pair still undecided then is taken as a hit
 SHARE = 0.5  # [-] of the gap: room that turning may take in one step
+PAST = 0.02  # [-] of the time: so long after the gap is used up a hit is looked for
 STANDSTILL = 1e-6  # [-] of the time: an advance by less is none, the two touch
 
 collide = slot(
@@ -109,16 +121,45 @@ def _balls_miss(
     return dot(nearest, nearest) > reach * reach
 
 
+@kernel
+def _goes_in(
+    a: int, b: int, horizon: float, normal: Any, point: Any, gap: float, of_a: FreeMotion,
+    of_b: FreeMotion, colliders: ColliderArrays,
+) -> bool:  # fmt: skip
+    """
+    Tell whether the point of one collider that is nearest to the other one is inside of it when
+    the gap between the two is used up: a hit, and no more need be asked.
+
+        point, gap : midway between the two, and their separation there
+    """
+    on_a = add_scaled(point, -0.5 * gap, normal)
+    on_b = add_scaled(point, 0.5 * gap, normal)
+    ended = gap - dot(
+        normal,
+        subtract(moved_with(on_a, horizon, of_a, of_b), on_a),
+    )
+    if not (ended < 0.0 < gap):
+        return False
+    time = min(horizon * (gap / (gap - ended) + PAST), horizon)
+    angle_a, angle_b = angle_of(of_a, time), angle_of(of_b, time)
+    lever = smaller_radius(colliders.local_bounds, a, b)
+    margin = (angle_a * angle_a * angle_a + angle_b * angle_b * angle_b) * lever
+    return is_inside(
+        moved_with(on_a, time, of_a, of_b), margin, b, b * pose.SIZE, colliders
+    ) or is_inside(moved_with(on_b, time, of_b, of_a), margin, a, a * pose.SIZE, colliders)
+
+
 def _misses(
-    a: int, b: int, count: int, horizon: float, normal: Any, colliders: ColliderArrays,
-    bodies: Array, found: Array,
+    a: int, b: int, count: int, horizon: float, nearest: int, manifold: int,
+    colliders: ColliderArrays, manifolds: Array, bodies: Array, found: Array,
 ) -> bool:  # fmt: skip
     """
     Tell whether two colliders, neither a plane, that an axis separates now stay apart in free
     motion.
 
-        count   : of colliders; behind their poses there is room for four more
-        horizon : [s];  normal : the axis, from A to B
+        count    : of colliders; behind their poses there is room for four more
+        horizon  : [s]
+        manifold : where theirs begins, with that axis;  nearest : where its nearest point does
     """
     row_a, row_b = a * collider_record.SIZE, b * collider_record.SIZE
     table, poses = colliders.table, colliders.poses
@@ -132,6 +173,10 @@ def _misses(
     if type_b == SPHERE and type_a == SPHERE and bend == 0.0 and dot(pull, pull) == 0.0:
         reach = colliders.parameters[shape_a] + colliders.parameters[shape_b]
         return _balls_miss(reach, horizon, colliders, a, b, of_a, of_b)
+    normal = load(manifolds, manifold + manifold_record.NORMAL)
+    point, gap = load(manifolds, nearest + POSITION), manifolds[nearest + SEPARATION]
+    if _goes_in(a, b, horizon, normal, point, gap, of_a, of_b, colliders):
+        return False
     begin_a, begin_b = a * pose.SIZE, b * pose.SIZE  # at the start of a step
     end_a, end_b = count * pose.SIZE, (count + 1) * pose.SIZE  # at the end of it
     begun = 0.0

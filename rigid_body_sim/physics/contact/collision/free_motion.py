@@ -31,7 +31,6 @@ from rigid_body_sim.physics.contact.collision import (
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
-from rigid_body_sim.physics.state.blocks import rotated
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -71,28 +70,17 @@ class FreeMotion(NamedTuple):
 
 
 @inline
-def spin_of(body: int, bodies: Array) -> Any:
-    """Angular velocity of the body whose row begins at a place, I^-1 L [rad/s]."""
-    return apply_symmetric(
-        load_symmetric(bodies, body + solver_bodies.INVERSE_INERTIA),
-        load(bodies, body + solver_bodies.ANGULAR_MOMENTUM),
-    )
-
-
-@inline
 def _turning(body: int, bodies: Array) -> Any:
     """Return what moves the shape of a body that turns: w' and alpha' of the module."""
     kind = bodies[body + solver_bodies.SYMMETRY]
-    spin = spin_of(body, bodies)
-    if kind == solver_bodies.CENTRED_BALL or dot(spin, spin) == 0.0:
+    if kind == solver_bodies.CENTRED_BALL:
         return NOWHERE, NOWHERE
+    spin = solver_bodies.spin(body, bodies)
     inverse = load_symmetric(bodies, body + solver_bodies.INVERSE_INERTIA)
     angular_momentum = load(bodies, body + solver_bodies.ANGULAR_MOMENTUM)
     change = negate(apply_symmetric(inverse, cross(spin, angular_momentum)))
     if kind == solver_bodies.ABOUT_AXIS:
-        start = body + solver_bodies.START_ORIENTATION
-        orientation = (bodies[start], bodies[start + 1], bodies[start + 2], bodies[start + 3])
-        axis = rotated(orientation, load(bodies, body + solver_bodies.SYMMETRY_AXIS))
+        axis = solver_bodies.start_axis(body, bodies)
         rolling = dot(spin, axis)
         spin = add_scaled(spin, -rolling, axis)
         change = add_scaled(change, -dot(change, axis), axis)
@@ -104,10 +92,9 @@ def _turning(body: int, bodies: Array) -> Any:
 def free_motion(collider: int, colliders: ColliderArrays, bodies: Array) -> Any:
     """Return the free motion of a collider from the start of the tick on."""
     center = load(colliders.poses, collider * pose.SIZE + pose.POSITION)
-    index = colliders.table[collider * collider_record.SIZE + collider_record.BODY]
-    if index < 0:
+    body = collider_record.solver_body(collider, colliders.table) * solver_bodies.SIZE
+    if bodies[body + solver_bodies.INVERSE_MASS] == 0.0:
         return FreeMotion(center, NOWHERE, NOWHERE, NOWHERE, NOWHERE, 0.0)
-    body = index * solver_bodies.SIZE
     spin, change = _turning(body, bodies)
     row = collider * swept_aabbs.SIZE
     mass_center = load(bodies, body + solver_bodies.START_POSITION)
@@ -152,3 +139,39 @@ def move(collider: int, target: int, time: float, motion: FreeMotion, poses: Arr
         store_strided(poses, target + pose.ROW_X + column, pose.ROW_Y - pose.ROW_X, turned)
     arm = _turn(half, cosine, subtract(load(poses, place + pose.POSITION), motion.center))
     store(poses, target + pose.POSITION, add(add(motion.center, arm), shift))
+
+
+@inline
+def _moved(point: Any, time: float, motion: FreeMotion) -> Any:
+    """Return where a point of a body is after a time, to second order in what it turns."""
+    arm = subtract(point, motion.center)
+    turn = add_scaled(scale(time, motion.spin), 0.5 * time * time, motion.spin_change)
+    once = cross(turn, arm)
+    shift = add_scaled(scale(time, motion.velocity), 0.5 * time * time, motion.acceleration)
+    return add(add(point, shift), add_scaled(once, 0.5, cross(turn, once)))
+
+
+@inline
+def _moved_back(point: Any, time: float, motion: FreeMotion) -> Any:
+    """Return where a point of the world was on a body a time ago: the inverse of `_moved`."""
+    shift = add_scaled(scale(time, motion.velocity), 0.5 * time * time, motion.acceleration)
+    arm = subtract(subtract(point, shift), motion.center)
+    turn = add_scaled(scale(-time, motion.spin), -0.5 * time * time, motion.spin_change)
+    once = cross(turn, arm)
+    return add(add(motion.center, arm), add_scaled(once, 0.5, cross(turn, once)))
+
+
+@kernel
+def moved_with(point: Any, time: float, motion: FreeMotion, seen_from: FreeMotion) -> Any:
+    """
+    Return where a point that moves with one body is after a time, seen from another one as that
+    stands now; both turn by small angles.
+    """
+    return _moved_back(_moved(point, time, motion), time, seen_from)
+
+
+@inline
+def angle_of(motion: FreeMotion, time: float) -> Any:
+    """Bound of what a body turns in a time [rad]."""
+    rate = math.sqrt(dot(motion.spin, motion.spin))
+    return time * (rate + time * math.sqrt(dot(motion.spin_change, motion.spin_change)))

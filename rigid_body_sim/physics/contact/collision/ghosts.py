@@ -49,21 +49,25 @@ from rigid_body_sim.physics.contact.collision.collider import (
     HULL,
     PLANE,
     SPHERE,
+    SURFACE,
     ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     miss_finder,
     smaller_radius,
 )
-from rigid_body_sim.physics.contact.collision.free_motion import spin_of
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FEATURE,
     POINT,
     POSITION,
     SEPARATION,
 )
+from rigid_body_sim.physics.contact.collision.ground_misses import (
+    ground_miss_finder,
+    reach_of_manifold,
+)
 from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
-from rigid_body_sim.physics.contact.collision.support import reach
+from rigid_body_sim.physics.contact.collision.support import gap_along, reach
 from rigid_body_sim.physics.vectors import (
     add_scaled,
     cross,
@@ -78,10 +82,11 @@ from rigid_body_sim.physics.vectors import (
 Array = NDArray[np.float64]
 
 FLUSH = 1e-4  # [-] of the radius of the smaller: surfaces that differ by no more are one
-CALM = 1e-8  # [m] closing in a tick that matters to nobody
+CALM = 1e-7  # [m] closing in a tick that matters to nobody
 SAME = 5e-7  # [-] 1 - cos of an angle of 1e-3: below, two manifolds are supports of one face
 SAME_ROUND = 5e-13  # [-] of 1e-6, for what rolls: its normals turn with its place over an edge
-HELD = 1e-2  # [-] of the radius of the smaller: a point that is nearer to another one is held by it
+HELD = 1e-2  # [-] of the radius of the smaller: within it one point holds another
+LEAN = 0.99  # [-] cos: above, two normals may be those of supports of one body that leans
 UPRIGHT = 1e-2  # [-] sine of the angle between normal and axis, below which a cylinder stands
 WIDE = 1.0 + 1e-9  # [-] of the gap: rounding of closing speeds
 
@@ -93,7 +98,9 @@ DOUBTFUL = 3.0  # would bind, and only others that would bind cover it
 DROPPED = 4.0
 NONE = -1.0  # in place of a manifold
 
+GROUND = slot('[-] whether some collider is ground of triangles')
 misses = slot('kernel (a, b, count, horizon, normal, ...): tells whether a pair misses')
+ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
 
 
 @inline
@@ -104,21 +111,62 @@ def _body_of(collider: int, table: Any) -> int:
 
 @inline
 def _velocity(body: int, bodies: Array) -> Any:
-    """Velocity and spin of a body, and its centre of mass; zeros of what stands."""
-    if body < 0:
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    """Velocity of a solver body, spin of its surface, and its centre of mass."""
     row = body * solver_bodies.SIZE
     velocity = scale(
         bodies[row + solver_bodies.INVERSE_MASS], load(bodies, row + solver_bodies.MOMENTUM)
     )
-    return velocity, spin_of(row, bodies), load(bodies, row + solver_bodies.START_POSITION)
+    return (
+        velocity,
+        solver_bodies.surface_spin(row, bodies),
+        load(bodies, row + solver_bodies.START_POSITION),
+    )
+
+
+@inline
+def _has_cylinder(a: int, b: int, table: Any) -> bool:
+    """Tell whether a cylinder is of a pair: its prism reaches beyond it, and may overlap alone."""
+    type_a = table[a * collider_record.SIZE + collider_record.TYPE]
+    return type_a == CYLINDER or table[b * collider_record.SIZE + collider_record.TYPE] == CYLINDER
+
+
+@kernel
+def _may_bind(
+    record: int, a: int, b: int, horizon: float, stretch: float, colliders: ColliderArrays,
+    manifolds: Array,
+) -> bool:  # fmt: skip
+    """
+    Tell by bounds whether some row of a manifold may act in the tick: for most it may not.
+
+        stretch : horizon in ticks
+    """
+    if _has_cylinder(a, b, colliders.table):
+        return True
+    swept, row_a, row_b = colliders.swept_aabbs, a * swept_aabbs.SIZE, b * swept_aabbs.SIZE
+    approach = subtract(
+        load(swept, row_a + swept_aabbs.VELOCITY), load(swept, row_b + swept_aabbs.VELOCITY)
+    )
+    fall = stretch * (swept[row_a + swept_aabbs.FALL] + swept[row_b + swept_aabbs.FALL])
+    nearer = dot(load(manifolds, record + manifold_record.NORMAL), approach) * horizon - fall
+    nearer += stretch * (swept[row_a + swept_aabbs.TURNING] + swept[row_b + swept_aabbs.TURNING])
+    flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
+    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        gap = manifolds[record + manifold_record.POINTS + POINT * index + SEPARATION]
+        if (nearer > CALM or gap > flush) and (nearer + fall) * WIDE > gap:
+            return True
+    return False
 
 
 @kernel
 def _would_bind(
-    record: int, horizon: float, colliders: ColliderArrays, bodies: Array, manifolds: Array
-) -> bool:
-    """Tell whether some row of the manifold that begins at a place would act in the tick."""
+    record: int, horizon: float, stretch: float, colliders: ColliderArrays, bodies: Array,
+    manifolds: Array,
+) -> bool:  # fmt: skip
+    """
+    Tell whether some row of the manifold that begins at a place would act in the tick: where the
+    bodies close by more than the gap, at the velocities of now, and by what forces add where the
+    gap is none of a contact at rest.
+    """
     table = colliders.table
     a = int(manifolds[record + manifold_record.COLLIDER_A])
     b = int(manifolds[record + manifold_record.COLLIDER_B])
@@ -127,22 +175,18 @@ def _would_bind(
         return False
     if manifolds[record + manifold_record.PIECES] > 1.0:
         return True
+    if not _may_bind(record, a, b, horizon, stretch, colliders, manifolds):
+        return False
     normal = load(manifolds, record + manifold_record.NORMAL)
-    body_a, body_b = _body_of(a, table), _body_of(b, table)
-    velocity_a, spin_a, center_a = _velocity(body_a, bodies)
-    velocity_b, spin_b, center_b = _velocity(body_b, bodies)
+    row_a, row_b = collider_record.solver_body(a, table), collider_record.solver_body(b, table)
+    velocity_a, spin_a, center_a = _velocity(row_a, bodies)
+    velocity_b, spin_b, center_b = _velocity(row_b, bodies)
     closing = dot(normal, subtract(velocity_a, velocity_b)) * horizon
-    overlaps = type_b == CYLINDER
-    overlaps = overlaps or table[a * collider_record.SIZE + collider_record.TYPE] == CYLINDER
     flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
-    fall = 0.0
-    if body_a >= 0:
-        row = body_a * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
-        fall += dot(normal, load(bodies, row))
-    if body_b >= 0:
-        row = body_b * solver_bodies.SIZE + solver_bodies.FREE_ACCELERATION
-        fall -= dot(normal, load(bodies, row))
-    fall *= 0.5 * horizon * horizon
+    acceleration = solver_bodies.FREE_ACCELERATION
+    fall = dot(normal, load(bodies, row_a * solver_bodies.SIZE + acceleration))
+    fall -= dot(normal, load(bodies, row_b * solver_bodies.SIZE + acceleration))
+    fall = max(0.5 * horizon * horizon * fall, 0.0)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
         point = load(manifolds, place + POSITION)
@@ -151,21 +195,22 @@ def _would_bind(
         )
         gap = manifolds[place + SEPARATION]
         nearer = closing + horizon * turning
-        if (nearer > CALM or gap > flush) and (nearer + max(fall, 0.0)) * WIDE > gap:
+        if (nearer > CALM or gap > flush) and (nearer + fall) * WIDE > gap:
             return True
-        if overlaps and gap < -CALM:
+        if gap < -CALM and _has_cylinder(a, b, table):
             return True
     return False
 
 
 @kernel
-def _least_gap(record: int, manifolds: Array) -> float:
-    """Return the least separation of the points of a manifold."""
-    least = math.inf
-    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+def _nearest_point(record: int, manifolds: Array) -> int:
+    """Return where the point of a manifold begins that has the least separation."""
+    best = record + manifold_record.POINTS
+    for index in range(1, int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
-        least = min(least, manifolds[place + SEPARATION])
-    return least
+        if manifolds[place + SEPARATION] < manifolds[best + SEPARATION]:
+            best = place
+    return best
 
 
 @kernel
@@ -221,21 +266,33 @@ def _rise(
     """
     table = colliders.table
     body, body_h = _body_of(other, table), _body_of(holder, table)
-    if body < 0 and body_h < 0 or body == body_h:
+    if (body < 0 and body_h < 0) or body == body_h:
         return 0.0
-    velocity, spin, _ = _velocity(body, bodies)
-    velocity_h, spin_h, _ = _velocity(body_h, bodies)
+    velocity, spin, _ = _velocity(collider_record.solver_body(other, table), bodies)
+    velocity_h, spin_h, _ = _velocity(collider_record.solver_body(holder, table), bodies)
     row, row_h = other * swept_aabbs.SIZE, holder * swept_aabbs.SIZE
     radius = colliders.local_bounds[other * bounds_record.SIZE + bounds_record.RADIUS]
     rise = dot(normal, subtract(velocity, velocity_h))
     rise += math.sqrt(dot(spin, spin)) * radius
-    if body_h >= 0:
+    if dot(spin_h, spin_h) > 0.0:
         apart = subtract(
             load(colliders.swept_aabbs, row + swept_aabbs.CENTER),
             load(colliders.swept_aabbs, row_h + swept_aabbs.CENTER),
         )
         rise += math.sqrt(dot(spin_h, spin_h)) * (math.sqrt(dot(apart, apart)) + radius)
     return max(rise, 0.0) * horizon
+
+
+@inline
+def _top(
+    record: int, other: int, normal: Any, colliders: ColliderArrays, manifolds: Array
+) -> float:
+    """Return how far the other collider of a manifold, as far as that is of it, reaches [m]."""
+    row = other * collider_record.SIZE
+    if colliders.table[row + collider_record.TYPE] == SURFACE:
+        surface = colliders.table[row + collider_record.PARAMETERS]
+        return reach_of_manifold(record, surface, normal, colliders.parameters, manifolds)
+    return reach(other, other * pose.SIZE, normal, colliders)
 
 
 @kernel
@@ -265,7 +322,7 @@ def _is_covered_by(
     on_other = dot(normal, add_scaled(load(manifolds, place + POSITION), -0.5 * gap, towards))
     if on_other > height + flush + abs(gap):
         return False
-    top = reach(other, other * pose.SIZE, normal, colliders)
+    top = _top(record, other, normal, colliders, manifolds)
     if top > height + flush:
         return False
     if top + _rise(other, holder, normal, horizon, colliders, bodies) > height + flush:
@@ -282,34 +339,36 @@ def _find_cover(
     bodies: Array, manifolds: Array,
 ) -> int:  # fmt: skip
     """
-    Find a manifold that covers the one that begins at a place, for its collider A or B (side 0 or
-    1); -1: none.
+    Find the manifold that covers the one that begins at a place, for its collider A or B (side 0
+    or 1), and is nearest to touching; -1: none.
 
         least, most : states that a cover may have
+        returns     : twice where it begins, and 1 if its collider B is of the body
     """
     table = colliders.table
     body = _body_of(int(manifolds[record + manifold_record.COLLIDER_A + side]), table)
     if body < 0:
         return -1
     cover = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD])
+    best, nearest = -1, math.inf
     while cover >= 0:
         first = int(manifolds[cover + manifold_record.COLLIDER_A])
         side_c = 0 if _body_of(first, table) == body else 1
         state = manifolds[cover + manifold_record.STATE]
-        if (
-            cover != record
-            and least <= state <= most
-            and _is_covered_by(
+        if cover != record and least <= state <= most:
+            gap = manifolds[_nearest_point(cover, manifolds) + SEPARATION]
+            if gap < nearest and _is_covered_by(
                 record, side, cover, side_c, horizon, colliders, bodies, manifolds
-            )
-        ):
-            return 2 * cover + side_c
+            ):
+                best, nearest = 2 * cover + side_c, gap
         cover = int(manifolds[cover + manifold_record.NEXT_OF_A + side_c])
-    return -1
+    return best
 
 
 @inline
-def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays) -> Any:
+def _turned_point(
+    own: int, point: Any, towards: Any, normal: Any, colliders: ColliderArrays
+) -> Any:
     """
     Return where a collider is nearest along another normal: beside a point of its surface.
 
@@ -319,14 +378,10 @@ def _turned_point(own: int, point: Any, towards: Any, normal: Any, colliders: Co
     row = own * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]
     if kind == CAPSULE:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         return add_scaled(add_scaled(point, radius, towards), -radius, normal)
     if kind == CYLINDER:
-        radius = colliders.parameters[
-            colliders.table[row + collider_record.PARAMETERS] + RADIUS
-        ]
+        radius = colliders.parameters[colliders.table[row + collider_record.PARAMETERS] + RADIUS]
         axis = pose.axis(colliders.poses, own * pose.SIZE, 2)
         down = add_scaled(negate(normal), dot(normal, axis), axis)
         across = math.sqrt(dot(down, down))
@@ -367,19 +422,20 @@ def _take_out(
     manifolds: Array,
 ) -> None:  # fmt: skip
     """
-    Take a covered manifold out, but for the points of the body that no other manifold holds: these
-    turn to the normal of the cover, which is true of every point of the body.
+    Take a covered manifold out; where it is another support of a body that leans a little, only
+    the points that other manifolds hold: the rest turn to the normal of the cover.
     """
     table = colliders.table
     own = int(manifolds[record + manifold_record.COLLIDER_A + side])
     other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
     towards = _normal_towards(record, side, manifolds)
     normal = _normal_towards(cover, side_c, manifolds)
-    top = reach(other, other * pose.SIZE, normal, colliders)
+    top = _top(record, other, normal, colliders, manifolds)
     near = HELD * smaller_radius(colliders.local_bounds, own, other)
     points = int(manifolds[record + manifold_record.POINT_COUNT])
-    if table[own * collider_record.SIZE + collider_record.TYPE] == SPHERE:
-        points = 0  # the cover holds all that a ball has
+    kind = table[own * collider_record.SIZE + collider_record.TYPE]
+    if kind == SPHERE or dot(towards, normal) < LEAN:
+        points = 0  # the cover holds all that a ball has, and all that is near another side
     store(manifolds, record + manifold_record.NORMAL, normal if side == 1 else negate(normal))
     manifolds[record + manifold_record.POINT_COUNT] = 0.0
     manifolds[record + manifold_record.STATE] = CERTAIN
@@ -408,29 +464,30 @@ def _take_out(
 def _settle(
     length: int, asked: float, least: float, most: float, found: float, none: float,
     horizon: float, colliders: ColliderArrays, bodies: Array, manifolds: Array,
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
     """
-    Look for covers of all manifolds of a state, among those of some states.
+    Look for covers of all manifolds of a state, among those of some states; return how many have
+    the state that is asked or is doubtful afterwards.
 
         found, none : new states of what is covered (DROPPED: take it out) and what is not
     """
+    left = 0
     for index in range(length):
         record = index * manifold_record.SIZE
         if manifolds[record + manifold_record.STATE] != asked:
             continue
         manifolds[record + manifold_record.STATE] = none
         for side in range(2):
-            cover = _find_cover(
-                record, side, least, most, horizon, colliders, bodies, manifolds
-            )
+            cover = _find_cover(record, side, least, most, horizon, colliders, bodies, manifolds)
             if cover >= 0:
                 manifolds[record + manifold_record.STATE] = found
                 if found == DROPPED:
-                    _take_out(
-                        record, side, cover // 2, cover % 2, colliders, bodies, manifolds
-                    )
+                    _take_out(record, side, cover // 2, cover % 2, colliders, bodies, manifolds)
                     manifolds[cover // 2 + manifold_record.STATE] = CARRIES
                 break
+        state = manifolds[record + manifold_record.STATE]
+        left += 1 if state == ASKED or state == DOUBTFUL else 0
+    return left
 
 
 @kernel
@@ -453,45 +510,61 @@ def _close_up(length: int, manifolds: Array, pieces: Any) -> int:
 
 
 def _drop_ghosts(
-    length: int, count: int, horizon: float, colliders: ColliderArrays, found: Array,
+    length: int, count: int, h: float, substep: float, colliders: ColliderArrays, found: Array,
     manifolds: Array, bodies: Array, pieces: Any,
 ) -> int:  # fmt: skip
     """
     Take the manifolds of ghosts out of a list; return how many are left.
 
-        length  : of the list;   count : of colliders
-        horizon : [s] from the start of the tick: a tick and a substep
-        found   : scratch of a pair kernel
-        pieces  : [0] is set to the pieces into which the tick should be cut
+        length : of the list;   count : of colliders
+        h      : tick [s];   substep : [s]
+        found  : scratch of a pair kernel
+        pieces : [0] is set to the pieces into which the tick should be cut
     """
+    horizon = h + substep
+    stretch = horizon / h
     asked = 0
     for index in range(length):
         record = index * manifold_record.SIZE
         manifolds[record + manifold_record.STATE] = CARRIES
-        if not _would_bind(record, horizon, colliders, bodies, manifolds):
+        if not _would_bind(record, horizon, stretch, colliders, bodies, manifolds):
             continue
         manifolds[record + manifold_record.STATE] = ASKED
+        asked += 1
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        normal = load(manifolds, record + manifold_record.NORMAL)
-        if _least_gap(record, manifolds) > 0.0 and misses(
-            a, b, count, horizon, normal, colliders, bodies, found
-        ):
+        nearest = _nearest_point(record, manifolds)
+        apart = manifolds[nearest + SEPARATION] > 0.0
+        if GROUND and colliders.table[b * collider_record.SIZE + collider_record.TYPE] == SURFACE:
+            missed = apart and ground_misses(
+                a, b, record, count, horizon, colliders, bodies, found, manifolds
+            )
+        else:
+            if not apart and _has_cylinder(a, b, colliders.table):
+                normal = load(manifolds, record + manifold_record.NORMAL)
+                apart = gap_along(a, a * pose.SIZE, b, b * pose.SIZE, normal, colliders) > 0.0
+            missed = apart and misses(
+                a, b, count, horizon, nearest, record, colliders, manifolds, bodies, found
+            )
+        if missed:
             manifolds[record + manifold_record.STATE] = DROPPED
-        asked += 1
+            asked -= 1
     if asked > 0:
         _link(length, colliders.table, bodies, manifolds)
-        _settle(
+        asked = _settle(
             length, ASKED, CARRIES, CARRIES, DROPPED, ASKED, horizon, colliders, bodies, manifolds
         )
-        _settle(
+    if asked > 0:
+        asked = _settle(
             length, ASKED, ASKED, DOUBTFUL, DOUBTFUL, CERTAIN, horizon, colliders, bodies,
             manifolds,
         )  # fmt: skip
-        _settle(
+    if asked > 0:
+        asked = _settle(
             length, DOUBTFUL, CERTAIN, CERTAIN, DROPPED, DOUBTFUL, horizon, colliders, bodies,
             manifolds,
         )  # fmt: skip
+    if asked > 0:
         _settle(
             length, DOUBTFUL, CARRIES, DOUBTFUL, DROPPED, CERTAIN, horizon, colliders, bodies,
             manifolds,
@@ -499,6 +572,14 @@ def _drop_ghosts(
     return _close_up(length, manifolds, pieces)
 
 
-def ghost_dropper(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
-    """Make the kernel that takes ghosts out, with the pair kernels of a scene."""
-    return specialise(_drop_ghosts, name=name, misses=miss_finder(name, collide))
+def ghost_dropper(name: str, collide: Callable[..., Any], *, ground: bool) -> Callable[..., Any]:
+    """
+    Make the kernel that takes ghosts out, with the pair kernels of a scene.
+
+        ground : whether some collider is ground of triangles
+    """
+    misses = miss_finder(name, collide)
+    of_ground = ground_miss_finder(name, collide) if ground else misses
+    return specialise(
+        _drop_ghosts, name=name, GROUND=ground, misses=misses, ground_misses=of_ground
+    )

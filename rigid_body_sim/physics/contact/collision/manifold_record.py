@@ -9,7 +9,10 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST, POINT
 
 manifold = Record()
-PAIR_ID = manifold.number('-', 'key of the pair of colliders; manifolds are in its order')
+PAIR_ID = manifold.number(
+    '-',
+    'key of the pair of colliders, and a share of 1 where it has several; they are in its order',
+)
 COLLIDER_A = manifold.number('-', 'number of collider A; type of A <= type of B')
 COLLIDER_B = manifold.number('-', 'number of collider B')
 POINT_COUNT = manifold.number('-', 'points, at most four')

@@ -3,9 +3,9 @@
 """
 The narrow phase: from pairs that may meet to contact manifolds, by way of poses and pair kernels.
 
-A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A manifold
-is written as `manifold_record` says; those that would stop what nothing is in the way of are taken
-out again (`ghosts`).
+A pair gets the points whose separation is within its speculative margin (`swept_aabbs`). A
+manifold is written as `manifold_record` says; those that would stop what nothing is in the way of
+are taken out again (`ghosts`).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
     swept_aabbs,
 )
-from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
+from rigid_body_sim.physics.contact.collision.collider import SURFACE, ColliderArrays
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     FAST,
     motion_of,
@@ -38,7 +38,10 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINT,
     POINTS,
 )
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import write_manifolds
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import MOTION, REST
 from rigid_body_sim.physics.contact.collision.ghosts import ghost_dropper
+from rigid_body_sim.physics.contact.collision.ground_misses import ALL, ground_miss_finder
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
 from rigid_body_sim.physics.state.blocks import (
     LANES,
@@ -51,7 +54,7 @@ from rigid_body_sim.physics.state.blocks import (
     TRANSLATION,
     at,
 )
-from rigid_body_sim.physics.vectors import dot, load, load_strided, store, store_strided
+from rigid_body_sim.physics.vectors import dot, load, load_strided, scale, store, store_strided
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -63,7 +66,12 @@ collide_this = slot(
 )
 collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
+GROUND = slot('[-] whether some collider is a surface')
+ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
 drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
+
+
+BOTH = 2  # colliders that stand back
 
 
 @inline
@@ -187,6 +195,12 @@ def _find_manifolds(
     for index in range(pairs):
         pair_id = pair_ids[index]
         a, b = pair_id // count, pair_id % count
+        if (
+            table[a * collider_record.SIZE + collider_record.STANDS_BACK]
+            + table[b * collider_record.SIZE + collider_record.STANDS_BACK]
+            == BOTH
+        ):
+            continue
         type_a = table[a * collider_record.SIZE + collider_record.TYPE]
         type_b = table[b * collider_record.SIZE + collider_record.TYPE]
         if type_a > type_b or (type_a == type_b and a > b):
@@ -205,12 +219,25 @@ def _find_manifolds(
             motion = motion_of(swept, a, b, h)
             if motion > FAST * radius:
                 wanted = pieces_of(motion, radius)
+                if GROUND and type_b == SURFACE:
+                    if ground_misses(
+                        a, b, ALL, count, h + substep, colliders, bodies, found, manifolds
+                    ):
+                        continue
+                    pieces[0] = max(pieces[0], wanted)
+                    wanted = 1
         found[FACE_CORNERS] = 0.0
+        if GROUND and type_b == SURFACE:
+            store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
+            found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])
         points = collide(
             type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
             a * pose.SIZE, b * pose.SIZE, margin, found,
         )  # fmt: skip
         if points == 0:
+            continue
+        if GROUND and type_b == SURFACE:
+            length = write_manifolds(pair_id, a, b, wanted, length, room, found, manifolds)
             continue
         if length < room:
             place = length * manifold_record.SIZE
@@ -219,13 +246,16 @@ def _find_manifolds(
         length += 1
     if length > room:
         return length
-    return drop_ghosts(length, count, h + substep, colliders, found, manifolds, bodies, pieces)
+    return drop_ghosts(length, count, h, substep, colliders, found, manifolds, bodies, pieces)
 
 
 def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
     """Make the kernel that finds the manifolds of a scene with these pair kernels."""
     name = '_'.join(f'{type_a}{type_b}' for type_a, type_b, _ in kernels)
     collide = collider_of_pairs(kernels)
+    ground = any(type_b == SURFACE for _, type_b, _ in kernels)
     return specialise(
-        _find_manifolds, name=name, collide=collide, drop_ghosts=ghost_dropper(name, collide)
-    )
+        _find_manifolds, name=name, GROUND=ground, collide=collide,
+        drop_ghosts=ghost_dropper(name, collide, ground=ground),
+        ground_misses=ground_miss_finder(name, collide) if ground else collide,
+    )  # fmt: skip

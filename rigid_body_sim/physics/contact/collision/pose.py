@@ -4,9 +4,9 @@
 The pose of a collider: a place and a rotation matrix R, row by row.
 
     poses       : origin of the shape in the world, and R from shape axes to world axes
-    local_poses : how a pose follows from the body: its centre of mass c seen from the origin of
-                  the shape, shape axes, and the rotation M from shape axes to principal axes:
-                  R = R(q) M,  x = r - R c
+    local_poses : how a pose follows from the body: its centre of mass c (of one on a pivot, the
+                  pivot) seen from the origin of the shape, shape axes, and the rotation M from
+                  shape axes to principal axes: R = R(q) M,  x = r - R c
 """
 
 from __future__ import annotations

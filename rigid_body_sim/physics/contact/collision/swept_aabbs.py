@@ -51,6 +51,7 @@ CENTER = swept_aabb.vector('m', 'middle of the AABB at the start of the tick')
 HALF = swept_aabb.vector('m', 'half edges of the AABB')
 VELOCITY = swept_aabb.vector('m/s', 'of the body')
 TURNING = swept_aabb.number('m', 'what turning and forces add in a tick')
+FALL = swept_aabb.number('m', 'what of it forces add')
 MARGIN = swept_aabb.number('m', 'separation that counts as near at rest')
 EXPANSION = swept_aabb.number(
     'm', 'how far beyond its AABB another may be that counts as near, if that one does not move'
@@ -83,7 +84,8 @@ def find_swept_aabbs(
         near = min(margin, MARGIN_SHARE * radius) if radius > 0.0 else margin
         swept[row + MARGIN] = near
         body = colliders.table[collider * collider_record.SIZE + collider_record.BODY]
-        path = 0.0
+        velocity = load(swept, row + VELOCITY)  # of what is driven; else zero
+        path = math.sqrt(dot(velocity, velocity)) * h
         if body >= 0:
             place = body * solver_bodies.SIZE
             velocity = scale(
@@ -93,20 +95,21 @@ def find_swept_aabbs(
             store(swept, row + VELOCITY, velocity)
             path = math.sqrt(dot(velocity, velocity)) * h
             layer = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.ROUNDING]
-            swept[row + TURNING] = _turning(center, radius - layer, h, place, bodies)
+            acceleration = load(bodies, place + solver_bodies.FREE_ACCELERATION)
+            fall = math.sqrt(dot(acceleration, acceleration)) * h * h
+            swept[row + FALL] = fall
+            swept[row + TURNING] = _turning(center, radius - layer, h, place, bodies) + fall
         swept[row + EXPANSION] = 0.5 * near + path + swept[row + TURNING]
 
 
 @inline
 def _turning(center: Any, radius: float, h: float, place: int, bodies: Array) -> float:
-    """Bound what turning and forces move of a ball about the middle of a core in a tick [m]."""
+    """Bound what turning moves of a ball about the middle of a core in a tick [m]."""
     spin = solver_bodies.surface_spin(place, bodies)
     arm = subtract(center, load(bodies, place + solver_bodies.START_POSITION))
     lever = math.sqrt(dot(arm, arm)) + radius
     turn = math.sqrt(dot(spin, spin)) * lever * h
-    acceleration = load(bodies, place + solver_bodies.FREE_ACCELERATION)
-    fall = math.sqrt(dot(acceleration, acceleration)) * h * h
-    return min(turn, 2.0 * lever) + fall
+    return min(turn, 2.0 * lever)
 
 
 @inline

@@ -13,6 +13,7 @@ strike at once too. So bodies that press on each other in a tick, a group, accou
         T_0, T_1, T_2 : [J] kinetic energy at the start of the tick, before and after the bounce
         W             : [J] work of all other forces over the tick
         e             : [-] largest restitution of its points that bounce
+    (of T_2 - T_1, the work of what is moved as told does not count)
 
 This is the energetic restitution of Stronge (1990) for the group as a whole. Where it is broken,
 all impulses of the bounce of the group shrink by one factor s: momenta p_1 + s (p_2 - p_1),
@@ -80,7 +81,7 @@ def _find_restitutions(
     """Find the largest restitution of the points of each group that bounce."""
     for manifold in range(manifold_count):
         lane = lane_of(manifold, manifolds)
-        body_a, body_b = bodies_of(lane, rows)
+        body_a, body_b = bodies_of(lane, static, rows)
         impact = group_of(body_a, body_b, static, roots) * impact_record.SIZE
         points = int(manifolds[manifold * manifold_record.SIZE + manifold_record.POINT_COUNT])
         first = lane + constraint.SIZE
@@ -132,7 +133,7 @@ def _shrink_impulses(
     """Let the restitution impulses of each group shrink by its factor."""
     for manifold in range(manifold_count):
         lane = lane_of(manifold, manifolds)
-        body_a, body_b = bodies_of(lane, rows)
+        body_a, body_b = bodies_of(lane, static, rows)
         group = group_of(body_a, body_b, static, roots)
         factor = impacts[group * impact_record.SIZE + impact_record.FACTOR]
         if factor < 1.0:
@@ -152,13 +153,14 @@ def _shrink_impulses(
 @kernel
 def bound_restitution(
     manifold_count: int, batch_count: int, static: int, width: int, touching: Indices,
-    constraints: Constraints, scratch: EnergyScratch, bodies: Array,
+    constraints: Constraints, scratch: EnergyScratch, works: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Shrink the bounce of each group that would return more than its share.
 
     static : index of what cannot move; it joins nobody
     width  : numbers of a point
+    works  : [J] that driven bodies did by the bounce on each body; none where nothing is driven
     """
     manifolds, rows = constraints.manifolds, constraints.rows
     roots, impacts = scratch.roots, scratch.impacts
@@ -173,7 +175,10 @@ def bound_restitution(
     _find_restitutions(manifold_count, static, width, manifolds, rows, roots, impacts)
     for index in range(len(touching)):
         body = touching[index]
-        _add_energies(body, roots[body] * impact_record.SIZE, bodies, impacts)
+        impact = roots[body] * impact_record.SIZE
+        _add_energies(body, impact, bodies, impacts)
+        if len(works) > 0:
+            impacts[impact + impact_record.LINEAR] -= works[body]
     for index in range(len(touching)):
         impact = touching[index] * impact_record.SIZE
         if roots[touching[index]] == touching[index]:

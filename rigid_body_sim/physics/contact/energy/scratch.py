@@ -12,32 +12,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.energy import impact_record, pressing_record
+from rigid_body_sim.physics.contact.energy import impact_record
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CHANGE = 3  # numbers in a row of `changes`
-
 
 class EnergyScratch(NamedTuple):
     """
-    What the restitution bound and the projection write down.
+    What the restitution bound writes down.
 
-    roots    : union-find of bodies that press on each other: first body of the group
-    impacts  : see `impact_record`
-    groups   : see `pressing_record`
-    changes  : [N s] what the projection added to the momentum of each body
-    parents  : spanning tree: the manifold on which a body hangs, see `attribution`
-    sequence : bodies of the tree, parents before children
+    roots   : union-find of bodies that press on each other: first body of the group
+    impacts : see `impact_record`
     """
 
     roots: Indices
     impacts: Array
-    groups: Array
-    changes: Array
-    parents: Indices
-    sequence: Indices
 
 
 def make_scratch(body_count: int) -> EnergyScratch:
@@ -46,8 +36,4 @@ def make_scratch(body_count: int) -> EnergyScratch:
     return EnergyScratch(
         roots=np.zeros(size, dtype=np.int64),
         impacts=np.zeros(size * impact_record.SIZE),
-        groups=np.zeros(size * pressing_record.SIZE),
-        changes=np.zeros(size * CHANGE),
-        parents=np.zeros(size, dtype=np.int64),
-        sequence=np.zeros(size, dtype=np.int64),
     )

@@ -25,11 +25,11 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
 )
 from rigid_body_sim.physics.contact.islands import sleep_record
+from rigid_body_sim.physics.contact.islands.groups import groups_of
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.islands.sleep_record import AWAKE
 from rigid_body_sim.physics.contact.solver import cache_record
-from rigid_body_sim.physics.contact.solver.cache_entries import cache_of, entries
-from rigid_body_sim.physics.integration.schemes.implicit.coupling import components, neighbours
+from rigid_body_sim.physics.contact.solver.cache_entries import cache_of, entries, scaled
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.contacts import Contacts
 from rigid_body_sim.physics.state.layout import Layout
@@ -51,12 +51,6 @@ SEPARATION = kept.number('m', 'negative: overlap')
 FORCE = kept.vector('N', 'upon the second body, world axes')
 TORQUE = kept.vector('N m', 'beside it, of rolling and torsional friction')
 KEPT = kept.size
-
-IMPULSES = (
-    cache_record.NORMAL_IMPULSE,
-    *range(cache_record.FRICTION_IMPULSE, cache_record.FRICTION_IMPULSE + 3),
-    *range(cache_record.ANGULAR_IMPULSE, cache_record.ANGULAR_IMPULSE + 3),
-)  # of a point in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,11 +95,8 @@ class Sleepers:
         self, scene: Scene, layout: Layout, table: Indices, local_bounds: Array,
         local_poses: Array,
     ) -> None:  # fmt: skip
-        groups = np.arange(layout.n_moving)
-        for members in components(neighbours(scene, layout)):
-            groups[members] = min(members)
         radii = _radii_of(layout.n_moving, table, local_bounds, local_poses)
-        self.state = make_sleep_state(radii, groups)
+        self.state = make_sleep_state(radii, groups_of(scene, layout))
         self._islands: dict[int, Island] = {}
 
     @property
@@ -163,7 +154,7 @@ class Sleepers:
                 if one[cache_record.MANIFOLDS] > 0.0 or one is caches[-1]
             )
         )
-        caches[1:] = [_scaled(one, substep) for one in caches[1:]]
+        caches[1:] = [scaled(one, substep) for one in caches[1:]]
         ends = np.cumsum([0, *(len(one) for one in caches)])
         places = [entries(one) for one in caches]
         starts = np.concatenate(
@@ -235,23 +226,6 @@ class Sleepers:
                 numbers[middle:end].reshape(-1, KEPT).copy(),
             )
             begin = end
-
-
-def _scaled(cache: Array, substep: float) -> Array:
-    """Copy a cache with the impulses that belong to a substep [s]."""
-    cache = cache.copy()
-    starts, sizes = entries(cache)
-    counts = (sizes - cache_record.MANIFOLD_HEAD) // cache_record.POINT_SIZE
-    points = np.repeat(starts + cache_record.MANIFOLD_HEAD, counts)
-    points += cache_record.POINT_SIZE * _count_up(counts)
-    cache[np.add.outer(points, IMPULSES)] *= substep / cache[cache_record.SUBSTEP]
-    return cache
-
-
-def _count_up(sizes: Indices) -> Indices:
-    """Count from zero in each of several runs: (2, 3) gives 0 1 0 1 2."""
-    ends = np.cumsum(sizes)
-    return np.arange(int(np.sum(sizes))) - np.repeat(ends - sizes, sizes)
 
 
 def _kept(contacts: Contacts, h: float) -> Array:

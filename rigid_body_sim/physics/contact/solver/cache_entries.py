@@ -14,6 +14,12 @@ from rigid_body_sim.physics.contact.solver import cache_record
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+IMPULSES = (
+    cache_record.NORMAL_IMPULSE,
+    *range(cache_record.FRICTION_IMPULSE, cache_record.FRICTION_IMPULSE + 3),
+    *range(cache_record.ANGULAR_IMPULSE, cache_record.ANGULAR_IMPULSE + 3),
+)  # of a point in the cache
+
 
 def entries(cache: Array) -> tuple[Indices, Indices]:
     """Tell where the numbers of each manifold begin in a cache, and how many they are."""
@@ -50,3 +56,23 @@ def without_pairs_of(cache: Array, colliders: Indices, count: int) -> Array:
     others = ~(np.isin(pairs // count, colliders) | np.isin(pairs % count, colliders))
     substep = float(cache[cache_record.SUBSTEP])
     return cache_of(cache, substep, np.flatnonzero(others), starts, sizes)
+
+
+def scaled(cache: Array, substep: float) -> Array:
+    """Copy a cache, with the impulses that belong to another substep [s]."""
+    cache = cache.copy()
+    before, cache[cache_record.SUBSTEP] = float(cache[cache_record.SUBSTEP]), substep
+    if before in (0.0, substep):
+        return cache
+    starts, sizes = entries(cache)
+    counts = (sizes - cache_record.MANIFOLD_HEAD) // cache_record.POINT_SIZE
+    points = np.repeat(starts + cache_record.MANIFOLD_HEAD, counts)
+    points += cache_record.POINT_SIZE * _count_up(counts)
+    cache[np.add.outer(points, IMPULSES)] *= substep / before
+    return cache
+
+
+def _count_up(sizes: Indices) -> Indices:
+    """Count from zero in each of several runs: (2, 3) gives 0 1 0 1 2."""
+    ends = np.cumsum(sizes)
+    return np.arange(int(np.sum(sizes))) - np.repeat(ends - sizes, sizes)

@@ -18,6 +18,7 @@ HEAD = head.size
 manifold = Record()
 PAIR_ID = manifold.number('-', 'see `manifold_record`')
 POINTS = manifold.number('-', 'how many follow')
+LOAD = manifold.number('m/s^2', 'see `static_sink`')
 MANIFOLD_HEAD = manifold.size
 
 point = Record()

@@ -66,10 +66,8 @@ def colour_constraints(
         record = m * manifold_record.SIZE
         collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
         collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
-        body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
-        body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
-        body_a = body_a if body_a >= 0 else n_moving
-        body_b = body_b if body_b >= 0 else n_moving
+        body_a = collider_record.solver_body(collider_a, table)
+        body_b = collider_record.solver_body(collider_b, table)
         used_a = colours[body_a] if body_a < n_moving else 0
         used_b = colours[body_b] if body_b < n_moving else 0
         colour = _first_free(used_a | used_b)
@@ -95,8 +93,8 @@ def colour_constraints(
             open_batches[sort] = batch
             count += 1
         if colour < batch_record.COLOURS:
-            colours[body_a] |= 1 << colour
-            colours[body_b] |= 1 << colour
+            colours[min(body_a, n_moving)] |= 1 << colour
+            colours[min(body_b, n_moving)] |= 1 << colour
         lane = _take_lane(batch * batch_record.SIZE, points, batches)
         manifolds[record + manifold_record.LANE] = float(lane)
         rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)

@@ -59,10 +59,10 @@ def stirs(used: int, scratch: Array) -> bool:
 @kernel
 def is_clamped(used: int, scratch: Array) -> bool:
     """Tell whether some impulse would have become negative: then the sums are others."""
+    clamped = 0.0
     for lane in range(used):
-        if scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0:
-            return True
-    return False
+        clamped += scratch[lane + lane_scratch.COMMON_CLAMPED]
+    return clamped > 0.0
 
 
 @kernel
@@ -89,10 +89,13 @@ def _law(
     constraints: Array, points: Array, scratch: Array, lane: int, inverse_h: float, slop: float,
     cap: float,
 ) -> Any:  # fmt: skip
-    """Return what `solve` has for a point: J, b, sigma, iota, and whether it takes part."""
+    """
+    Return what `solve` has for a point: J, b, sigma, iota, how iota J changes with J, and whether
+    it takes part.
+    """
     separation = points[lane + contact_point.SEPARATION]
     is_open = separation > OPEN
-    mass_scale, impulse_scale = 1.0, 0.0
+    mass_scale, impulse_scale, softness = 1.0, 0.0, 0.0
     bounces = constraints[lane + constraint.RESTITUTION]
     if BOUNCING:
         impulse = points[lane + contact_point.RESTITUTION_NORMAL]
@@ -108,10 +111,22 @@ def _law(
         depth = separation + slop
         depth = depth if depth < 0.0 else 0.0
         soft = constraints[lane + constraint.BIAS_RATE] * depth
-        soft = soft if soft > -cap else -cap
+        stiff = (
+            constraints[lane + constraint.MASS_SCALE] * points[lane + contact_point.NORMAL_MASS]
+        )
+        bears = (
+            constraints[lane + constraint.IMPULSE_SCALE]
+            * impulse
+            / (stiff if stiff > 0.0 else 1.0)
+        )
+        is_deep = depth < -constraints[lane + constraint.DEEP]
+        fastest = -bears - (cap if is_deep else constraints[lane + constraint.PACE])
+        follows = soft > fastest
+        soft = soft if follows else fastest
         bias = separation * inverse_h if is_open else soft
         mass_scale = 1.0 if is_open else constraints[lane + constraint.MASS_SCALE]
         impulse_scale = 0.0 if is_open else constraints[lane + constraint.IMPULSE_SCALE]
+        softness = impulse_scale if follows else 0.0
         may = True
     else:
         impulse = points[lane + contact_point.NORMAL_IMPULSE]
@@ -121,7 +136,7 @@ def _law(
     along = scratch[lane + lane_scratch.COMMON_ALONG]
     active = scratch[lane + lane_scratch.ACTIVE] > 0.0
     takes_part = may & active & ((impulse > 0.0) | (along + bias < 0.0))
-    return impulse, bias, mass_scale, impulse_scale, takes_part
+    return impulse, bias, mass_scale, impulse_scale, softness, takes_part
 
 
 def _add_point(
@@ -130,7 +145,7 @@ def _add_point(
 ) -> None:  # fmt: skip
     """Add one point of each lane to the sums."""
     for lane in range(lanes):
-        impulse, bias, mass_scale, impulse_scale, takes_part = law(
+        impulse, bias, mass_scale, impulse_scale, softness, takes_part = law(
             constraints, points, scratch, lane, inverse_h, slop, cap
         )
         share = 1.0 if takes_part else 0.0
@@ -145,7 +160,7 @@ def _add_point(
         scratch[lane + lane_scratch.COMMON_COUNT] += share
         scratch[lane + lane_scratch.COMMON_MASS] += mass
         scratch[lane + lane_scratch.COMMON_DRIVE] += mass * bias + share * impulse_scale * impulse
-        scratch[lane + lane_scratch.COMMON_SOFTNESS] += share * impulse_scale
+        scratch[lane + lane_scratch.COMMON_SOFTNESS] += share * softness
 
 
 @kernel
@@ -181,15 +196,11 @@ def solve(lanes: int, constraints: Array, scratch: Array) -> None:
 
 def _apply_to_point(
     lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
-    cap: float, rest: float,
+    cap: float,
 ) -> None:  # fmt: skip
-    """
-    Give one point of each lane its part.
-
-        rest : [m/s] change of a velocity below which a lane is settled
-    """
+    """Give one point of each lane its part."""
     for lane in range(lanes):
-        impulse, _, _, _, takes_part = law(
+        impulse, _, _, _, _, takes_part = law(
             constraints, points, scratch, lane, inverse_h, slop, cap
         )
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
@@ -212,8 +223,7 @@ def _apply_to_point(
             points[lane + contact_point.NORMAL_IMPULSE] = new
         size = abs(change)
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
-        either = size - rest * points[lane + contact_point.NORMAL_MASS]
-        scratch[lane + lane_scratch.LARGEST_CHANGE] = either if either > largest else largest
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, scale(change, normal))
 
 

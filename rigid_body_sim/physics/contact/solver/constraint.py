@@ -41,10 +41,15 @@ SURFACE_WEIGHT = constraint.number(
     '-', 'share in which a point of A goes with B: `manifold_constraints`'
 )
 ROUNDNESS = constraint.number('-', 'what is round of the pair: one of the names below')
-UNSETTLED = constraint.number('-', '1: its points have changed in the last pass by more than rest')
+UNSETTLED = constraint.number('-', '1: the last pass has changed its points by more than settles')
 TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')
+BOUNCES = constraint.number('-', '1: its bodies take part in a bounce: `islands.bouncing`')
 RADIUS_A = constraint.number('m', 'of the ball or capsule that meets here as A, else 0')
 RADIUS_B = constraint.number('m', 'the same of B')
+PACE = constraint.number('m/s', 'with which an overlap goes beyond what carries its load')
+DEEP = constraint.number('m', 'an overlap that goes at the push-out speed')
+LOAD = constraint.number('m/s^2', 'what it carries, of the last ticks: see `static_sink`')
+SINK = constraint.number('m', 'which that takes out of the separations of its points')
 FACES = constraint.number('-', 'whose face the normal belongs to, where it may turn: names below')
 SIZE = constraint.size
 

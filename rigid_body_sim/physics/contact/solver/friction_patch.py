@@ -5,16 +5,18 @@ What the solver knows of the friction of a manifold of several points, in wide l
 numbers behind those of its points, see `constraint`.
 
 The friction of such a manifold is one force at its centre and one twist about the normal there.
-Its centre is the mean of its points; what presses has another one, see `patch_friction`.
+Its centre is the mean of its points as they pressed at the start of the tick, and follows them;
+what presses within the tick may have another one, see `patch_friction`.
 """
 
 from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 
 patch = Record(stride=LANES)
 ARM_A = patch.vector('m', 'of the centre, from the centre of mass of A, world axes')
 ARM_B = patch.vector('m', 'of the centre, from the centre of mass of B, world axes')
-SHARE = patch.number('-', 'one over the number of points')
+WEIGHTS = patch.numbers(MOST, '-', 'of the points in the centre; none: 0')
 UNIFORM = patch.number('-', 'k_face: second moment of the whole face over that of its points')
 FORCE_RATE = patch.number('1/kg', 'largest velocity per tangential impulse at the centre')
 TWIST_RATE = patch.number('1/(kg m^2)', 'twisting velocity per angular impulse')

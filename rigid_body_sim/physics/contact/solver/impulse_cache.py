@@ -22,6 +22,7 @@ from rigid_body_sim.physics.contact.solver import (
     cache_record,
     constraint,
     contact_point,
+    static_sink,
     warm_start,
     wide_lanes,
 )
@@ -126,6 +127,8 @@ def recall(
             bounds[a * bounds_record.SIZE + bounds_record.RADIUS],
             bounds[b * bounds_record.SIZE + bounds_record.RADIUS],
         )
+        load = cache[old + cache_record.LOAD] if is_known else 0.0
+        static_sink.recall(lane, h, radius, load, rows)
         near = SAME_PLACE * SAME_PLACE * radius * radius
         taken = 0
         for point in range(int(manifolds[record + manifold_record.POINT_COUNT])):
@@ -199,6 +202,7 @@ def store_impulses(
         count = int(manifolds[record + manifold_record.POINT_COUNT])
         cache[to + cache_record.PAIR_ID] = manifolds[record + manifold_record.PAIR_ID]
         cache[to + cache_record.POINTS] = float(count)
+        head, load_now = to, 0.0
         to += cache_record.MANIFOLD_HEAD
         lane = int(manifolds[record + manifold_record.LANE])
         shape = int(manifolds[record + manifold_record.COLLIDER_A]) * pose.SIZE
@@ -208,9 +212,9 @@ def store_impulses(
             row = lane + constraint.SIZE + point * width
             share = _stored_share(lane, row, rows)
             cache[to + cache_record.FEATURE] = manifolds[found + manifold.FEATURE]
-            cache[to + cache_record.NORMAL_IMPULSE] = (
-                share * rows[row + contact_point.NORMAL_IMPULSE]
-            )
+            normal_impulse = share * rows[row + contact_point.NORMAL_IMPULSE]
+            load_now += static_sink.load_of_point(row, normal_impulse, h, rows)
+            cache[to + cache_record.NORMAL_IMPULSE] = normal_impulse
             friction = add(
                 scale(share * rows[row + contact_point.TANGENT_IMPULSE_1], tangent_1),
                 scale(share * rows[row + contact_point.TANGENT_IMPULSE_2], tangent_2),
@@ -228,6 +232,7 @@ def store_impulses(
             store(cache, to + cache_record.ANGULAR_IMPULSE, angular_impulse)
             store(cache, to + cache_record.ANCHOR, _anchor(load(manifolds, found), shape, poses))
             to += cache_record.POINT_SIZE
+        cache[head + cache_record.LOAD] = static_sink.filtered(lane, load_now / count, rows)
 
 
 def size_in_use(cache: Array) -> int:

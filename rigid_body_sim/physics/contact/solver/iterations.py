@@ -39,16 +39,9 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.state.blocks import wide
 
+STARTING_ITERATIONS = 20  # at most, of a batch on which friction of a face starts
+COMMON_ITERATIONS = 6  # at most, of the common impulse, where it is clamped
 RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at rest
-
-# A batch that is struck is visited again until it is calm: what an impact leaves of the approach
-# sinks in over the next substep, and what pushes it out again lifts the body.
-ITERATIONS = 20  # at most
-# [m/s] changes of a normal velocity: a blow to what moves on, to what is about to move (what it
-# sinks in is lifted again); what is left alone
-IMPACT, KNOCK, CALM = 0.02, 0.002, 1e-4
-COMMON_ITERATIONS = 2  # of the common impulse, where it is clamped
-REST = 1e-7  # [m/s] what a pass has changed by less gets no second pass
 
 WIDTH = slot('[-] numbers of a point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
@@ -104,9 +97,14 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
     constraints = rows[first - constraint.SIZE : first]
     patch_friction.clear_center(lanes, patch)
     patch_friction.clear_wrench(lanes, patch)
+    patch_friction.clear_moments(lanes, scratch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
-        patch_friction.add_to_center(lanes, points, patch)
+        patch_friction.add_press(lanes, points, scratch)
+    for point in range(point_count):
+        points = rows[first + point * width : first + (point + 1) * width]
+        patch_friction.weigh(lanes, point, points, patch, scratch)
+        patch_friction.add_to_center(lanes, point, points, patch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.take_recalled(lanes, constraints, points, patch)
@@ -128,22 +126,6 @@ def _measure_patch(
     patch_friction.measure(lanes, wrench, patch, scratch)
 
 
-@inline
-def _is_calm(used: int, scratch: Array) -> bool:
-    """Tell whether a visit has changed no more than is calm; let calm lanes stand still else."""
-    largest = 0.0
-    for lane in range(used):
-        change = scratch[lane + lane_scratch.NORMAL_CHANGE]
-        largest = change if change > largest else largest
-    if not largest > 0.0:
-        return True
-    for lane in range(used):
-        change = scratch[lane + lane_scratch.NORMAL_CHANGE]
-        scratch[lane + lane_scratch.ACTIVE] = 1.0 if change > 0.0 else 0.0
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = 0.0
-    return False
-
-
 def _solve_in_common(
     used: int, lanes: int, point_count: int, first: int, inverse_h: float, slop: float,
     cap: float, rows: Array,
@@ -161,7 +143,7 @@ def _solve_in_common(
         common_impulse.solve(lanes, constraints, scratch)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-            apply_to_point(lanes, constraints, points, scratch, inverse_h, slop, cap, REST)
+            apply_to_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
         if not common_impulse.is_clamped(used, scratch):
             break
 
@@ -215,38 +197,46 @@ def _prepare(
 
 
 def _solve_normals(
-    lanes_at_once: int, count: int, inverse_h: float, slop: float, cap: float, rows: Array,
-    batches: Indices, bodies: Array,
-) -> None:  # fmt: skip
-    """Solve the soft normals of all batches, before the motion."""
+    lanes_at_once: int, count: int, inverse_h: float, slop: float, cap: float, first_pass: bool,
+    rest: float, rows: Array, batches: Indices, bodies: Array,
+) -> bool:  # fmt: skip
+    """
+    Solve the soft normals of all batches, before the motion; tell whether something has changed.
+
+    first_pass : visit all; else those in which the last pass has changed something
+    rest       : [m/s] change of a velocity that is left alone
+    """
     scratch = rows[0 : lane_scratch.SIZE]
+    any_changed = False
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
+        if not first_pass and not solve.any_unsettled(used, constraints):
+            continue
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
-        iterations = ITERATIONS if point_count > 1 else 1
+        if not first_pass:
+            solve.skip_settled(used, constraints, scratch)
         if PATCHES and point_count > 1:
             solve_in_common(used, lanes, point_count, first, inverse_h, slop, cap, rows)
-        for iteration in range(iterations):
-            calm = KNOCK if iteration == 0 else CALM
-            for point in range(point_count):
-                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                if PATCHES and point_count > 1:
-                    solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap, calm)
-                else:
-                    solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap, calm)
-                if ANGULAR:
-                    rolling_friction.limit(lanes, constraints, points, scratch)
-            if iteration + 1 < iterations and _is_calm(used, scratch):
-                break
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            if PATCHES and point_count > 1:
+                solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap)
+            else:
+                solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
+            if ANGULAR:
+                rolling_friction.limit(lanes, constraints, points, scratch)
         if PATCHES and point_count > 1:
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
             if patch_friction.lets_go(used, patch, scratch):
                 patch_friction.take_back(lanes, constraints, patch, scratch)
+        points = rows[first : first + WIDTH]
+        any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
         solve.scatter_momenta(used, constraints, scratch, bodies)
         solve.mark_carried(used, constraints, scratch, bodies)
+    return any_changed
 
 
 def _update_separation(
@@ -261,8 +251,6 @@ def _update_separation(
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
-        begin, end = _face(first, WIDTH)
-        patch = rows[begin:end]
         if TURNS:
             solve.gather_inverse_masses(used, constraints, bodies)
         warm_start.clear(lanes, scratch)
@@ -276,6 +264,8 @@ def _update_separation(
             separation.gather_motion(used, constraints, scratch, bodies)
             if RIMS:
                 rolling_frame.turn_rims(used, constraints, scratch, bodies)
+            begin, end = _face(first, WIDTH)
+            patch = rows[begin:end]
             several = PATCHES and point_count > 1
             if several:
                 patch_friction.clear_center(lanes, patch)
@@ -283,15 +273,13 @@ def _update_separation(
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if several:
                     update_normals(lanes, constraints, points, scratch)
-                    patch_friction.add_to_center(lanes, points, patch)
+                    patch_friction.add_to_center(lanes, point, points, patch)
                 else:
                     update_points(lanes, constraints, points, scratch)
                 if ANGULAR:
                     rolling_friction.apply_second_half(lanes, constraints, points, scratch)
             if several:
-                patch_friction.apply_second_half(
-                    lanes, constraints, patch, scratch
-                )
+                patch_friction.apply_second_half(lanes, constraints, patch, scratch)
         warm_start.scatter(
             used, solver_bodies.MOMENTUM, solver_bodies.ANGULAR_MOMENTUM, constraints, scratch,
             bodies,
@@ -299,71 +287,87 @@ def _update_separation(
 
 
 def _relax(
-    lanes_at_once: int, count: int, inverse_h: float, first_pass: bool, last_pass: bool,
-    rows: Array, batches: Indices, bodies: Array,
-) -> None:  # fmt: skip
+    lanes_at_once: int, count: int, inverse_h: float, first_pass: bool, rest: float, rows: Array,
+    batches: Indices, bodies: Array,
+) -> bool:  # fmt: skip
     """
-    Relax normals and friction of all batches, after the motion.
+    Relax normals and friction of all batches, after the motion; tell whether it has changed
+    something.
 
     first_pass : visit all; else those in which the last pass has changed something
-    last_pass  : add up the warm start of the next substep
+    rest       : [m/s] change of a velocity that is left alone
     """
+    scratch = rows[0 : lane_scratch.SIZE]
+    any_changed = False
+    for number in range(count):
+        used, lanes = _lanes(number, lanes_at_once, batches)
+        point_count, first = _points(number, batches)
+        constraints = rows[first - constraint.SIZE : first]
+        if not first_pass and not solve.any_unsettled(used, constraints):
+            continue
+        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        if not first_pass:
+            solve.skip_settled(used, constraints, scratch)
+        begin, end = _face(first, WIDTH)
+        patch = rows[begin:end]
+        several = PATCHES and point_count > 1
+        if several:
+            relax_in_common(used, lanes, point_count, first, inverse_h, 0.0, 0.0, rows)
+        for _ in range(STARTING_ITERATIONS if several else 1):
+            if several:
+                patch_friction.clear_moments(lanes, scratch)
+            for point in range(point_count):
+                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+                if several:
+                    relax_normal(lanes, constraints, points, scratch, inverse_h)
+                else:
+                    relax_point(lanes, constraints, points, scratch, inverse_h)
+                if ANGULAR:
+                    rolling_friction.solve(lanes, constraints, points, scratch)
+            if several:
+                if patch_friction.is_stale(used, patch, scratch):
+                    _measure_patch(
+                        lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                        friction_patch.IMPULSE_1, rows,
+                    )  # fmt: skip
+                patch_friction.relax(lanes, constraints, patch, scratch)
+                if not patch_friction.any_starts(used, scratch):
+                    break
+        points = rows[first : first + WIDTH]
+        any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
+        solve.mark_touched(used, constraints)
+        solve.scatter_momenta(used, constraints, scratch, bodies)
+    return any_changed
+
+
+def _start_substep(
+    lanes_at_once: int, count: int, rows: Array, batches: Indices, bodies: Array
+) -> None:
+    """Add up the warm start of the next substep."""
     scratch = rows[0 : lane_scratch.SIZE]
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
-        begin, end = _face(first, WIDTH)
-        patch = rows[begin:end]
-        kind = batches[number * batch_record.SIZE + batch_record.KIND]
-        iterations = ITERATIONS if point_count > 1 or kind == batch_record.MIXED else 1
-        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
-        if not first_pass and not solve.skip_settled(used, constraints, scratch):
-            iterations = 0
-        if PATCHES and point_count > 1 and iterations > 0:
-            relax_in_common(used, lanes, point_count, first, inverse_h, 0.0, 0.0, rows)
-        for iteration in range(iterations):
-            calm = IMPACT if iteration == 0 else CALM
+        warm_start.clear(lanes, scratch)
+        if PATCHES and point_count > 1:
+            patch_friction.clear_moments(lanes, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             if PATCHES and point_count > 1:
-                patch_friction.clear_press(lanes, scratch)
-            for point in range(point_count):
-                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                if PATCHES and point_count > 1:
-                    relax_normal(lanes, constraints, points, scratch, inverse_h, calm, REST)
-                else:
-                    relax_point(lanes, constraints, points, scratch, inverse_h, calm, REST)
-                if ANGULAR:
-                    rolling_friction.solve(lanes, constraints, points, scratch)
-            if PATCHES and point_count > 1:
-                if iteration > 0:
-                    _measure_patch(
-                        lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
-                        friction_patch.IMPULSE_1, rows,
-                    )  # fmt: skip
-                patch_friction.relax(lanes, constraints, patch, scratch, REST)
-            if iteration + 1 < iterations and _is_calm(used, scratch):
-                break
-        if iterations > 0:
-            solve.mark_unsettled(used, constraints, scratch)
-            solve.scatter_momenta(used, constraints, scratch, bodies)
-        if last_pass:
-            warm_start.clear(lanes, scratch)
-            if PATCHES and point_count > 1:
-                patch_friction.clear_moments(lanes, scratch)
-            for point in range(point_count):
-                points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-                if PATCHES and point_count > 1:
-                    start_normal(lanes, constraints, points, scratch)
-                else:
-                    start_point(lanes, constraints, points, scratch)
-                if ANGULAR:
-                    warm_start.start_substep_angular(lanes, constraints, points, scratch)
-            if PATCHES and point_count > 1:
-                patch_friction.start_substep(lanes, constraints, patch, scratch)
-            warm_start.scatter(
-                used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
-                scratch, bodies,
-            )  # fmt: skip
+                start_normal(lanes, constraints, points, scratch)
+            else:
+                start_point(lanes, constraints, points, scratch)
+            if ANGULAR:
+                warm_start.start_substep_angular(lanes, constraints, points, scratch)
+        if PATCHES and point_count > 1:
+            begin, end = _face(first, WIDTH)
+            patch = rows[begin:end]
+            patch_friction.start_substep(lanes, constraints, patch, scratch)
+        warm_start.scatter(
+            used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
+            scratch, bodies,
+        )  # fmt: skip
 
 
 def _apply_restitution(
@@ -371,14 +375,12 @@ def _apply_restitution(
 ) -> None:
     """Apply restitution to all batches until nothing changes."""
     scratch = rows[0 : lane_scratch.SIZE]
-    for iteration in range(RESTITUTION_ITERATIONS):
+    for _ in range(RESTITUTION_ITERATIONS):
         change = 0.0
         for number in range(count):
             used, lanes = _lanes(number, lanes_at_once, batches)
             point_count, first = _points(number, batches)
             constraints = rows[first - constraint.SIZE : first]
-            begin, end = _face(first, WIDTH)
-            patch = rows[begin:end]
             solve.gather_momenta(lanes, used, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
                 restore_in_common(used, lanes, point_count, first, 0.0, 0.0, 0.0, rows)
@@ -389,18 +391,22 @@ def _apply_restitution(
                 else:
                     restore_point(lanes, constraints, points, scratch)
             if PATCHES and point_count > 1:
+                begin, end = _face(first, WIDTH)
+                patch = rows[begin:end]
                 _measure_patch(
                     lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
                     friction_patch.RESTITUTION_1, rows,
                 )  # fmt: skip
-                patch_friction.apply_restitution(
-                    lanes, constraints, patch, scratch
-                )
+                patch_friction.apply_restitution(lanes, constraints, patch, scratch)
             solve.scatter_momenta(used, constraints, scratch, bodies)
             for lane in range(used):
-                change = max(change, scratch[lane_scratch.NORMAL_CHANGE + lane])
+                change = max(change, scratch[lane_scratch.LARGEST_CHANGE + lane])
         if not change > 0.0:
             break
+
+
+def _without_patches(_lanes_at_once: int, _count: int, _rows: Array, _batches: Indices) -> None:
+    """Stand for the friction of patches where nothing touches at several points."""
 
 
 def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indices) -> None:
@@ -468,11 +474,11 @@ def solver(
         'solve_normals': _solve_normals,
         'update_separation': _update_separation,
         'relax': _relax,
+        'start_substep': _start_substep,
     }
     if bounces:
         passes['apply_restitution'] = _apply_restitution
-    if patches:
-        passes['spread_friction'] = _spread_friction
+    passes['spread_friction'] = _spread_friction if patches else _without_patches
     return {
         name: specialise(source, name=f'{width}', offered=offered)
         for name, source in passes.items()

@@ -44,6 +44,10 @@ from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BAL
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, load, load_strided, subtract
 
+DEEP = (
+    0.01  # [-] of the radius: what is deeper, a scene began with, and goes at the push-out speed
+)
+
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
 
 
@@ -63,8 +67,15 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
     type_a = table[collider_a * collider_record.SIZE + collider_record.TYPE]
     type_b = table[collider_b * collider_record.SIZE + collider_record.TYPE]
+    row_a = collider_record.solver_body(collider_a, table) * solver_bodies.SIZE
+    row_b = collider_record.solver_body(collider_b, table) * solver_bodies.SIZE
+    if (body_a < 0 and bodies[row_a + solver_bodies.INVERSE_MASS] > 0.0) or (
+        body_b < 0 and bodies[row_b + solver_bodies.INVERSE_MASS] > 0.0
+    ):
+        return constraint.NOT_ROUND  # driven: what is round of the pair turns under it
     symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
-    if type_a == collider.CYLINDER and type_b == collider.PLANE and body_a >= 0:
+    flat = type_b == collider.PLANE or type_b == collider.SURFACE
+    if type_a == collider.CYLINDER and flat and body_a >= 0:
         return constraint.RIM_OF_A if symmetry_a == ABOUT_AXIS else constraint.NOT_ROUND
     if type_a == collider.BOX and type_b == collider.CYLINDER and body_a < 0 and body_b >= 0:
         return constraint.RIM_OF_B if symmetry_b == ABOUT_AXIS else constraint.NOT_ROUND
@@ -155,6 +166,11 @@ def prepare_materials(
         rows[lane + constraint.BIAS_RATE] = omega / a1
         rows[lane + constraint.MASS_SCALE] = a2 * impulse_scale
         rows[lane + constraint.IMPULSE_SCALE] = impulse_scale
+        radius = min(
+            bounds[a * bounds_record.SIZE + bounds_record.RADIUS],
+            bounds[b * bounds_record.SIZE + bounds_record.RADIUS],
+        )
+        rows[lane + constraint.DEEP] = DEEP * radius
 
 
 @inline
@@ -211,7 +227,10 @@ def prepare_points(
         if point_count > 1:
             face = lane + constraint.SIZE + manifold.MOST * width
             corners = manifolds[record + manifold_record.CORNERS]
-            rows[face + friction_patch.SHARE] = 1.0 / point_count
+            for point in range(manifold.MOST):
+                rows[face + friction_patch.WEIGHTS + point * constraint.LANES] = (
+                    1.0 / point_count if point < point_count else 0.0
+                )
             rows[face + friction_patch.UNIFORM] = patch_friction.uniform_share(corners)
         for point in range(point_count):
             found = record + manifold_record.POINTS + point * manifold.POINT

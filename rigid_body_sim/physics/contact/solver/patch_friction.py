@@ -36,10 +36,10 @@ A visit changes force and torque by
 
 if G > 1, with 1/g the largest eigenvalue of J M^-1 J^T in the lengths of l: only with this ratio
 of steps is to scale both alike the projection of maximum dissipation. c, tau_0, l and g are found
-at the start of a tick, and anew wherever a batch is struck or what presses changes. G_X / G_Y is a polynomial of u, to 1e-3.
+at the start of a tick, and anew where more or less presses. G_X / G_Y is a polynomial of u, to 1e-3.
 
-What is stored is force and torque about the mean of the points, on which weights have no
-influence, so that both arms end in one point, whatever presses.
+What is stored is force and torque about a centre that moves with the points: it is c at the start
+of the tick, so c of now is measured from it. Both its arms end in one point, whatever presses.
 """
 
 from __future__ import annotations
@@ -59,7 +59,6 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
-from rigid_body_sim.physics.contact.solver.solve import START
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -75,8 +74,8 @@ LINE, DISC = 1.0 / 3.0, 0.50605  # [-] k
 C_0, C_1, C_2, C_3, C_4 = 0.75, 0.26650, -0.35798, 0.35238, -0.13264  # [-] of C
 L_0, L_1, L_2, L_3, L_4 = 0.56298, 0.80088, 1.09004, -1.82472, 0.87236  # [-] G_X / G_Y
 POINT = 1e-16  # [m^2] a patch with less of a second moment is a point
-FAR = 1e8  # [m] separation beyond which a point is none of the manifold: `colouring.NOWHERE`
-STALE = 0.1  # [-] of what presses: a patch on which that much more or less does is measured anew
+START = 1e-6  # [m/s] change of a tangential velocity that is left alone where a contact starts
+STALE = 0.1  # [-] of what presses: a patch on which so much more or less does is measured anew
 SETTLED = 1e-12  # [-] of what presses: friction that changes by less has settled
 
 
@@ -85,12 +84,6 @@ def uniform_share(corners: float) -> Any:
     """Return k of a face of so many corners."""
     regular = (2.0 + math.cos(2.0 * math.pi / corners)) / 6.0
     return regular if corners < ROUND else DISC
-
-
-@inline
-def _exists(points: Array, lane: int) -> Any:
-    """1 for a point that the manifold has, else 0."""
-    return 1.0 if points[lane + contact_point.INITIAL_SEPARATION] < FAR else 0.0
 
 
 @inline
@@ -144,10 +137,11 @@ def clear_center(lanes: int, patch: Array) -> None:
 
 
 @kernel
-def add_to_center(lanes: int, points: Array, patch: Array) -> None:
-    """Add one point of each lane to the mean of the points."""
+def add_to_center(lanes: int, point: int, points: Array, patch: Array) -> None:
+    """Add one point of each lane, and its number, to the centre."""
+    weight = friction_patch.WEIGHTS + point * LANES
     for lane in range(lanes):
-        share = patch[lane + friction_patch.SHARE] * _exists(points, lane)
+        share = patch[lane + weight]
         arm_a, arm_b = wide_lanes.arms(points, lane)
         center_a = wide_lanes.vector(patch, lane + friction_patch.ARM_A)
         center_b = wide_lanes.vector(patch, lane + friction_patch.ARM_B)
@@ -157,6 +151,26 @@ def add_to_center(lanes: int, points: Array, patch: Array) -> None:
         wide_lanes.put_vector(
             patch, lane + friction_patch.ARM_B, add_scaled(center_b, share, arm_b)
         )
+
+
+@kernel
+def weigh(lanes: int, point: int, points: Array, patch: Array, scratch: Array) -> None:
+    """
+    Weigh one point of each lane by what it pressed in the last tick, of what all did (`add_press`);
+    where nothing did all weigh alike, as they did before.
+    """
+    weight = friction_patch.WEIGHTS + point * LANES
+    for lane in range(lanes):
+        total = scratch[lane + lane_scratch.PRESS]
+        share = points[lane + contact_point.NORMAL_IMPULSE] / (total if total > 0.0 else 1.0)
+        patch[lane + weight] = share if total > 0.0 else patch[lane + weight]
+
+
+@kernel
+def add_press(lanes: int, points: Array, scratch: Array) -> None:
+    """Add one point of each lane to what presses."""
+    for lane in range(lanes):
+        scratch[lane + lane_scratch.PRESS] += points[lane + contact_point.NORMAL_IMPULSE]
 
 
 @kernel
@@ -287,6 +301,12 @@ def _moments(scratch: Array, lane: int) -> Any:
     return c_1, c_2, s_11, s_12, s_22
 
 
+@inline
+def _put(active: Any, value: float, row: int, patch: Array) -> None:
+    """Write a number; a lane that is not visited keeps its bits, whatever is struck beside it."""
+    patch[row] = value if active else patch[row]
+
+
 @kernel
 def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
     """
@@ -327,13 +347,36 @@ def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
         rate = 0.5 * (force_rate + twist_rate) + math.sqrt(
             half * half + length_squared * coupling * coupling
         )
-        patch[lane + friction_patch.MEASURED] = scratch[lane + lane_scratch.PRESS]
-        patch[lane + friction_patch.MIDDLE_1] = c_1
-        patch[lane + friction_patch.MIDDLE_2] = c_2
-        patch[lane + friction_patch.RADIUS_SQUARED] = radius_squared
-        patch[lane + friction_patch.INVERSE_SQUARED] = inverse
-        patch[lane + friction_patch.LENGTH_SQUARED] = length_squared
-        patch[lane + friction_patch.STEP] = 1.0 / rate if rate > 0.0 else 0.0
+        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
+        press = scratch[lane + lane_scratch.PRESS]
+        _put(active, press, lane + friction_patch.MEASURED, patch)
+        _put(active, c_1, lane + friction_patch.MIDDLE_1, patch)
+        _put(active, c_2, lane + friction_patch.MIDDLE_2, patch)
+        _put(active, radius_squared, lane + friction_patch.RADIUS_SQUARED, patch)
+        _put(active, inverse, lane + friction_patch.INVERSE_SQUARED, patch)
+        _put(active, length_squared, lane + friction_patch.LENGTH_SQUARED, patch)
+        step = 1.0 / rate if rate > 0.0 else 0.0
+        _put(active, step, lane + friction_patch.STEP, patch)
+
+
+@inline
+def any_starts(used: int, scratch: Array) -> bool:
+    """Tell whether friction that starts has not settled on some lane."""
+    found = False
+    for lane in range(used):
+        found = found or scratch[lane + lane_scratch.STARTS] > 0.0
+    return found
+
+
+@inline
+def is_stale(used: int, patch: Array, scratch: Array) -> bool:
+    """Tell whether something else presses on some lane than when it was measured."""
+    found = False
+    for lane in range(used):
+        press = scratch[lane + lane_scratch.PRESS]
+        change = abs(press - patch[lane + friction_patch.MEASURED])
+        found = found or change > STALE * press
+    return found
 
 
 @inline
@@ -384,16 +427,13 @@ def _change(old: Any, constraints: Array, patch: Array, scratch: Array, lane: in
 
 
 @kernel
-def relax(lanes: int, constraints: Array, patch: Array, scratch: Array, rest: float) -> None:
+def relax(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
     """
     Solve the friction of each lane, after all its normals, which add up what presses: `solve`.
 
     A contact that starts has no friction yet. Friction that tips a body changes what presses, and
     a visit finds less than half of it: so such a lane is visited until it changes by less than
-    START, or it would keep a slip that friction at its limit never takes back. So is one on which
-    something else presses than when it was measured.
-
-        rest : [m/s] change of a velocity below which a lane is settled
+    START, or it would keep a slip that friction at its limit never takes back.
     """
     for lane in range(lanes):
         old = _wrench(patch, lane + friction_patch.IMPULSE_1)
@@ -405,20 +445,12 @@ def relax(lanes: int, constraints: Array, patch: Array, scratch: Array, rest: fl
             change[1] if active else 0.0,
             change[2] if active else 0.0,
         )
-        step = patch[lane + friction_patch.STEP]
-        # of these only the sign counts
-        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
-        either = size - (rest * step) * (rest * step)
-        scratch[lane + lane_scratch.LARGEST_CHANGE] = either if either > largest else largest
         is_new = patch[lane + friction_patch.WARM_NORMAL] <= 0.0
-        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
-        start = size - (START * step) * (START * step) if is_new else 0.0
-        press, measured = (
-            scratch[lane + lane_scratch.PRESS],
-            patch[lane + friction_patch.MEASURED],
-        )
-        start = press if active & (abs(press - measured) > STALE * press) else start
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = start if start > largest else largest
+        slip = math.sqrt(size)
+        starts = is_new & (slip > START * patch[lane + friction_patch.STEP])
+        scratch[lane + lane_scratch.STARTS] = 1.0 if starts else 0.0
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = slip if slip > largest else largest
         wide_lanes.put_vector(patch, lane + friction_patch.IMPULSE_1, add(old, change))
         _apply(change, constraints, patch, scratch, lane)
 
@@ -437,8 +469,8 @@ def apply_restitution(lanes: int, constraints: Array, patch: Array, scratch: Arr
             change[1] if changes else 0.0,
             change[2] if changes else 0.0,
         )
-        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         wide_lanes.put_vector(patch, lane + friction_patch.RESTITUTION_1, add(old, change))
         _apply(change, constraints, patch, scratch, lane)
 

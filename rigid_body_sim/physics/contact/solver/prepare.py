@@ -20,6 +20,8 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.solver import constraint, contact_point, wide_lanes
 from rigid_body_sim.physics.vectors import apply_symmetric, cross, dot
 
+IMMOVABLE = 1e-24  # [1/kg] less gives way to no impulse: a normal through a pivot
+
 
 @inline
 def _largest_eigenvalue(k11: float, k12: float, k22: float) -> Any:
@@ -57,7 +59,7 @@ def effective_masses(lanes: int, constraints: Array, points: Array) -> None:
         largest = _largest_eigenvalue(k11, k12, k22)
         points[lane + contact_point.CROSS_TERM_1] = dot(first_a, turn_a) + dot(first_b, turn_b)
         points[lane + contact_point.CROSS_TERM_2] = dot(second_a, turn_a) + dot(second_b, turn_b)
-        points[lane + contact_point.NORMAL_MASS] = 1.0 / k_normal if k_normal > 0.0 else 0.0
+        points[lane + contact_point.NORMAL_MASS] = 1.0 / k_normal if k_normal > IMMOVABLE else 0.0
         points[lane + contact_point.TANGENT_MASS] = 1.0 / largest if largest > 0.0 else 0.0
 
 

@@ -5,7 +5,8 @@ Restitution of one batch of contacts, lane by lane: Newton's law of impact after
 
     J <- J - m (v_n + e v_approach),  J >= 0,  for contacts that pressed in this tick
 
-v_approach: see `prepare`. Contacts that press but do not bounce keep v_n >= 0. Friction acts on
+v_approach: see `prepare`. Contacts that press but do not bounce keep v_n >= 0, if something that
+bounces presses on their bodies; others take no part (`islands.bouncing`). Friction acts on
 the impulse of restitution: with that of the substeps it adds up to Coulomb's law for the whole.
 What bounds the energy that comes back is `energy.restitution_bound`.
 """
@@ -41,14 +42,15 @@ def _apply_restitution(lanes: int, constraints: Array, points: Array, scratch: A
         approach = points[lane + contact_point.APPROACH_VELOCITY]
         target = -constraints[lane + constraint.RESTITUTION] * approach if approach < 0.0 else 0.0
         old = points[lane + contact_point.RESTITUTION_NORMAL]
-        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         new = old - points[lane + contact_point.NORMAL_MASS] * (dot(normal, velocity) - target)
         new = new if new > 0.0 else 0.0
         pressure = (
             points[lane + contact_point.LARGEST_NORMAL_IMPULSE]
             + points[lane + contact_point.NORMAL_IMPULSE]
         )
-        new = new if pressure > 0.0 else 0.0
+        takes_part = constraints[lane + constraint.BOUNCES] > 0.0
+        new = new if (pressure > 0.0) & takes_part else 0.0
         change = new - old
         size = abs(change)
         if RUBS:
@@ -79,7 +81,7 @@ def _apply_restitution(lanes: int, constraints: Array, points: Array, scratch: A
             impulse = scale(new - old, normal)
         size = size if changes else 0.0
         points[lane + contact_point.RESTITUTION_NORMAL] = new
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 

@@ -40,13 +40,13 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.vectors import dot, scale
 
-# [m/s] change of a tangential velocity that is left alone where a contact starts. Friction that
-# tips a body changes what presses, and a visit finds less than half of it: with a larger figure a
-# contact starts with a slip, which friction at its limit never takes back.
-START = 1e-5
+# [-] by which changes of friction count for more where a contact starts. Friction that tips a body
+# changes what presses, and a visit finds less than half of it: what is left of its slip then,
+# friction at its limit never takes back.
+START = 100.0
 
-# [m] separation from which surfaces are apart: less is rounding, by which the points of a body that
-# lands flat must not differ
+# [m] separation from which surfaces are apart: less is rounding, by which the points of a body
+# that lands flat must not differ
 OPEN = 1e-12
 
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
@@ -78,7 +78,6 @@ def gather_momenta(
     for lane in range(lanes):
         wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
         scratch[lane + lane_scratch.PRESSES] = 0.0
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = 0.0
         scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
         scratch[lane + lane_scratch.ACTIVE] = 1.0
     for lane in range(used):
@@ -119,22 +118,45 @@ def scatter_momenta(used: int, constraints: Array, scratch: Array, bodies: Array
 
 
 @inline
-def skip_settled(used: int, constraints: Array, scratch: Array) -> bool:
-    """Let the lanes stand still that the last pass left at rest; tell whether any is left."""
-    any_left = False
+def any_unsettled(used: int, constraints: Array) -> bool:
+    """Tell whether the last pass has changed any lane."""
+    found = False
     for lane in range(used):
-        scratch[lane + lane_scratch.ACTIVE] = constraints[lane + constraint.UNSETTLED]
-        any_left = any_left or constraints[lane + constraint.UNSETTLED] > 0.0
-    return any_left
+        found = found or constraints[lane + constraint.UNSETTLED] > 0.0
+    return found
 
 
 @inline
-def mark_unsettled(used: int, constraints: Array, scratch: Array) -> None:
-    """Note which lanes this pass has changed by more than rest."""
+def skip_settled(used: int, constraints: Array, scratch: Array) -> None:
+    """Let the lanes stand still that the last pass left at rest."""
     for lane in range(used):
-        changed = scratch[lane + lane_scratch.LARGEST_CHANGE] > 0.0
+        scratch[lane + lane_scratch.ACTIVE] = constraints[lane + constraint.UNSETTLED]
+
+
+@inline
+def mark_unsettled(
+    used: int, rest: float, constraints: Array, points: Array, scratch: Array
+) -> bool:
+    """
+    Note which lanes this pass has changed by more than settles; tell whether any.
+
+        rest   : [m/s] change of a velocity that is left alone
+        points : the first of each lane
+    """
+    any_changed = False
+    for lane in range(used):
+        size = scratch[lane + lane_scratch.LARGEST_CHANGE]
+        changed = size > rest * points[lane + contact_point.NORMAL_MASS]
         constraints[lane + constraint.UNSETTLED] = 1.0 if changed else 0.0
-        if changed:
+        any_changed = any_changed or changed
+    return any_changed
+
+
+@inline
+def mark_touched(used: int, constraints: Array) -> None:
+    """Note that the lanes have touched that the relaxation has changed."""
+    for lane in range(used):
+        if constraints[lane + constraint.UNSETTLED] > 0.0:
             constraints[lane + constraint.TOUCHED] = 1.0
 
 
@@ -152,13 +174,12 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 
 def _solve_normals(
     lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
-    cap: float, calm: float,
+    cap: float,
 ) -> None:  # fmt: skip
     """
     Solve the normal of one point of each lane, soft where the surfaces overlap.
 
-        cap  : [m/s] speed at which an overlap goes, at most
-        calm : [m/s] change of the normal velocity that is left alone
+        cap : [m/s] speed at which a deep overlap goes, at most
     """
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
@@ -168,13 +189,20 @@ def _solve_normals(
         separation = points[lane + contact_point.SEPARATION]
         old = points[lane + contact_point.NORMAL_IMPULSE]
         mass = points[lane + contact_point.NORMAL_MASS]
-        largest = scratch[lane + lane_scratch.NORMAL_CHANGE]
+        largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         pressed_already = scratch[lane + lane_scratch.PRESSES]
         is_open = separation > OPEN
         depth = separation + slop
         depth = depth if depth < 0.0 else 0.0
         soft = constraints[lane + constraint.BIAS_RATE] * depth
-        soft = soft if soft > -cap else -cap
+        # beyond the bias that carries the load
+        stiff = constraints[lane + constraint.MASS_SCALE] * mass
+        bears = (
+            constraints[lane + constraint.IMPULSE_SCALE] * old / (stiff if stiff > 0.0 else 1.0)
+        )
+        is_deep = depth < -constraints[lane + constraint.DEEP]
+        fastest = -bears - (cap if is_deep else constraints[lane + constraint.PACE])
+        soft = soft if soft > fastest else fastest
         bias = separation * inverse_h if is_open else soft
         mass_scale = 1.0 if is_open else constraints[lane + constraint.MASS_SCALE]
         impulse_scale = 0.0 if is_open else constraints[lane + constraint.IMPULSE_SCALE]
@@ -211,15 +239,14 @@ def _solve_normals(
         new = now + warm if presses else 0.0
         # a lane that is not visited keeps its bits
         points[lane + contact_point.NORMAL_IMPULSE] = new if active else old
-        size = abs(change) - calm * mass
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = size if size > largest else largest
+        size = abs(change)
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         scratch[lane + lane_scratch.PRESSES] = 1.0 if presses else pressed_already
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
 def _relax(
-    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, calm: float,
-    rest: float,
+    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float
 ) -> None:  # fmt: skip
     """
     Solve normal and friction of one point of each lane, without push-out.
@@ -227,9 +254,6 @@ def _relax(
     Friction sees the tangential velocity that the new normal impulse leaves. What was warm-started
     touches: a motion along a curve has opened it by h^2 only. To send it back at s/h, as what is
     still apart, would take energy of first order in h.
-
-        calm : [m/s] change of the normal velocity that is left alone
-        rest : [m/s] change of any velocity below which a lane is settled
     """
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
@@ -238,7 +262,6 @@ def _relax(
         separation = points[lane + contact_point.SEPARATION]
         old = points[lane + contact_point.NORMAL_IMPULSE]
         mass = points[lane + contact_point.NORMAL_MASS]
-        largest_normal = scratch[lane + lane_scratch.NORMAL_CHANGE]
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         is_open = separation > OPEN
         is_new = points[lane + contact_point.WARM_NORMAL] <= 0.0
@@ -252,7 +275,7 @@ def _relax(
         new = new if active else old
         change = new - old
         impulse = scale(change, normal)
-        size, slip = abs(change), 0.0
+        size = abs(change)
         if RUBS:
             old_1 = points[lane + contact_point.TANGENT_IMPULSE_1]
             old_2 = points[lane + contact_point.TANGENT_IMPULSE_2]
@@ -272,19 +295,13 @@ def _relax(
                 change, change_1, change_2, normal, tangent_1, tangent_2
             )
             slip = abs(change_1) + abs(change_2)
+            slip = START * slip if is_new else slip
+            size = size if size > slip else slip
             points[lane + contact_point.TANGENT_IMPULSE_1] = new_1
             points[lane + contact_point.TANGENT_IMPULSE_2] = new_2
         else:
             scratch[lane + lane_scratch.PRESS] += new
-        either = (size if size > slip else slip) - rest * mass
-        size = size - calm * mass
-        if RUBS:
-            start = slip - START * mass if is_new else 0.0
-            size = size if size > start else start
-        scratch[lane + lane_scratch.NORMAL_CHANGE] = (
-            size if size > largest_normal else largest_normal
-        )
-        scratch[lane + lane_scratch.LARGEST_CHANGE] = either if either > largest else largest
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
         points[lane + contact_point.NORMAL_IMPULSE] = new
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
@@ -292,6 +309,7 @@ def _relax(
 def visits(*, rubs: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Make the kernels that solve and relax a point; rubs: with its friction."""
     name = 'rubs' if rubs else 'smooth'
-    return tuple(
-        specialise(source, name=name, RUBS=rubs) for source in (_solve_normals, _relax)
-    )  # type: ignore
+    return (
+        specialise(_solve_normals, name=name, RUBS=rubs),
+        specialise(_relax, name=name, RUBS=rubs),
+    )

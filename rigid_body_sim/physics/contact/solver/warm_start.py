@@ -31,7 +31,7 @@ from rigid_body_sim.physics.vectors import dot, scale
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
 
 LOAD = 0.02  # [m/s] what gravity gives in two milliseconds
-GROWTH = 16.0  # [-] of half a warm start: a load is at most eight times the last one
+GROWTH = 4.0  # [-] of half a warm start: a load is at most twice the last one
 
 
 @inline
@@ -40,8 +40,8 @@ def lasting_share(points: Array, row: int) -> Any:
     Share of the impulse of a point that is a load, from which the next substep starts.
 
     The impulse of an impact does not last: what it gives once too much lifts the body before it
-    is taken back. A load changes the velocity of the point by less than LOAD, or is at most eight
-    times what this substep started from.
+    is taken back. A load changes the velocity of the point by less than LOAD, or is at most twice
+    what this substep started from.
     """
     limit = max(
         GROWTH * points[row + contact_point.WARM_NORMAL],
@@ -92,7 +92,9 @@ def start_tick(lanes: int, constraints: Array, points: Array, scratch: Array) ->
         points[lane + contact_point.TANGENT_IMPULSE_2] = impulse_2
         wide_lanes.put_vector(points, lane + contact_point.TOTAL_IMPULSE, (0.0, 0.0, 0.0))
         points[lane + contact_point.LARGEST_NORMAL_IMPULSE] = 0.0
-        points[lane + contact_point.SEPARATION] = points[lane + contact_point.INITIAL_SEPARATION]
+        points[lane + contact_point.SEPARATION] = (
+            points[lane + contact_point.INITIAL_SEPARATION] - constraints[lane + constraint.SINK]
+        )
         _warm_start(constraints, points, scratch, lane)
 
 

@@ -13,8 +13,8 @@ What a pair kernel finds: the contact manifold, one normal and up to four points
 
 The array `found` is a manifold and, behind it, room of the pair kernel's own. That scratch begins
 at SCRATCH; whoever uses it declares its fields as `Record(begin=SCRATCH)`: `boxes.two_boxes`,
-`cylinders.on_face`, `polyhedra.scratch` and pairs. Only one pair is under way at a time, and
-nothing in it outlives the call.
+`cylinders.on_face`, `polyhedra.scratch`, `surfaces.surface_scratch` and pairs. Only one pair is
+under way at a time, and nothing in it outlives the call.
 
 A feature is a number that stays the same from tick to tick while the same parts touch.
 
@@ -49,7 +49,7 @@ NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
 POINTS = manifold.numbers(MOST * POINT, 'm', 'its points, one after the other')
 FACE_CORNERS = manifold.number('-', 'of the face that touches, if more than points; 0: as many')
 SCRATCH = manifold.size  # where a kernel may keep what it likes
-FOUND = 1024  # numbers in `found`: the largest scratch is that of two polyhedra
+FOUND = 4096  # numbers in `found`: the largest scratch is that of ground (`surfaces`)
 SHORTEST = 1e-140  # [m] of a shorter way the direction is no direction
 TINY = SHORTEST * SHORTEST  # [m^2] a component of 1e-13 of it still has a square with all digits
 # Of points as good as another up to these shares the first counts: without them a resting body

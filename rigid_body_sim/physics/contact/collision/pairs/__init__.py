@@ -21,11 +21,11 @@ def collide_kernel(type_a: int, type_b: int) -> Callable[..., Any]:
     Return the kernel of a pair of types.
 
     type_a <= type_b: numbers of `collider`
-    ValueError for the wrong order and for two planes, which are both static.
+    ValueError for the wrong order and for two of planes and surfaces, which are static.
     """
-    if not 0 <= type_a <= type_b < len(NAMES) or NAMES[type_a] == 'plane':
+    if not 0 <= type_a <= type_b < len(NAMES) or NAMES[type_a] in ('plane', 'surface'):
         raise ValueError(
             f'pair of types ({type_a}, {type_b}): got no pair that can meet; need '
-            f'0 <= type_a <= type_b < {len(NAMES)}, not both planes: exchange the two'
+            f'0 <= type_a <= type_b < {len(NAMES)}, not both static: exchange the two'
         )
     return import_module(f'{__name__}.{NAMES[type_a]}_{NAMES[type_b]}').collide

@@ -124,7 +124,7 @@ def collide_records(
     side, face, along = _axis(a, b, state, corners, half, found)
     if not along <= margin:
         return 0
-    count = _patch(a, b, side, face, along, state, margin, half, found)
+    count = write_patch(a, b, side, face, along, state, margin, half, found)
     to_world(center, poses, pose_a, found, count)
     return count
 
@@ -175,7 +175,7 @@ def nearest_to_axis(work: Array) -> Any:
 
 
 @kernel
-def _patch(
+def write_patch(
     a: Hull, b: Hull, side: int, face: int, along: float, state: int, margin: float, half: float,
     work: Array,
 ) -> int:  # fmt: skip

@@ -1,0 +1,422 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Contact of what is moved as told (`model.prescribed_motion`), and of belts.
+
+Detection, groups and islands take such a collider for what cannot move: no force moves it. In the
+solver it has a row of its own behind that of what cannot move, with the origin of its shape as
+the point of reference, and 1/m = HELD: a velocity that no impulse changes. What contact sees of it
+in a substep from t to t + h:
+
+    solve        v = (x(t + h) - x(t))/h, omega likewise: what rests on it moves along exactly
+    separations  d = x(t + h) - x(t), the turn from q(t) to q(t + h)
+    relax        v = x'(t + h), omega(t + h)
+    bounce       approach and restitution with x'(t), x''(t) and x'(t + h)
+
+so a body at rest on it keeps its gap, and the contact force is m (g + x''). The work that it does
+on others is the impulse times the mean velocity of its point:
+
+    W = sum over substeps of J . (v + omega x r),  and that of restitution with the velocity then
+
+A belt stands still, but its surface has a velocity along the faces that it runs in: where the
+normal is not square to it, it counts as standing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigid_body_sim.physics.arrays import Array, Indices, Record
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.array_groups import Constraints
+from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
+    collider_record,
+    manifold_record,
+    pose,
+    swept_aabbs,
+)
+from rigid_body_sim.physics.contact.collision.collider import ColliderArrays, world_aabb
+from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
+from rigid_body_sim.physics.contact.islands import sleep_record
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, friction_patch
+from rigid_body_sim.physics.contact.solver.wide_lanes import contact_frame, impulse_of, vector
+from rigid_body_sim.physics.contact.solver_bodies import HELD
+from rigid_body_sim.physics.model import prescribed_motion as told
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.scene import Body
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    cross,
+    dot,
+    load,
+    scale,
+    store,
+    subtract,
+)
+
+
+class PrescribedBodies(NamedTuple):
+    """
+    What is driven: one-dimensional arrays.
+
+    drives : see `drive`, in the order of their rows
+    paths  : see `model.prescribed_motion`
+    moment : scratch of that
+    works  : [J] sum of the work that was done on others
+    of_bodies : [J] of it what was last found of each body
+    """
+
+    drives: Array
+    paths: Array
+    moment: Array
+    works: Array
+    of_bodies: Array
+
+
+drive = Record()
+COLLIDER = drive.number('-', 'which collider is driven')
+ROW = drive.number('-', 'its row among the solver bodies')
+PATH = drive.number('-', 'where its path begins; NO_PATH: a belt')
+SURFACE = drive.vector('m/s', 'velocity of the surface of a belt, world axes')
+MEAN_VELOCITY = drive.vector('m/s', 'over the substep under way')
+MEAN_SPIN = drive.vector('rad/s', 'over the substep under way')
+MOVES = drive.number('-', '1: it moves in this tick')
+SIZE = drive.size
+
+BEFORE, AFTER, LAST, BOUNCE = range(4)  # when works are asked for
+NO_PATH = -1.0
+ALONG = 1e-6  # [-] of the speed of a belt: how square to it the normal of a face is
+NO_VECTOR = (0.0, 0.0, 0.0)
+
+
+def driven_bodies(parts: Sequence[Body], static: int) -> tuple[PrescribedBodies, Indices]:
+    """
+    Make the arrays of the driven colliders, and tell which solver body each collider is while it
+    does not move freely.
+
+    parts  : of each collider its body with its shape alone
+    static : index of what cannot move
+    """
+    rows = np.full(len(parts), static, dtype=np.int64)
+    drives: list[Array] = []
+    paths: list[Array] = []
+    for number, part in enumerate(parts):
+        if part.motion is None and not any(part.surface_velocity):
+            continue
+        entry = np.zeros(SIZE)
+        entry[COLLIDER] = number
+        entry[ROW] = rows[number] = static + 1 + len(drives)
+        if part.motion is None:
+            entry[PATH] = NO_PATH
+            entry[SURFACE : SURFACE + 3] = so3.rotate(
+                part.initial.orientation, np.array(part.surface_velocity)
+            )
+        else:
+            entry[PATH] = sum(map(len, paths))
+            paths.append(told.path_of(part, part.shape_position, part.shape_orientation))
+        drives.append(entry)
+    count = static if drives else 0
+    driven = PrescribedBodies(
+        drives=np.concatenate([np.zeros(0), *drives]),
+        paths=np.concatenate([np.zeros(0), *paths]),
+        moment=np.zeros(told.INSTANT),
+        works=np.zeros(1),
+        of_bodies=np.zeros(count),
+    )
+    return driven, rows
+
+
+@inline
+def _put_velocity(row: int, velocity: Any, spin: Any, bodies: Array) -> None:
+    """Let a solver body have a velocity."""
+    store(bodies, row + solver_bodies.MOMENTUM, scale(1.0 / HELD, velocity))
+    store(bodies, row + solver_bodies.ANGULAR_MOMENTUM, scale(1.0 / HELD, spin))
+
+
+@inline
+def _put_pose(place: int, out: Array, poses: Array) -> None:
+    """Write the pose of a collider."""
+    x, y, z = load(out, told.AT_ORIENTATION)
+    w = out[told.AT_ORIENTATION + 3]
+    store(poses, place + pose.POSITION, load(out, told.AT_POSITION))
+    row_x = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
+    row_y = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
+    row_z = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+    store(poses, place + pose.ROW_X, row_x)
+    store(poses, place + pose.ROW_Y, row_y)
+    store(poses, place + pose.ROW_Z, row_z)
+
+
+@inline
+def _begin(row: int, bodies: Array) -> None:
+    """Let a solver body be one that no impulse moves."""
+    for entry in range(solver_bodies.SIZE):
+        bodies[row + entry] = 0.0
+    bodies[row + solver_bodies.INVERSE_MASS] = HELD
+    for diagonal in (0, 3, 5):
+        bodies[row + solver_bodies.INVERSE_INERTIA + diagonal] = HELD
+    bodies[row + solver_bodies.TURN_SCALAR] = 1.0
+    bodies[row + solver_bodies.SYMMETRY] = solver_bodies.AS_IT_IS
+
+
+@kernel
+def begin_tick(
+    time: float, h: float, driven: PrescribedBodies, colliders: ColliderArrays, bodies: Array
+) -> None:
+    """
+    Put all driven colliders where they are at the start of a tick [s] of a length [s], and tell
+    detection how they move.
+    """
+    drives, paths, out = driven.drives, driven.paths, driven.moment
+    for number in range(len(drives) // SIZE):
+        entry = number * SIZE
+        collider, row = int(drives[entry + COLLIDER]), int(drives[entry + ROW])
+        row *= solver_bodies.SIZE
+        _begin(row, bodies)
+        if drives[entry + PATH] == NO_PATH:
+            velocity = load(drives, entry + SURFACE)
+            _put_velocity(row, velocity, NO_VECTOR, bodies)
+            place = collider * pose.SIZE + pose.POSITION
+            position = load(colliders.poses, place)
+            store(bodies, row + solver_bodies.START_POSITION, position)
+            store(bodies, row + solver_bodies.SUBSTEP_POSITION, position)
+            store(drives, entry + MEAN_VELOCITY, velocity)
+            drives[entry + MOVES] = 1.0
+            continue
+        told.motion_at(paths, int(drives[entry + PATH]), time, out)
+        velocity, spin = load(out, told.AT_VELOCITY), load(out, told.AT_SPIN)
+        acceleration = load(out, told.AT_ACCELERATION)
+        change = load(out, told.AT_ANGULAR_ACCELERATION)
+        _put_pose(collider * pose.SIZE, out, colliders.poses)
+        _put_velocity(row, velocity, spin, bodies)
+        store(bodies, row + solver_bodies.FREE_ACCELERATION, acceleration)
+        store(bodies, row + solver_bodies.FREE_ANGULAR_ACCELERATION, change)
+        store(bodies, row + solver_bodies.START_POSITION, load(out, told.AT_POSITION))
+        for axis in range(4):
+            bodies[row + solver_bodies.START_ORIENTATION + axis] = out[told.AT_ORIENTATION + axis]
+        center, _ = world_aabb(colliders.local_bounds, collider, colliders.poses)
+        arm = subtract(center, load(out, told.AT_POSITION))
+        radius = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
+        lever = math.sqrt(dot(arm, arm)) + radius
+        turn = math.sqrt(dot(spin, spin)) + h * math.sqrt(dot(change, change))
+        swept = collider * swept_aabbs.SIZE
+        store(colliders.swept_aabbs, swept + swept_aabbs.VELOCITY, velocity)
+        colliders.swept_aabbs[swept + swept_aabbs.TURNING] = (
+            min(turn * h, 2.0) * lever + math.sqrt(dot(acceleration, acceleration)) * h * h
+        )
+        still = dot(velocity, velocity) + dot(spin, spin) + dot(acceleration, acceleration)
+        drives[entry + MOVES] = 1.0 if still + dot(change, change) > 0.0 else 0.0
+
+
+@kernel
+def begin_substep(time: float, h: float, driven: PrescribedBodies, bodies: Array) -> None:
+    """Let driven bodies have the mean velocity and the motion of a substep from a time on [s]."""
+    drives, paths, out = driven.drives, driven.paths, driven.moment
+    for number in range(len(drives) // SIZE):
+        entry = number * SIZE
+        if drives[entry + PATH] == NO_PATH:
+            continue
+        row = int(drives[entry + ROW]) * solver_bodies.SIZE
+        path = int(drives[entry + PATH])
+        told.motion_at(paths, path, time, out)
+        start = load(out, told.AT_POSITION)
+        u, w = load(out, told.AT_ORIENTATION), out[told.AT_ORIENTATION + 3]
+        told.motion_at(paths, path, time + h, out)
+        moved = subtract(load(out, told.AT_POSITION), start)
+        v, s = load(out, told.AT_ORIENTATION), out[told.AT_ORIENTATION + 3]
+        # q(t + h) q(t)*
+        turn = subtract(subtract(scale(w, v), scale(s, u)), cross(v, u))
+        scalar = s * w + dot(v, u)
+        if scalar < 0.0:
+            turn, scalar = scale(-1.0, turn), -scalar
+        length = math.sqrt(dot(turn, turn))
+        rate = 2.0 * math.atan2(length, scalar) / (length * h) if length > 0.0 else 0.0
+        mean, spin = scale(1.0 / h, moved), scale(rate, turn)
+        store(drives, entry + MEAN_VELOCITY, mean)
+        store(drives, entry + MEAN_SPIN, spin)
+        _put_velocity(row, mean, spin, bodies)
+        store(bodies, row + solver_bodies.SUBSTEP_POSITION, start)
+        store(bodies, row + solver_bodies.DISPLACEMENT, moved)
+        store(bodies, row + solver_bodies.TURN, turn)
+        bodies[row + solver_bodies.TURN_SCALAR] = scalar
+
+
+@kernel
+def end_substep(time: float, driven: PrescribedBodies, bodies: Array) -> None:
+    """Let driven bodies have the velocity of the end of a substep [s]."""
+    drives, paths, out = driven.drives, driven.paths, driven.moment
+    for number in range(len(drives) // SIZE):
+        entry = number * SIZE
+        row = int(drives[entry + ROW]) * solver_bodies.SIZE
+        if drives[entry + PATH] == NO_PATH:
+            _put_velocity(row, load(drives, entry + SURFACE), NO_VECTOR, bodies)
+            continue
+        told.motion_at(paths, int(drives[entry + PATH]), time, out)
+        velocity, spin = load(out, told.AT_VELOCITY), load(out, told.AT_SPIN)
+        _put_velocity(row, velocity, spin, bodies)
+
+
+@kernel
+def choose_belts(
+    manifold_count: int, static: int, drives: Array, table: Indices, manifolds: Array, rows: Array
+) -> None:
+    """Let constraints with a belt have its velocity where it runs along their face, else none."""
+    for m in range(manifold_count):
+        record = m * manifold_record.SIZE
+        lane = int(manifolds[record + manifold_record.LANE])
+        for side in range(2):
+            collider = int(manifolds[record + manifold_record.COLLIDER_A + side])
+            entry = collider * collider_record.SIZE
+            number = table[entry + collider_record.FIXED_ROW] - static - 1
+            if number < 0 or table[entry + collider_record.BODY] >= 0:
+                continue
+            if drives[number * SIZE + PATH] != NO_PATH:
+                continue
+            surface = load(drives, number * SIZE + SURFACE)
+            normal = load(manifolds, record + manifold_record.NORMAL)
+            across = abs(dot(surface, normal))
+            runs = across <= ALONG * math.sqrt(dot(surface, surface))
+            chosen = static + 1 + number if runs else static
+            rows[lane + constraint.BODY_A + constraint.LANES * side] = float(
+                chosen * solver_bodies.SIZE
+            )
+
+
+@inline
+def _number_of(lane: int, static: int, rows: Array) -> Any:
+    """Which driven body a constraint has, -1: none; and 1 where that is A, -1 where it is B."""
+    of_a = int(rows[lane + constraint.BODY_A]) // solver_bodies.SIZE - static - 1
+    of_b = int(rows[lane + constraint.BODY_B]) // solver_bodies.SIZE - static - 1
+    return (of_a, 1.0) if of_a >= 0 else (of_b, -1.0)
+
+
+@inline
+def _impulse(lane: int, row: int, field: int, rows: Array) -> Any:
+    """Impulse on B of a point: a field of its normal component, before those of the tangents."""
+    along = vector(rows, row + field)
+    return impulse_of(along[0], along[1], along[2], *contact_frame(rows, lane))
+
+
+@inline
+def _work_of_patch(
+    when: int, lane: int, width: int, sign: float, velocity: Any, spin: Any, rows: Array
+) -> Any:
+    """Work of the friction of a face on what is not driven."""
+    face = lane + constraint.SIZE + MOST * width
+    wrench = vector(rows, face + friction_patch.TOTAL_1)
+    if when == BOUNCE:
+        wrench = vector(rows, face + friction_patch.RESTITUTION_1)
+    elif when == LAST:
+        wrench = add(wrench, vector(rows, face + friction_patch.IMPULSE_1))
+    arm = vector(rows, face + (friction_patch.ARM_A if sign > 0.0 else friction_patch.ARM_B))
+    normal, tangent_1, tangent_2 = contact_frame(rows, lane)
+    impulse = impulse_of(0.0, wrench[0], wrench[1], normal, tangent_1, tangent_2)
+    return sign * (dot(impulse, add(velocity, cross(spin, arm))) + wrench[2] * dot(normal, spin))
+
+
+@kernel
+def find_works(
+    when: int, manifold_count: int, static: int, width: int, driven: PrescribedBodies,
+    constraints: Constraints, bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Find the work of driven bodies on each other body. That of a substep is the sum of what `AFTER`
+    it (`LAST`: the last of a tick) and `BEFORE` it give: points know the sum of their impulses.
+
+    when   : one of those, or `BOUNCE`: that of restitution, at the velocities of now
+    static : index of what cannot move;   width : numbers of a point
+    """
+    drives, manifolds, rows = driven.drives, constraints.manifolds, constraints.rows
+    for body in range(len(driven.of_bodies)):
+        driven.of_bodies[body] = 0.0
+    for m in range(manifold_count):
+        record = m * manifold_record.SIZE
+        lane = int(manifolds[record + manifold_record.LANE])
+        number, sign = _number_of(lane, static, rows)
+        if number < 0:
+            continue
+        other = constraint.BODY_B if sign > 0.0 else constraint.BODY_A
+        row = (static + 1 + number) * solver_bodies.SIZE
+        entry = number * SIZE
+        velocity, spin = load(drives, entry + MEAN_VELOCITY), load(drives, entry + MEAN_SPIN)
+        field = contact_point.TOTAL_IMPULSE
+        if when == BOUNCE:
+            velocity = scale(HELD, load(bodies, row + solver_bodies.MOMENTUM))
+            spin = scale(HELD, load(bodies, row + solver_bodies.ANGULAR_MOMENTUM))
+            field = contact_point.RESTITUTION_NORMAL
+        arm_field = contact_point.ARM_A if sign > 0.0 else contact_point.ARM_B
+        points = int(manifolds[record + manifold_record.POINT_COUNT])
+        work = _work_of_patch(when, lane, width, sign, velocity, spin, rows) if points > 1 else 0.0
+        for point in range(points):
+            place = lane + constraint.SIZE + point * width
+            surface = add(velocity, cross(spin, vector(rows, place + arm_field)))
+            work += sign * dot(_impulse(lane, place, field, rows), surface)
+            if when == LAST:
+                of_substep = _impulse(lane, place, contact_point.NORMAL_IMPULSE, rows)
+                work += sign * dot(of_substep, surface)
+        driven.of_bodies[int(rows[lane + other]) // solver_bodies.SIZE] += (
+            -work if when == BEFORE else work
+        )
+
+
+@kernel
+def add_works(touching: Indices, driven: PrescribedBodies, bodies: Array) -> None:
+    """Add what `find_works` found to the energy that bodies may have, and to the sum."""
+    for index in range(len(touching)):
+        work = driven.of_bodies[touching[index]]
+        bodies[touching[index] * solver_bodies.SIZE + solver_bodies.ENERGY] += work
+        driven.works[0] += work
+
+
+@kernel
+def keep_awake(
+    manifold_count: int, static: int, drives: Array, manifolds: Array, rows: Array,
+    sleep_states: Array,
+) -> None:  # fmt: skip
+    """Let nothing that touches what moves grow tired."""
+    for m in range(manifold_count):
+        lane = int(manifolds[m * manifold_record.SIZE + manifold_record.LANE])
+        number, sign = _number_of(lane, static, rows)
+        if number < 0 or drives[number * SIZE + MOVES] == 0.0:
+            continue
+        other = constraint.BODY_B if sign > 0.0 else constraint.BODY_A
+        body = int(rows[lane + other]) // solver_bodies.SIZE
+        if body < static:
+            sleep_states[body * sleep_record.SIZE + sleep_record.TIMER] = 0.0
+
+
+@kernel
+def wake_touched(
+    count: int, h: float, drives: Array, colliders: ColliderArrays, sleep_states: Array
+) -> bool:
+    """Mark the islands that something driven may touch in a tick; tell whether there are any."""
+    some = False
+    for number in range(len(drives) // SIZE):
+        entry = number * SIZE
+        if drives[entry + MOVES] == 0.0 or drives[entry + PATH] == NO_PATH:
+            continue
+        driven = int(drives[entry + COLLIDER])
+        center, half = world_aabb(colliders.local_bounds, driven, colliders.poses)
+        swept = driven * swept_aabbs.SIZE
+        velocity = load(colliders.swept_aabbs, swept + swept_aabbs.VELOCITY)
+        reach = math.sqrt(dot(velocity, velocity)) * h
+        reach += colliders.swept_aabbs[swept + swept_aabbs.TURNING]
+        for collider in range(count):
+            core = colliders.table[collider * collider_record.SIZE + collider_record.BODY]
+            if core >= collider_record.STATIC:
+                continue
+            other, edge = world_aabb(colliders.local_bounds, collider, colliders.poses)
+            apart = subtract(other, center)
+            near = add_scaled(add(half, edge), 1.0, (reach, reach, reach))
+            if abs(apart[0]) <= near[0] and abs(apart[1]) <= near[1] and abs(apart[2]) <= near[2]:
+                island = (-2 - core) * sleep_record.SIZE + sleep_record.ISLAND
+                sleep_states[island] = -abs(sleep_states[island])
+                some = True
+    return some

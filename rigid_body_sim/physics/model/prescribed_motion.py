@@ -1,0 +1,318 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Bodies that are moved as told: decks, shakers, docking targets, turntables. No force and no contact
+changes their motion.
+
+A point P of the body follows a path, about which the body turns:
+
+    x(t) = x_0 + v_0 t + d(t)
+    R(t) = Rz(yaw) Ry(pitch) Rx(roll) exp(t [w_0]) R_0
+    d = (surge, sway, heave), each of the six a sum of A sin(2 pi t/T + phase) and of a table
+
+        x_0, R_0, v_0, w_0 : position of P, orientation, velocity, angular velocity of `initial`
+        angles             : [rad] about axes that stand as those of the world
+
+    omega = (cos yaw cos pitch roll' - sin yaw pitch', sin yaw cos pitch roll' + cos yaw pitch',
+             yaw' - sin pitch roll') + Rz Ry Rx w_0
+
+Between the rows of a table goes the cubic spline that is twice continuously differentiable and at
+rest at both ends (clamped), before and after which the body keeps the first and the last row. So
+position, velocity and acceleration are functions of time, exact at every instant; at the ends of a
+table the acceleration jumps.
+
+A path is one row of numbers for kernels (`head`, then `wave`s, then `interval`s): `path_of` makes
+it for any point of the body, and `motion_at` evaluates it.
+
+Source: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, section 2.2 (zyx).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.errors import InvalidModel, blaming
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.numbers import is_list, number, numbers, shown
+from rigid_body_sim.physics.model.scene import Body, Oscillation, PrescribedMotion, Vector
+from rigid_body_sim.physics.model.shapes import Plane
+from rigid_body_sim.physics.vectors import add, add_scaled, cross, load, store
+
+Array = NDArray[np.float64]
+
+WAYS = ('surge', 'sway', 'heave', 'roll', 'pitch', 'yaw')  # along x, y, z; about x, y, z
+UNITS = ('m', 'm', 'm', 'rad', 'rad', 'rad')
+SHORT_ROW, LONG_ROW = 4, 7  # numbers of a row of a table: time and path, without and with angles
+CUBIC = 4  # coefficients
+
+head = Record()
+POSITION = head.vector('m', 'x_0: of P, world')
+ORIENTATION = head.quaternion('-', 'R_0')
+VELOCITY = head.vector('m/s', 'v_0')
+SPIN = head.vector('rad/s', 'w_0, world axes')
+ARM = head.vector('m', 'from P to the point that is asked for, axes that ORIENTATION turns')
+WAVES = head.number('-', 'how many follow')
+INTERVALS = head.number('-', 'how many follow them; behind the last one, its end [s]')
+HEAD = head.size
+
+wave = Record()
+WAY = wave.number('-', 'of `WAYS`')
+AMPLITUDE = wave.number('m or rad', '')
+RATE = wave.number('rad/s', '2 pi / period')
+PHASE = wave.number('rad', '')
+WAVE = wave.size
+
+interval = Record()
+BEGIN = interval.number('s', 'when it begins')
+COEFFICIENTS = interval.numbers(CUBIC * len(WAYS), 'm or rad, s^-n', 'c0 to c3 of each way')
+INTERVAL = interval.size
+
+instant = Record()
+AT_POSITION = instant.vector('m', 'of the point, world')
+AT_ORIENTATION = instant.quaternion('-', '')
+AT_VELOCITY = instant.vector('m/s', 'of the point, world')
+AT_SPIN = instant.vector('rad/s', 'world axes')
+AT_ACCELERATION = instant.vector('m/s^2', 'of the point, world')
+AT_ANGULAR_ACCELERATION = instant.vector('rad/s^2', 'world axes')
+WAYS_AT = instant.numbers(3 * len(WAYS), 'm or rad, s^-n', 'scratch: ways, rates, their rates')
+INSTANT = instant.size
+
+
+@inline
+def _product(p: Any, q: Any) -> Any:
+    """Quaternion p q, xyzw: q first."""
+    return (
+        p[3] * q[0] + p[0] * q[3] + p[1] * q[2] - p[2] * q[1],
+        p[3] * q[1] - p[0] * q[2] + p[1] * q[3] + p[2] * q[0],
+        p[3] * q[2] + p[0] * q[1] - p[1] * q[0] + p[2] * q[3],
+        p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2],
+    )
+
+
+@inline
+def turned(q: Any, v: Any) -> Any:
+    """Turn a vector by a unit quaternion."""
+    u = (q[0], q[1], q[2])
+    twice = cross(u, v)
+    twice = (2.0 * twice[0], 2.0 * twice[1], 2.0 * twice[2])
+    return add(add_scaled(v, q[3], twice), cross(u, twice))
+
+
+@kernel
+def _find_ways(paths: Array, path: int, time: float, out: Array) -> None:
+    """Write the six ways at a time [s], their rates, and the rates of these."""
+    count = 3 * len(WAYS)
+    for entry in range(count):
+        out[WAYS_AT + entry] = 0.0
+    place = path + HEAD
+    for _wave in range(int(paths[path + WAVES])):
+        way = WAYS_AT + int(paths[place + WAY])
+        rate = paths[place + RATE]
+        angle = rate * time + paths[place + PHASE]
+        size, sine = paths[place + AMPLITUDE], math.sin(angle)
+        out[way] += size * sine
+        out[way + 6] += size * rate * math.cos(angle)
+        out[way + 12] -= size * rate * rate * sine
+        place += WAVE
+    intervals = int(paths[path + INTERVALS])
+    if intervals == 0:
+        return
+    low, high = 0, intervals
+    while high - low > 1:
+        middle = (low + high) // 2
+        if paths[place + INTERVAL * middle + BEGIN] <= time:
+            low = middle
+        else:
+            high = middle
+    last = paths[place + INTERVAL * intervals]
+    begin = paths[place]
+    place += INTERVAL * low
+    within = 1.0 if begin <= time < last else 0.0
+    s = max(min(time, last) - paths[place + BEGIN], 0.0)
+    for way in range(6):
+        c = place + COEFFICIENTS + CUBIC * way
+        c1, c2, c3 = paths[c + 1], paths[c + 2], paths[c + 3]
+        out[WAYS_AT + way] += paths[c] + s * (c1 + s * (c2 + s * c3))
+        out[WAYS_AT + way + 6] += within * (c1 + s * (2.0 * c2 + 3.0 * s * c3))
+        out[WAYS_AT + way + 12] += within * (2.0 * c2 + 6.0 * s * c3)
+
+
+@kernel
+def motion_at(paths: Array, path: int, time: float, out: Array) -> None:
+    """
+    Evaluate a path at a time [s] since the start of the scene.
+
+    path : where it begins;   out : written, `instant`
+    """
+    _find_ways(paths, path, time, out)
+    roll, pitch, yaw = load(out, WAYS_AT + 3)
+    roll_1, pitch_1, yaw_1 = load(out, WAYS_AT + 9)
+    roll_2, pitch_2, yaw_2 = load(out, WAYS_AT + 15)
+    spin = load(paths, path + SPIN)
+    rate = math.sqrt(spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2])
+    half = 0.5 * rate * time
+    sine = math.sin(half) / rate if rate > 0.0 else 0.0
+    steady = (sine * spin[0], sine * spin[1], sine * spin[2], math.cos(half))
+    about_z = (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
+    about_y = (0.0, math.sin(0.5 * pitch), 0.0, math.cos(0.5 * pitch))
+    about_x = (math.sin(0.5 * roll), 0.0, 0.0, math.cos(0.5 * roll))
+    euler = _product(_product(about_z, about_y), about_x)
+    x, y, z = load(paths, path + ORIENTATION)
+    start = (x, y, z, paths[path + ORIENTATION + 3])
+    q = _product(_product(euler, steady), start)
+    cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    of_angles = (
+        cy * cp * roll_1 - sy * pitch_1,
+        sy * cp * roll_1 + cy * pitch_1,
+        yaw_1 - sp * roll_1,
+    )
+    carried = turned(euler, spin)
+    omega = add(of_angles, carried)
+    alpha = (
+        cy * cp * roll_2 - sy * pitch_2 - cy * yaw_1 * pitch_1
+        - sy * cp * yaw_1 * roll_1 - cy * sp * pitch_1 * roll_1,
+        sy * cp * roll_2 + cy * pitch_2 - sy * yaw_1 * pitch_1
+        + cy * cp * yaw_1 * roll_1 - sy * sp * pitch_1 * roll_1,
+        yaw_2 - sp * roll_2 - cp * pitch_1 * roll_1,
+    )  # fmt: skip
+    alpha = add(alpha, cross(of_angles, carried))
+    arm = turned(q, load(paths, path + ARM))
+    around = cross(omega, arm)
+    way = add_scaled(load(out, WAYS_AT), time, load(paths, path + VELOCITY))
+    store(out, AT_POSITION, add(add(load(paths, path + POSITION), way), arm))
+    store(out, AT_ORIENTATION, (q[0], q[1], q[2]))
+    out[AT_ORIENTATION + 3] = q[3]
+    velocity = add(load(paths, path + VELOCITY), load(out, WAYS_AT + 6))
+    store(out, AT_VELOCITY, add(velocity, around))
+    store(out, AT_SPIN, omega)
+    bent = add(cross(alpha, arm), cross(omega, around))
+    store(out, AT_ACCELERATION, add(load(out, WAYS_AT + 12), bent))
+    store(out, AT_ANGULAR_ACCELERATION, alpha)
+
+
+def path_of(body: Body, point: Vector, turn: Any = so3.IDENTITY) -> Array:
+    """
+    Make the row of numbers for a point of a body.
+
+    point : (3,) [m]  body coordinates
+    turn  : (4,) [-]  axes that are asked for, to body axes
+    """
+    motion = body.motion
+    assert motion is not None
+    followed = body.center_of_mass if motion.point is None else motion.point
+    start = body.initial
+    to_followed = so3.rotate(start.orientation, np.subtract(followed, body.center_of_mass))
+    numbers_of_head = np.zeros(HEAD)
+    numbers_of_head[POSITION : POSITION + 3] = np.asarray(start.position) + to_followed
+    numbers_of_head[ORIENTATION : ORIENTATION + 4] = so3.multiply(start.orientation, turn)
+    numbers_of_head[VELOCITY : VELOCITY + 3] = start.velocity
+    numbers_of_head[SPIN : SPIN + 3] = start.angular_velocity
+    arm = np.subtract(point, followed)
+    numbers_of_head[ARM : ARM + 3] = so3.rotate_back(turn, arm)
+    waves = [
+        (way, each.amplitude, 2.0 * math.pi / each.period, each.phase)
+        for way, name in enumerate(WAYS)
+        for each in getattr(motion, name)
+    ]
+    numbers_of_head[WAVES] = len(waves)
+    intervals = np.zeros(0)
+    if motion.table:
+        intervals = _intervals(motion)
+        numbers_of_head[INTERVALS] = len(motion.table) - 1
+    return np.concatenate((numbers_of_head, np.array(waves, dtype=np.float64).ravel(), intervals))
+
+
+def _intervals(motion: PrescribedMotion) -> Array:
+    """Coefficients of the spline through a table, and its end."""
+    from scipy.interpolate import CubicSpline  # slow to import: only for those who ask
+
+    rows = np.zeros((len(motion.table), LONG_ROW))
+    rows[:, : len(motion.table[0])] = motion.table
+    times, ways = rows[:, 0], rows[:, 1:]
+    at_rest = (1, np.zeros(len(WAYS)))
+    with np.errstate(all='ignore'):
+        ends: Any = (at_rest, at_rest)
+        spline = CubicSpline(times, ways, axis=0, bc_type=ends)
+        coefficients = np.moveaxis(spline.c[::-1], 0, -1)
+    if not np.all(np.isfinite(coefficients)):
+        raise InvalidModel(
+            'between the rows of the table the body moves faster than numbers can tell; check '
+            'its times and units',
+            at=('table',),
+        )
+    each = np.concatenate((times[:-1, None], coefficients.reshape(len(times) - 1, -1)), axis=1)
+    return np.append(each.ravel(), times[-1])
+
+
+def check_motion(body: Body) -> None:
+    """Refuse a motion that no body, or not this one, can be told."""
+    motion = body.motion
+    if motion is None:
+        return
+    name = repr(body.name)
+    if not isinstance(motion, PrescribedMotion):
+        raise InvalidModel(f'got {shown(motion)}; a PrescribedMotion is needed')
+    if not body.fixed:
+        raise InvalidModel(f'{name} moves as told, so nothing else moves it: fixed must be True')
+    if isinstance(body.shape, Plane):
+        raise InvalidModel(f'{name} is a plane, which stands still; move a box in its place')
+    for key, said in (('pivot', body.pivot), ('inertia_over_time', body.inertia_over_time)):
+        if said is not None:
+            raise InvalidModel(f'{name} moves as told; remove {key}, or motion')
+    if any(body.surface_velocity):
+        raise InvalidModel(f'{name} moves as told; remove surface_velocity, or motion')
+    for way, unit in zip(WAYS, UNITS, strict=True):
+        with blaming(way):
+            for each in getattr(motion, way):
+                _check_oscillation(each, unit)
+    if motion.point is not None:
+        with blaming('point'):
+            numbers(motion.point, 3, unit='m')
+    with blaming('table'):
+        _check_table(motion.table)
+    waves = any(getattr(motion, way) for way in WAYS)
+    if not (
+        waves or motion.table or any((*body.initial.velocity, *body.initial.angular_velocity))
+    ):
+        raise InvalidModel(
+            f'nothing moves {name}: give heave, roll …, a table, or initial velocities; or '
+            'remove motion and set fixed'
+        )
+
+
+def _check_oscillation(each: Any, unit: str) -> None:
+    if not isinstance(each, Oscillation):
+        raise InvalidModel(f'got {shown(each)}; an Oscillation is needed')
+    number(each.amplitude, unit=unit)
+    number(each.phase, unit='rad')
+    if not number(each.period, unit='s') > 0.0:
+        raise InvalidModel(f'got {shown(each.period)}; a positive period [s] is needed')
+
+
+def _check_table(table: Any) -> None:
+    if not is_list(table):
+        raise InvalidModel(f'got {shown(table)}; a list of rows is needed')
+    if not len(table):
+        return
+    for row in table:
+        width = len(row) if is_list(row) else 0
+        if width not in (SHORT_ROW, LONG_ROW) or width != len(table[0]):
+            raise InvalidModel(
+                f'got the row {shown(row)}; all rows must be (t, x, y, z) or all '
+                '(t, x, y, z, roll, pitch, yaw) [s, m, rad]'
+            )
+        numbers(row, width, unit='s, m, rad')
+    if len(table) < 2:
+        raise InvalidModel('at least two rows are needed')
+    for place in range(1, len(table)):
+        if not table[place][0] > table[place - 1][0]:
+            raise InvalidModel(
+                f'row {place}, at {table[place][0]:g} s, is not later than the one before; times '
+                'must ascend'
+            )

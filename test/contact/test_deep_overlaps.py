@@ -1,0 +1,82 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+An overlap deeper than a tenth of the smaller body is a warning while it happens; heavy on light
+stands where the solver can carry it.
+"""
+
+import pytest
+
+from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.runs.run import Run, RunSettings
+
+from .touching import box, ground, scene
+
+EDGE = 0.2  # [m]
+
+
+def heavy_on_light(ratio, **settings):
+    """
+    A cube of so many kilograms on one of 1 kg.
+    """
+    light = box('light', EDGE, (0, 0, 0.5 * EDGE))
+    heavy = box('heavy', EDGE, (0, 0, 1.5 * EDGE), mass=ratio)
+    return Simulation(scene([ground(), light, heavy], dt=0.004, **settings))
+
+
+def sunk(sim):
+    """
+    How far the upper cube is too low [m].
+    """
+    return 1.5 * EDGE - sim.state.position[2, 2]
+
+
+@pytest.mark.parametrize('ratio', [10.0, 100.0, 1000.0])
+def test_a_heavy_cube_stands_on_a_light_one_without_a_warning(ratio):
+    """
+    The sink in the end is what is left of F/(m omega^2), 3 % of it: 0.15 mm at 1:1000.
+    """
+    sim = heavy_on_light(ratio)
+    sim.step(1250)
+    assert -1e-6 < sunk(sim) < 2e-7 * ratio
+    assert not sim.overlap_warnings
+
+
+def test_what_falls_through_says_so_while_it_happens_and_each_pair_once():
+    sim = heavy_on_light(1e6)
+    said = []
+    run = Run(sim, RunSettings(), warn=said.append)
+    ticks = 0
+    while not said and ticks < 500:
+        run.advance(1)
+        ticks += 1
+    # the warning comes before it is through
+    assert sunk(sim) < EDGE
+    for _ in range(100):
+        run.advance(1)
+    of_pair = [text for text in said if "'light'" in text and "'heavy'" in text]
+    assert len(of_pair) == 1
+    assert 'overlap by' in of_pair[0]
+    assert of_pair[0] in run.warnings
+
+
+def test_bodies_that_overlap_from_the_start_are_named_with_their_depth():
+    first = box('first', EDGE, (0, 0, 0.5 * EDGE))
+    for depth, expected in [(0.09, 0), (0.12, 1)]:
+        other = box('other', EDGE, (0.05, 0, (1.5 - depth) * EDGE))
+        sim = Simulation(scene([ground(), first, other], gravity=(0, 0, 0)))
+        sim.step()
+        assert len(sim.overlap_warnings) == expected
+        if expected:
+            # 0.12 of an edge of 0.2 m
+            assert "'first' and 'other' overlap by 0.024 m" in sim.overlap_warnings[1, 2]
+            assert sim.overlap_warnings[1, 2] in sim.warnings()
+
+
+def test_the_first_look_after_a_restore_knows_of_no_overlap_before():
+    sim = heavy_on_light(1e6)
+    start = sim.state_bytes()
+    sim.step(200)
+    assert sim.overlap_warnings
+    sim.restore(tick=0, state=start, slots={})
+    assert not sim.overlap_warnings

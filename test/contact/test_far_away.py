@@ -1,0 +1,154 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What is not connected does not change a bit of each other: a heap with and without others far away,
+that rest, move, bounce, are so fast that their ticks are cut, or feel a force that begins.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from rigid_body_sim import Simulation
+from rigid_body_sim.physics.forces.elements.time import TimeTable
+from rigid_body_sim.physics.model.scene import Body, Material
+from rigid_body_sim.physics.model.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
+
+from .touching import ball, box, ground, lean, motion, scene
+
+TICK = 0.004  # [s]
+TICKS = 600  # in which the heap falls and comes to rest
+NEVER = 1e6  # [s]
+
+
+def solid(kind, rng):
+    """
+    Shape and inertia over mass of some body.
+    """
+    size = rng.uniform(0.06, 0.14)
+    directions = rng.normal(size=(12, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    shape = (
+        Box((2 * size, 1.6 * size, 1.2 * size)),
+        Sphere(size),
+        Cylinder(size, 2 * size),
+        Capsule(0.6 * size, 1.5 * size),
+        ConvexHull(directions * size),
+    )[kind]
+    moments = ((0.5, 0.6, 0.7), (0.4, 0.4, 0.4), (0.5, 0.5, 0.45), (0.5, 0.5, 0.2), (0.4,) * 3)
+    return shape, np.diag(moments[kind]) * size * size
+
+
+def heap(restitution, seed, count=30):
+    """
+    Bodies of all kinds that fall onto each other.
+    """
+    rng = np.random.default_rng(seed)
+    bodies = [ground()]
+    for i in range(count):
+        shape, inertia = solid(i % 5, rng)
+        q = rng.normal(size=4)
+        place = (*rng.uniform(-0.25, 0.25, 2), 0.25 + 0.12 * i)
+        bodies.append(
+            Body(
+                f'b{i}', shape, 1.0, inertia=inertia,
+                initial=motion(place, q=q / np.linalg.norm(q), turn=rng.normal(size=3)),
+                material=Material(friction=0.5, restitution=restitution),
+            )
+        )  # fmt: skip
+    return bodies
+
+
+LIVELY = {'restitution': 0.7}
+OTHERS = {
+    'a stack at rest': [box(f'far {i}', 0.2, (50, 0, 0.1 + 0.2 * i)) for i in range(9)],
+    'a heap that falls': [
+        box(f'far {i}', 0.2, (50 + 0.05 * i, 0.03 * i, 0.1 + 0.21 * i), turn=(0.1 * i, 0, 0))
+        for i in range(9)
+    ],
+    'some that move': [
+        ball('far 1', 0.1, (50, 0, 0.5), velocity=(1, 0, 0)),
+        box('far 2', 0.2, (53, 0, 2), turn=(3, 2, 1)),
+        ball('far 3', 0.1, (56, 0, 1), material=LIVELY),
+    ],
+    'bullets': [
+        ball('far 1', 0.02, (50, 0, 2), velocity=(0, 90, -50)),
+        box('wall', (1, 0.1, 4), (50, 2, 2), mass=5.0),
+        *(
+            ball(f'far 2 {i}', 0.02, (70, 3 * i, 2), velocity=(0, speed, 0))
+            for i, speed in enumerate((40, -44, 48, -52, 56, -60))
+        ),
+    ],
+}  # fmt: skip
+
+
+def states(bodies, ticks=TICKS, make=scene, forces=()):
+    """
+    States of the heap, every twenty ticks.
+    """
+    sim = Simulation(make(bodies, dt=TICK, forces=tuple(forces)))
+    found = []
+    for _ in range(ticks // 20):
+        sim.step(20)
+        found.append(sim.state.values[:31].copy())
+    return np.array(found)
+
+
+@cache
+def alone(restitution, seed):
+    """
+    States of a heap without others.
+    """
+    return states(heap(restitution, seed))
+
+
+@pytest.mark.parametrize('others', list(OTHERS))
+@pytest.mark.parametrize('restitution', [0.0, 0.3, 0.8])
+def test_a_heap_has_the_same_bits_with_and_without_others_far_away(restitution, others):
+    together = states(heap(restitution, 0) + OTHERS[others])
+    np.testing.assert_array_equal(together, alone(restitution, 0))
+
+
+def begins(body, instants):
+    """
+    Forces of zero that begin at instants [tick].
+    """
+    return [TimeTable(body, ((t * TICK, 0, 0, 0), (NEVER, 0, 0, 0))) for t in instants]
+
+
+def test_a_heap_does_not_feel_that_a_force_begins_far_away_inside_a_tick():
+    bodies = heap(0.3, 1) + [ball('far', 0.1, (50, 0, 0.1))]
+    instants = np.cumsum(np.random.default_rng(0).uniform(0.2, 9, 100))
+    calm = states(bodies, forces=begins('far', [1e6]))
+    np.testing.assert_array_equal(states(bodies, forces=begins('far', instants)), calm)
+
+
+def test_contacts_of_whom_a_cut_does_not_concern_are_those_of_a_whole_tick():
+    bodies = [ground(), *(box(f'b{i}', 0.2, (i, 0, 0.1)) for i in range(4))]
+    cut, whole = (
+        Simulation(scene(bodies, dt=TICK, forces=tuple(begins('b2', instants))))
+        for instants in ([40.3, 40.8], [1e6])
+    )
+    for sim in (cut, whole):
+        sim.step(41)
+    found, expected = cut.contacts(), whole.contacts()
+    np.testing.assert_array_equal(found.bodies, expected.bodies)
+    others = (found.bodies != 3).all(axis=1)
+    np.testing.assert_array_equal(found.impulse[others], expected.impulse[others])
+    # the load of a body at rest, in the sum of three pieces
+    carried = abs(found.impulse[~others].sum(axis=0)[2])
+    np.testing.assert_allclose(carried, 9.81 * TICK, rtol=1e-6)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('others', list(OTHERS))
+@pytest.mark.parametrize('restitution', [0.0, 0.3, 0.8])
+def test_a_heap_has_the_same_bits_for_long_in_a_kernel_of_its_own(restitution, others, seed):
+    """
+    Nothing else bounces in the scene: another kernel than with one that does, and the same bits.
+    """
+    bodies = heap(restitution, seed)
+    together = states(bodies + OTHERS[others], ticks=2000, make=lean)
+    np.testing.assert_array_equal(together, states(bodies, ticks=2000, make=lean))

@@ -1,0 +1,174 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+No ghost contacts: flush surfaces are one surface, and what misses is not touched.
+
+The long form, on random tiles, shapes, headings and speeds: benchmark/ghost_contacts.py.
+"""
+
+import importlib.util
+import math
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rigid_body_sim import Simulation, load_scene
+
+_path = Path(__file__).parents[2] / 'benchmark' / 'ghost_contacts.py'
+_spec = importlib.util.spec_from_file_location('ghost_contacts', _path)
+ghosts = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(ghosts)
+
+MOVERS = ('box', 'hull', 'ball', 'capsule', 'puck')
+OPTIONS = SimpleNamespace(
+    seed=1, dt=0.004, substeps=4, speed=(0.1, 10.0), spin=1, gravity=False, longest=1.0
+)
+SPEED = 1e-3  # [-] of the speed: what the sink of a contact in motion, some 1e-6 m, may cost
+HOP = 1e-5  # [m] ten times that sink
+
+
+@pytest.mark.parametrize('floor', ghosts.FLOORS)
+def test_a_flush_floor_is_one_surface(floor):
+    """
+    Speed and height stay over random joints, sliding and rolling.
+
+    Cylinders roll in the long form.
+    """
+    for kind, how, speed, _, error, hop in ghosts.run_floors(floor, MOVERS, 5, OPTIONS):
+        assert error < SPEED, (kind, how, speed)
+        assert hop < HOP, (kind, how, speed)
+
+
+def test_what_misses_keeps_every_bit():
+    """Random pairs that pass at 1e-4 m and more, moving and spinning: exactly nothing."""
+    found = ghosts.run_misses(60, OPTIONS)
+    assert len(found) == 60
+    for label, change in found:
+        assert change == 0.0, label
+
+
+def scene(bodies, gravity=-9.81):
+    """A scene of such bodies at 4 ms."""
+    return {
+        'name': 'flush', 'dt': 0.004, 'gravity': [0, 0, gravity],
+        'contact': {'mode': 'timestep'}, 'bodies': bodies,
+    }  # fmt: skip
+
+
+def tile(name, position, size=(1.0, 1.0, 0.1), **more):
+    """A smooth fixed box."""
+    return {
+        'name': name, 'fixed': True, 'friction': 0.0,
+        'shape': {'type': 'box', 'size': list(size)}, 'initial': {'position': list(position)},
+        **more,
+    }  # fmt: skip
+
+
+def cube(position, velocity, **more):
+    """A smooth cube of 0.2 m."""
+    return {
+        'name': 'cube', 'mass': 1.0, 'friction': 0.0,
+        'shape': {'type': 'box', 'size': [0.2, 0.2, 0.2]},
+        'initial': {'position': list(position), 'velocity': list(velocity)}, **more,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize('off', [0.0, 1e-9, -1e-9, 1e-7, -1e-7])
+def test_a_face_that_begins_at_the_joint_passes(off):
+    """The front of the cube stands at the joint to the last digit, or to either side of it."""
+    bodies = [tile('one', (0, 0, -0.05)), tile('two', (1, 0, -0.05))]
+    simulation = Simulation(load_scene(scene([*bodies, cube((0.4 + off, 0, 0.1), (1, 0, 0))])))
+    simulation.step(100)
+    assert abs(simulation.state.velocity[-1, 0] - 1.0) < 1e-12
+    assert simulation.state.position[-1, 2] < 0.1
+
+
+@pytest.mark.parametrize('rise', [1e-7, 1e-6, 1e-5])
+def test_tiles_that_differ_less_than_they_are_placed_are_flush(rise):
+    """
+    A step of so little is no step: `FLUSH` is 1.7e-5 m here. The speed is kept but for the way up.
+    """
+    bodies = [tile('one', (0, 0, -0.05)), tile('two', (1, 0, -0.05 + rise))]
+    simulation = Simulation(load_scene(scene([*bodies, cube((0.2, 0, 0.1), (1, 0, 0))])))
+    simulation.step(150)
+    # m g rise is 1e-4 of its energy at 1e-5 m; the soft contact makes some blow of it
+    assert abs(simulation.state.velocity[-1, 0] - 1.0) < 1e-3
+
+
+@pytest.mark.parametrize('step', [1e-3, 1e-2])
+def test_a_step_takes_what_a_blow_at_the_lower_edge_takes(step):
+    """
+    A millimetre is a wall. The blow J at depth r below the centre of a cube of edge a = 2 r:
+
+        J (1/m + r^2/I) = m v,   I = m a^2/6:   v' = v (1 - 1/(1 + 6/4)) = 0.6 v
+    """
+    bodies = [tile('one', (0, 0, -0.05)), tile('two', (1, 0, -0.05 + step))]
+    simulation = Simulation(load_scene(scene([*bodies, cube((0.3, 0, 0.1), (1, 0, 0))])))
+    simulation.step(24)
+    assert abs(simulation.state.velocity[-1, 0] - 1.0) < 1e-9
+    simulation.step(3)
+    # the point that hits lies up to the step above the edge, and the cube begins to tip
+    assert simulation.state.velocity[-1, 0] == pytest.approx(0.6, abs=0.02 + 0.5 * step / 0.1)
+
+
+@pytest.mark.parametrize('restitution', [0.0, 0.5, 1.0])
+def test_a_wall_on_a_tiled_floor_gives_back_what_it_should(restitution):
+    """v' = -e v: covered joints on the way, and the wall none of them."""
+    bodies = [tile(f'tile_{i}', (0.5 * i, 0, -0.05), (0.5, 1.0, 0.1)) for i in range(4)]
+    bodies.append(tile('wall', (1.8, 0, 0.3), (0.1, 1.0, 0.6)))
+    moving = cube((0.0, 0, 0.1), (2, 0, 0), restitution=restitution)
+    simulation = Simulation(load_scene(scene([*bodies, moving])))
+    simulation.step(250)
+    assert simulation.state.velocity[-1, 0] == pytest.approx(-2.0 * restitution, abs=1e-3)
+
+
+def test_a_landing_on_a_joint_is_one_on_one_floor():
+    """A cube falls flat across a joint and bounces: as over one box, to the tolerance of relax."""
+    one = [tile('one', (0.5, 0, -0.05), (2.0, 1.0, 0.1))]
+    two = [tile('one', (0, 0, -0.05)), tile('two', (1, 0, -0.05))]
+    ways = []
+    for floor in (one, two):
+        falling = cube((0.45, 0.1, 0.3), (1.5, 0.3, -1.0), restitution=0.6)
+        simulation = Simulation(load_scene(scene([*floor, falling])))
+        states = []
+        for _ in range(100):
+            simulation.step(1)
+            states.append(simulation.state.position[-1].copy())
+        ways.append(np.array(states))
+    assert np.abs(ways[0] - ways[1]).max() < 1e-4
+
+
+def test_movable_flush_tiles_are_one_floor():
+    """Ten loose tiles on a plane: each sinks a little under the cube, by less than `FLUSH`."""
+    plane = {'name': 'ground', 'friction': 0.5, 'shape': {'type': 'plane', 'normal': [0, 0, 1]}}
+    loose = [
+        tile(f'tile_{i}', (0.3 * i, 0, 0.05), (0.3, 0.6, 0.1)) | {'fixed': False, 'mass': 5.0}
+        for i in range(8)
+    ]
+    for one in loose:
+        one['friction'] = 0.5
+    moving = cube((0.3, 0, 0.2), (1, 0, 0))
+    simulation = Simulation(load_scene(scene([plane, *loose, moving])))
+    simulation.step(300)
+    assert abs(simulation.state.velocity[-1, 0] - 1.0) < SPEED
+
+
+def test_a_run_over_joints_resumes_with_the_same_bits():
+    """What is left out follows from the state alone: a restored run knows no less."""
+    bodies = [tile(f'tile_{i}', (0.25 * i, 0, -0.05), (0.25, 1.0, 0.1)) for i in range(8)]
+    text = scene([*bodies, cube((0.1, 0, 0.1), (3, 0.2, 0))])
+    straight, cut = Simulation(load_scene(text)), Simulation(load_scene(text))
+    straight.step(100)
+    cut.step(37)
+    resumed = Simulation(load_scene(text))
+    resumed.restore(tick=37, state=cut.state_bytes(), slots={})
+    resumed.step(63)
+    assert resumed.state_bytes() == straight.state_bytes()
+
+
+def test_a_ball_past_two_moving_bodies_that_fall_is_not_touched():
+    """What falls together passes as without gravity."""
+    found = ghosts.run_misses(20, SimpleNamespace(**{**vars(OPTIONS), 'gravity': True, 'seed': 4}))
+    assert math.isclose(sum(change for _, change in found), 0.0, abs_tol=0.0)

@@ -1,0 +1,272 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Bodies that are moved as told carry, push, throw and drive others, and feel nothing of it; belts.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.scene import load_scene
+
+G = 9.81
+TURN = 2 * math.pi
+BALL = {'type': 'sphere', 'radius': 0.1}
+CUBE = {'type': 'box', 'size': [0.2, 0.2, 0.2]}
+DECK = {'type': 'box', 'size': [8, 8, 0.2]}
+FAR = [
+    {'name': 'far_ball', 'shape': BALL, 'mass': 1.0, 'restitution': 0.1,
+     'initial': {'position': [0, 0, -70]}},
+    {'name': 'far_box', 'shape': CUBE, 'mass': 1.0, 'initial': {'position': [0, 0, -90]}},
+    {'name': 'far_wall', 'shape': CUBE, 'fixed': True, 'initial': {'position': [90, 0, 0]}},
+    {'name': 'far_shaker', 'shape': CUBE, 'motion': {'heave': {'amplitude': 1, 'period': 1}},
+     'initial': {'position': [90, 0, 0]}},
+]  # fmt: skip
+# so all scenes of this file share one kernel
+
+
+def scene(*bodies, gravity=G, dt=0.004, **contact):
+    return {
+        'dt': dt, 'gravity': [0, 0, -gravity], 'bodies': [*bodies, *FAR],
+        'contact': {'mode': 'timestep', **contact},
+    }  # fmt: skip
+
+
+def simulation(*bodies, **more):
+    return Simulation(load_scene(scene(*bodies, **more)))
+
+
+def moved(name='deck', *, position=(0, 0, -0.1), shape=DECK, motion=None, friction=0.5, **more):
+    initial = {'position': list(position)}
+    initial |= {key: more.pop(key) for key in ('velocity', 'angular_velocity') if key in more}
+    return {'name': name, 'shape': shape, 'motion': motion or {}, 'initial': initial,
+            'friction': friction, **more}  # fmt: skip
+
+
+def free(name='load', *, position=(0, 0, 0.1), shape=CUBE, mass=1.0, friction=0.5, **more):
+    initial = {'position': list(position)}
+    initial |= {key: more.pop(key) for key in ('velocity', 'angular_velocity') if key in more}
+    return {'name': name, 'shape': shape, 'mass': mass, 'friction': friction,
+            'initial': initial, **more}  # fmt: skip
+
+
+def wave(amplitude, period, phase=0.0):
+    return {'amplitude': amplitude, 'period': period, 'phase': phase}
+
+
+def test_moved_body_is_where_its_function_says_and_no_contact_moves_it():
+    motion = {'heave': wave(0.5, 3.0, 0.4), 'roll': [wave(0.2, 4.0), wave(0.1, 1.5, 1.0)]}
+    loads = [free(f'load_{k}', position=(0.3 * k, 0, 1.0), mass=1e6) for k in range(3)]
+    sim, alone = simulation(moved(motion=motion), *loads), simulation(moved(motion=motion))
+    for tick in (1, 100, 257):
+        for each in (sim, alone):
+            each.step(tick - each.tick)
+        height = -0.1 + 0.5 * math.sin(TURN * sim.time / 3.0 + 0.4)
+        assert sim.state.position[0, 2] == pytest.approx(height, abs=1e-15)
+        assert np.array_equal(sim.state.values[0], alone.state.values[0])
+
+
+@pytest.mark.parametrize('dt', [0.001, 0.004])
+def test_load_rests_on_a_heaving_deck_without_a_hop_with_the_force_of_its_acceleration(dt):
+    sim = simulation(moved(motion={'heave': wave(0.5, 3.0, math.pi / 2)}),
+                     free(position=(0, 0, 0.6)), dt=dt)  # fmt: skip
+    sim.step(round(0.2 / dt))
+    gaps = []
+    for _ in range(round(3.0 / dt)):
+        sim.step()
+        deck, load = sim.state.position[:2]
+        gaps.append(load[2] - deck[2] - 0.2)
+        middle = sim.time - 0.5 * dt  # of the tick, whose mean force it is
+        acceleration = -0.5 * (TURN / 3.0) ** 2 * math.cos(TURN * middle / 3.0)
+        force, _ = sim.contact_wrench('load')
+        # a contact learns of a change of its load in the next substep: h times its rate of 4.6 N/s
+        assert force[2] == pytest.approx(G + acceleration, abs=4.6 * dt / 2)
+    assert max(np.abs(gaps)) < 2e-6 * (dt / 0.004) ** 2  # the sink, m g/(4 omega^2) and the like
+    assert np.ptp(gaps) < 1e-6 * (dt / 0.004) ** 2
+
+
+def test_load_leaves_a_shaker_where_it_falls_faster_than_gravity():
+    # g = A w^2 sin: the deck falls away from there on, and the load flies on freely
+    sim = simulation(moved(motion={'heave': wave(0.1, 0.5)}), free(velocity=(0, 0, 0.4 * math.pi)))
+    rate = TURN / 0.5
+    leaves = math.asin(G / (0.1 * rate**2)) / rate
+    height, speed = 0.1 * math.sin(rate * leaves), 0.1 * rate * math.cos(rate * leaves)
+    sim.step(30)  # 0.12 s
+    flown = sim.time - leaves
+    wanted = 0.1 + height + speed * flown - 0.5 * G * flown**2
+    # it leaves in the tick in which the force ends
+    assert sim.state.position[1, 2] == pytest.approx(wanted, abs=1e-5)
+
+
+@pytest.mark.parametrize('shape', [BALL, CUBE])
+@pytest.mark.parametrize(('restitution', 'speed'), [(1.0, 2.0), (0.5, 2.0), (1.0, -2.0), (0.7, 0)])
+def test_bounce_off_a_moved_body_turns_the_velocity_relative_to_it(shape, restitution, speed):
+    racket = moved(velocity=(0, 0, speed), restitution=restitution) if speed else moved(
+        motion={'heave': wave(1e-9, 1e3)}, restitution=restitution)  # fmt: skip
+    ball = free(shape=shape, position=(0, 0, 0.3), velocity=(0, 0, -5), friction=0.0)
+    sim = simulation(racket, ball, gravity=0.0)
+    sim.step(60)
+    # (v' - u) = -e (v - u)
+    wanted = speed + restitution * (5.0 + speed)
+    assert sim.state.velocity[1, 2] == pytest.approx(wanted, rel=1e-9)
+    assert np.abs(sim.state.angular_velocity[1]).max() < 1e-9
+
+
+def test_pushed_body_takes_the_speed_of_what_pushes_it_and_its_work():
+    pusher = moved(position=(-0.7, 0, 0), velocity=(1.5, 0, 0), shape=CUBE, friction=0.0)
+    sim = simulation(pusher, free(position=(0, 0, 0), mass=3.0, friction=0.0), gravity=0.0)
+    sim.keep_energy_balance()
+    sim.step(250)
+    # what undoes the overlap of the blow leaves some 1e-6 of the speed
+    assert sim.state.velocity[1] == pytest.approx([1.5, 0, 0], abs=1e-5)
+    balance = sim.energy_balance()
+    # inelastic: the driver does m u^2, half of which the load has
+    assert balance.work_of_drives == pytest.approx(3.0 * 1.5**2, rel=1e-5)
+    assert balance.contact == pytest.approx(0.5 * 3.0 * 1.5**2, rel=1e-5)
+    assert abs(balance.defect) < 1e-5 * 3.0 * 1.5**2
+
+
+def test_work_of_a_deck_is_the_energy_of_what_it_lifts():
+    # up by 1 m and at rest there
+    table = [[0.2, 0, 0, 0], [1.7, 0, 0, 1.0]]
+    sim = simulation(moved(motion={'table': table}), free(mass=2.0))
+    sim.step(10)
+    sim.keep_energy_balance()
+    sim.step(500)
+    balance = sim.energy_balance()
+    assert sim.state.position[1, 2] == pytest.approx(1.1, abs=5e-6)
+    assert balance.change == pytest.approx(2.0 * G * 1.0, rel=1e-5)
+    assert balance.work_of_drives == pytest.approx(2.0 * G * 1.0, rel=1e-4)
+    assert abs(balance.defect) < 1e-3 * 2.0 * G
+    assert balance.gain is None  # the scene is driven
+
+
+@pytest.mark.parametrize('heading', [0.0, 0.6])
+def test_belt_brings_a_box_to_its_speed_by_friction_and_keeps_still(heading):
+    c, s = math.cos(heading / 2), math.sin(heading / 2)
+    belt = {'name': 'belt', 'shape': DECK, 'fixed': True, 'friction': 0.5,
+            'surface_velocity': [1.0, 0, 0],
+            'initial': {'position': [0, 0, -0.1], 'orientation': [0, 0, s, c]}}  # fmt: skip
+    sim = simulation(belt, free())
+    along = np.array([math.cos(heading), math.sin(heading), 0])
+    sim.step(25)  # 0.1 s: it slides for u/(mu g) = 0.204 s
+    assert sim.state.velocity[1] == pytest.approx(0.5 * G * 0.1 * along, abs=6e-3)
+    sim.step(225)
+    assert sim.state.velocity[1] == pytest.approx(along, abs=1e-6)
+    way = 1.0 - 0.5 * 1.0 / (0.5 * G)  # less half of what it slid back
+    assert sim.state.position[1, :2] @ along[:2] == pytest.approx(way, abs=2e-3)
+    assert np.array_equal(sim.state.position[0], [0, 0, -0.1])
+    assert not sim.state.velocity[0].any()
+
+
+def test_belt_stands_still_for_what_touches_its_ends():
+    belt = {'name': 'belt', 'shape': DECK, 'fixed': True, 'surface_velocity': [1.0, 0, 0],
+            'initial': {'position': [0, 0, -0.1]}}  # fmt: skip
+    sim = simulation(belt, free(position=(4.1, 0, -0.1)), gravity=0.0)
+    sim.step(50)
+    assert not sim.state.velocity[1].any()
+
+
+def test_box_rides_a_turntable_inside_the_radius_at_which_friction_ends():
+    rate, friction = 2.0, 0.5
+    radius = friction * G / rate**2  # 1.23 m
+    boxes = [
+        free(f'{name}', position=(share * radius, 0, 0.1), velocity=(0, share * radius * rate, 0),
+             angular_velocity=(0, 0, rate), friction=friction)
+        for name, share in (('stays', 0.9), ('slides', 1.1))
+    ]  # fmt: skip
+    table = moved(angular_velocity=(0, 0, rate), friction=friction)
+    sim = simulation(table, *boxes)
+    sim.step(500)
+    stays, slides = np.linalg.norm(sim.state.position[1:3, :2], axis=1)
+    assert stays == pytest.approx(0.9 * radius, rel=2e-3)
+    assert slides > 1.3 * radius
+    # it stands on the table as it stood at first
+    turned = so3.rotate_back(sim.state.orientation[0], sim.state.position[1])
+    assert math.atan2(turned[1], turned[0]) == pytest.approx(0.0, abs=5e-3)
+
+
+def test_load_stays_on_a_rolling_deck_by_friction_and_slides_beyond():
+    # 0.3 rad: tan is 0.31
+    for friction, stays in ((0.6, True), (0.2, False)):
+        deck = moved(motion={'roll': wave(0.3, 8.0)}, friction=friction)
+        sim = simulation(deck, free(friction=friction))
+        sim.step(1500)
+        local = so3.rotate_back(sim.state.orientation[0], sim.state.position[1] - [0, 0, -0.1])
+        assert (abs(local[1]) < 2e-3) == stays
+        assert local[2] == pytest.approx(0.2, abs=1e-5)
+
+
+def test_what_rests_on_what_moves_does_not_sleep_and_what_it_comes_to_wakes():
+    lift = moved(motion={'heave': wave(0.05, 6.0)})
+    floor = {'name': 'floor', 'shape': DECK, 'fixed': True,
+             'initial': {'position': [10, 0, -0.1]}}  # fmt: skip
+    broom = moved('broom', position=(6, 0, 0.11), shape=CUBE, velocity=(0.5, 0, 0), friction=0.0)
+    sim = simulation(lift, free(), floor, free('sleeper', position=(9, 0, 0.1)), broom,
+                     sleeping=True)  # fmt: skip
+    sim.step(500)  # 2 s: the broom is at 7 m
+    assert sim.state.velocity[3] == pytest.approx([0, 0, 0], abs=0.0)  # asleep
+    assert sim.state.velocity[1, 2] == pytest.approx(sim.state.velocity[0, 2], abs=1e-4)
+    sim.step(1100)  # 6.4 s: it has pushed since 5.6 s
+    assert sim.state.position[3, 0] - sim.state.position[4, 0] == pytest.approx(0.2, abs=1e-3)
+
+
+def test_copies_renamed_and_restored_runs_have_the_same_bits():
+    motion = {'heave': wave(0.3, 2.0), 'pitch': wave(0.1, 3.0)}
+    loads = [free(f'load_{k}', position=(0.25 * k, 0.1 * k, 0.4), restitution=0.3)
+             for k in range(4)]  # fmt: skip
+    sim, other = simulation(moved(motion=motion), *loads), simulation(moved(motion=motion), *loads)
+    sim.step(150)
+    other.restore(tick=sim.tick, state=sim.state_bytes(), slots={})
+    for _ in range(3):
+        sim.step(40)
+    other.step(120)
+    assert sim.state_bytes() == other.state_bytes()
+    assert np.array_equal(sim.state.values, other.state.values)
+
+
+@pytest.mark.parametrize(
+    ('change', 'said'),
+    [
+        ({'motion': {'heve': {}}}, "did you mean 'heave'?"),
+        ({'motion': {'heave': {'amplitude': 1}}}, 'period is missing'),
+        ({'motion': {'heave': wave(1, 0)}}, 'positive number [s]'),
+        ({'motion': {'table': [[0, 1, 2]]}}, 'a row is [t, x, y, z]'),
+        ({'motion': {'table': [[0, 0, 0, 0]]}}, 'at least two rows'),
+        ({'motion': {'table': [[1, 0, 0, 0], [1, 0, 0, 1]]}}, 'times must ascend'),
+        ({'motion': {}}, 'nothing moves'),
+        ({'motion': {'heave': wave(1, 1)}, 'fixed': True}, 'moves as told, whatever acts'),
+        ({'motion': {'heave': wave(1, 1)}, 'pivot': {'point': [0, 0, 0]}}, 'remove pivot'),
+        ({'motion': {'heave': wave(1, 1)}, 'surface_velocity': [1, 0, 0]}, 'surface_velocity'),
+        ({'motion': {'heave': wave(1, 1)}, 'shape': {'type': 'plane', 'normal': [0, 0, 1]}},
+         'move a box'),
+        ({'surface_velocity': [1, 0, 0], 'mass': 1.0}, 'is not fixed'),
+    ],
+)  # fmt: skip
+def test_motion_that_cannot_be_is_refused_with_its_cure(change, said):
+    body = {'name': 'deck', 'shape': DECK} | change
+    with pytest.raises(UserError) as caught:
+        load_scene(scene(body))
+    assert said in str(caught.value)
+    assert '\n' not in str(caught.value)
+
+
+def test_commands_states_and_forces_on_a_moved_body_are_refused():
+    sim = simulation(moved(motion={'heave': wave(1, 1)}))
+    for ask in (
+        lambda: sim.set_wrench('deck', force=(1, 0, 0)),
+        lambda: sim.apply_impulse('deck', linear=(1, 0, 0)),
+        lambda: sim.set_state('deck', position=(0, 0, 0)),
+    ):
+        with pytest.raises(InvalidModel, match='moves as told'):
+            ask()
+    spring = {'type': 'spring', 'a': 'deck', 'b': 'load', 'stiffness': 1.0}
+    told = scene(moved(motion={'heave': wave(1, 1)}), free()) | {'forces': [spring]}
+    with pytest.raises((UserError, InvalidModel), match='moves as told'):
+        Simulation(load_scene(told))

@@ -1,0 +1,299 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Ground of triangles: what moves on a flat part moves as on a plane, whatever the triangles are; what
+comes to an edge, a wall, or at any speed, meets what is there and nothing else.
+
+A scene has one shape, so that all cases of it share a kernel.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.height_field import height_field
+from rigid_body_sim.physics.model.shapes import Part, Sphere, Surface, Union
+
+G = 9.81  # [m/s^2]
+DT = 0.004  # [s]
+SPEED_KEPT = 1e-3  # [-] demanded of flat parts; observed 6e-5 and less
+HEIGHT = 1e-5  # [m] demanded of flat parts; observed 2e-6: the sink of a resting body is 1e-6 m
+SHAPES = {  # and the height of its centre
+    'ball': ('{type: sphere, radius: 0.1}', 0.1),
+    'box': ('{type: box, size: [0.2, 0.2, 0.2]}', 0.1),
+    'disc': ('{type: cylinder, radius: 0.1, length: 0.02}', 0.01),
+}
+SCENE = """
+version: 1
+name: on_ground
+dt: 0.004
+gravity: [0, 0, {gravity}]
+contact: {{mode: timestep}}
+bodies:
+  - {{name: ground, fixed: true, friction: {friction}, shape: {ground}}}
+  - {{name: body, mass: 1.0, friction: {friction}, shape: {shape}, initial: {initial}}}
+"""
+FLAT = '{type: heightfield, spacing: 1.0, heights: [[0, 0], [0, 0]]}'
+
+
+def on(surface, shape, position, velocity, *, turn=(0, 0, 0, 1), spin=(0, 0, 0), **more):
+    """
+    Start a body over a surface.
+    """
+    initial = ', '.join(
+        f'{key}: {[float(x) for x in value]}'
+        for key, value in {
+            'position': position,
+            'velocity': velocity,
+            'orientation': turn,
+            'angular_velocity': spin,
+        }.items()
+    )
+    text = SCENE.format(
+        gravity=more.get('gravity', -G),
+        friction=more.get('friction', 0.0),
+        ground=FLAT,
+        shape=SHAPES[shape][0],
+        initial=f'{{{initial}}}',
+    )
+    scene = load_scene(text.encode())
+    ground, body = scene.bodies
+    return Simulation(
+        dataclasses.replace(scene, bodies=(dataclasses.replace(ground, shape=surface), body))
+    )
+
+
+def states(simulation, ticks, every=4):
+    """
+    Return positions and velocities of the body every few ticks.
+    """
+    found = []
+    for _ in range(ticks // every):
+        simulation.step(every)
+        state = simulation.state
+        found.append((state.position[-1].copy(), state.velocity[-1].copy()))
+    return tuple(np.array(one) for one in zip(*found, strict=True))
+
+
+def triangulated_plane(count, *, seed, turn=np.eye(3), shift=(0.0, 0.0, 0.0), single=False):
+    """
+    A square of 12 m in random triangles, turned and shifted; single: in single precision.
+    """
+    from scipy.spatial import Delaunay
+
+    rng = np.random.default_rng(seed)
+    corners = [[-6.0, -6.0], [6.0, -6.0], [6.0, 6.0], [-6.0, 6.0]]
+    points = np.concatenate((rng.uniform(-6.0, 6.0, (count, 2)), corners))
+    faces = Delaunay(points).simplices
+    first, second = (points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))
+    flipped = first[:, 0] * second[:, 1] < first[:, 1] * second[:, 0]
+    faces[flipped] = faces[flipped, ::-1]
+    vertices = np.column_stack((points, np.zeros(len(points)))) @ turn.T + shift
+    if single:
+        vertices = vertices.astype(np.float32).astype(np.float64)
+    return Surface(vertices, faces)
+
+
+def tiled_floor(*, yaw):
+    """
+    Closed boxes of 0.3 m side by side in one mesh, whose walls stand against each other.
+    """
+    vertices, faces = [], []
+    quads = (
+        (0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5),
+    )  # fmt: skip
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    for i in range(-8, 9):
+        for j in range(-3, 4):
+            begin = len(vertices)
+            for corner in range(8):
+                x = 0.3 * i + (0.15 if corner & 1 else -0.15)
+                y = 0.3 * j + (0.15 if corner & 2 else -0.15)
+                z = 0.0 if corner & 4 else -0.1
+                vertices.append((cosine * x - sine * y, sine * x + cosine * y, z))
+            for a, b, c, d in quads:
+                faces += [(begin + a, begin + b, begin + c), (begin + a, begin + c, begin + d)]
+    return Surface(np.array(vertices), np.array(faces))
+
+
+def grid(height, *, half, spacing):
+    """
+    A height field of a function of x and y over a square around the origin.
+    """
+    x = np.arange(-half, half + 0.5 * spacing, spacing)
+    heights = np.broadcast_to(height(*np.meshgrid(x, x)), (len(x), len(x)))
+    return height_field(heights, spacing=spacing, origin=(x[0], x[0], 0.0))
+
+
+def about_y(angle):
+    """
+    Rotation matrix and quaternion of a turn about y [rad].
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    return turn, (0.0, np.sin(0.5 * angle), 0.0, np.cos(0.5 * angle))
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_a_flat_mesh_in_random_triangles_is_a_plane(shape):
+    height = SHAPES[shape][1]
+    for seed, yaw, speed in ((0, 0.0, 0.1), (1, 0.7, 1.0), (2, 2.1, 10.0)):
+        cosine, sine = np.cos(yaw), np.sin(yaw)
+        turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        surface = triangulated_plane(3000, seed=seed, turn=turn, single=True)
+        body = on(surface, shape, (-3.0, 0.123, height), (speed, 0.0, 0.0))
+        position, velocity = states(body, min(300, int(6.0 / speed / DT)))
+        assert np.abs(velocity - (speed, 0.0, 0.0)).max() < SPEED_KEPT * speed
+        assert np.abs(position[:, 2] - height).max() < HEIGHT
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_an_inclined_mesh_is_an_inclined_plane(shape):
+    height, angle = SHAPES[shape][1], 0.35
+    turn, quaternion = about_y(angle)
+    shift = np.array((100.0, 50.0, -20.0))  # where single precision leaves 1e-5 m
+    surface = triangulated_plane(3000, seed=3, turn=turn, shift=shift, single=True)
+    down, out = turn @ (1.0, 0.0, 0.0), turn @ (0.0, 0.0, 1.0)
+    body = on(
+        surface, shape, shift - 3.0 * down + height * out, 0.3 * down, turn=quaternion
+    )
+    position, velocity = states(body, 200)
+    times = 4 * DT * np.arange(1, len(position) + 1)
+    law = (0.3 + G * np.sin(angle) * times)[:, None] * down
+    assert np.abs(velocity - law).max() < SPEED_KEPT * np.abs(law).max()
+    assert np.abs((position - shift) @ out - height).max() < HEIGHT
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_walls_inside_a_flush_mesh_stop_nothing(shape):
+    height = SHAPES[shape][1]
+    for yaw, speed in ((0.0, 0.3), (0.3, 1.0), (0.3, 5.0)):
+        body = on(tiled_floor(yaw=yaw), shape, (-1.5, 0.043, height), (speed, 0.0, 0.0))
+        position, velocity = states(body, min(250, int(2.6 / speed / DT)))
+        assert np.abs(velocity - (speed, 0.0, 0.0)).max() < SPEED_KEPT * speed
+        assert np.abs(position[:, 2] - height).max() < HEIGHT
+
+
+def test_a_ball_swings_in_a_bowl_like_a_pendulum():
+    bowl = grid(
+        lambda x, y: 1.0 - np.sqrt(1.0 - np.minimum(x * x + y * y, 0.5)), half=0.4, spacing=0.01
+    )
+    length, start = 0.9, 0.2  # [m], [rad] of the centre about that of the bowl
+    ball = on(bowl, 'ball', (length * np.sin(start), 0.0, 1.0 - length * np.cos(start)), (0, 0, 0))
+    position, velocity = states(ball, 1000, every=1)
+    x, times = position[:, 0], DT * np.arange(1, 1001)
+    passes = np.flatnonzero(x[:-1] * x[1:] < 0.0)
+    zeros = times[passes] + DT * x[passes] / (x[passes] - x[passes + 1])
+    period = 2.0 * np.pi * np.sqrt(length / G) * (1.0 + start * start / 16.0)
+    # each facet is a blow that takes (v theta)^2/2 of 0.01 rad: the swing, not the period
+    assert 2.0 * np.diff(zeros).mean() == pytest.approx(period, rel=2e-3)
+    energy = 0.5 * np.sum(velocity * velocity, axis=1) + G * position[:, 2]
+    assert np.diff(energy).max() < 1e-12  # round-off: contact may only take
+
+
+@pytest.mark.parametrize('shape', ['ball', 'box'])
+def test_a_wall_in_a_height_field_stops_what_runs_into_it(shape):
+    wall = grid(lambda x, y: np.where(x > 0.5, 1.0, 0.0), half=1.5, spacing=0.05)
+    height = SHAPES[shape][1]
+    body = on(wall, shape, (-1.0, 0.01, height), (1.0, 0.0, 0.0))
+    position, velocity = states(body, 500)
+    assert position[:, 0].max() < 0.55
+    assert velocity[-1, 0] < 0.1 and position[:, 2].min() > height - HEIGHT
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_nothing_falls_through_at_any_speed(shape):
+    rng = np.random.default_rng(7)
+    rough = grid(
+        lambda x, y: 0.3 * np.sin(3.0 * x) * np.cos(2.0 * y) + 0.05 * rng.normal(size=x.shape),
+        half=4.0, spacing=0.1,
+    )  # fmt: skip
+    heights = rough.vertices[:, 2].reshape(81, 81)
+    for speed in (5.0, 30.0, 100.0, 300.0, 500.0):
+        way = rng.normal(size=3)
+        way *= speed / np.sqrt(way @ way)
+        way[2] = -abs(way[2])
+        body = on(
+            rough, shape, (0.0, 0.0, 0.9), way, spin=rng.normal(size=3) * 20.0, friction=0.3
+        )
+        position, _ = states(body, 60)
+        row, column = np.floor((position[:, [1, 0]] + 4.0) / 0.1).astype(int).T
+        over = (np.minimum(row, column) >= 0) & (np.maximum(row, column) < 80)
+        row, column = row[over], column[over]
+        lowest = np.min(
+            [heights[row + i, column + j] for i in (0, 1) for j in (0, 1)], axis=0
+        )
+        assert np.all(position[over, 2] > lowest)
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_what_passes_over_an_edge_keeps_all_bits_of_its_velocity(shape):
+    plate = tiled_floor(yaw=0.2)
+    for speed in (0.3, 3.0, 30.0):
+        for clearance in (1e-4, 1e-2):
+            start = (-3.5, 0.3, SHAPES[shape][1] + clearance)
+            body = on(plate, shape, start, (speed, 0.1 * speed, 0.0), gravity=0.0)
+            body.step(int(min(400, 7.0 / speed / DT)))
+            assert body.state.velocity[-1].tolist() == [speed, 0.1 * speed, 0.0]
+
+
+def test_a_restored_run_goes_on_bit_for_bit():
+    rough = grid(lambda x, y: 0.1 * np.sin(5.0 * x) * np.cos(4.0 * y), half=2.0, spacing=0.1)
+
+    def start():
+        return on(rough, 'box', (0.0, 0.0, 0.5), (0.5, 0.2, 0.0), spin=(1, 2, 3), friction=0.4)
+
+    whole, cut = start(), start()
+    whole.step(300)
+    cut.step(170)
+    resumed = start()
+    resumed.restore(cut.state_bytes())
+    resumed.step(130)
+    assert resumed.state_bytes() == whole.state_bytes()
+
+
+def test_ground_of_triangles_is_fixed_and_stands_alone():
+    moving = SCENE.format(gravity=-G, friction=0.1, ground=SHAPES['ball'][0], shape=FLAT, initial='{}')
+    with pytest.raises(UserError, match=r'bodies\[1\]\.shape.*fixed: true'):
+        load_scene(moving.encode())
+    with pytest.raises(InvalidModel, match='no part of a union'):
+        Union((Part(Sphere(0.1)), Part(height_field(np.zeros((2, 2)), spacing=1.0))))
+    with pytest.raises(InvalidModel, match='two rows'):
+        height_field([[0.0, 1.0]], spacing=1.0)
+    with pytest.raises(InvalidModel, match='positive'):
+        height_field(np.zeros((2, 2)), spacing=0.0)
+    with pytest.raises(UserError, match='heights or file'):
+        load_scene(
+            SCENE.format(
+                gravity=0, friction=0, shape=SHAPES['ball'][0], initial='{}',
+                ground='{type: heightfield, spacing: 1, heights: [[0, 0], [0, 0]], file: a.csv}',
+            ).encode()
+        )  # fmt: skip
+
+
+def test_a_mesh_file_collides_as_its_triangles_where_it_is_asked_to(tmp_path):
+    (tmp_path / 'bed.off').write_text(
+        'OFF\n4 2 0\n-5 -5 0\n5 -5 0\n5 5 0\n-5 5 0\n3 0 1 2\n3 0 2 3\n'
+    )
+    (tmp_path / 'bed.csv').write_text('0,0,0\n0,0,0\n')
+    for ground in (
+        '{type: mesh, file: bed.off, as: triangles}',
+        '{type: heightfield, file: bed.csv, spacing: [5, 10], origin: [-5, -5, 0]}',
+    ):
+        text = SCENE.format(
+            gravity=-G, friction=0.0, ground=ground, shape=SHAPES['ball'][0],
+            initial='{position: [0.3, 0.2, 0.1], velocity: [1, 0, 0]}',
+        )  # fmt: skip
+        path = tmp_path / 'on_ground.yaml'
+        path.write_text(text)
+        body = Simulation(load_scene(path))
+        assert body.warnings() == ()
+        position, velocity = states(body, 100)
+        assert np.abs(position[:, 2] - 0.1).max() < HEIGHT
+        assert np.abs(velocity[:, 0] - 1.0).max() < SPEED_KEPT
