@@ -105,6 +105,7 @@ setup(
         'trimesh',
     ],
     extras_require={
+        'decomposition': ['coacd'],
         'peers': ['mujoco', 'drake', 'dartpy', 'pin', 'rapier3d'],
         'test': [
             'hypothesis',

@@ -300,7 +300,7 @@ def largest_rise(sim: Simulation, seconds: float) -> tuple[float, int]:
 
 def main() -> None:
     """Print the largest rise of each scene, and the worst of each kind."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser = argparse.ArgumentParser(description=(__doc__ or '').splitlines()[1])
     parser.add_argument('--kinds', nargs='+', choices=KINDS, default=list(KINDS))
     parser.add_argument('--seeds', type=int, default=3)
     parser.add_argument('--first', type=int, default=0, help='the first seed')

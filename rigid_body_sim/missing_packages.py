@@ -8,6 +8,10 @@ _OF_ROS = ('rclpy', 'rcl_interfaces', 'builtin_interfaces', 'ament_index_python'
 _MESSAGES = ('_msgs', '_interfaces')
 _DISTRIBUTIONS = {'yaml': 'PyYAML'}  # that have another name than what is imported
 
+_OPTIONAL = {
+    'coacd': 'a scene with a mesh `as: parts` needs it; a recording of that scene does not',
+}
+
 
 def missing(module: str) -> str:
     """
@@ -21,6 +25,10 @@ def missing(module: str) -> str:
             f'ROS 2 is missing here (the Python package {package}, which pip knows under no such '
             'name): source a ROS 2 Jazzy installation that has it, or run make venv, which brings '
             'rclpy as wheels (requirements/ros.txt)'
+        )
+    if package in _OPTIONAL:
+        return (
+            f'the Python package {package} is missing: pip install {package}; {_OPTIONAL[package]}'
         )
     name = _DISTRIBUTIONS.get(package, package)
     return (

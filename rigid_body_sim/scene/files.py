@@ -22,6 +22,7 @@ import numpy as np
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.shapes import Mesh, Surface
 from rigid_body_sim.scene import regular_file
+from rigid_body_sim.scene.convex_parts import find_parts, parts_name, read_parts
 
 PACKAGE = 'package://'
 MESH_FORMATS = ('off', 'stl', 'obj', 'ply')
@@ -70,6 +71,19 @@ class Files:
                 mirrored = np.prod(scale) < 0.0
                 faces = plain.faces[:, ::-1] if mirrored else plain.faces
                 self._meshes[key] = Mesh(plain.vertices * scale, faces, plain.name)
+        return self._meshes[key]
+
+    def mesh_of_parts(self, path: str, concavity: float) -> Mesh:
+        """Return the mesh of a file that collides as convex parts: see `convex_parts`."""
+        key = (path, 'parts', concavity)
+        if key not in self._meshes:
+            mesh, name = self.mesh(path), parts_name(path, concavity)
+            if self._given is not None and name in self._given:
+                text = self.read(name)
+            else:
+                text = self.used[name] = find_parts(mesh, concavity)
+            parts = read_parts(text, name=name)
+            self._meshes[key] = Mesh(mesh.vertices, mesh.faces, mesh.name, parts)
         return self._meshes[key]
 
     def surface(self, path: str) -> Surface:

@@ -26,10 +26,11 @@ from rigid_body_sim.physics.model.shapes import (
     Surface,
     Union,
 )
+from rigid_body_sim.scene.convex_parts import CONCAVITY, LEAST, MOST
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.values import Value
 
-COLLIDES_AS = ('hull', 'triangles')  # what a mesh may collide as
+COLLIDES_AS = ('hull', 'parts', 'triangles')  # what a mesh may collide as
 
 
 class Kind(NamedTuple):
@@ -82,8 +83,16 @@ def _mesh(value: Value, files: Files) -> Mesh | Surface:
     file = value.at('file', what='the path of a mesh, taken from the scene file,')
     kind = value.find('as')
     collides_as = 'hull' if kind is None else kind.choice(COLLIDES_AS, what='surface')
+    concavity = value.find('concavity')
+    if concavity is not None and collides_as != 'parts':
+        raise concavity.error('it says how near convex parts come; set as: parts, or remove it')
+    how_near = (
+        CONCAVITY if concavity is None else concavity.number(unit='-', minimum=LEAST, maximum=MOST)
+    )
     with file.blamed():
         path = file.text('the path of a mesh')
+        if collides_as == 'parts':
+            return files.mesh_of_parts(path, how_near)
         return files.surface(path) if collides_as == 'triangles' else files.mesh(path)
 
 
@@ -158,7 +167,7 @@ KINDS = {
     'cylinder': Kind(('radius', 'length'), _cylinder),
     'capsule': Kind(('radius', 'length'), _capsule),
     'convex_hull': Kind(('vertices',), _convex_hull),
-    'mesh': Kind(('file', 'as'), _mesh),
+    'mesh': Kind(('file', 'as', 'concavity'), _mesh),
     'heightfield': Kind(('file', 'heights', 'spacing', 'origin'), _heightfield),
     'particles': Kind(('particles',), _particles),
     'plane': Kind(('normal', 'offset'), _plane),

@@ -13,7 +13,7 @@ from rigid_body_sim.physics.forces.elements.time import TimeTable
 from .touching import ball, box, ground, scene
 
 TICK = 0.004  # [s]
-SETTLED = 2500  # [tick] after which ten cubes tremble by less than 1e-9 m in a tick
+SETTLED = 4000  # [tick] after which ten cubes still sink by 1e-8 m in forty ticks
 FOREVER = 1e6  # [s]
 
 
@@ -38,7 +38,7 @@ def stacks(begins=(), *, on=('one 0', 'five 2', 'ten 4')):
 @pytest.fixture(scope='module')
 def at_rest():
     """
-    The state of the stacks after ten seconds, by how many ticks later.
+    The state of the stacks after sixteen seconds, by how many ticks later.
     """
     sim = Simulation(stacks([FOREVER]))
     sim.step(SETTLED)
@@ -69,7 +69,7 @@ INSTANTS = [1e-8, 1e-6, 1e-4, 0.01, 0.1, 0.5, 0.9, 0.9999, 1 - 1e-6, 1 - 1e-8]
 
 @pytest.mark.parametrize('instant', INSTANTS)
 def test_a_cut_anywhere_in_a_tick_moves_no_stack_at_rest(instant, at_rest):
-    assert way_of([instant], at_rest) < 1e-9  # ten cubes tremble by as much, five by round-off
+    assert way_of([instant], at_rest) < 1e-9  # ten cubes settle by more, five by round-off
 
 
 @pytest.mark.parametrize('seed', range(3))
@@ -80,8 +80,8 @@ def test_cuts_in_many_places_of_many_ticks_move_no_stack_at_rest(seed, at_rest):
     rng = np.random.default_rng(seed)
     inside = np.sort(rng.uniform(0, 1, 4))
     slivers = np.arange(1, 6) + 10.0 ** rng.uniform(-8, 0, 5)
-    # each cut may cost the tremble of ten cubes once more
-    assert way_of([*inside, inside[0] + 1e-6, *slivers], at_rest) < 1e-8
+    # ten cubes settle by more
+    assert way_of([*inside, inside[0] + 1e-6, *slivers], at_rest) < 1e-9
 
 
 def test_a_contact_that_begins_in_a_cut_tick_begins_as_in_a_whole_one():

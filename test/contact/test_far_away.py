@@ -136,9 +136,9 @@ def test_contacts_of_whom_a_cut_does_not_concern_are_those_of_a_whole_tick():
     np.testing.assert_array_equal(found.bodies, expected.bodies)
     others = (found.bodies != 3).all(axis=1)
     np.testing.assert_array_equal(found.impulse[others], expected.impulse[others])
-    # the load of a body at rest, in the sum of three pieces
+    # the load of a body that has come to rest to 1e-5, in the sum of three pieces
     carried = abs(found.impulse[~others].sum(axis=0)[2])
-    np.testing.assert_allclose(carried, 9.81 * TICK, rtol=1e-6)
+    np.testing.assert_allclose(carried, 9.81 * TICK, rtol=1e-5)
 
 
 @pytest.mark.long

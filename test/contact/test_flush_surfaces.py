@@ -108,9 +108,12 @@ def test_a_step_takes_what_a_blow_at_the_lower_edge_takes(step):
     simulation = Simulation(load_scene(scene([*bodies, cube((0.3, 0, 0.1), (1, 0, 0))])))
     simulation.step(24)
     assert abs(simulation.state.velocity[-1, 0] - 1.0) < 1e-9
-    simulation.step(3)
-    # the point that hits lies up to the step above the edge, and the cube begins to tip
-    assert simulation.state.velocity[-1, 0] == pytest.approx(0.6, abs=0.02 + 0.5 * step / 0.1)
+    simulation.step(1)
+    # 0.6 for a blow at the edge itself; it is taken between the edge and the top of the step,
+    # where less of it turns the cube
+    left = simulation.state.velocity[-1, 0]
+    lever = 0.1 - step
+    assert 1.0 - 1.0 / (1.0 + 150.0 * lever**2) - 1e-3 < left < 0.6 + 1e-3
 
 
 @pytest.mark.parametrize('restitution', [0.0, 0.5, 1.0])
@@ -118,8 +121,12 @@ def test_a_wall_on_a_tiled_floor_gives_back_what_it_should(restitution):
     """v' = -e v: covered joints on the way, and the wall none of them."""
     bodies = [tile(f'tile_{i}', (0.5 * i, 0, -0.05), (0.5, 1.0, 0.1)) for i in range(4)]
     bodies.append(tile('wall', (1.8, 0, 0.3), (0.1, 1.0, 0.6)))
-    moving = cube((0.0, 0, 0.1), (2, 0, 0), restitution=restitution)
-    simulation = Simulation(load_scene(scene([*bodies, moving])))
+    ball = {
+        'name': 'ball', 'mass': 1.0, 'friction': 0.0, 'restitution': restitution,
+        'shape': {'type': 'sphere', 'radius': 0.1},
+        'initial': {'position': [0.0, 0.0, 0.1], 'velocity': [2, 0, 0]},
+    }  # fmt: skip
+    simulation = Simulation(load_scene(scene([*bodies, ball])))
     simulation.step(250)
     assert simulation.state.velocity[-1, 0] == pytest.approx(-2.0 * restitution, abs=1e-3)
 

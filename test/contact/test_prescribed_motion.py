@@ -170,7 +170,8 @@ def test_belt_stands_still_for_what_touches_its_ends():
             'initial': {'position': [0, 0, -0.1]}}  # fmt: skip
     sim = simulation(belt, free(position=(4.1, 0, -0.1)), gravity=0.0)
     sim.step(50)
-    assert not sim.state.velocity[1].any()
+    # the last digit of 4.1 - 4.0 is an overlap, which is pushed out
+    assert np.abs(sim.state.velocity[1]).max() < 1e-12
 
 
 def test_box_rides_a_turntable_inside_the_radius_at_which_friction_ends():

@@ -20,11 +20,11 @@ def test_a_stack_of_ten_stands_at_its_height_without_drift_and_at_rest():
     sim = Simulation(lean(stack(10)))
     sim.step(2400)
     s = sim.state
-    sunk = (
+    sunk = 0.03 * (
         (90 + 2.5) * G / OMEGA**2
-    )  # sum over the interfaces of W 2 g / omega^2, W g / (4 omega^2)
+    )  # 3 % (static sink) of the sum over the interfaces of W 2 g / omega^2, W g / (4 omega^2)
     assert s.position[-1, 2] == pytest.approx(1.9 - sunk, abs=1e-6)
-    assert sunk < 4e-4
+    assert sunk < 2e-5
     assert np.abs(s.position[1:, :2]).max() < 2e-4
     assert np.abs(s.velocity).max() < 1e-6
     assert np.abs(s.angular_velocity).max() < 1e-6

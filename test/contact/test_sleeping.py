@@ -40,6 +40,7 @@ sim.step(5)
 print(len(inside.islands(sim)), sim.state_bytes().hex())
 """
 
+SINK_TIME = 4.0  # [s] 960 ticks: the static sink is out to e^-29 of it, as for who stays awake
 SETTLED = 360  # [tick] 1.5 s: a stack of five falls asleep after 0.5 s
 
 
@@ -121,9 +122,9 @@ def test_who_wakes_goes_on_as_if_it_had_never_slept():
 
 def test_a_pushed_sleeping_box_slides_as_an_awake_one():
     bodies = [ground(), box('b', 0.2, (0, 0, 0.1))]
-    sleeping, awake = both(bodies)
+    sleeping, awake = both(bodies, sleep_time=SINK_TIME)
     for sim in (sleeping, awake):
-        sim.step(SETTLED)
+        sim.step(3 * SETTLED)
         sim.set_wrench('b', force=(6.0, 0, 0))  # mu m g = 4.9 N
         sim.step(120)
     assert sleeping.state.velocity[1, 0] == pytest.approx(0.5 * (6.0 - 0.5 * G), rel=1e-2)
@@ -180,9 +181,9 @@ def test_what_lost_its_support_falls():
 
 def test_a_ball_that_hits_a_sleeping_stack_does_what_it_does_to_one_awake():
     bodies = [*stack(4), ball('ball', 0.1, (-3.0, 0, 0.5), mass=2.0)]
-    sleeping, awake = both(bodies)
+    sleeping, awake = both(bodies, sleep_time=SINK_TIME)
     for sim in (sleeping, awake):
-        sim.step(SETTLED)
+        sim.step(3 * SETTLED)
     assert inside.asleep(sleeping) == names(bodies)
     for sim in (sleeping, awake):
         sim.apply_impulse('ball', linear=(12.0, 0.0, 6.0))

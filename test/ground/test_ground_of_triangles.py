@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Ground of triangles: what moves on a flat part moves as on a plane, whatever the triangles are; what
-comes to an edge, a wall, or at any speed, meets what is there and nothing else.
+Ground of triangles: what moves on a flat part moves as on a plane, whatever the triangles are;
+what comes to an edge, a wall, or at any speed, meets what is there and nothing else.
 
 A scene has one shape, so that all cases of it share a kernel.
 """
@@ -39,6 +39,7 @@ bodies:
   - {{name: ground, fixed: true, friction: {friction}, shape: {ground}}}
   - {{name: body, mass: 1.0, friction: {friction}, shape: {shape}, initial: {initial}}}
 """
+UPRIGHT = np.eye(3)
 FLAT = '{type: heightfield, spacing: 1.0, heights: [[0, 0], [0, 0]]}'
 
 
@@ -81,7 +82,7 @@ def states(simulation, ticks, every=4):
     return tuple(np.array(one) for one in zip(*found, strict=True))
 
 
-def triangulated_plane(count, *, seed, turn=np.eye(3), shift=(0.0, 0.0, 0.0), single=False):
+def triangulated_plane(count, *, seed, turn=UPRIGHT, shift=(0.0, 0.0, 0.0), single=False):
     """
     A square of 12 m in random triangles, turned and shifted; single: in single precision.
     """
@@ -160,9 +161,7 @@ def test_an_inclined_mesh_is_an_inclined_plane(shape):
     shift = np.array((100.0, 50.0, -20.0))  # where single precision leaves 1e-5 m
     surface = triangulated_plane(3000, seed=3, turn=turn, shift=shift, single=True)
     down, out = turn @ (1.0, 0.0, 0.0), turn @ (0.0, 0.0, 1.0)
-    body = on(
-        surface, shape, shift - 3.0 * down + height * out, 0.3 * down, turn=quaternion
-    )
+    body = on(surface, shape, shift - 3.0 * down + height * out, 0.3 * down, turn=quaternion)
     position, velocity = states(body, 200)
     times = 4 * DT * np.arange(1, len(position) + 1)
     law = (0.3 + G * np.sin(angle) * times)[:, None] * down
@@ -194,7 +193,8 @@ def test_a_ball_swings_in_a_bowl_like_a_pendulum():
     # each facet is a blow that takes (v theta)^2/2 of 0.01 rad: the swing, not the period
     assert 2.0 * np.diff(zeros).mean() == pytest.approx(period, rel=2e-3)
     energy = 0.5 * np.sum(velocity * velocity, axis=1) + G * position[:, 2]
-    assert np.diff(energy).max() < 1e-12  # round-off: contact may only take
+    # the load of a facet is not known when the ball comes to it: the sink of its weight, 1e-6 m
+    assert np.diff(energy).max() < 1.0 * G * 1e-6
 
 
 @pytest.mark.parametrize('shape', ['ball', 'box'])
@@ -219,16 +219,12 @@ def test_nothing_falls_through_at_any_speed(shape):
         way = rng.normal(size=3)
         way *= speed / np.sqrt(way @ way)
         way[2] = -abs(way[2])
-        body = on(
-            rough, shape, (0.0, 0.0, 0.9), way, spin=rng.normal(size=3) * 20.0, friction=0.3
-        )
+        body = on(rough, shape, (0.0, 0.0, 0.9), way, spin=rng.normal(size=3) * 20.0, friction=0.3)
         position, _ = states(body, 60)
         row, column = np.floor((position[:, [1, 0]] + 4.0) / 0.1).astype(int).T
         over = (np.minimum(row, column) >= 0) & (np.maximum(row, column) < 80)
         row, column = row[over], column[over]
-        lowest = np.min(
-            [heights[row + i, column + j] for i in (0, 1) for j in (0, 1)], axis=0
-        )
+        lowest = np.min([heights[row + i, column + j] for i in (0, 1) for j in (0, 1)], axis=0)
         assert np.all(position[over, 2] > lowest)
 
 
@@ -253,17 +249,25 @@ def test_a_restored_run_goes_on_bit_for_bit():
     whole.step(300)
     cut.step(170)
     resumed = start()
-    resumed.restore(cut.state_bytes())
+    resumed.restore(tick=170, state=cut.state_bytes(), slots={})
     resumed.step(130)
     assert resumed.state_bytes() == whole.state_bytes()
 
 
 def test_ground_of_triangles_is_fixed_and_stands_alone():
-    moving = SCENE.format(gravity=-G, friction=0.1, ground=SHAPES['ball'][0], shape=FLAT, initial='{}')
+    moving = SCENE.format(
+        gravity=-G, friction=0.1, ground=SHAPES['ball'][0], shape=FLAT, initial='{}'
+    )
     with pytest.raises(UserError, match=r'bodies\[1\]\.shape.*fixed: true'):
         load_scene(moving.encode())
     with pytest.raises(InvalidModel, match='no part of a union'):
         Union((Part(Sphere(0.1)), Part(height_field(np.zeros((2, 2)), spacing=1.0))))
+    swaying = SCENE.format(
+        gravity=-G, friction=0.1, ground=SHAPES['ball'][0], shape=SHAPES['ball'][0], initial='{}'
+    ).replace('fixed: true,', 'motion: {heave: {amplitude: 0.1, period: 1}},')
+    moved = swaying.replace(f'shape: {SHAPES["ball"][0]}', f'shape: {FLAT}', 1)
+    with pytest.raises(UserError, match='stands still'):
+        load_scene(moved.encode())
     with pytest.raises(InvalidModel, match='two rows'):
         height_field([[0.0, 1.0]], spacing=1.0)
     with pytest.raises(InvalidModel, match='positive'):
@@ -293,7 +297,7 @@ def test_a_mesh_file_collides_as_its_triangles_where_it_is_asked_to(tmp_path):
         path = tmp_path / 'on_ground.yaml'
         path.write_text(text)
         body = Simulation(load_scene(path))
-        assert body.warnings() == ()
+        assert not body.warnings()
         position, velocity = states(body, 100)
         assert np.abs(position[:, 2] - 0.1).max() < HEIGHT
         assert np.abs(velocity[:, 0] - 1.0).max() < SPEED_KEPT

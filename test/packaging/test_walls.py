@@ -26,7 +26,8 @@ WALLS = {  # room -> what it may import besides the standard library and itself
     'physics': NUMERIC | {'numba'},
     'exact': NUMERIC,
     'recording': {'numpy', 'mcap', 'yaml', 'lz4', 'zstandard', f'{NAME}.errors'},
-    'scene': {'numpy', 'yaml', 'trimesh', 'lxml', 'yourdfpy', f'{NAME}.physics', f'{NAME}.errors'},
+    'scene': {'numpy', 'yaml', 'trimesh', 'coacd', 'lxml', 'yourdfpy'}
+    | {f'{NAME}.physics', f'{NAME}.errors'},
     'report': NUMERIC
     | {'PIL', 'matplotlib', 'yaml', f'{NAME}.__version__', f'{NAME}.errors'}
     | {f'{NAME}.physics', f'{NAME}.exact', f'{NAME}.scene'}

@@ -56,6 +56,15 @@ def test_bouncing_ball_rises_by_the_square_of_its_restitution_and_comes_to_rest(
     assert max(heights[round(4.3 / ball.dt) :]) < 1e-3  # Zeno's end at 4.06 s, seen in ticks
 
 
+def test_a_ball_rolls_over_a_sea_bed_as_over_a_plane_and_is_turned_back_by_its_slope() -> None:
+    ball = start('sea_bed')
+    at(ball, 1.45)
+    assert ball.state.velocity[-1] == pytest.approx([1.0, 0.0, 0.0], abs=1e-5)
+    assert ball.state.position[-1] == pytest.approx([1.452, 0.03, 0.1], abs=1e-5)
+    at(ball, 2.4)
+    assert ball.state.velocity[-1, 0] < -0.1 and ball.state.position[-1, 0] < 1.3
+
+
 def test_sliding_blocks_stop_after_the_same_way_in_every_direction() -> None:
     blocks = start('sliding_block')
     before = blocks.state.position

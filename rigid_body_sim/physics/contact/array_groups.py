@@ -59,6 +59,10 @@ class Constraints(NamedTuple):
     colours       : colours of each body, a bit each, while constraints are coloured
     open_batches  : the batch of each colour that is not full
     impulse_cache : impulses for the warm start: see `solver.cache_record`
+    groups        : of islands: see `solver.group_record`
+    group_of      : the group of each body that touches
+    order         : manifolds in the order of their groups
+    places        : scratch: where manifolds lie in the cache
     """
 
     manifolds: Array
@@ -67,3 +71,7 @@ class Constraints(NamedTuple):
     colours: Indices
     open_batches: Indices
     impulse_cache: Array
+    groups: Indices
+    group_of: Indices
+    order: Indices
+    places: Indices

@@ -70,8 +70,11 @@ FREE_ANGULAR_ACCELERATION = body.vector('rad/s^2', 'the same')
 SUBSTEP_ORIENTATION = body.quaternion('-', 'at the start of the substep')
 MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m/s', 'from which restitution starts')
 ANGULAR_MOMENTUM_BEFORE_RESTITUTION = body.vector('kg m^2/s', 'the same')
-FIRST_MANIFOLD = body.number('-', 'where the first of its manifolds begins, while it is asked')
 SIZE = body.padding(64)  # eight cache lines
+
+# while manifolds are asked what they are (`collision.ghosts`), before anything has moved: where
+# the first of the body begins
+FIRST_MANIFOLD = DISPLACEMENT
 
 # [1/kg] in place of zero for what no impulse moves, but which has a velocity: see `solver.pivots`;
 # a power of two, so that p = v / HELD gives v back to the bit

@@ -60,11 +60,14 @@ from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.islands import sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.contact.islands.solver_groups import find_groups, sort_touching
 from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies
 from rigid_body_sim.physics.contact.solver import (
+    batch_record,
     cache_record,
     colouring,
     forces_of_state,
+    group_record,
     impulse_cache,
     manifold_constraints,
     pair_materials,
@@ -117,10 +120,11 @@ colour_constraints = slot('kernel (body_count, ...): tells whether there was roo
 prepare_constraints = slot('kernel (now, ...): tells whether the constraints are there')
 begin_energy_balance = slot('kernel (h, touching, motion, bodies)')
 solve_contacts = slot('kernel (now, touching, ...): warm start and soft normals')
-integrate_motion = slot('kernel (now, touching, ...): moves all bodies over a substep')
+integrate_motion = slot('kernel (now, marks, ...): moves all bodies over a substep')
 correct_forces = slot('kernel (time, now, touching, ...): forces of after the motion')
 gather_moved_bodies = slot('kernel (now, touching, motion, bodies)')
 follow_and_relax = slot('kernel (last, now, touching, ...): separations, then relaxation')
+visit_groups = slot('kernel (index, now, ...): passes of all groups between two motions')
 bound_bounces = slot('kernel (touching, ...): restitution')
 store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
@@ -196,9 +200,10 @@ def _advance(
     ticks, tick, h, body_count, rigid_count, translation, rotation, method, elements, ranges,
     settings, counts, saved, shape_parameters, table, local_bounds, poses, swept, local_poses,
     materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
-    rows, batches, colours, open_batches, cache, touching, marks, roots, impacts,
-    sleep_states, radii, element_groups, island_roots, supported, restless, awake_in_blocks,
-    flows, ignored, pair_material_rows, pivoted, drives, paths, moment, works, of_bodies,
+    rows, batches, colours, open_batches, cache, island_groups, group_of, manifold_order,
+    cache_places, touching, marks, roots, impacts, sleep_states, radii, element_groups,
+    island_roots, supported, restless, awake_in_blocks, flows, ignored, pair_material_rows,
+    pivoted, drives, paths, moment, works, of_bodies,
     overlap_limits, overlaps,
 ):  # fmt: skip
     """
@@ -223,7 +228,10 @@ def _advance(
             ignored,
         ),
         bodies,
-        Constraints(manifolds, rows, batches, colours, open_batches, cache),
+        Constraints(
+            manifolds, rows, batches, colours, open_batches, cache, island_groups, group_of,
+            manifold_order, cache_places,
+        ),
         touching,
         marks,
         EnergyScratch(roots, impacts),
@@ -297,20 +305,17 @@ def _advance_ticks(ticks, tick, h, world):
         touching = world.touching[0:count]
         if BOUNCES:
             begin_energy_balance(h, touching, motion, bodies)
-        for index in range(substeps):
-            if COUPLED and not evaluated:
-                evaluate_forces(now.start + index * substep, motion, forces)
-            solve_contacts(
-                index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
-            )
-            integrate_motion(now, touching, motion, bodies, state)
-            if COUPLED:
-                time = now.start + (index + 1) * substep
-                correct_forces(time, now, touching, motion, forces, bodies)
-                evaluated = not VELOCITY_DEPENDENT
-            follow_and_relax(
-                index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
-            )
+        for index in range(substeps + 1):
+            if index > 0:
+                integrate_motion(now, world.marks, motion, bodies, state)
+                if COUPLED:
+                    time = now.start + index * substep
+                    correct_forces(time, now, touching, motion, forces, bodies)
+                    evaluated = not VELOCITY_DEPENDENT
+            visit_groups(
+                index, now, touching, motion, forces, constraints, bodies, flows, driven,
+                settings, counts,
+            )  # fmt: skip
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)
         spread_friction(
@@ -448,10 +453,16 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
         count, constraints.manifolds, constraints.impulse_cache
     ):
         return True
+    # where forces depend on velocity, all bodies wait for them; masses change, and what is driven
+    # moves, for all at once
+    apart = not (VELOCITY_DEPENDENT or FLOWS or DRIVES)
+    counts[tick_counts.GROUPS] = find_groups(
+        count, body_count, apart, table, constraints.manifolds, constraints.colours,
+        constraints.group_of, constraints.groups, constraints.order,
+    )  # fmt: skip
     counts[tick_counts.BATCHES] = colouring.colour_constraints(
-        count, body_count, WIDTH, counts[tick_counts.ROW_ROOM], counts[tick_counts.BATCH_ROOM],
-        table, constraints.manifolds, bodies, constraints.colours, constraints.open_batches,
-        constraints.rows, constraints.batches,
+        count, counts[tick_counts.GROUPS], body_count, WIDTH, counts[tick_counts.ROW_ROOM],
+        counts[tick_counts.BATCH_ROOM], table, constraints, bodies,
     )  # fmt: skip
     counts[tick_counts.ASSEMBLED] = 0
     return counts[tick_counts.BATCHES] != colouring.NO_ROOM
@@ -491,11 +502,11 @@ def _prepare_constraints(
             pair_materials.use_pair_materials(count, of_pairs, manifolds, rows)
         counts[tick_counts.ASSEMBLED] = 1
     manifold_constraints.prepare_points(
-        count, WIDTH, motion.translation, colliders, manifolds, rows
+        count, WIDTH, constraints.order, motion.translation, colliders, manifolds, rows
     )
     impulse_cache.recall(
-        count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, manifolds,
-        cache, rows,
+        count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses,
+        constraints.order, constraints.places, manifolds, cache, rows,
     )  # fmt: skip
     if FLOWS:
         variable_mass.find_mass_scale(now.start + 0.5 * now.h, flows)
@@ -511,14 +522,25 @@ def _prepare_constraints(
 
 
 @inline
+def batch_count_of(constraints: Constraints) -> int:
+    """Count the batches of a group."""
+    return len(constraints.batches) // batch_record.SIZE
+
+
+@inline
 def count_touching(
     motion: Motion, constraints: Constraints, marks: Indices, touching: Indices, counts: Indices
 ) -> int:
-    """List the bodies that some manifold names; return how many."""
-    return list_touching(
+    """List the bodies that some manifold names, group after group; return how many."""
+    count = list_touching(
         counts[tick_counts.MANIFOLDS], motion.body_count, constraints.manifolds, constraints.rows,
-        marks, touching,
+        constraints.order, marks, touching,
     )  # fmt: skip
+    sort_touching(
+        count, counts[tick_counts.GROUPS], constraints.group_of, constraints.groups,
+        constraints.colours, touching,
+    )  # fmt: skip
+    return count
 
 
 def _begin_energy_balance(h, touching, motion, bodies):
@@ -550,7 +572,7 @@ def _solve_contacts(
         variable_mass.scale_to_present_mass(flows, bodies)
     for iteration in range(PASSES):
         if not solve_normals(
-            counts[tick_counts.LANES], counts[tick_counts.BATCHES], 1.0 / now.substep,
+            counts[tick_counts.LANES], batch_count_of(constraints), 1.0 / now.substep,
             settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], iteration == 0,
             STRUCK, constraints.rows, constraints.batches, bodies,
         ):  # fmt: skip
@@ -559,35 +581,38 @@ def _solve_contacts(
         variable_mass.scale_to_start_mass(flows, bodies)
 
 
-def _integrate_motion(now, touching, motion, bodies, state):
-    """Move all bodies over a substep, and let the other half of the forces act."""
+def _integrate_motion(now, marks, motion, bodies, state):
+    """
+    Move all bodies over a substep, and let the other half of the forces act; block after block, so
+    that what is needed of a body stays in the cache. marks: 1 for bodies that touch.
+    """
     translation, rotation = motion.translation, motion.rotation
     half = 0.5 * now.substep
     for block in range((motion.body_count + blocks.LANES - 1) // blocks.LANES):
         if SLEEPING and not sleep.stirs(block, state):
             continue
-        lanes = min(blocks.LANES, motion.body_count - blocks.LANES * block)
-        steps.kick_and_drift(block, lanes, half, now.substep, translation)
-        steps.kick(block, lanes, half, translation)
-    for index in range(len(touching)):
-        solver_bodies.scatter_angular_momentum(
-            touching[index], motion.rigid_count, half, rotation, bodies
-        )
-    for block in range((motion.rigid_count + blocks.LANES - 1) // blocks.LANES):
-        if SLEEPING and not sleep.stirs(block, state):
-            continue
-        lanes = min(blocks.LANES, motion.rigid_count - blocks.LANES * block)
-        drift_rotation(block, lanes, half, now.substep, rotation, motion.method)
-        steps.kick_rotation(block, lanes, half, rotation)
-    for index in range(len(touching)):
-        body = touching[index]
-        solver_bodies.integrate_position(
-            body, motion.rigid_count, now.substep, translation, rotation, bodies
-        )
-        if BOUNCES and COUPLED:
-            account.add_half_the_work(
-                body, motion.rigid_count, now.substep, translation, rotation, bodies
-            )
+        first = blocks.LANES * block
+        last = min(first + blocks.LANES, motion.body_count)
+        steps.kick_and_drift(block, last - first, half, now.substep, translation)
+        steps.kick(block, last - first, half, translation)
+        lanes = min(blocks.LANES, motion.rigid_count - first)
+        if lanes > 0:
+            for body in range(first, first + lanes):
+                if marks[body] == 1:
+                    solver_bodies.scatter_angular_momentum(
+                        body, motion.rigid_count, half, rotation, bodies
+                    )
+            drift_rotation(block, lanes, half, now.substep, rotation, motion.method)
+            steps.kick_rotation(block, lanes, half, rotation)
+        for body in range(first, last):
+            if marks[body] == 1:
+                solver_bodies.integrate_position(
+                    body, motion.rigid_count, now.substep, translation, rotation, bodies
+                )
+                if BOUNCES and COUPLED:
+                    account.add_half_the_work(
+                        body, motion.rigid_count, now.substep, translation, rotation, bodies
+                    )
     if SLEEPING:
         sleep.keep_still(motion, state, bodies)
 
@@ -638,6 +663,36 @@ def _gather_moved_bodies(now, touching, motion, bodies):
         solver_bodies.clear_warm_start(touching[index], bodies)
 
 
+def _visit_groups(
+    index, now, touching, motion, forces, constraints, bodies, flows, driven, settings, counts
+):  # fmt: skip
+    """
+    Let group after group end the substep before a number, and begin the substep of that number.
+    """
+    for row in range(0, counts[tick_counts.GROUPS] * group_record.SIZE, group_record.SIZE):
+        first = constraints.groups[row + group_record.FIRST_BODY]
+        last = constraints.groups[row + group_record.SIZE + group_record.FIRST_BODY]
+        members = touching[first:last]
+        begin = constraints.groups[row + group_record.FIRST_BATCH] * batch_record.SIZE
+        end = constraints.groups[row + group_record.SIZE + group_record.FIRST_BATCH]
+        own = Constraints(
+            constraints.manifolds, constraints.rows,
+            constraints.batches[begin : end * batch_record.SIZE], constraints.colours,
+            constraints.open_batches, constraints.impulse_cache, constraints.groups,
+            constraints.group_of, constraints.order, constraints.places,
+        )  # fmt: skip
+        if index > 0:
+            follow_and_relax(
+                index - 1, now, members, motion, own, bodies, flows, driven, settings, counts
+            )
+        if index < now.substeps:
+            if VELOCITY_DEPENDENT:
+                evaluate_forces(now.start + index * now.substep, motion, forces)
+            solve_contacts(
+                index, now, members, motion, own, bodies, flows, driven, settings, counts
+            )
+
+
 def _follow_and_relax(
     index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
 ):  # fmt: skip
@@ -653,7 +708,7 @@ def _follow_and_relax(
             )
             prescribed_bodies.add_works(touching, driven, bodies)
     rows, batches = constraints.rows, constraints.batches
-    lanes, batch_count = counts[tick_counts.LANES], counts[tick_counts.BATCHES]
+    lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     relaxations = int(settings[tick_settings.RELAXATIONS])
     gather_moved_bodies(now, touching, motion, bodies)
     if FLOWS:
@@ -723,8 +778,8 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven,
 def _store_impulses(substep, poses, constraints, counts):
     """Store what the next tick starts from."""
     impulse_cache.store_impulses(
-        counts[tick_counts.MANIFOLDS], WIDTH, substep, ANGULAR, poses,
-        constraints.manifolds, constraints.rows, constraints.impulse_cache,
+        counts[tick_counts.MANIFOLDS], WIDTH, substep, ANGULAR, poses, constraints.order,
+        constraints.places, constraints.manifolds, constraints.rows, constraints.impulse_cache,
     )  # fmt: skip
 
 
@@ -757,8 +812,8 @@ _STAGES = (
     _evaluate_forces, _gather_bodies, _detect_contacts, _drive, _find_works_of_drives,
     _colour_constraints, _prepare_constraints,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
-    _gather_moved_bodies, _follow_and_relax, _bound_bounces, _store_impulses, _put_to_sleep,
-    _advance_ticks,
+    _gather_moved_bodies, _follow_and_relax, _visit_groups, _bound_bounces, _store_impulses,
+    _put_to_sleep, _advance_ticks,
 )  # fmt: skip
 
 

@@ -29,6 +29,7 @@ PAIRS = counts.number('-', 'pairs in the last tick')
 MANIFOLDS = counts.number('-', 'manifolds in the last tick')
 BATCHES = counts.number('-', 'batches of constraints in the last tick')
 PIECES = counts.number('-', 'into so many the tick should be cut')
+GROUPS = counts.number('-', 'groups of islands in the last tick')
 ASSEMBLED = counts.number('-', '1: batches and rows are those of the manifolds in the cache')
 SIZE = counts.size
 

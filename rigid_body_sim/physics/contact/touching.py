@@ -41,6 +41,7 @@ def list_touching(
     body_count: int,
     manifolds: Array,
     rows: Array,
+    order: Indices,
     marks: Indices,
     touching: Indices,
 ) -> int:
@@ -48,12 +49,13 @@ def list_touching(
     List the bodies that some manifold names, in the order of the core; return how many.
 
     manifold_count : how many manifolds there are
+    order     : in which they lie in the rows
     marks     : scratch, a number for each body and for what cannot move
     """
     for body in range(body_count + 1):
         marks[body] = 0
-    for manifold in range(manifold_count):
-        body_a, body_b = bodies_of(lane_of(manifold, manifolds), body_count, rows)
+    for index in range(manifold_count):
+        body_a, body_b = bodies_of(lane_of(order[index], manifolds), body_count, rows)
         marks[body_a] = 1
         marks[body_b] = 1
     count = 0

@@ -47,9 +47,11 @@ from rigid_body_sim.physics.contact.solver import (
     cache_record,
     constraint,
     friction_patch,
+    group_record,
     lane_scratch,
 )
 from rigid_body_sim.physics.contact.solver.forces_of_state import SAVED
+from rigid_body_sim.physics.contact.solver.group_record import most_groups
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
 from rigid_body_sim.physics.contact.solver.pair_materials import materials_of_colliders
 from rigid_body_sim.physics.contact.tick_settings import settings_row
@@ -81,6 +83,8 @@ class WorldArrays:
         self.flows = flows
         self._body_count = body_count
         self.colours = np.zeros(body_count + 1, dtype=np.int64)
+        self.group_of = np.zeros(body_count + 1, dtype=np.int64)
+        self.island_groups = np.zeros(most_groups(body_count) * group_record.SIZE, dtype=np.int64)
         self.touching = np.zeros(body_count + 1, dtype=np.int64)
         self.marks = np.zeros(body_count + 1, dtype=np.int64)
         self.saved = np.zeros(max(1, blocks(body_count)) * SAVED)
@@ -163,7 +167,7 @@ class WorldArrays:
         """Make the lists that grow."""
         self._make_pair_lists(PAIRS_OF_EACH * count + PAIRS_BESIDE)
         manifolds = MANIFOLDS_OF_EACH * count + MANIFOLDS_BESIDE
-        self.manifolds = np.zeros(manifolds * manifold_record.SIZE)
+        self._make_manifolds(manifolds)
         room = cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE
         self.cache = np.zeros(cache_record.HEAD + manifolds * room)
         batches = count // COLLIDERS_OF_A_BATCH + FULL_BATCHES_BESIDE
@@ -171,6 +175,11 @@ class WorldArrays:
         self.rows = aligned(lane_scratch.SIZE + batches * room)
         batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
         self.batches = np.zeros(batches * batch_record.ROOM, dtype=np.int64)
+
+    def _make_manifolds(self, room: int) -> None:
+        self.manifolds = np.zeros(room * manifold_record.SIZE)
+        self.manifold_order = np.zeros(room, dtype=np.int64)
+        self.cache_places = np.zeros(room, dtype=np.int64)
 
     def _make_pair_lists(self, room: int) -> None:
         self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)
@@ -206,7 +215,7 @@ class WorldArrays:
             self._make_pair_lists(2 * int(self.counts[tick_counts.PAIRS]))
         elif status == tick_counts.SHORT_OF_MANIFOLDS:
             manifolds = 2 * int(self.counts[tick_counts.MANIFOLDS])
-            self.manifolds = np.zeros(manifolds * manifold_record.SIZE)
+            self._make_manifolds(manifolds)
         elif status == tick_counts.SHORT_OF_CACHE:
             self.cache = np.concatenate((self.cache, np.zeros(len(self.cache))))
         else:

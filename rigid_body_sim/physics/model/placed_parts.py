@@ -17,11 +17,15 @@ from dataclasses import replace
 
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Body
-from rigid_body_sim.physics.model.shapes import Union
+from rigid_body_sim.physics.model.shapes import Mesh, Union
 
 
 def placed_parts(body: Body) -> Iterator[Body]:
     """Give each part of a body, as the same body with this shape alone; one that is no union."""
+    if isinstance(body.shape, Mesh) and body.shape.parts:
+        for hull in body.shape.parts:
+            yield replace(body, shape=hull)
+        return
     if not isinstance(body.shape, Union):
         yield body
         return

@@ -41,7 +41,7 @@ from rigid_body_sim.physics.errors import InvalidModel, blaming
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.numbers import is_list, number, numbers, shown
 from rigid_body_sim.physics.model.scene import Body, Oscillation, PrescribedMotion, Vector
-from rigid_body_sim.physics.model.shapes import Plane
+from rigid_body_sim.physics.model.shapes import Plane, Surface
 from rigid_body_sim.physics.vectors import add, add_scaled, cross, load, store
 
 Array = NDArray[np.float64]
@@ -262,6 +262,10 @@ def check_motion(body: Body) -> None:
         raise InvalidModel(f'{name} moves as told, so nothing else moves it: fixed must be True')
     if isinstance(body.shape, Plane):
         raise InvalidModel(f'{name} is a plane, which stands still; move a box in its place')
+    if isinstance(body.shape, Surface):
+        raise InvalidModel(
+            f'{name} is ground of triangles, which stands still; move a box or a union'
+        )
     for key, said in (('pivot', body.pivot), ('inertia_over_time', body.inertia_over_time)):
         if said is not None:
             raise InvalidModel(f'{name} moves as told; remove {key}, or motion')

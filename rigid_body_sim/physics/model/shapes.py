@@ -95,11 +95,13 @@ class Mesh:
     vertices : (n, 3) [m]
     faces    : (m, 3) int  indices of the corners, counter-clockwise seen from outside
     name     : where the mesh came from
+    parts    : what it collides as; none: its convex hull
     """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
     name: str = 'mesh'
+    parts: tuple[ConvexHull, ...] = ()
 
     def __post_init__(self) -> None:
         vertices = _points(f'mesh {self.name!r}: vertices', self.vertices, at_least=4)

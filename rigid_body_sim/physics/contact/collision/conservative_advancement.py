@@ -70,6 +70,7 @@ collide = slot(
     'kernel (type of A, type of B, parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, '
     'found): finds the manifold of two shapes'
 )
+stays_apart = slot('kernel (a, b, count, horizon, normal, ...): tells whether an axis separates')
 
 
 @inline
@@ -162,14 +163,13 @@ def _misses(
         manifold : where theirs begins, with that axis;  nearest : where its nearest point does
     """
     row_a, row_b = a * collider_record.SIZE, b * collider_record.SIZE
-    table, poses = colliders.table, colliders.poses
+    table = colliders.table
     type_a, type_b = table[row_a + collider_record.TYPE], table[row_b + collider_record.TYPE]
     shape_a = table[row_a + collider_record.PARAMETERS]
     shape_b = table[row_b + collider_record.PARAMETERS]
     of_a, of_b = free_motion(a, colliders, bodies), free_motion(b, colliders, bodies)
     pull = subtract(of_b.acceleration, of_a.acceleration)
     bend = of_a.bend + of_b.bend
-    motion = 2.0 * motion_of(colliders.swept_aabbs, a, b, horizon)  # horizon <= 2 ticks
     if type_b == SPHERE and type_a == SPHERE and bend == 0.0 and dot(pull, pull) == 0.0:
         reach = colliders.parameters[shape_a] + colliders.parameters[shape_b]
         return _balls_miss(reach, horizon, colliders, a, b, of_a, of_b)
@@ -177,6 +177,26 @@ def _misses(
     point, gap = load(manifolds, nearest + POSITION), manifolds[nearest + SEPARATION]
     if _goes_in(a, b, horizon, normal, point, gap, of_a, of_b, colliders):
         return False
+    return stays_apart(a, b, count, horizon, normal, of_a, of_b, colliders, found)
+
+
+def _stays_apart(
+    a: int, b: int, count: int, horizon: float, normal: Any, of_a: FreeMotion, of_b: FreeMotion,
+    colliders: ColliderArrays, found: Array,
+) -> bool:  # fmt: skip
+    """
+    Tell whether two colliders are proved to stay apart in free motion, axis after axis.
+
+        normal : the axis that separates them now, from A to B
+    """
+    row_a, row_b = a * collider_record.SIZE, b * collider_record.SIZE
+    table, poses = colliders.table, colliders.poses
+    type_a, type_b = table[row_a + collider_record.TYPE], table[row_b + collider_record.TYPE]
+    shape_a = table[row_a + collider_record.PARAMETERS]
+    shape_b = table[row_b + collider_record.PARAMETERS]
+    pull = subtract(of_b.acceleration, of_a.acceleration)
+    bend = of_a.bend + of_b.bend
+    motion = 2.0 * motion_of(colliders.swept_aabbs, a, b, horizon)  # horizon <= 2 ticks
     begin_a, begin_b = a * pose.SIZE, b * pose.SIZE  # at the start of a step
     end_a, end_b = count * pose.SIZE, (count + 1) * pose.SIZE  # at the end of it
     begun = 0.0
@@ -220,4 +240,9 @@ def _misses(
 
 def miss_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
     """Make the kernel that tells whether a pair misses, with the pair kernels of a scene."""
-    return specialise(_misses, name=name, collide=collide)
+    return specialise(_misses, name=name, stays_apart=stays_apart_finder(name, collide))
+
+
+def stays_apart_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
+    """Make the kernel that proves that a pair stays apart, with the pair kernels of a scene."""
+    return specialise(_stays_apart, name=name, collide=collide)

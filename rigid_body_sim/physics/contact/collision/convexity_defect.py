@@ -47,7 +47,8 @@ def convexity_warnings(scene: Scene) -> tuple[str, ...]:
             )
             found.append(
                 f'{first!r} collides as the convex hull of its mesh {mesh.name!r}, and {empty}: '
-                'it will touch where it has no surface; make it a union of convex shapes, or '
+                'it will touch where it has no surface; set as: parts, make it a union of convex '
+                'shapes, or '
                 'accept it' + (more if others else '')
             )
     return tuple(dict.fromkeys(found))  # parts that read the same file: one line

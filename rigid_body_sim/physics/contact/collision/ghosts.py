@@ -174,7 +174,7 @@ def _would_bind(
     if type_b == PLANE:
         return False
     if manifolds[record + manifold_record.PIECES] > 1.0:
-        return True
+        return type_b != SURFACE  # of which it is known that it is hit
     if not _may_bind(record, a, b, horizon, stretch, colliders, manifolds):
         return False
     normal = load(manifolds, record + manifold_record.NORMAL)

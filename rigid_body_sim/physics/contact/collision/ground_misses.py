@@ -29,9 +29,10 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
-    miss_finder,
     motion_of,
+    stays_apart_finder,
 )
+from rigid_body_sim.physics.contact.collision.free_motion import free_motion
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     NORMAL,
     POINT,
@@ -76,7 +77,7 @@ AROUND = 5e-3  # [-] of the separation: so far beside a triangle a point may lie
 ALL = -1  # in place of a manifold: any triangle
 
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
-misses = slot('kernel (a, b, count, horizon, normal, ...): tells whether a pair misses')
+stays_apart = slot('kernel (a, b, count, horizon, normal, ...): tells whether an axis separates')
 
 
 @inline
@@ -184,14 +185,14 @@ def _ground_misses(
     reach = 4.0 * colliders.swept_aabbs[a * swept_aabbs.SIZE + swept_aabbs.TURNING]
     motion = 2.0 * motion_of(colliders.swept_aabbs, a, b, horizon)
     _ask_along_way(a, reach, horizon, colliders, found)
+    of_a, of_b = free_motion(a, colliders, bodies), free_motion(b, colliders, bodies)
     missed, node = True, ROOT
     while node != END and missed:
         listed, node = list_near(parameters, surface, node, found)
         for entry in range(LISTED, LISTED + listed):
             row = int(found[entry])
             if not (
-                missed
-                and (record == ALL or _is_of(record, row, surface, parameters, manifolds))
+                missed and (record == ALL or _is_of(record, row, surface, parameters, manifolds))
             ):
                 continue
             if not _passes_plane(a, row, reach, horizon, colliders):
@@ -200,8 +201,8 @@ def _ground_misses(
                     type_a, type_b, parameters, shape_a, surface, poses, a * pose.SIZE,
                     b * pose.SIZE, motion, found,
                 )  # fmt: skip
-                missed = near == 0 or misses(
-                    a, b, count, horizon, load(found, NORMAL), colliders, bodies, found
+                missed = near == 0 or stays_apart(
+                    a, b, count, horizon, load(found, NORMAL), of_a, of_b, colliders, found
                 )
                 parameters[surface + ASKED] = 0.0
     return missed
@@ -209,5 +210,5 @@ def _ground_misses(
 
 def ground_miss_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
     """Make the kernel that tells whether a body misses ground, with the kernels of a scene."""
-    misses = miss_finder(name, collide)
-    return specialise(_ground_misses, name=name, collide=collide, misses=misses)
+    stays_apart = stays_apart_finder(name, collide)
+    return specialise(_ground_misses, name=name, collide=collide, stays_apart=stays_apart)

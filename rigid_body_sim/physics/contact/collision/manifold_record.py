@@ -26,4 +26,4 @@ LANE = manifold.number('-', 'where its lane begins in the rows of the solver')
 STATE = manifold.number('-', 'what is known of it while ghosts are looked for: `ghosts`')
 NEXT_OF_A = manifold.number('-', 'where the next manifold of the body of A begins, or -1')
 NEXT_OF_B = manifold.number('-', 'the same of B')
-SIZE = manifold.padding(40)
+SIZE = manifold.padding(40)  # five cache lines

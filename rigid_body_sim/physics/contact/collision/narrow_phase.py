@@ -38,7 +38,10 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINT,
     POINTS,
 )
-from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import write_manifolds
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import (
+    write_far_contact,
+    write_manifolds,
+)
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import MOTION, REST
 from rigid_body_sim.physics.contact.collision.ghosts import ghost_dropper
 from rigid_body_sim.physics.contact.collision.ground_misses import ALL, ground_miss_finder
@@ -68,7 +71,7 @@ collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of 
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 GROUND = slot('[-] whether some collider is a surface')
 ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
-drop_ghosts = slot('kernel (length, count, horizon, ...): takes out manifolds of ghosts')
+drop_ghosts = slot('kernel (length, count, h, ...): takes out manifolds of ghosts')
 
 
 BOTH = 2  # colliders that stand back
@@ -219,13 +222,14 @@ def _find_manifolds(
             motion = motion_of(swept, a, b, h)
             if motion > FAST * radius:
                 wanted = pieces_of(motion, radius)
-                if GROUND and type_b == SURFACE:
-                    if ground_misses(
+                if (
+                    GROUND
+                    and type_b == SURFACE
+                    and ground_misses(
                         a, b, ALL, count, h + substep, colliders, bodies, found, manifolds
-                    ):
-                        continue
-                    pieces[0] = max(pieces[0], wanted)
-                    wanted = 1
+                    )
+                ):
+                    continue
         found[FACE_CORNERS] = 0.0
         if GROUND and type_b == SURFACE:
             store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
@@ -234,6 +238,8 @@ def _find_manifolds(
             type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
             a * pose.SIZE, b * pose.SIZE, margin, found,
         )  # fmt: skip
+        if GROUND and type_b == SURFACE and wanted > 1 and points == 0:
+            points = write_far_contact(margin, found)
         if points == 0:
             continue
         if GROUND and type_b == SURFACE:

@@ -35,11 +35,11 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.array_groups import Constraints
 from rigid_body_sim.physics.contact.collision import manifold_record
+from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.energy import impact_record
 from rigid_body_sim.physics.contact.energy.account import kinetic, twice_kinetic
 from rigid_body_sim.physics.contact.energy.pressing_groups import group_of, unite_pressing
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
-from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.solver import constraint, contact_point, friction_patch
 from rigid_body_sim.physics.contact.touching import bodies_of, lane_of
 from rigid_body_sim.physics.vectors import load, store, subtract

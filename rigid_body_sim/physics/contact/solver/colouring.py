@@ -8,10 +8,11 @@ batch of this colour: constraints of one batch are independent, so eight of them
 (wide constraints, see `constraint`). A body keeps its colours as the bits of one integer; what
 cannot move has none. Beyond COLOURS a manifold gets a batch of its own.
 
-Batches are visited in the order of their colours: manifolds of one colour share no body, so that a
-body sees its own constraints in the order of their colours, which follows from the order of the
-pairs of its own island alone. With whom a manifold shares a batch, and when that was full, changes
-no bit: what is not connected does not feel each other.
+Groups of islands (`islands.solver_groups`) have batches of their own, one group after the other.
+Within a group batches are visited in the order of their colours: manifolds of one colour share no
+body, so that a body sees its own constraints in the order of their colours, which follows from the
+order of the pairs of its own island alone. With whom a manifold shares a batch, and when that was
+full, changes no bit: what is not connected does not feel each other.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from __future__ import annotations
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.array_groups import Constraints
 from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
@@ -26,6 +28,7 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     friction_patch,
+    group_record,
     lane_scratch,
 )
 from rigid_body_sim.physics.contact.solver.manifold_constraints import roundness
@@ -45,61 +48,70 @@ def _first_free(used: int) -> int:
 
 @kernel
 def colour_constraints(
-    manifold_count: int, n_moving: int, width: int, row_room: int, batch_room: int,
-    table: Indices, manifolds: Array, bodies: Array, colours: Indices, open_batches: Indices,
-    rows: Array, batches: Indices,
+    manifold_count: int, group_count: int, n_moving: int, width: int, row_room: int,
+    batch_room: int, table: Indices, constraints: Constraints, bodies: Array,
 ) -> int:  # fmt: skip
     """
-    Give each manifold a lane; return the number of batches, or NO_ROOM.
+    Give each manifold a lane, group after group; return the number of batches, or NO_ROOM.
 
-        width        : numbers of a point
-        colours      : scratch, one number a body: the colours that it has, as bits
-        open_batches : scratch: for each colour the last batch of each sort
+        width : numbers of a point
     """
+    manifolds, rows, batches = constraints.manifolds, constraints.rows, constraints.batches
+    colours, open_batches = constraints.colours, constraints.open_batches
     for body in range(n_moving + 1):
         colours[body] = 0
-    for sort in range(batch_record.OPEN_BATCHES):
-        open_batches[sort] = batch_record.NONE_OPEN
     count = 0
     end = lane_scratch.SIZE
-    for m in range(manifold_count):
-        record = m * manifold_record.SIZE
-        collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
-        collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
-        body_a = collider_record.solver_body(collider_a, table)
-        body_b = collider_record.solver_body(collider_b, table)
-        used_a = colours[body_a] if body_a < n_moving else 0
-        used_b = colours[body_b] if body_b < n_moving else 0
-        colour = _first_free(used_a | used_b)
-        points = int(manifolds[record + manifold_record.POINT_COUNT])
-        point_room = 1 if points == 1 else manifold.MOST
-        kind = batch_record.MIXED
-        if roundness(collider_a, collider_b, table, bodies) > constraint.NOT_ROUND:
-            kind = batch_record.BALLS
-        sort = batch_record.SORTS * colour + (kind if points == 1 else batch_record.SEVERAL_POINTS)
-        batch = open_batches[sort]
-        if (
-            batch == batch_record.NONE_OPEN
-            or colour == batch_record.COLOURS
-            or batches[batch * batch_record.SIZE + batch_record.LANE_COUNT] == constraint.LANES
+    for number in range(group_count):
+        group = number * group_record.SIZE
+        constraints.groups[group + group_record.FIRST_BATCH] = count
+        for sort in range(batch_record.OPEN_BATCHES):
+            open_batches[sort] = batch_record.NONE_OPEN
+        for index in range(
+            constraints.groups[group + group_record.FIRST_MANIFOLD],
+            constraints.groups[group + group_record.SIZE + group_record.FIRST_MANIFOLD],
         ):
-            batch = count
-            size = constraint.SIZE + point_room * width
-            size += friction_patch.SIZE if points > 1 else 0
-            if batch >= batch_room or end + size > row_room:
-                return NO_ROOM
-            _open(batch * batch_record.SIZE, end, kind, colour, batches)
-            end += size
-            open_batches[sort] = batch
-            count += 1
-        if colour < batch_record.COLOURS:
-            colours[min(body_a, n_moving)] |= 1 << colour
-            colours[min(body_b, n_moving)] |= 1 << colour
-        lane = _take_lane(batch * batch_record.SIZE, points, batches)
-        manifolds[record + manifold_record.LANE] = float(lane)
-        rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
-        rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
-    _sort_by_colour(count, batch_room, open_batches, batches)
+            record = constraints.order[index] * manifold_record.SIZE
+            collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
+            collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+            body_a = collider_record.solver_body(collider_a, table)
+            body_b = collider_record.solver_body(collider_b, table)
+            used_a = colours[body_a] if body_a < n_moving else 0
+            used_b = colours[body_b] if body_b < n_moving else 0
+            colour = _first_free(used_a | used_b)
+            points = int(manifolds[record + manifold_record.POINT_COUNT])
+            point_room = 1 if points == 1 else manifold.MOST
+            kind = batch_record.MIXED
+            if roundness(collider_a, collider_b, table, bodies) > constraint.NOT_ROUND:
+                kind = batch_record.BALLS
+            sort = batch_record.SORTS * colour
+            sort += kind if points == 1 else batch_record.SEVERAL_POINTS
+            batch = open_batches[sort]
+            if (
+                batch == batch_record.NONE_OPEN
+                or colour == batch_record.COLOURS
+                or batches[batch * batch_record.SIZE + batch_record.LANE_COUNT] == constraint.LANES
+            ):
+                batch = count
+                size = constraint.SIZE + point_room * width
+                size += friction_patch.SIZE if points > 1 else 0
+                if batch >= batch_room or end + size > row_room:
+                    return NO_ROOM
+                _open(batch * batch_record.SIZE, end, kind, colour, batches)
+                end += size
+                open_batches[sort] = batch
+                count += 1
+            if colour < batch_record.COLOURS:
+                colours[min(body_a, n_moving)] |= 1 << colour
+                colours[min(body_b, n_moving)] |= 1 << colour
+            lane = _take_lane(batch * batch_record.SIZE, points, batches)
+            manifolds[record + manifold_record.LANE] = float(lane)
+            rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
+            rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
+        first = constraints.groups[group + group_record.FIRST_BATCH]
+        _sort_by_colour(first, count, batch_room, open_batches, batches)
+    last = group_count * group_record.SIZE
+    constraints.groups[last + group_record.FIRST_BATCH] = count
     _empty_unused_lanes(count, n_moving, width, rows, batches)
     _empty_missing_points(manifold_count, width, manifolds, rows)
     return count
@@ -116,23 +128,27 @@ def _open(batch: int, begin: int, kind: int, colour: int, batches: Indices) -> N
 
 
 @inline
-def _sort_by_colour(count: int, batch_room: int, starts: Indices, batches: Indices) -> None:
+def _sort_by_colour(
+    first: int, count: int, batch_room: int, starts: Indices, batches: Indices
+) -> None:
     """
-    Sort the batches by their colours, those of one colour as they were opened (counting sort).
+    Sort batches by their colours, those of one colour as they were opened (counting sort).
 
+    first, count : the first of them, and how many there are up to the last of them
     starts  : scratch, a number for each colour and one
     batches : behind the room for batches lies as much scratch
     """
     for colour in range(batch_record.COLOURS + 2):
         starts[colour] = 0
-    for number in range(count):
+    starts[0] = first
+    for number in range(first, count):
         batch = number * batch_record.SIZE
         starts[batches[batch + batch_record.COLOUR] + 1] += 1
         for entry in range(batch_record.SIZE):
             batches[batch_room * batch_record.SIZE + batch + entry] = batches[batch + entry]
     for colour in range(batch_record.COLOURS):
         starts[colour + 1] += starts[colour]
-    for number in range(count):
+    for number in range(first, count):
         batch = (batch_room + number) * batch_record.SIZE
         colour = batches[batch + batch_record.COLOUR]
         to = starts[colour] * batch_record.SIZE

@@ -47,6 +47,7 @@ BOUNCES = constraint.number('-', '1: its bodies take part in a bounce: `islands.
 RADIUS_A = constraint.number('m', 'of the ball or capsule that meets here as A, else 0')
 RADIUS_B = constraint.number('m', 'the same of B')
 PACE = constraint.number('m/s', 'with which an overlap goes beyond what carries its load')
+SPIN_PACE = constraint.number('m s', 'what a turn adds to it, over its rate squared')
 DEEP = constraint.number('m', 'an overlap that goes at the push-out speed')
 LOAD = constraint.number('m/s^2', 'what it carries, of the last ticks: see `static_sink`')
 SINK = constraint.number('m', 'which that takes out of the separations of its points')

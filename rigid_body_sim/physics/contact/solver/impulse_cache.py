@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rigid_body_sim.physics.arrays import Array
+from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import bounds_record, manifold_record, pose
 from rigid_body_sim.physics.contact.collision.geometry import manifold
@@ -94,10 +94,34 @@ def _nearest(
     return best
 
 
+@inline
+def _find_places(manifold_count: int, manifolds: Array, cache: Array, places: Indices) -> None:
+    """Find where the pair of each manifold begins in the cache, or NEW."""
+    left = int(cache[cache_record.MANIFOLDS])
+    old = cache_record.HEAD
+    for m in range(manifold_count):
+        pair = manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]
+        while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
+            old += _size(old, cache)
+            left -= 1
+        is_known = left > 0 and cache[old + cache_record.PAIR_ID] == pair
+        places[m] = old if is_known else NEW
+
+
+@inline
+def _make_places(manifold_count: int, manifolds: Array, places: Indices) -> None:
+    """Find where each manifold goes in the cache."""
+    to = cache_record.HEAD
+    for m in range(manifold_count):
+        places[m] = to
+        points = int(manifolds[m * manifold_record.SIZE + manifold_record.POINT_COUNT])
+        to += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+
+
 @kernel
 def recall(
     manifold_count: int, width: int, h: float, angular: bool, bounds: Array, poses: Array,
-    manifolds: Array, cache: Array, rows: Array,
+    order: Indices, places: Indices, manifolds: Array, cache: Array, rows: Array,
 ) -> None:  # fmt: skip
     """
     Match all points with those of the cache and give them their accumulated impulses, those of the
@@ -106,19 +130,18 @@ def recall(
         width   : numbers of a point
         h       : [s] substep
         angular : whether anything rolls or twists with friction
+        order   : in which manifolds lie in the rows
+        places  : scratch, one number a manifold
     """
     before = cache[cache_record.SUBSTEP]
     factor = h / before if before > 0.0 and before != h else 1.0
-    left = int(cache[cache_record.MANIFOLDS])
-    old = cache_record.HEAD
-    for m in range(manifold_count):
+    _find_places(manifold_count, manifolds, cache, places)
+    for index in range(manifold_count):
+        m = order[index]
         record = m * manifold_record.SIZE
         lane = int(manifolds[record + manifold_record.LANE])
-        pair = manifolds[record + manifold_record.PAIR_ID]
-        while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
-            old += _size(old, cache)
-            left -= 1
-        is_known = left > 0 and cache[old + cache_record.PAIR_ID] == pair
+        old = places[m]
+        is_known = old != NEW
         count = int(cache[old + cache_record.POINTS]) if is_known else 0
         old_points = old + cache_record.MANIFOLD_HEAD
         a = int(manifolds[record + manifold_record.COLLIDER_A])
@@ -190,14 +213,16 @@ def _stored_share(lane: int, row: int, rows: Array) -> Any:
 
 @kernel
 def store_impulses(
-    manifold_count: int, width: int, h: float, angular: bool, poses: Array, manifolds: Array,
-    rows: Array, cache: Array,
+    manifold_count: int, width: int, h: float, angular: bool, poses: Array, order: Indices,
+    places: Indices, manifolds: Array, rows: Array, cache: Array,
 ) -> None:  # fmt: skip
     """Write what the next tick starts from; poses are those at the start of this one."""
     cache[cache_record.SUBSTEP] = h
     cache[cache_record.MANIFOLDS] = float(manifold_count)
-    to = cache_record.HEAD
-    for m in range(manifold_count):
+    _make_places(manifold_count, manifolds, places)
+    for index in range(manifold_count):
+        m = order[index]
+        to = places[m]
         record = m * manifold_record.SIZE
         count = int(manifolds[record + manifold_record.POINT_COUNT])
         cache[to + cache_record.PAIR_ID] = manifolds[record + manifold_record.PAIR_ID]

@@ -35,6 +35,7 @@ from rigid_body_sim.physics.contact.solver import (
     rolling_friction,
     separation,
     solve,
+    static_sink,
     warm_start,
 )
 from rigid_body_sim.physics.state.blocks import wide
@@ -103,8 +104,10 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
         patch_friction.add_press(lanes, points, scratch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
-        patch_friction.weigh(lanes, point, points, patch, scratch)
-        patch_friction.add_to_center(lanes, point, points, patch)
+        weight = begin + friction_patch.WEIGHTS + point * constraint.LANES
+        weights = rows[weight : weight + constraint.LANES]
+        patch_friction.weigh(lanes, weights, points, scratch)
+        patch_friction.add_to_center(lanes, weights, points, patch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.take_recalled(lanes, constraints, points, patch)
@@ -113,8 +116,9 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
 
 @kernel
 def _measure_patch(
-    lanes: int, point_count: int, first: int, width: int, field: int, wrench: int, rows: Array
-) -> None:
+    lanes: int, point_count: int, first: int, width: int, field: int, wrench: int,
+    all_lanes: bool, rows: Array,
+) -> None:  # fmt: skip
     """Find size and steps of the friction of a batch from what presses: `patch_friction`."""
     begin, end = _face(first, width)
     scratch, patch = rows[0 : lane_scratch.SIZE], rows[begin:end]
@@ -123,7 +127,7 @@ def _measure_patch(
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
-    patch_friction.measure(lanes, wrench, patch, scratch)
+    patch_friction.measure(lanes, wrench, all_lanes, patch, scratch)
 
 
 def _solve_in_common(
@@ -178,6 +182,7 @@ def _prepare(
         )  # fmt: skip
         solve.gather_inverse_masses(used, constraints, bodies)
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        static_sink.add_spin(lanes, constraints, scratch)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             prepare.effective_masses(lanes, constraints, points)
@@ -185,7 +190,7 @@ def _prepare(
             patch_friction.find_rates(lanes, constraints, patch)
             _measure_patch(
                 lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
-                friction_patch.IMPULSE_1, rows,
+                friction_patch.IMPULSE_1, True, rows,
             )  # fmt: skip
         if ANGULAR:
             prepare.angular_effective_masses(lanes, constraints)
@@ -273,7 +278,9 @@ def _update_separation(
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if several:
                     update_normals(lanes, constraints, points, scratch)
-                    patch_friction.add_to_center(lanes, point, points, patch)
+                    weight = begin + friction_patch.WEIGHTS + point * constraint.LANES
+                    weights = rows[weight : weight + constraint.LANES]
+                    patch_friction.add_to_center(lanes, weights, points, patch)
                 else:
                     update_points(lanes, constraints, points, scratch)
                 if ANGULAR:
@@ -328,7 +335,7 @@ def _relax(
                 if patch_friction.is_stale(used, patch, scratch):
                     _measure_patch(
                         lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
-                        friction_patch.IMPULSE_1, rows,
+                        friction_patch.IMPULSE_1, False, rows,
                     )  # fmt: skip
                 patch_friction.relax(lanes, constraints, patch, scratch)
                 if not patch_friction.any_starts(used, scratch):
@@ -395,7 +402,7 @@ def _apply_restitution(
                 patch = rows[begin:end]
                 _measure_patch(
                     lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
-                    friction_patch.RESTITUTION_1, rows,
+                    friction_patch.RESTITUTION_1, True, rows,
                 )  # fmt: skip
                 patch_friction.apply_restitution(lanes, constraints, patch, scratch)
             solve.scatter_momenta(used, constraints, scratch, bodies)

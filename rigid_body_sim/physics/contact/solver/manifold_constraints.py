@@ -44,9 +44,7 @@ from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BAL
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, load, load_strided, subtract
 
-DEEP = (
-    0.01  # [-] of the radius: what is deeper, a scene began with, and goes at the push-out speed
-)
+DEEP = 0.005  # [-] of the radius: an overlap that is deeper goes at the push-out speed
 
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
 
@@ -194,7 +192,7 @@ def _center(number: int, core: int, translation: Array, poses: Array) -> Any:
 
 @kernel
 def prepare_points(
-    manifold_count: int, width: int, translation: Array, colliders: ColliderArrays,
+    manifold_count: int, width: int, order: Indices, translation: Array, colliders: ColliderArrays,
     manifolds: Array, rows: Array,
 ) -> None:  # fmt: skip
     """
@@ -203,7 +201,8 @@ def prepare_points(
     width : numbers of a point
     """
     table, poses = colliders.table, colliders.poses
-    for m in range(manifold_count):
+    for index in range(manifold_count):
+        m = order[index]
         record = m * manifold_record.SIZE
         lane = int(manifolds[record + manifold_record.LANE])
         normal = load(manifolds, record + manifold_record.NORMAL)

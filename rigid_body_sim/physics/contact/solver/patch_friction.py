@@ -27,8 +27,8 @@ lies on a line needs no other law: with the impulses N_i of its points at r_i in
 
 k is the second moment of a uniform patch over that of its corners: 1/3 of a line, a rectangle,
 1/4 of a triangle; for a disc, whose points are on its rim, 0.506 with what C lacks there. C is a
-polynomial, fitted to the tau_0 of rectangles: to 6e-4 as far as 4 : 1, to 1.2e-3 as far as the line
-(where it is exact), with 5e-5 for squares and discs. One point has no tau_0.
+polynomial, fitted to the tau_0 of rectangles: to 6e-4 as far as 4 : 1, to 1.2e-3 as far as the
+line (where it is exact), with 5e-5 for squares and discs. One point has no tau_0.
 
 A visit changes force and torque by
 
@@ -36,7 +36,8 @@ A visit changes force and torque by
 
 if G > 1, with 1/g the largest eigenvalue of J M^-1 J^T in the lengths of l: only with this ratio
 of steps is to scale both alike the projection of maximum dissipation. c, tau_0, l and g are found
-at the start of a tick, and anew where more or less presses. G_X / G_Y is a polynomial of u, to 1e-3.
+at the start of a tick, and anew where more or less presses. G_X / G_Y is a polynomial of u, to
+1e-3.
 
 What is stored is force and torque about a centre that moves with the points: it is c at the start
 of the tick, so c of now is measured from it. Both its arms end in one point, whatever presses.
@@ -55,7 +56,6 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     friction_patch,
     lane_scratch,
-    warm_start,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
@@ -137,11 +137,10 @@ def clear_center(lanes: int, patch: Array) -> None:
 
 
 @kernel
-def add_to_center(lanes: int, point: int, points: Array, patch: Array) -> None:
-    """Add one point of each lane, and its number, to the centre."""
-    weight = friction_patch.WEIGHTS + point * LANES
+def add_to_center(lanes: int, weights: Array, points: Array, patch: Array) -> None:
+    """Add one point of each lane, with its weights (8,), to the centre."""
     for lane in range(lanes):
-        share = patch[lane + weight]
+        share = weights[lane]
         arm_a, arm_b = wide_lanes.arms(points, lane)
         center_a = wide_lanes.vector(patch, lane + friction_patch.ARM_A)
         center_b = wide_lanes.vector(patch, lane + friction_patch.ARM_B)
@@ -154,16 +153,15 @@ def add_to_center(lanes: int, point: int, points: Array, patch: Array) -> None:
 
 
 @kernel
-def weigh(lanes: int, point: int, points: Array, patch: Array, scratch: Array) -> None:
+def weigh(lanes: int, weights: Array, points: Array, scratch: Array) -> None:
     """
-    Weigh one point of each lane by what it pressed in the last tick, of what all did (`add_press`);
-    where nothing did all weigh alike, as they did before.
+    Weigh one point of each lane by what it pressed in the last tick, of what all did
+    (`add_press`); where nothing did all weigh alike, as they did before.
     """
-    weight = friction_patch.WEIGHTS + point * LANES
     for lane in range(lanes):
         total = scratch[lane + lane_scratch.PRESS]
         share = points[lane + contact_point.NORMAL_IMPULSE] / (total if total > 0.0 else 1.0)
-        patch[lane + weight] = share if total > 0.0 else patch[lane + weight]
+        weights[lane] = share if total > 0.0 else weights[lane]
 
 
 @kernel
@@ -253,15 +251,8 @@ def find_rates(lanes: int, constraints: Array, patch: Array) -> None:
 
 
 @kernel
-def clear_press(lanes: int, scratch: Array) -> None:
-    """Begin the sum of what presses."""
-    for lane in range(lanes):
-        scratch[lane + lane_scratch.PRESS] = 0.0
-
-
-@kernel
 def clear_moments(lanes: int, scratch: Array) -> None:
-    """Begin the sums of `add_moments`."""
+    """Begin the sums of what presses."""
     for lane in range(lanes):
         wide_lanes.put_vector(scratch, lane + lane_scratch.PRESS, (0.0, 0.0, 0.0))
         wide_lanes.put_vector(scratch, lane + lane_scratch.PRESS_11, (0.0, 0.0, 0.0))
@@ -308,11 +299,12 @@ def _put(active: Any, value: float, row: int, patch: Array) -> None:
 
 
 @kernel
-def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
+def measure(lanes: int, wrench: int, all_lanes: bool, patch: Array, scratch: Array) -> None:
     """
     Find middle, size and steps of the patch of each lane from what presses (`add_moments`).
 
-    wrench : of the patch, on whose direction the steps depend
+    wrench    : of the patch, on whose direction the steps depend
+    all_lanes : False: of lanes that are visited and stale, see `is_stale`
     """
     for lane in range(lanes):
         c_1, c_2, s_11, s_12, s_22 = _moments(scratch, lane)
@@ -349,6 +341,8 @@ def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
         )
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         press = scratch[lane + lane_scratch.PRESS]
+        stale = abs(press - patch[lane + friction_patch.MEASURED]) > STALE * press
+        active = active & (all_lanes | stale)
         _put(active, press, lane + friction_patch.MEASURED, patch)
         _put(active, c_1, lane + friction_patch.MIDDLE_1, patch)
         _put(active, c_2, lane + friction_patch.MIDDLE_2, patch)
@@ -361,10 +355,15 @@ def measure(lanes: int, wrench: int, patch: Array, scratch: Array) -> None:
 
 @inline
 def any_starts(used: int, scratch: Array) -> bool:
-    """Tell whether friction that starts has not settled on some lane."""
+    """
+    Tell whether friction that starts has not settled on some lane; let the others stand still.
+    """
     found = False
     for lane in range(used):
         found = found or scratch[lane + lane_scratch.STARTS] > 0.0
+    if found:
+        for lane in range(used):
+            scratch[lane + lane_scratch.ACTIVE] = scratch[lane + lane_scratch.STARTS]
     return found
 
 
@@ -551,7 +550,8 @@ def spread(lanes: int, constraints: Array, points: Array, patch: Array, scratch:
         trace = s_11 + s_22
         inverse_trace = 1.0 / (trace if trace > POINT else 1.0) if trace > POINT else 0.0
         press = (
-            points[lane + contact_point.TOTAL_IMPULSE] + points[lane + contact_point.NORMAL_IMPULSE]
+            points[lane + contact_point.TOTAL_IMPULSE]
+            + points[lane + contact_point.NORMAL_IMPULSE]
         )
         share = press / total if total > 0.0 else 0.0
         arm_1, arm_2 = share * (place_1 - c_1), share * (place_2 - c_2)

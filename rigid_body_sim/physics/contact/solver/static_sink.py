@@ -22,8 +22,11 @@ Overlap that no load explains was left by an impact, or by loads that begin. Bod
 of it, which is energy that contact gives, so it goes slowly: beyond what carries the load of this
 instant, the bias is at most
 
-    pace = PACE r h + GAIN beta l / omega_c^2       r : [m] radius of the smaller of the two
+    pace = (PACE + |omega_B - omega_A|^2) r h + GAIN beta l / omega_c^2
 
+    r : [m] radius of the smaller of the two
+
+the middle term being what a surface that turns comes nearer by its curvature
 and a tick lifts by some 1e-6 of the size of the body (4 ms), less as h^2 in shorter ones.
 """
 
@@ -32,8 +35,9 @@ from __future__ import annotations
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
-from rigid_body_sim.physics.compile.kernels import inline
-from rigid_body_sim.physics.contact.solver import constraint, contact_point
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.solver import constraint, contact_point, wide_lanes
+from rigid_body_sim.physics.vectors import dot, subtract
 
 SHARE = 0.97  # [-] of the sink; with all of it nothing settles loads that are not determined
 RATE = 0.03  # [-] per tick; at 0.1 a stack of thirty falls, at 0.01 one of ten takes ten seconds
@@ -56,7 +60,18 @@ def recall(lane: int, h: float, radius: float, load: float, rows: Array) -> None
     )
     rows[lane + constraint.LOAD] = load
     rows[lane + constraint.SINK] = SHARE * load * compliance
+    rows[lane + constraint.SPIN_PACE] = radius * h
     rows[lane + constraint.PACE] = PACE * radius * h + GAIN * rate * load * compliance
+
+
+@kernel
+def add_spin(lanes: int, constraints: Array, scratch: Array) -> None:
+    """Add to the pace of each lane what the turn of its bodies calls for."""
+    for lane in range(lanes):
+        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
+        omega = subtract(omega_b, omega_a)
+        pace = constraints[lane + constraint.SPIN_PACE] * dot(omega, omega)
+        constraints[lane + constraint.PACE] += pace
 
 
 @inline

@@ -39,6 +39,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINTS,
     SEPARATION,
     copy_point,
+    write_point_at,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces import surface_scratch
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles import (
@@ -74,6 +75,10 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch 
     MOST_SLOTS,
     MOTION,
     NEAR,
+    OVERLAP,
+    OVERLAP_KEY,
+    OVERLAP_NORMAL,
+    OVERLAP_POINT,
     QUERY_HIGH,
     QUERY_LOW,
     REST,
@@ -278,6 +283,23 @@ def _take_points_over(along: Any, found: Array) -> None:
 
 
 @kernel
+def _hold_overlap(along: Any, found: Array) -> None:
+    """
+    Where a body overlaps the ground and no manifold touches, take the triangle along whose normal
+    it overlaps least: deep in an edge no point is nearer to its own face than to the other one.
+    """
+    if found[OVERLAP] == -math.inf:
+        return
+    for at in range(RESULTS, RESULTS + RESULT * int(found[RESULTS_USED]), RESULT):
+        if least_separation(at, found) <= 0.0:
+            return
+    add_contact(
+        found[OVERLAP_KEY], load(found, OVERLAP_NORMAL), load(found, OVERLAP_POINT),
+        found[OVERLAP], found[OVERLAP_POINT + FEATURE], along, found,
+    )  # fmt: skip
+
+
+@kernel
 def _write_nearest(along: Any, found: Array) -> int:
     """Reduce all manifolds to four points, and write the nearest as the manifold of a pair."""
     used = int(found[RESULTS_USED])
@@ -317,6 +339,7 @@ def _collide_on_surface(
         found[QUERY_LOW + axis] = low - found[NEAR] + min(motion[axis], 0.0)
         found[QUERY_HIGH + axis] = high + found[NEAR] + max(motion[axis], 0.0)
     found[SLOTS_USED] = found[RESULTS_USED] = 0.0
+    found[OVERLAP] = -math.inf
     planes = shape_b + int(parameters[shape_b + PLANES])
     triangles = shape_b + int(parameters[shape_b + TRIANGLES])
     asked, node = False, ROOT
@@ -370,6 +393,7 @@ def _collide_on_surface(
                     parameters, shape_a, poses, pose_a, shape_b, row, plane, number, margin, along,
                     found,
                 )  # fmt: skip
+    _hold_overlap(along, found)
     return _write_nearest(along, found)
 
 
@@ -394,6 +418,19 @@ def surface_collider(
         _collide_on_surface, name=name, find_reach=find_reach, ask_plane=ask,
         collide_triangle=collide_triangle, find_axis=find_axis,
     )  # fmt: skip
+
+
+@kernel
+def write_far_contact(margin: float, found: Array) -> int:
+    """
+    Write one manifold that never presses, for what hits the ground later in the tick and is near
+    nothing yet: it asks for the pieces of the tick. Return the number of its points.
+    """
+    found[RESULTS_USED] = 1.0
+    found[RESULTS + KEY], found[RESULTS + COUNT] = 0.0, 1.0
+    store(found, RESULTS + surface_scratch.NORMAL, (0.0, 0.0, -1.0))
+    write_point_at(found, RESULTS + RESULT_POINTS, (0.0, 0.0, 0.0), margin, 0.0)
+    return 1
 
 
 @kernel

@@ -32,6 +32,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINTS,
     SEPARATION,
     TINY,
+    copy_point,
     write_normal,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hull_records
@@ -102,6 +103,10 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records 
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
     FREE,
+    OVERLAP,
+    OVERLAP_KEY,
+    OVERLAP_NORMAL,
+    OVERLAP_POINT,
     TRIANGLE_HULL,
 )
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL as FACET_NORMAL
@@ -372,15 +377,21 @@ def polyhedron_on_triangle(
     to_world(center, poses, pose_a, found, count)
     key = parameters[row + FACET_OF] if side == OF_B else FREE + number
     normal, seam = load(found, NORMAL), parameters[surface + FLATNESS]
+    held = False
     for place in range(POINTS, POINTS + POINT * count, POINT):
         point, gap = load(found, place), found[place + SEPARATION]
         if side == OF_B and not lies_over(
             parameters, row, negate(normal), point, -gap, seam, max(gap, seam)
         ):
             continue
+        held = True
         feature = found[place + FEATURE]
         edges = feature % (MOST_CORNERS * MOST_CORNERS)
         of_body = side == OF_B and feature >= 0.0
         if not (of_body and edges // MOST_CORNERS < CLIP and edges % MOST_CORNERS < CLIP):
             feature += number / FREE  # the sides of each triangle have the same names
         add_contact(key, normal, point, gap, feature, along, found)
+    if not held and count > 0 and 0.0 >= least > found[OVERLAP]:
+        found[OVERLAP], found[OVERLAP_KEY] = least, key
+        store(found, OVERLAP_NORMAL, normal)
+        copy_point(found, OVERLAP_POINT, POINTS)

@@ -31,7 +31,7 @@ RESULT_POINTS = result.numbers(MOST_POINTS * POINT, 'm', 'the points: `geometry.
 RESULT = result.size
 
 MOST_LISTED = 128  # [-] triangles that are listed at a time
-MOST_SLOTS = 48  # [-] facets that are asked as planes; others are asked triangle by triangle
+MOST_SLOTS = 47  # [-] facets that are asked as planes; others are asked triangle by triangle
 MOST_RESULTS = 16  # [-] manifolds of a body on one surface; of more, the deepest are kept
 
 on_surface = Record(begin=scratch.SIZE)
@@ -42,6 +42,10 @@ REST = on_surface.number('m', 'what counts as near at rest, a part of the margin
 NEAR = on_surface.number('m', 'separation that counts as near but for MOTION')
 SLOTS_USED = on_surface.number('-', 'facets that have a slot: some point lies over them')
 RESULTS_USED = on_surface.number('-', 'manifolds that were found')
+OVERLAP = on_surface.number('m', 'the least overlap that no manifold holds, below 0; or -inf')
+OVERLAP_KEY = on_surface.number('-', 'key of its manifold')
+OVERLAP_NORMAL = on_surface.vector('-', 'its normal, from the body to the ground')
+OVERLAP_POINT = on_surface.numbers(POINT, 'm', 'its point: `geometry.manifold`')
 TRIANGLE_HULL = on_surface.numbers(size_of(3, 2, 3, 3), 'm', 'a triangle: `hull_records`')
 LISTED = on_surface.numbers(MOST_LISTED, '-', 'where triangles near the body begin')
 SLOTS = on_surface.numbers(MOST_SLOTS * SLOT, 'm', 'facets near the body')
