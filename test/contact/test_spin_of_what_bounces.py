@@ -86,8 +86,8 @@ def test_a_rolling_ball_comes_back_from_a_smooth_wall_with_its_share():
         )  # fmt: skip
         sim = Simulation(scene([ground(material=SMOOTH), wall, rolls], dt=DT))
         sim.step(round(1.5 / speed / DT))
-        # round-off: nothing accelerates it
-        assert sim.state.velocity[2, 0] == pytest.approx(-0.8 * speed, rel=1e-9)
+        # what the soft contact of the impact leaves of its approach
+        assert sim.state.velocity[2, 0] == pytest.approx(-0.8 * speed, rel=1e-7)
 
 
 def test_a_ball_on_a_table_hands_its_speed_to_the_one_it_hits_however_it_spins():

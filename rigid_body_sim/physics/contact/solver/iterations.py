@@ -23,6 +23,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.solver import (
     approach,
     batch_record,
+    common_impulse,
     constraint,
     contact_point,
     friction_patch,
@@ -39,6 +40,7 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.state.blocks import wide
 
 STARTING_ITERATIONS = 20  # at most, of a batch on which friction of a face starts
+COMMON_ITERATIONS = 6  # at most, of the common impulse, where it is clamped
 RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at rest
 
 WIDTH = slot('[-] numbers of a point')
@@ -56,6 +58,11 @@ start_point = slot('kernel (lanes, constraints, points, scratch): starts a subst
 start_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 restore_point = slot('kernel (lanes, constraints, points, scratch): applies restitution')
 restore_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
+add_point = slot('kernel (lanes, constraints, points, ...): adds to what points have in common')
+apply_to_point = slot('kernel (lanes, constraints, points, ...): gives a point its common part')
+solve_in_common = slot('kernel (used, lanes, point_count, ...): soft normals, what is common')
+relax_in_common = slot('kernel (used, lanes, point_count, ...): the same after the motion')
+restore_in_common = slot('kernel (used, lanes, point_count, ...): the same of restitution')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -120,6 +127,28 @@ def _measure_patch(
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
     patch_friction.measure(lanes, wrench, all_lanes, patch, scratch)
+
+
+def _solve_in_common(
+    used: int, lanes: int, point_count: int, first: int, inverse_h: float, slop: float,
+    cap: float, rows: Array,
+) -> None:  # fmt: skip
+    """Solve what the points of each lane of a batch have in common: `common_impulse`."""
+    scratch = rows[0 : lane_scratch.SIZE]
+    constraints = rows[first - constraint.SIZE : first]
+    for _ in range(COMMON_ITERATIONS):
+        common_impulse.clear(lanes, constraints, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            add_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
+        if not common_impulse.stirs(used, scratch):
+            break
+        common_impulse.solve(lanes, constraints, scratch)
+        for point in range(point_count):
+            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            apply_to_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
+        if not common_impulse.is_clamped(used, scratch):
+            break
 
 
 def _prepare(
@@ -191,6 +220,8 @@ def _solve_normals(
         solve.gather_momenta(lanes, used, constraints, scratch, bodies)
         if not first_pass:
             solve.skip_settled(used, constraints, scratch)
+        if PATCHES and point_count > 1:
+            solve_in_common(used, lanes, point_count, first, inverse_h, slop, cap, rows)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             if PATCHES and point_count > 1:
@@ -285,6 +316,8 @@ def _relax(
         begin, end = _face(first, WIDTH)
         patch = rows[begin:end]
         several = PATCHES and point_count > 1
+        if several:
+            relax_in_common(used, lanes, point_count, first, inverse_h, 0.0, 0.0, rows)
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.clear_moments(lanes, scratch)
@@ -354,6 +387,8 @@ def _apply_restitution(
             point_count, first = _points(number, batches)
             constraints = rows[first - constraint.SIZE : first]
             solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            if PATCHES and point_count > 1:
+                restore_in_common(used, lanes, point_count, first, 0.0, 0.0, 0.0, rows)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
@@ -432,6 +467,13 @@ def solver(
             f'update_{kind}s': separation.update_kernel(layered=layered, rubs=rubs),
             f'restore_{kind}': restitution.visit(rubs=rubs),
         }
+    kinds = {'solve': (True, False), 'relax': (False, False), 'restore': (False, True)}
+    for kind, (soft, bouncing) in kinds.items():
+        add_one, apply_to_one = common_impulse.visits(soft=soft, bouncing=bouncing)
+        offered[f'{kind}_in_common'] = specialise(
+            _solve_in_common, name=f'{kind}_{width}', WIDTH=width, add_point=add_one,
+            apply_to_point=apply_to_one,
+        )  # fmt: skip
     passes = {
         'prepare': _prepare,
         'solve_normals': _solve_normals,

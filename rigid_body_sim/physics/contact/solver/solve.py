@@ -45,6 +45,10 @@ from rigid_body_sim.physics.vectors import dot, scale
 # friction at its limit never takes back.
 START = 100.0
 
+# [m] separation from which surfaces are apart: less is rounding, by which the points of a body
+# that lands flat must not differ
+OPEN = 1e-12
+
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
 
 
@@ -187,7 +191,7 @@ def _solve_normals(
         mass = points[lane + contact_point.NORMAL_MASS]
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         pressed_already = scratch[lane + lane_scratch.PRESSES]
-        is_open = separation > 0.0
+        is_open = separation > OPEN
         depth = separation + slop
         depth = depth if depth < 0.0 else 0.0
         soft = constraints[lane + constraint.BIAS_RATE] * depth
@@ -261,7 +265,7 @@ def _relax(
         old = points[lane + contact_point.NORMAL_IMPULSE]
         mass = points[lane + contact_point.NORMAL_MASS]
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
-        is_open = separation > 0.0
+        is_open = separation > OPEN
         is_new = points[lane + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
         new = old - mass * (dot(normal, velocity) + bias)
