@@ -48,6 +48,14 @@ def test_what_misses_keeps_every_bit():
         assert change == 0.0, label
 
 
+def test_what_passes_above_what_stands_keeps_every_bit():
+    """The same, level: rims of cylinders that stand pass ends, faces and edges at 1e-4 m."""
+    found = ghosts.run_misses(80, OPTIONS, ghosts.passing_above)
+    assert len(found) == 80
+    for label, change in found:
+        assert change == 0.0, label
+
+
 def scene(bodies, gravity=-9.81):
     """A scene of such bodies at 4 ms."""
     return {
