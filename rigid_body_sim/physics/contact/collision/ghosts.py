@@ -158,8 +158,8 @@ def _would_bind(
 ) -> bool:  # fmt: skip
     """
     Tell whether some row of the manifold that begins at a place would act in the tick: where the
-    bodies close by more than the gap, at the velocities of now, and by what forces add where the
-    gap is none of a contact at rest.
+    bodies close by more than the gap, at the velocities of now, and by what forces and the turn of
+    the rows add where the gap is none of a contact at rest.
     """
     table = colliders.table
     a = int(manifolds[record + manifold_record.COLLIDER_A])
@@ -181,15 +181,17 @@ def _would_bind(
     fall = dot(normal, load(bodies, row_a * solver_bodies.SIZE + acceleration))
     fall -= dot(normal, load(bodies, row_b * solver_bodies.SIZE + acceleration))
     fall = max(0.5 * horizon * horizon * fall, 0.0)
+    squared_a, squared_b = dot(spin_a, spin_a), dot(spin_b, spin_b)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
         point = load(manifolds, place + POSITION)
-        turning = dot(normal, cross(spin_a, subtract(point, center_a))) - dot(
-            normal, cross(spin_b, subtract(point, center_b))
-        )
+        arm_a, arm_b = subtract(point, center_a), subtract(point, center_b)
+        turning = dot(normal, cross(spin_a, arm_a)) - dot(normal, cross(spin_b, arm_b))
+        bend = squared_a * math.sqrt(dot(arm_a, arm_a)) + squared_b * math.sqrt(dot(arm_b, arm_b))
         gap = manifolds[place + SEPARATION]
         nearer = closing + horizon * turning
-        if (nearer > CALM or gap > flush) and (nearer + fall) * WIDE > gap:
+        more = fall + 0.5 * horizon * horizon * bend  # the rows turn with the bodies
+        if (nearer > CALM or gap > flush) and (nearer + more) * WIDE > gap:
             return True
         if gap < -CALM and has_cylinder(a, b, table):
             return True
