@@ -47,6 +47,7 @@ COMMON_DRIVE = scratch.number('N s', 'sum of m sigma b + iota J')
 COMMON_SOFTNESS = scratch.number('-', 'sum of iota')
 COMMON_CLAMPED = scratch.number('-', 'how many impulses would have become negative')
 COMMON_END = scratch.size
+COMMON_STIRS = scratch.number('-', '1: the lane is asked for it, or gets it')
 COMMON_ALONG = scratch.number('m/s', 'velocity of the centres along the normal before it')
 COMMON_CHANGE = scratch.number('N s', 'common change of the normal impulses')
 SIZE = scratch.size
