@@ -87,7 +87,9 @@ def is_clamped(used: int, scratch: Array) -> bool:
 def clear(lanes: int, constraints: Array, scratch: Array) -> None:
     """Begin the sums of a batch, with the velocity of the centres along the normal."""
     for lane in range(lanes):
-        for row in range(lane + lane_scratch.COMMON, lane + lane_scratch.COMMON_END, LANES):
+        for row in range(
+            lane + lane_scratch.COMMON_ARM_A, lane + lane_scratch.COMMON_STIRS, LANES
+        ):
             scratch[row] = 0.0
         inverse_mass = (
             constraints[lane + constraint.INVERSE_MASS_A]
