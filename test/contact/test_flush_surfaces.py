@@ -182,11 +182,9 @@ def test_a_run_over_joints_resumes_with_the_same_bits():
 
 
 def test_what_falls_together_passes_as_without_gravity():
-    """Random pairs in free fall; two cylinders meet as prisms (docs/contact.md, limits)."""
+    """Random pairs in free fall."""
     options = SimpleNamespace(**{**vars(OPTIONS), 'gravity': True, 'seed': 4})
-    cylinders = {'cylinder', 'disc', 'puck'}
     found = ghosts.run_misses(20, options)
-    exact = [change for label, change in found if not set(label[:2]) <= cylinders]
-    assert len(exact) > 10
-    # a hit of the others cuts the tick of all: what spins is integrated in other pieces
-    assert max(exact) < 1e-11
+    assert len(found) == 20
+    # against the same fall 1 km higher: rounding of places
+    assert max(change for _, change in found) < 1e-11

@@ -13,7 +13,8 @@ than
 because each point moves along n with an acceleration of at most that (a_n: that of the two centres
 apart; R: longest lever). While the chord less this room stays positive, n separates; at the time
 at which it may not, the pair is put there and asked for the axis of then, and so on until the time
-is over, or until no axis gains time: then the two touch. Mirtich's advancement (Impulse-based
+is over, or until no axis gains time: then the two touch. With a cylinder the axis is that of the
+true shapes (`nearest_axis`), else that of the manifold. Mirtich's advancement (Impulse-based
 dynamic simulation, 1996) has the speed of any point in any direction in place of that along n, and
 so crawls past whatever passes near.
 
@@ -234,8 +235,11 @@ def _stays_apart(
     end_a, end_b = count * pose.SIZE, (count + 1) * pose.SIZE  # at the end of it
     begun = 0.0
     ended = 0.0
-    of_cylinder = CYLINDERS and has_cylinder(a, b, table)
-    if of_cylinder and not gap_along(a, begin_a, b, begin_b, normal, colliders) > 0.0:
+    if (
+        CYLINDERS
+        and has_cylinder(a, b, table)
+        and not gap_along(a, begin_a, b, begin_b, normal, colliders) > 0.0
+    ):
         normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
     for _step in range(STEPS):
         gap = gap_along(a, begin_a, b, begin_b, normal, colliders)
@@ -264,7 +268,7 @@ def _stays_apart(
         begin_a, begin_b = (count + 2) * pose.SIZE, (count + 3) * pose.SIZE
         move(a, begin_a, begun, of_a, poses)
         move(b, begin_b, begun, of_b, poses)
-        if of_cylinder:
+        if CYLINDERS and has_cylinder(a, b, table):
             normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
             continue
         points = collide(
