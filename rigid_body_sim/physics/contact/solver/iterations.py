@@ -136,11 +136,16 @@ def _solve_in_common(
     """Solve what the points of each lane of a batch have in common: `common_impulse`."""
     scratch = rows[0 : lane_scratch.SIZE]
     constraints = rows[first - constraint.SIZE : first]
-    for _ in range(COMMON_ITERATIONS):
+    common_impulse.begin(lanes, constraints, scratch)
+    if not common_impulse.any_alike(used, scratch):
+        return
+    for iteration in range(COMMON_ITERATIONS):
         common_impulse.clear(lanes, constraints, scratch)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             add_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
+            if iteration + point == 0 and common_impulse.rests(used, scratch):
+                return  # points that are alike rest alike
         if not common_impulse.stirs(used, scratch):
             break
         common_impulse.solve(lanes, constraints, scratch)

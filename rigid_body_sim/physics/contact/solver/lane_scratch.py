@@ -48,5 +48,6 @@ COMMON_SOFTNESS = scratch.number('-', 'sum of iota')
 COMMON_CLAMPED = scratch.number('-', 'how many impulses would have become negative')
 COMMON_END = scratch.size
 COMMON_ALONG = scratch.number('m/s', 'velocity of the centres along the normal before it')
+COMMON_ALIKE = scratch.number('-', '1: its points are alike, and not yet solved')
 COMMON_CHANGE = scratch.number('N s', 'common change of the normal impulses')
 SIZE = scratch.size
