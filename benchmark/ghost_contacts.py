@@ -261,12 +261,41 @@ def passing(number: int, rng: np.random.Generator, options: Any) -> tuple[list[A
     return [first, second], (label, 2.0 * way / speed)
 
 
-def run_misses(cases: int, options: Any) -> list[Any]:
-    """Run pairs that pass; (label, whether all bits are kept, change of velocity) of each."""
+def passing_above(number: int, rng: np.random.Generator, options: Any) -> tuple[list[Any], Any]:
+    """Do the same for two that stand or lie level, one of them mostly a cylinder that stands."""
+    kinds = [str(kind) for kind in rng.choice(MOVERS, 2)]
+    if rng.random() < 0.7:
+        kinds[int(rng.integers(2))] = 'puck'
+    (low, below, q_low), (high, above, q_high) = (mover(kind, rng, False) for kind in kinds)
+    speed = float(10.0 ** rng.uniform(math.log10(0.3), math.log10(30.0)))
+    clearance = float(10.0 ** rng.uniform(-4.0, -2.0)) * (1.0 + 1e-9)
+    way = 0.6 + 4.0 * options.dt * speed * float(rng.random())
+    origin = np.array([0.0, 30.0 * number, 0.0])
+    moves = bool(rng.random() < 0.5) or options.gravity
+    first = {'name': f'first_{number}', 'shape': low,
+             'initial': {'position': origin.tolist(), 'orientation': q_low}}  # fmt: skip
+    first |= {'mass': 2.0} if moves else {'fixed': True}
+    if moves:
+        first['initial']['velocity'] = [-0.3 * speed, 0.0, 0.0]
+    place = [-way, float(rng.uniform(-0.1, 0.1)), below + above + clearance]
+    second = {
+        'name': f'second_{number}', 'shape': high, 'mass': 1.0,
+        'initial': {'position': (origin + place).tolist(), 'orientation': q_high,
+                    'velocity': [speed, 0.0, 0.0]},
+    }  # fmt: skip
+    return [first, second], ((*kinds, moves, 0.0, speed, clearance), 2.0 * way / speed)
+
+
+def run_misses(cases: int, options: Any, pair_of: Any = passing) -> list[Any]:
+    """
+    Run pairs that pass; (label, change of velocity) of each.
+
+        pair_of : gives the pairs: `passing` or `passing_above`
+    """
     rng = np.random.default_rng([options.seed, 99])
     bodies, labels = [], []
     for number in range(cases):
-        pair, label = passing(number, rng, options)
+        pair, label = pair_of(number, rng, options)
         bodies += pair
         labels.append(label)
     gravity = [0, 0, -9.81] if options.gravity else [0, 0, 0]
@@ -327,6 +356,7 @@ def main() -> None:
                   f'rises {max(f[1] for f in figures):8.1e} m (law {HOP_LAW:g})')  # fmt: skip
     if options.only in (None, 'misses'):
         found = run_misses(5 * options.cases, options)
+        found += run_misses(5 * options.cases, options, passing_above)
         # a hit cuts the tick of all: what spins is then integrated in other pieces
         least = 0.0 if all(change < ROUNDING for _, change in found) else ROUNDING
         touched = [(label, change) for label, change in found if change > least]

@@ -13,7 +13,8 @@ than
 because each point moves along n with an acceleration of at most that (a_n: that of the two centres
 apart; R: longest lever). While the chord less this room stays positive, n separates; at the time
 at which it may not, the pair is put there and asked for the axis of then, and so on until the time
-is over, or until no axis gains time: then the two touch. Mirtich's advancement (Impulse-based
+is over, or until no axis gains time: then the two touch. With a cylinder the axis is that of the
+true shapes (`nearest_axis`), else that of the manifold. Mirtich's advancement (Impulse-based
 dynamic simulation, 1996) has the speed of any point in any direction in place of that along n, and
 so crawls past whatever passes near.
 
@@ -39,7 +40,11 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
     swept_aabbs,
 )
-from rigid_body_sim.physics.contact.collision.collider import SPHERE, ColliderArrays
+from rigid_body_sim.physics.contact.collision.collider import (
+    CYLINDER,
+    SPHERE,
+    ColliderArrays,
+)
 from rigid_body_sim.physics.contact.collision.free_motion import (
     FreeMotion,
     angle_of,
@@ -52,6 +57,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POSITION,
     SEPARATION,
 )
+from rigid_body_sim.physics.contact.collision.nearest_axis import nearest_axis
 from rigid_body_sim.physics.contact.collision.support import gap_along, is_inside
 from rigid_body_sim.physics.vectors import add_scaled, dot, load, subtract
 
@@ -64,12 +70,14 @@ MOST_PIECES = 4096
 STEPS = 48  # of the advancement; a pair still undecided then is taken as a hit
 SHARE = 0.5  # [-] of the gap: room that turning may take in one step
 PAST = 0.02  # [-] of the time: so long after the gap is used up a hit is looked for
+ROUNDING = 1e-9  # [-] of the radius of the smaller: so far outside a point is of a body
 STANDSTILL = 1e-6  # [-] of the time: an advance by less is none, the two touch
 
 collide = slot(
     'kernel (type of A, type of B, parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, '
     'found): finds the manifold of two shapes'
 )
+CYLINDERS = slot('[-] whether some collider is a cylinder')
 stays_apart = slot('kernel (a, b, count, horizon, normal, ...): tells whether an axis separates')
 
 
@@ -83,6 +91,13 @@ def smaller_radius(local_bounds: Array, a: int, b: int) -> Any:
     if radius_b <= 0.0:
         return radius_a
     return min(radius_a, radius_b)
+
+
+@inline
+def has_cylinder(a: int, b: int, table: Any) -> bool:
+    """Tell whether a cylinder is of a pair: its prism reaches beyond it, and may overlap alone."""
+    type_a = table[a * collider_record.SIZE + collider_record.TYPE]
+    return type_a == CYLINDER or table[b * collider_record.SIZE + collider_record.TYPE] == CYLINDER
 
 
 @inline
@@ -150,6 +165,22 @@ def _goes_in(
     ) or is_inside(moved_with(on_b, time, of_b, of_a), margin, a, a * pose.SIZE, colliders)
 
 
+@kernel
+def _are_of_both(
+    a: int, b: int, normal: Any, point: Any, gap: float, colliders: ColliderArrays
+) -> bool:
+    """
+    Tell whether the nearest points of a manifold are points of the two: not so where those of a
+    prism, or of a line beside a mantle, are not those of the cylinder. As of `_goes_in`.
+    """
+    margin = -ROUNDING * smaller_radius(colliders.local_bounds, a, b)
+    on_a = add_scaled(point, -0.5 * gap, normal)
+    on_b = add_scaled(point, 0.5 * gap, normal)
+    return is_inside(on_a, margin, a, a * pose.SIZE, colliders) and is_inside(
+        on_b, margin, b, b * pose.SIZE, colliders
+    )
+
+
 def _misses(
     a: int, b: int, count: int, horizon: float, nearest: int, manifold: int,
     colliders: ColliderArrays, manifolds: Array, bodies: Array, found: Array,
@@ -175,7 +206,10 @@ def _misses(
         return _balls_miss(reach, horizon, colliders, a, b, of_a, of_b)
     normal = load(manifolds, manifold + manifold_record.NORMAL)
     point, gap = load(manifolds, nearest + POSITION), manifolds[nearest + SEPARATION]
-    if _goes_in(a, b, horizon, normal, point, gap, of_a, of_b, colliders):
+    known = True
+    if CYLINDERS and has_cylinder(a, b, table):
+        known = _are_of_both(a, b, normal, point, gap, colliders)
+    if known and _goes_in(a, b, horizon, normal, point, gap, of_a, of_b, colliders):
         return False
     return stays_apart(a, b, count, horizon, normal, of_a, of_b, colliders, found)
 
@@ -201,6 +235,12 @@ def _stays_apart(
     end_a, end_b = count * pose.SIZE, (count + 1) * pose.SIZE  # at the end of it
     begun = 0.0
     ended = 0.0
+    if (
+        CYLINDERS
+        and has_cylinder(a, b, table)
+        and not gap_along(a, begin_a, b, begin_b, normal, colliders) > 0.0
+    ):
+        normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
     for _step in range(STEPS):
         gap = gap_along(a, begin_a, b, begin_b, normal, colliders)
         if not gap > 0.0:
@@ -228,6 +268,9 @@ def _stays_apart(
         begin_a, begin_b = (count + 2) * pose.SIZE, (count + 3) * pose.SIZE
         move(a, begin_a, begun, of_a, poses)
         move(b, begin_b, begun, of_b, poses)
+        if CYLINDERS and has_cylinder(a, b, table):
+            normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
+            continue
         points = collide(
             type_a, type_b, colliders.parameters, shape_a, shape_b, poses, begin_a, begin_b,
             motion, found,
@@ -238,11 +281,18 @@ def _stays_apart(
     return False
 
 
-def miss_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
-    """Make the kernel that tells whether a pair misses, with the pair kernels of a scene."""
-    return specialise(_misses, name=name, stays_apart=stays_apart_finder(name, collide))
+def miss_finder(name: str, collide: Callable[..., Any], *, cylinders: bool) -> Callable[..., Any]:
+    """
+    Make the kernel that tells whether a pair misses, with the pair kernels of a scene.
+
+        cylinders : whether some collider is a cylinder
+    """
+    stays_apart = stays_apart_finder(name, collide, cylinders=cylinders)
+    return specialise(_misses, name=name, CYLINDERS=cylinders, stays_apart=stays_apart)
 
 
-def stays_apart_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
-    """Make the kernel that proves that a pair stays apart, with the pair kernels of a scene."""
-    return specialise(_stays_apart, name=name, collide=collide)
+def stays_apart_finder(
+    name: str, collide: Callable[..., Any], *, cylinders: bool
+) -> Callable[..., Any]:
+    """Make the kernel that proves that a pair stays apart; arguments as of `miss_finder`."""
+    return specialise(_stays_apart, name=name, CYLINDERS=cylinders, collide=collide)

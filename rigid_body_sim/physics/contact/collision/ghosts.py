@@ -53,6 +53,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
+    has_cylinder,
     miss_finder,
     smaller_radius,
 )
@@ -67,7 +68,7 @@ from rigid_body_sim.physics.contact.collision.ground_misses import (
     reach_of_manifold,
 )
 from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
-from rigid_body_sim.physics.contact.collision.support import gap_along, reach
+from rigid_body_sim.physics.contact.collision.support import is_inside, reach
 from rigid_body_sim.physics.vectors import (
     add_scaled,
     cross,
@@ -123,13 +124,6 @@ def _velocity(body: int, bodies: Array) -> Any:
     )
 
 
-@inline
-def _has_cylinder(a: int, b: int, table: Any) -> bool:
-    """Tell whether a cylinder is of a pair: its prism reaches beyond it, and may overlap alone."""
-    type_a = table[a * collider_record.SIZE + collider_record.TYPE]
-    return type_a == CYLINDER or table[b * collider_record.SIZE + collider_record.TYPE] == CYLINDER
-
-
 @kernel
 def _may_bind(
     record: int, a: int, b: int, horizon: float, stretch: float, colliders: ColliderArrays,
@@ -140,7 +134,7 @@ def _may_bind(
 
         stretch : horizon in ticks
     """
-    if _has_cylinder(a, b, colliders.table):
+    if has_cylinder(a, b, colliders.table):
         return True
     swept, row_a, row_b = colliders.swept_aabbs, a * swept_aabbs.SIZE, b * swept_aabbs.SIZE
     approach = subtract(
@@ -164,8 +158,8 @@ def _would_bind(
 ) -> bool:  # fmt: skip
     """
     Tell whether some row of the manifold that begins at a place would act in the tick: where the
-    bodies close by more than the gap, at the velocities of now, and by what forces add where the
-    gap is none of a contact at rest.
+    bodies close by more than the gap, at the velocities of now, and by what forces and the turn of
+    the rows add where the gap is none of a contact at rest.
     """
     table = colliders.table
     a = int(manifolds[record + manifold_record.COLLIDER_A])
@@ -187,17 +181,19 @@ def _would_bind(
     fall = dot(normal, load(bodies, row_a * solver_bodies.SIZE + acceleration))
     fall -= dot(normal, load(bodies, row_b * solver_bodies.SIZE + acceleration))
     fall = max(0.5 * horizon * horizon * fall, 0.0)
+    squared_a, squared_b = dot(spin_a, spin_a), dot(spin_b, spin_b)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
         point = load(manifolds, place + POSITION)
-        turning = dot(normal, cross(spin_a, subtract(point, center_a))) - dot(
-            normal, cross(spin_b, subtract(point, center_b))
-        )
+        arm_a, arm_b = subtract(point, center_a), subtract(point, center_b)
+        turning = dot(normal, cross(spin_a, arm_a)) - dot(normal, cross(spin_b, arm_b))
+        bend = squared_a * math.sqrt(dot(arm_a, arm_a)) + squared_b * math.sqrt(dot(arm_b, arm_b))
         gap = manifolds[place + SEPARATION]
         nearer = closing + horizon * turning
-        if (nearer > CALM or gap > flush) and (nearer + fall) * WIDE > gap:
+        more = fall + 0.5 * horizon * horizon * bend  # the rows turn with the bodies
+        if (nearer > CALM or gap > flush) and (nearer + more) * WIDE > gap:
             return True
-        if gap < -CALM and _has_cylinder(a, b, table):
+        if gap < -CALM and has_cylinder(a, b, table):
             return True
     return False
 
@@ -540,9 +536,12 @@ def _drop_ghosts(
                 a, b, record, count, horizon, colliders, bodies, found, manifolds
             )
         else:
-            if not apart and _has_cylinder(a, b, colliders.table):
-                normal = load(manifolds, record + manifold_record.NORMAL)
-                apart = gap_along(a, a * pose.SIZE, b, b * pose.SIZE, normal, colliders) > 0.0
+            if not apart and has_cylinder(a, b, colliders.table):
+                point = load(manifolds, nearest + POSITION)
+                apart = not (
+                    is_inside(point, 0.0, a, a * pose.SIZE, colliders)
+                    and is_inside(point, 0.0, b, b * pose.SIZE, colliders)
+                )
             missed = apart and misses(
                 a, b, count, horizon, nearest, record, colliders, manifolds, bodies, found
             )
@@ -572,14 +571,19 @@ def _drop_ghosts(
     return _close_up(length, manifolds, pieces)
 
 
-def ghost_dropper(name: str, collide: Callable[..., Any], *, ground: bool) -> Callable[..., Any]:
+def ghost_dropper(
+    name: str, collide: Callable[..., Any], *, ground: bool, cylinders: bool
+) -> Callable[..., Any]:
     """
     Make the kernel that takes ghosts out, with the pair kernels of a scene.
 
-        ground : whether some collider is ground of triangles
+        ground    : whether some collider is ground of triangles
+        cylinders : whether some is a cylinder
     """
-    misses = miss_finder(name, collide)
-    of_ground = ground_miss_finder(name, collide) if ground else misses
+    misses = miss_finder(name, collide, cylinders=cylinders)
+    of_ground = misses
+    if ground:
+        of_ground = ground_miss_finder(name, collide, cylinders=cylinders)
     return specialise(
         _drop_ghosts, name=name, GROUND=ground, misses=misses, ground_misses=of_ground
     )

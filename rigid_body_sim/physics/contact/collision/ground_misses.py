@@ -208,7 +208,13 @@ def _ground_misses(
     return missed
 
 
-def ground_miss_finder(name: str, collide: Callable[..., Any]) -> Callable[..., Any]:
-    """Make the kernel that tells whether a body misses ground, with the kernels of a scene."""
-    stays_apart = stays_apart_finder(name, collide)
+def ground_miss_finder(
+    name: str, collide: Callable[..., Any], *, cylinders: bool
+) -> Callable[..., Any]:
+    """
+    Make the kernel that tells whether a body misses ground, with the kernels of a scene.
+
+        cylinders : whether some collider is a cylinder
+    """
+    stays_apart = stays_apart_finder(name, collide, cylinders=cylinders)
     return specialise(_ground_misses, name=name, collide=collide, stays_apart=stays_apart)

@@ -45,31 +45,51 @@ law = slot(
 
 
 @kernel
+def begin(lanes: int, scratch: Array) -> None:
+    """Let every lane of a batch be asked whether it stirs."""
+    for lane in range(lanes):
+        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0
+
+
+@kernel
 def stirs(used: int, scratch: Array) -> bool:
-    """Tell whether what some lane has in common is not at rest, given the sums of its points."""
+    """
+    Tell whether what some lane has in common is not at rest, given the sums of its points. Others
+    keep their bits, and so do those that have been found: whatever is struck beside them.
+    """
+    any_stirs = False
     for lane in range(used):
         mass = scratch[lane + lane_scratch.COMMON_MASS]
         drive = mass * scratch[lane + lane_scratch.COMMON_ALONG]
         drive += scratch[lane + lane_scratch.COMMON_DRIVE]
-        if abs(drive) > STILL * mass:
-            return True
-    return False
+        asked = scratch[lane + lane_scratch.COMMON_STIRS] > 0.0
+        moves = asked and abs(drive) > STILL * mass
+        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if moves else 0.0
+        any_stirs = any_stirs or moves
+    return any_stirs
 
 
 @kernel
 def is_clamped(used: int, scratch: Array) -> bool:
-    """Tell whether some impulse would have become negative: then the sums are others."""
-    clamped = 0.0
+    """
+    Tell whether some impulse would have become negative: then the sums of its lane are others, and
+    it is asked again.
+    """
+    any_clamped = False
     for lane in range(used):
-        clamped += scratch[lane + lane_scratch.COMMON_CLAMPED]
-    return clamped > 0.0
+        clamped = scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0
+        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if clamped else 0.0
+        any_clamped = any_clamped or clamped
+    return any_clamped
 
 
 @kernel
 def clear(lanes: int, constraints: Array, scratch: Array) -> None:
     """Begin the sums of a batch, with the velocity of the centres along the normal."""
     for lane in range(lanes):
-        for row in range(lane + lane_scratch.COMMON, lane + lane_scratch.COMMON_END, LANES):
+        for row in range(
+            lane + lane_scratch.COMMON_ARM_A, lane + lane_scratch.COMMON_STIRS, LANES
+        ):
             scratch[row] = 0.0
         inverse_mass = (
             constraints[lane + constraint.INVERSE_MASS_A]
@@ -203,6 +223,7 @@ def _apply_to_point(
         impulse, _, _, _, _, takes_part = law(
             constraints, points, scratch, lane, inverse_h, slop, cap
         )
+        takes_part = takes_part & (scratch[lane + lane_scratch.COMMON_STIRS] > 0.0)
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
         arm_a, arm_b = wide_lanes.arms(points, lane)
         common = scratch[lane + lane_scratch.COMMON_CHANGE]

@@ -136,6 +136,7 @@ def _solve_in_common(
     """Solve what the points of each lane of a batch have in common: `common_impulse`."""
     scratch = rows[0 : lane_scratch.SIZE]
     constraints = rows[first - constraint.SIZE : first]
+    common_impulse.begin(lanes, scratch)
     for _ in range(COMMON_ITERATIONS):
         common_impulse.clear(lanes, constraints, scratch)
         for point in range(point_count):

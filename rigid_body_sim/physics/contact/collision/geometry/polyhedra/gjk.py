@@ -112,7 +112,7 @@ def closest(a: Vertices, b: Vertices, margin: float, size: float, work: Array) -
         store(work, row + DIFFERENCE, difference)
         work[row + OF_VERTEX_A], work[row + OF_VERTEX_B] = vertex_a, vertex_b
         before = squared if corners > 0 else math.inf
-        corners = _reduce(work, corners + 1)
+        corners = nearest_of_simplex(work, corners + 1)
         if corners == 0:
             return TOUCH, TETRAHEDRON
         way = load(work, NEAREST)
@@ -149,7 +149,7 @@ def _write_nearest(a: Vertices, b: Vertices, corners: int, work: Array) -> None:
 
 
 @kernel
-def _reduce(work: Array, corners: int) -> int:
+def nearest_of_simplex(work: Array, corners: int) -> int:
     """
     Find v on a simplex and keep the corners it needs, each with its weight.
 

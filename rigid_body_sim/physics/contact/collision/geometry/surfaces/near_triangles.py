@@ -126,6 +126,18 @@ def triangle_reach(parameters: Array, surface: int, direction: Any) -> float:
     )
 
 
+@kernel
+def farthest_corner(parameters: Array, surface: int, direction: Any) -> Any:
+    """Return the corner of the triangle that is asked which is farthest along a direction [m]."""
+    row = int(parameters[surface + ASKED])
+    best = corner_of(parameters, row, 0)
+    for corner in range(1, 3):
+        other = corner_of(parameters, row, corner)
+        if dot(direction, other) > dot(direction, best):
+            best = other
+    return best
+
+
 @inline
 def edge_side(parameters: Array, row: int, edge: int, normal: Any) -> Any:
     """Return what points out of a triangle across an edge, in its plane, as long as the edge."""
