@@ -295,7 +295,7 @@ def _apply_to_point(
 def visits(*, soft: bool, bouncing: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Make the kernels that add a point and apply its part, of one of the three passes."""
     name = 'bouncing' if bouncing else 'soft' if soft else 'relaxed'
-    offered = {'SOFT': soft, 'BOUNCING': bouncing}
+    offered: dict[str, Any] = {'SOFT': soft, 'BOUNCING': bouncing}
     offered['law'] = specialise(_law, name=name, inlined=True, offered=offered)
     return (
         specialise(_add_point, name=name, offered=offered),
