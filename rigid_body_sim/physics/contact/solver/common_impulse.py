@@ -45,8 +45,8 @@ from rigid_body_sim.physics.vectors import (
 # the points differ by less than this
 STILL = 1e-9
 
-# [rad/s] turn of the two bodies against each other, across the normal, above which nothing is solved
-# in common: their points differ already, and there is no symmetry to keep
+# [rad/s] turn of the two bodies against each other, across the normal, above which nothing is
+# solved in common: their points differ already, and there is no symmetry to keep
 TURNING = 1e-7
 
 SOFT = slot('[-] whether overlaps are soft, before the motion')
@@ -89,10 +89,10 @@ def _stirs(scratch: Array, lane: int) -> Any:
 @kernel
 def stirs(used: int, scratch: Array) -> bool:
     """Tell whether what some lane has in common is not at rest."""
+    found = False
     for lane in range(used):
-        if _stirs(scratch, lane):
-            return True
-    return False
+        found = found or _stirs(scratch, lane)
+    return found
 
 
 @kernel

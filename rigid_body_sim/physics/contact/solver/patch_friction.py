@@ -259,6 +259,21 @@ def clear_moments(lanes: int, scratch: Array) -> None:
 
 
 @kernel
+def find_slide(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
+    """Find how much of what presses the friction of each lane is: `solve`."""
+    for lane in range(lanes):
+        along_1 = patch[lane + friction_patch.IMPULSE_1]
+        along_2 = patch[lane + friction_patch.IMPULSE_2]
+        mu = constraints[lane + constraint.FRICTION]
+        least = math.sqrt(along_1 * along_1 + along_2 * along_2) / (mu if mu > 0.0 else 1.0)
+        press = patch[lane + friction_patch.MEASURED]
+        press = press if press > least else least
+        share = 1.0 / (press if press > 0.0 else 1.0)
+        scratch[lane + lane_scratch.SLIDE_1] = share * along_1
+        scratch[lane + lane_scratch.SLIDE_2] = share * along_2
+
+
+@kernel
 def add_moments(
     lanes: int, field: int, constraints: Array, points: Array, patch: Array, scratch: Array
 ) -> None:
