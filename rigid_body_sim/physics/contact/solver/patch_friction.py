@@ -156,7 +156,7 @@ def add_to_center(lanes: int, weights: Array, points: Array, patch: Array) -> No
 def weigh(lanes: int, weights: Array, points: Array, scratch: Array) -> None:
     """
     Weigh one point of each lane by what it pressed in the last tick, of what all did
-    (`add_press`); where nothing did all weigh alike, as they did before.
+    (`add_press`); where nothing did they keep the weights that they have by nearness.
     """
     for lane in range(lanes):
         total = scratch[lane + lane_scratch.PRESS]
