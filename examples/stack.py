@@ -3,8 +3,8 @@
 """
 A stack of ten boxes: it stands, and each box carries what lies above it.
 
-Statics: the contact force below box k of n is (n - k) m g. The top sinks by what the soft contacts
-give way, some 0.4 mm at four substeps, whatever the mass.
+Statics: the contact force below box k of n is (n - k) m g. What the soft contacts
+give way under these loads is taken out within some seconds: the top ends 0.011 mm too low.
 """
 
 import numpy as np
@@ -30,4 +30,5 @@ for k, name in enumerate(names):
     print(f'{name:10} {1e3 * sunk:8.4f} {carried:18.4f}')
     above = len(names) - k
     assert abs(carried - above * weight) < 1e-3 * weight  # what is left of its motion
+assert np.abs(start - simulation.state.position).max() < 2e-5  # m
 assert np.abs(simulation.state.velocity).max() < 1e-4  # m/s

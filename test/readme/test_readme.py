@@ -51,7 +51,8 @@ def test_the_scene_is_the_shipped_scene_and_loads():
 
 
 def test_the_scene_of_contact_loads():
-    bodies = load_scene(yaml.safe_load(block_with('yaml', 'mode: timestep'))).bodies
+    ground = '- {name: ground, shape: {type: plane, normal: [0, 0, 1]}, friction: 0.4}'
+    bodies = load_scene(yaml.safe_load(block_with('yaml', ground))).bodies
     assert [body.name for body in bodies][:2] == ['ground', 'box_1'] and len(bodies) == 11
 
 

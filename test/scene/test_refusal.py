@@ -56,8 +56,6 @@ def refused(path: Path) -> str:
          'bodies[1].shape', "'tile_x_1' cannot collide: convex hull: 4 distinct points", 6),
         ((f'  - {{{BALL}}}', '  - {name: sheet, urdf: sheet.urdf}'),
          'bodies[1]', "'sheet' cannot collide: mesh 'flat.off': 4 distinct points", 5),
-        ((f'  - {{{BALL}}}', f'  - {{name: b, {CUBE},', '     pivot: {point: [0, 0, 1]}}'),
-         'bodies[1].pivot', "'b' turns about a pivot, which contact does not know yet", 6),
         ((f'  - {{{BALL}}}', 'integrator:', '  rk4'),
          'integrator', "integrator 'rk4' refuses the scene 'slip': with contact", 6),
         (('  - {name: dot, shape: {type: particle}, mass: 1}', 'forces:',
@@ -65,7 +63,7 @@ def refused(path: Path) -> str:
           '  - {type: constant, body: dot, torque: [1, 0, 0]}'),
          'forces[1]', "force constant: 'dot' is a point mass", 7),
     ],
-    ids=['hull', 'copy', 'urdf', 'pivot', 'integrator', 'force'],
+    ids=['hull', 'copy', 'urdf', 'integrator', 'force'],
 )  # fmt: skip
 def test_a_run_that_cannot_be_made_names_file_place_and_line(
     tmp_path: Path, lines: tuple[str, ...], place: str, reason: str, line: int

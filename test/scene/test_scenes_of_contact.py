@@ -86,19 +86,22 @@ def test_incline_holds_the_rough_block_and_lets_the_smooth_one_slide() -> None:
     after = at(slope, 2.0).state
     rough, smooth = np.linalg.norm(after.position - before, axis=1)[1:]
     assert rough < CREEP
-    # x = a t^2 / 2; the cold first substep carries no friction: g sin(20) h more speed, 2 s long.
-    late = G * math.sin(math.radians(20)) * substep(slope) * slope.time
-    assert smooth == pytest.approx(0.5 * 0.5897 * slope.time**2, abs=1.5 * late)
+    # x = a t^2 / 2; friction acts from the first substep on, which the block takes to settle: a
+    # part of g sin(20) h^2.
+    acceleration = G * (math.sin(math.radians(20)) - 0.3 * math.cos(math.radians(20)))
+    late = G * math.sin(math.radians(20)) * substep(slope) ** 2
+    assert smooth == pytest.approx(0.5 * acceleration * slope.time**2, abs=late)
 
 
-def test_stack_stands_and_gives_way_by_the_softness_of_its_contacts() -> None:
+def test_stack_stands_and_its_static_sink_is_taken_out() -> None:
     stack = start('stack')
     before = stack.state.position
     after = at(stack, 5.0).state
     drift = np.linalg.norm((after.position - before)[1:, :2], axis=1).max()
-    assert after.position[10, 2] == pytest.approx(1.8996, abs=1e-4)
-    assert drift < 2e-4
-    assert np.linalg.norm(after.velocity, axis=1).max() < 1e-4
+    # 0.03 of the sink of ten soft contacts (0.37 mm) is left, against which nothing settles
+    assert after.position[10, 2] == pytest.approx(1.9 - 1.1e-5, abs=1e-6)
+    assert drift < 2e-6  # what is left of the first ticks, in which loads are not known yet
+    assert np.linalg.norm(after.velocity, axis=1).max() < 1e-5
     contacts = stack.contacts()
     on_ground = np.any(contacts.bodies == 0, axis=1)
     carried = np.abs(contacts.impulse[on_ground, 2].sum()) / stack.dt
@@ -110,8 +113,9 @@ def test_pyramid_stands() -> None:
     before = pyramid.state.position
     after = at(pyramid, 3.0).state
     moved = np.linalg.norm((after.position - before)[1:], axis=1)
-    assert moved.max() < 1e-4
-    assert np.linalg.norm(after.velocity, axis=1).max() < 1e-3
+    assert moved.max() < 5e-5  # boxes go 0.025 mm sideways while friction finds its forces
+    assert (before - after.position)[1:, 2].max() < 1e-5  # what is left of the static sink
+    assert np.linalg.norm(after.velocity, axis=1).max() < 1e-5
 
 
 def test_newtons_cradle_hands_its_motion_to_the_last_ball() -> None:

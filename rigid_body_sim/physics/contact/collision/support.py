@@ -99,7 +99,7 @@ def gap_along(
 @kernel
 def is_inside(
     point: Any, margin: float, collider: int, place: int, colliders: ColliderArrays
-) -> bool:
+) -> Any:
     """Tell whether a point lies in a collider, no plane, and deeper than a margin [m]."""
     row = collider * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]

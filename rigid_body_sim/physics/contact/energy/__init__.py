@@ -1,9 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What contact may do to energy: a bounce returns no more than it took, gains are taken back.
+What contact may do to energy: a bounce returns no more than the impact took.
 
     account             what the energy of each body would be without contacts
     restitution_bound   bounds what a bounce gives back
-    projection          projects onto energy that has not risen, and attributes the change
 """

@@ -22,7 +22,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
-from rigid_body_sim.physics.compile.kernels import kernel, slot, specialise
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
@@ -31,11 +31,23 @@ from rigid_body_sim.physics.contact.solver import (
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 from rigid_body_sim.physics.contact.solver.solve import OPEN
-from rigid_body_sim.physics.vectors import add, add_scaled, apply_symmetric, cross, dot, scale
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    apply_symmetric,
+    cross,
+    dot,
+    scale,
+    subtract,
+)
 
 # [m/s] velocity along the normal, with the push-out, below which nothing is solved in common: then
 # the points differ by less than this
 STILL = 1e-9
+
+# [rad/s] turn of the two bodies against each other, across the normal, above which nothing is
+# solved in common: their points differ already, and there is no symmetry to keep
+TURNING = 1e-7
 
 SOFT = slot('[-] whether overlaps are soft, before the motion')
 BOUNCING = slot('[-] whether it is the impulse of restitution')
@@ -45,42 +57,72 @@ law = slot(
 
 
 @kernel
-def begin(lanes: int, scratch: Array) -> None:
-    """Let every lane of a batch be asked whether it stirs."""
+def begin(lanes: int, constraints: Array, scratch: Array) -> None:
+    """Find the lanes that are visited, and whose bodies do not turn against each other."""
     for lane in range(lanes):
-        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0
+        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
+        turn = cross(normal, subtract(omega_b, omega_a))
+        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
+        alike = active & (dot(turn, turn) < TURNING * TURNING)
+        scratch[lane + lane_scratch.COMMON_ALIKE] = 1.0 if alike else 0.0
+
+
+@kernel
+def any_alike(used: int, scratch: Array) -> bool:
+    """Tell whether the points of some lane are alike: see `begin`."""
+    alike = 0.0
+    for lane in range(used):
+        alike += scratch[lane + lane_scratch.COMMON_ALIKE]
+    return alike > 0.0
+
+
+@inline
+def _stirs(scratch: Array, lane: int) -> Any:
+    """Tell whether what a lane has in common is not at rest, given the sums of its points."""
+    mass = scratch[lane + lane_scratch.COMMON_MASS]
+    drive = mass * scratch[lane + lane_scratch.COMMON_ALONG]
+    drive += scratch[lane + lane_scratch.COMMON_DRIVE]
+    return (scratch[lane + lane_scratch.COMMON_ALIKE] > 0.0) & (abs(drive) > STILL * mass)
 
 
 @kernel
 def stirs(used: int, scratch: Array) -> bool:
-    """
-    Tell whether what some lane has in common is not at rest, given the sums of its points. Others
-    keep their bits, and so do those that have been found: whatever is struck beside them.
-    """
-    any_stirs = False
+    """Tell whether what some lane has in common is not at rest."""
+    found = False
     for lane in range(used):
-        mass = scratch[lane + lane_scratch.COMMON_MASS]
-        drive = mass * scratch[lane + lane_scratch.COMMON_ALONG]
-        drive += scratch[lane + lane_scratch.COMMON_DRIVE]
-        asked = scratch[lane + lane_scratch.COMMON_STIRS] > 0.0
-        moves = asked and abs(drive) > STILL * mass
-        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if moves else 0.0
-        any_stirs = any_stirs or moves
-    return any_stirs
+        found = found or _stirs(scratch, lane)
+    return found
+
+
+@kernel
+def rests(used: int, scratch: Array) -> bool:
+    """
+    Tell whether the first point of each lane whose points are alike is pressed, and at rest. Such
+    lanes stand still, whatever lies beside them.
+    """
+    found = False
+    for lane in range(used):
+        pressed = scratch[lane + lane_scratch.COMMON_MASS] > 0.0
+        alike = scratch[lane + lane_scratch.COMMON_ALIKE] > 0.0
+        goes_on = alike and (not pressed or _stirs(scratch, lane))
+        scratch[lane + lane_scratch.COMMON_ALIKE] = 1.0 if goes_on else 0.0
+        found = found or goes_on
+    return not found
 
 
 @kernel
 def is_clamped(used: int, scratch: Array) -> bool:
     """
-    Tell whether some impulse would have become negative: then the sums of its lane are others, and
-    it is asked again.
+    Tell whether some impulse would have become negative: then the sums are others. Let the other
+    lanes stand still.
     """
-    any_clamped = False
+    found = False
     for lane in range(used):
         clamped = scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0
-        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if clamped else 0.0
-        any_clamped = any_clamped or clamped
-    return any_clamped
+        scratch[lane + lane_scratch.COMMON_ALIKE] = 1.0 if clamped else 0.0
+        found = found or clamped
+    return found
 
 
 @kernel
@@ -88,7 +130,7 @@ def clear(lanes: int, constraints: Array, scratch: Array) -> None:
     """Begin the sums of a batch, with the velocity of the centres along the normal."""
     for lane in range(lanes):
         for row in range(
-            lane + lane_scratch.COMMON_ARM_A, lane + lane_scratch.COMMON_STIRS, LANES
+            lane + lane_scratch.COMMON_ARM_A, lane + lane_scratch.COMMON_ALIKE, LANES
         ):
             scratch[row] = 0.0
         inverse_mass = (
@@ -208,7 +250,7 @@ def solve(lanes: int, constraints: Array, scratch: Array) -> None:
         mass = scratch[lane + lane_scratch.COMMON_MASS]
         stiffness = count * rate * mass + scratch[lane + lane_scratch.COMMON_SOFTNESS]
         drive = mass * velocity + scratch[lane + lane_scratch.COMMON_DRIVE]
-        solvable = several & (stiffness > 0.0)
+        solvable = several & (stiffness > 0.0) & _stirs(scratch, lane)
         scratch[lane + lane_scratch.COMMON_CHANGE] = (
             -drive / (stiffness if solvable else 1.0) if solvable else 0.0
         )
@@ -223,10 +265,12 @@ def _apply_to_point(
         impulse, _, _, _, _, takes_part = law(
             constraints, points, scratch, lane, inverse_h, slop, cap
         )
-        takes_part = takes_part & (scratch[lane + lane_scratch.COMMON_STIRS] > 0.0)
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
         arm_a, arm_b = wide_lanes.arms(points, lane)
         common = scratch[lane + lane_scratch.COMMON_CHANGE]
+        takes_part = takes_part & (
+            common != 0.0
+        )  # else it keeps its bits, whatever lies beside it
         # half of the warm start is still to come, before the motion, of what presses
         warm = points[lane + contact_point.WARM_NORMAL] if SOFT and not BOUNCING else 0.0
         before = impulse - warm if impulse > 0.0 else 0.0
@@ -251,7 +295,7 @@ def _apply_to_point(
 def visits(*, soft: bool, bouncing: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Make the kernels that add a point and apply its part, of one of the three passes."""
     name = 'bouncing' if bouncing else 'soft' if soft else 'relaxed'
-    offered = {'SOFT': soft, 'BOUNCING': bouncing}
+    offered: dict[str, Any] = {'SOFT': soft, 'BOUNCING': bouncing}
     offered['law'] = specialise(_law, name=name, inlined=True, offered=offered)
     return (
         specialise(_add_point, name=name, offered=offered),

@@ -5,7 +5,8 @@ What the solver knows of the friction of a manifold of several points, in wide l
 numbers behind those of its points, see `constraint`.
 
 The friction of such a manifold is one force at its centre and one twist about the normal there.
-Its centre is the mean of its points as they pressed at the start of the tick, and follows them;
+Its centre is the mean of its points as they pressed at the start of the tick, or of the nearest
+ones where nothing has pressed yet, and follows them;
 what presses within the tick may have another one, see `patch_friction`.
 """
 

@@ -7,9 +7,9 @@ Sequential impulses (projected Gauss-Seidel): batch after batch, point after poi
 the velocities that the last one left. The equations are those of `prepare`, `warm_start`, `solve`,
 `separation`, `rolling_friction` and `restitution`, for the eight lanes of a batch at once.
 
-`lanes` are eight, or four where a batch has no more, which must not be known to the compiler: it
-would unroll the loops over the lanes and lose SIMD, which is five times faster. So
-`lanes_at_once`, always eight, comes from outside.
+`lanes` are eight, in use or not: four of them would be done one by one, at twice the cost. That
+must not be known to the compiler: it would unroll the loops over the lanes and lose SIMD, which is
+five times faster. So `lanes_at_once`, always eight, comes from outside.
 """
 
 from __future__ import annotations
@@ -37,7 +37,6 @@ from rigid_body_sim.physics.contact.solver import (
     solve,
     warm_start,
 )
-from rigid_body_sim.physics.state.blocks import wide
 
 STARTING_ITERATIONS = 20  # at most, of a batch on which friction of a face starts
 COMMON_ITERATIONS = 6  # at most, of the common impulse, where it is clamped
@@ -71,7 +70,7 @@ update_normals = slot('kernel (lanes, constraints, points, scratch): the same wi
 def _lanes(number: int, lanes_at_once: int, batches: Indices) -> Any:
     """Lanes of a batch: in use, and to visit."""
     used = batches[number * batch_record.SIZE + batch_record.LANE_COUNT]
-    return used, min(wide(used), lanes_at_once)
+    return used, lanes_at_once
 
 
 @inline
@@ -136,12 +135,16 @@ def _solve_in_common(
     """Solve what the points of each lane of a batch have in common: `common_impulse`."""
     scratch = rows[0 : lane_scratch.SIZE]
     constraints = rows[first - constraint.SIZE : first]
-    common_impulse.begin(lanes, scratch)
-    for _ in range(COMMON_ITERATIONS):
+    common_impulse.begin(lanes, constraints, scratch)
+    if not common_impulse.any_alike(used, scratch):
+        return
+    for iteration in range(COMMON_ITERATIONS):
         common_impulse.clear(lanes, constraints, scratch)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             add_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
+            if iteration + point == 0 and common_impulse.rests(used, scratch):
+                return  # points that are alike rest alike
         if not common_impulse.stirs(used, scratch):
             break
         common_impulse.solve(lanes, constraints, scratch)
@@ -322,6 +325,7 @@ def _relax(
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.clear_moments(lanes, scratch)
+                patch_friction.find_slide(lanes, constraints, patch, scratch)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if several:

@@ -45,6 +45,7 @@ from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, load, load_strided, subtract
 
 DEEP = 0.005  # [-] of the radius: an overlap that is deeper goes at the push-out speed
+NEAR = 1e-6  # [m] apart from the nearest point of a manifold: it counts half in the first centre
 
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
 
@@ -190,6 +191,34 @@ def _center(number: int, core: int, translation: Array, poses: Array) -> Any:
     return load_strided(translation, at(core, TRANSLATION) + RX, LANES)
 
 
+@inline
+def _weigh_nearest(
+    point_count: int, record: int, face: int, manifolds: Array, rows: Array
+) -> None:  # fmt: skip
+    """
+    Weigh the points of a manifold in the centre of its friction, until it is known what presses:
+    those that are nearest alike, the others by 1/(1 + (s/NEAR)^2), s how much farther they are.
+
+    The arm of friction ends where the surfaces touch. Halfway to a point that is still apart it
+    would tip what lands on an edge or a rim, by an impulse of first order in h.
+    """
+    first = record + manifold_record.POINTS + manifold.SEPARATION
+    nearest = math.inf
+    for point in range(point_count):
+        nearest = min(nearest, manifolds[first + point * manifold.POINT])
+    total = 0.0
+    weights = face + friction_patch.WEIGHTS
+    for point in range(manifold.MOST):
+        weight = 0.0
+        if point < point_count:
+            farther = (manifolds[first + point * manifold.POINT] - nearest) / NEAR
+            weight = 1.0 / (1.0 + farther * farther)
+        rows[weights + point * constraint.LANES] = weight
+        total += weight
+    for point in range(point_count):
+        rows[weights + point * constraint.LANES] /= total
+
+
 @kernel
 def prepare_points(
     manifold_count: int, width: int, order: Indices, translation: Array, colliders: ColliderArrays,
@@ -226,10 +255,7 @@ def prepare_points(
         if point_count > 1:
             face = lane + constraint.SIZE + manifold.MOST * width
             corners = manifolds[record + manifold_record.CORNERS]
-            for point in range(manifold.MOST):
-                rows[face + friction_patch.WEIGHTS + point * constraint.LANES] = (
-                    1.0 / point_count if point < point_count else 0.0
-                )
+            _weigh_nearest(point_count, record, face, manifolds, rows)
             rows[face + friction_patch.UNIFORM] = patch_friction.uniform_share(corners)
         for point in range(point_count):
             found = record + manifold_record.POINTS + point * manifold.POINT

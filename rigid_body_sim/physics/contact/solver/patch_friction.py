@@ -156,7 +156,7 @@ def add_to_center(lanes: int, weights: Array, points: Array, patch: Array) -> No
 def weigh(lanes: int, weights: Array, points: Array, scratch: Array) -> None:
     """
     Weigh one point of each lane by what it pressed in the last tick, of what all did
-    (`add_press`); where nothing did all weigh alike, as they did before.
+    (`add_press`); where nothing did they keep the weights that they have by nearness.
     """
     for lane in range(lanes):
         total = scratch[lane + lane_scratch.PRESS]
@@ -256,6 +256,21 @@ def clear_moments(lanes: int, scratch: Array) -> None:
     for lane in range(lanes):
         wide_lanes.put_vector(scratch, lane + lane_scratch.PRESS, (0.0, 0.0, 0.0))
         wide_lanes.put_vector(scratch, lane + lane_scratch.PRESS_11, (0.0, 0.0, 0.0))
+
+
+@kernel
+def find_slide(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
+    """Find how much of what presses the friction of each lane is: `solve`."""
+    for lane in range(lanes):
+        along_1 = patch[lane + friction_patch.IMPULSE_1]
+        along_2 = patch[lane + friction_patch.IMPULSE_2]
+        mu = constraints[lane + constraint.FRICTION]
+        least = math.sqrt(along_1 * along_1 + along_2 * along_2) / (mu if mu > 0.0 else 1.0)
+        press = patch[lane + friction_patch.MEASURED]
+        press = press if press > least else least
+        share = 1.0 / (press if press > 0.0 else 1.0)
+        scratch[lane + lane_scratch.SLIDE_1] = share * along_1
+        scratch[lane + lane_scratch.SLIDE_2] = share * along_2
 
 
 @kernel

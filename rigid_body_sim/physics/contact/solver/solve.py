@@ -16,11 +16,15 @@ separation s, substep h, and beta, sigma, iota the bias rate, mass scale and imp
               s <= 0: dJ = -m sigma (v_n + max(beta (s + slop), -cap)) - iota J
               J_n - J_warm/2 >= 0: the other half of the warm start is still to come
     relaxed:  dJ = -m (v_n + max(s, 0)/h),  J_n >= 0; with a warm start: dJ = -m v_n
+              m/(1 + x) for m where x = m (J_t . K_tn) / J_n > 1/2
     friction: J_t <- J_t - v_t / lambda_max, then onto the disc |J_t| <= mu J_n
 
 m : effective mass, 1/(n-entry of J M^-1 J^T); lambda_max largest eigenvalue of its tangential
 block. A step by 1/lambda_max and not by the inverse of the block: only so is the friction of a
-slide opposite to its velocity.
+slide opposite to its velocity. K_tn: velocity along the tangents per normal impulse. Friction that
+slides follows what presses, and lifts by x of what it presses with: visits that leave this out
+fall by x from one to the next, and end at no impulse at all where x > 1 (a steep rod that slides,
+Painleve's ratio mu K/k_n).
 """
 
 from __future__ import annotations
@@ -48,6 +52,8 @@ START = 100.0
 # [m] separation from which surfaces are apart: less is rounding, by which the points of a body
 # that lands flat must not differ
 OPEN = 1e-12
+
+LIFTS = 0.5  # [-] x from which a visit takes into account that friction lifts
 
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
 
@@ -247,6 +253,20 @@ def _solve_normals(
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
+@inline
+def _with_slide(mass: float, slide_1: Any, slide_2: Any, points: Array, lane: int) -> Any:
+    """
+    Return the mass against what presses and the friction that follows it.
+
+        slide_1, slide_2 : [-] friction over what presses
+    """
+    lifts = mass * (
+        slide_1 * points[lane + contact_point.CROSS_TERM_1]
+        + slide_2 * points[lane + contact_point.CROSS_TERM_2]
+    )
+    return mass / (1.0 + lifts) if lifts > LIFTS else mass
+
+
 def _relax(
     lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float
 ) -> None:  # fmt: skip
@@ -268,6 +288,14 @@ def _relax(
         is_open = separation > OPEN
         is_new = points[lane + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
+        if RUBS:
+            share = 1.0 / old if old > 0.0 else 0.0
+            slide_1 = share * points[lane + contact_point.TANGENT_IMPULSE_1]
+            slide_2 = share * points[lane + contact_point.TANGENT_IMPULSE_2]
+        else:
+            slide_1 = scratch[lane + lane_scratch.SLIDE_1]
+            slide_2 = scratch[lane + lane_scratch.SLIDE_2]
+        mass = _with_slide(mass, slide_1, slide_2, points, lane)
         new = old - mass * (dot(normal, velocity) + bias)
         new = new if new > 0.0 else 0.0
         # what touches in the next substep bounces there: at the end of a tick here is too early

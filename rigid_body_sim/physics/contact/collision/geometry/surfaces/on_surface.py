@@ -259,7 +259,7 @@ def _take_out_covered(flush: float, parameters: Array, planes: int, found: Array
 
 
 @kernel
-def _corners_of(result: int, found: Array) -> float:
+def _corners_of(result: int, found: Array) -> Any:
     """Corners of the face of a manifold: that on the plane, where all of it is over the facet."""
     at = _slot_of(found[result + KEY], found)
     if at != NO_SLOT and _is_done(at, found):
