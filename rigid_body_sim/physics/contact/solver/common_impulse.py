@@ -45,8 +45,8 @@ from rigid_body_sim.physics.vectors import (
 # the points differ by less than this
 STILL = 1e-9
 
-# [rad/s] turn of the two bodies against each other, across the normal, above which nothing is solved
-# in common: their points differ already, and there is no symmetry to keep
+# [rad/s] turn of the two bodies against each other, across the normal, above which nothing is
+# solved in common: their points differ already, and there is no symmetry to keep
 TURNING = 1e-7
 
 SOFT = slot('[-] whether overlaps are soft, before the motion')
@@ -89,10 +89,10 @@ def _stirs(scratch: Array, lane: int) -> Any:
 @kernel
 def stirs(used: int, scratch: Array) -> bool:
     """Tell whether what some lane has in common is not at rest."""
+    found = False
     for lane in range(used):
-        if _stirs(scratch, lane):
-            return True
-    return False
+        found = found or _stirs(scratch, lane)
+    return found
 
 
 @kernel
@@ -261,7 +261,7 @@ def _apply_to_point(
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
         arm_a, arm_b = wide_lanes.arms(points, lane)
         common = scratch[lane + lane_scratch.COMMON_CHANGE]
-        takes_part = takes_part & (common != 0.0)  # else it keeps its bits, whatever lies beside it
+        takes_part = takes_part & (common != 0.0)  # else it keeps its bits
         # half of the warm start is still to come, before the motion, of what presses
         warm = points[lane + contact_point.WARM_NORMAL] if SOFT and not BOUNCING else 0.0
         before = impulse - warm if impulse > 0.0 else 0.0
