@@ -181,16 +181,20 @@ def _would_bind(
     fall = dot(normal, load(bodies, row_a * solver_bodies.SIZE + acceleration))
     fall -= dot(normal, load(bodies, row_b * solver_bodies.SIZE + acceleration))
     fall = max(0.5 * horizon * horizon * fall, 0.0)
-    squared_a, squared_b = dot(spin_a, spin_a), dot(spin_b, spin_b)
+    rate_a, rate_b = math.sqrt(dot(spin_a, spin_a)), math.sqrt(dot(spin_b, spin_b))
+    passing = subtract(velocity_a, velocity_b)
+    speed = math.sqrt(dot(passing, passing))
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
         point = load(manifolds, place + POSITION)
         arm_a, arm_b = subtract(point, center_a), subtract(point, center_b)
         turning = dot(normal, cross(spin_a, arm_a)) - dot(normal, cross(spin_b, arm_b))
-        bend = squared_a * math.sqrt(dot(arm_a, arm_a)) + squared_b * math.sqrt(dot(arm_b, arm_b))
+        bend = rate_a * (speed + 2.0 * rate_a * math.sqrt(dot(arm_a, arm_a)))
+        bend += rate_b * (speed + 2.0 * rate_b * math.sqrt(dot(arm_b, arm_b)))
         gap = manifolds[place + SEPARATION]
         nearer = closing + horizon * turning
-        more = fall + 0.5 * horizon * horizon * bend  # the rows turn with the bodies
+        # arms turn with the bodies, and end midway between surfaces that pass each other
+        more = fall + 0.5 * horizon * horizon * bend
         if (nearer > CALM or gap > flush) and (nearer + more) * WIDE > gap:
             return True
         if gap < -CALM and has_cylinder(a, b, table):

@@ -101,7 +101,7 @@ def _core_point(
 
 
 @kernel
-def _radius_about_core(collider: int, colliders: ColliderArrays) -> float:
+def _radius_about_core(collider: int, colliders: ColliderArrays) -> Any:
     """Return the radius about the core of a collider [m]."""
     row = collider * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]

@@ -268,9 +268,7 @@ def _apply_to_point(
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
         arm_a, arm_b = wide_lanes.arms(points, lane)
         common = scratch[lane + lane_scratch.COMMON_CHANGE]
-        takes_part = takes_part & (
-            common != 0.0
-        )  # else it keeps its bits, whatever lies beside it
+        takes_part = takes_part & (common != 0.0)  # else it keeps its bits
         # half of the warm start is still to come, before the motion, of what presses
         warm = points[lane + contact_point.WARM_NORMAL] if SOFT and not BOUNCING else 0.0
         before = impulse - warm if impulse > 0.0 else 0.0
