@@ -167,7 +167,7 @@ def _law(
             points[lane + contact_point.LARGEST_NORMAL_IMPULSE]
             + points[lane + contact_point.NORMAL_IMPULSE]
         )
-        may = pressure > 0.0
+        may = (pressure > 0.0) & (constraints[lane + constraint.BOUNCES] > 0.0)
     elif SOFT:
         impulse = points[lane + contact_point.NORMAL_IMPULSE]
         depth = separation + slop
