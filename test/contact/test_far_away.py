@@ -107,7 +107,7 @@ def alone(restitution, seed):
 @pytest.mark.parametrize('restitution', [0.0, 0.3, 0.8])
 def test_a_heap_has_the_same_bits_with_and_without_others_far_away(restitution, others, request):
     if (restitution, others) == (0.8, 'a stack at rest'):
-        said = 'the first impact of one hull in tick 590 differs by 3e-7 of its impulse: not found yet'
+        said = 'the first impact of a hull, tick 590, differs by 3e-7 of its impulse: not found'
         request.applymarker(pytest.mark.xfail(strict=False, reason=said))
     together = states(heap(restitution, 0) + OTHERS[others])
     np.testing.assert_array_equal(together, alone(restitution, 0))
