@@ -30,7 +30,8 @@ help:  ## this list
 venv:  ## make .venv with the pinned requirements, if it is not complete
 	@sh $(ROOT)/tools/make_venv.sh
 
-demo: venv  ## node, commands from a second process, bag, replay, picture
+demo:  ## node, commands from a second process, bag, replay, picture
+	@sh $(ROOT)/tools/make_venv.sh demo
 	@cd $(ROOT) && $(PYTHON) tools/demo.py
 
 test: venv  ## the whole test suite; PYTEST_ARGS='-k name' for a part

@@ -105,8 +105,11 @@ setup(
         'trimesh',
     ],
     extras_require={
+        'dask': ['dask', 'distributed', 'pandas', 'pyarrow'],
         'decomposition': ['coacd'],
+        'gym': ['gymnasium'],
         'peers': ['mujoco', 'drake', 'dartpy', 'pin', 'rapier3d'],
+        'tables': ['pandas', 'pyarrow', 'xarray'],
         'test': [
             'hypothesis',
             'mcap-ros2-support',

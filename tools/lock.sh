@@ -6,7 +6,7 @@
 # Python from 3.10 to 3.13, with the SHA-256 of each file of that version (any processor).
 #   sh tools/lock.sh            locks anew what has changed in the lists; the other versions stay
 #   sh tools/lock.sh --upgrade  takes the newest version of all that the lists leave open
-# Writes requirements/locked.txt (runtime and test) and requirements/locked_ros.txt (what rclpy as wheels adds). uv,
+# Writes requirements/locked.txt (runtime), locked_ros.txt (what rclpy as wheels adds) and locked_test.txt (the rest). uv,
 # which resolves for all Pythons at once, is installed into a temporary folder. One package (empy) comes as source
 # alone: pip builds it with the setuptools of the day.
 set -eu
@@ -24,10 +24,11 @@ compile() {  # OUTPUT LISTS…
         --generate-hashes --no-annotate --no-header --no-emit-index-url --output-file "$output" "$@"
 }
 
-[ "${1:-}" = --upgrade ] || [ ! -f locked.txt ] || cat locked.txt locked_ros.txt > "$folder/all.txt"
+[ "${1:-}" = --upgrade ] || [ ! -f locked.txt ] || cat locked*.txt > "$folder/all.txt"
 compile "$folder/all.txt" runtime.txt ros.txt test.txt
-compile "$folder/base.txt" runtime.txt test.txt --constraints "$folder/all.txt"
-"$python" - "$folder/all.txt" "$folder/base.txt" <<'PYTHON'
+compile "$folder/base.txt" runtime.txt --constraints "$folder/all.txt"
+compile "$folder/node.txt" runtime.txt ros.txt --constraints "$folder/all.txt"
+"$python" - "$folder/all.txt" "$folder/base.txt" "$folder/node.txt" <<'PYTHON'
 import re
 import sys
 from pathlib import Path
@@ -40,13 +41,16 @@ def entries(path):
     return [entry for entry in every if "sys_platform == 'win32'" not in entry.partition('\n')[0]]
 
 
-total, base = map(entries, sys.argv[1:])
-names = {entry.partition('==')[0] for entry in base}
+total, base, node = map(entries, sys.argv[1:])
+base, node = ({entry.partition('==')[0] for entry in part} for part in (base, node))
+node -= base
 parts = {
-    'locked.txt': ('what runtime.txt and test.txt come to.', [e for e in total if e.partition('==')[0] in names]),
-    'locked_ros.txt': ('what ros.txt adds.', [e for e in total if e.partition('==')[0] not in names]),
+    'locked.txt': ('what runtime.txt comes to.', base),
+    'locked_ros.txt': ('what ros.txt adds.', node),
+    'locked_test.txt': ('what test.txt adds.', {e.partition('==')[0] for e in total} - base - node),
 }
-for name, (what, kept) in parts.items():
+for name, (what, names) in parts.items():
+    kept = [entry for entry in total if entry.partition('==')[0] in names]
     Path(name).write_text(HEAD.format(what) + ''.join(kept))
     print(f'requirements/{name}: {len(kept)} entries')
 PYTHON

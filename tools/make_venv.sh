@@ -5,6 +5,8 @@
 # Make .venv with what requirements/locked*.txt name, by hash (tools/lock.sh makes them), unless it stands and is
 # complete. The stamp is written last and holds what the environment was made from, so one that was interrupted, or
 # made from another lock, is made anew.
+#   sh tools/make_venv.sh       everything: the package, its tests, linters and documents
+#   sh tools/make_venv.sh demo  the package and ROS alone; what is missing comes when it is asked for
 # Where a ROS 2 Jazzy is sourced, its python3 and its rclpy are used; elsewhere rclpy comes as wheels.
 set -eu
 cd "$(dirname "$0")/.."
@@ -24,12 +26,21 @@ else
     lists='locked locked_ros'
     unset PYTHONPATH
 fi
+what=${1:-everything}
+stands=
+size='730 MB'
+locks=$(cat requirements/locked*.txt | cksum)
+if .venv/bin/python -c '' 2>/dev/null; then stands=$(cat $stamp 2>/dev/null || true); fi
+case $stands in
+    "everything $source $locks" | "$what $source $locks") exit 0 ;;
+esac
+if [ "$what" = everything ]; then
+    lists="$lists locked_test"
+    size='1.6 GB'
+fi
 set --
 for list in $lists; do set -- "$@" -r "requirements/$list.txt"; done
-wanted="$source $(cat requirements/locked*.txt | cksum)"
-if [ "$(cat $stamp 2>/dev/null)" = "$wanted" ] && .venv/bin/python -c '' 2>/dev/null; then
-    exit 0
-fi
+wanted="$what $source $locks"
 
 if [ $source = sourced ]; then
     python=$(command -v python3)
@@ -38,10 +49,15 @@ else
     python=$(sh tools/find_python.sh)
     site=
 fi
-echo "1/3 .venv from $python"
-rm -rf .venv
-"$python" -m venv $site .venv || fail "$python could not make .venv (its message stands above)"
-echo "2/3 installing requirements: about a minute, 800 MB"
+if [ "$stands" = "demo $source $locks" ]; then  # the rest is added
+    echo "1/3 .venv stands"
+    rm $stamp
+else
+    echo "1/3 .venv from $python"
+    rm -rf .venv
+    "$python" -m venv $site .venv || fail "$python could not make .venv (its message stands above)"
+fi
+echo "2/3 installing requirements: about a minute, $size"
 .venv/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes "$@" || {
     [ $source = sourced ] || [ "$(uname -sm)" = 'Linux x86_64' ] || fail \
         "ROS 2 has wheels for Linux x86_64 only and this is $(uname -sm): source a ROS 2 Jazzy installation and try again"

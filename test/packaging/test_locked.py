@@ -17,7 +17,7 @@ PYTHONS = ('3.10', '3.11', '3.12', '3.13')
 
 def locked():
     """Every entry of the locks: (requirement, its hashes)."""
-    for name in ('locked', 'locked_ros'):
+    for name in ('locked', 'locked_ros', 'locked_test'):
         for entry in re.split(r'(?m)^(?=[^\s#])', (ROOT / f'{name}.txt').read_text())[1:]:
             head, *hashes = (line.strip(' \\') for line in entry.splitlines())
             yield Requirement(head), hashes
