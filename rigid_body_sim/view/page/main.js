@@ -60,8 +60,10 @@ class View {
   }
 
   firstChoice() {
-    const named = this.run.bodies.findIndex(body => body.name === this.wishes.get('body'));
-    return named >= 0 ? named : Math.max(0, this.run.bodies.findIndex(body => !body.fixed));
+    const { bodies } = this.run, wanted = [
+      body => body.name === this.wishes.get('body'), body => !body.fixed && !body.moved, body => !body.fixed, () => true,
+    ];
+    return wanted.map(fits => bodies.findIndex(fits)).find(index => index >= 0);
   }
 
   fillChooser() {
