@@ -257,7 +257,7 @@ class Run:
         write_parquet(self, path)
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the table of `export` as a CSV file of 17 digits; one that exists is replaced."""
+        """Write the table of `export` as a CSV file, exact; one that exists is replaced."""
         from rigid_body_sim.library.tables import write_csv
 
         write_csv(self, path)

@@ -10,8 +10,8 @@ A run as one table: a row per instant, the first where it began.
     BODY.force.x … z, BODY.torque.x … z                     [N], [N m]      world axes
     kinetic_energy, potential_energy, energy                [J]      where the scene is known
 
-The numbers are those of the run, so those of the bag from which it came, to the bit; CSV has 17
-digits, which say as much. Missing numbers are NaN. pandas, pyarrow and xarray are the extra
+The numbers are those of the run, so those of the bag from which it came, to the bit; CSV has
+the up to 17 digits that say as much. Missing numbers are NaN. pandas, pyarrow and xarray are the extra
 `tables` and are imported here alone.
 """
 
@@ -130,15 +130,14 @@ def write_parquet(
 def write_csv(
     run: Run, path: str | os.PathLike[str], *, progress: Progress = lambda _rows: None
 ) -> None:
-    """Write the table as a CSV file with 17 digits, as a whole or not at all."""
+    """Write the table as a CSV file, numbers as `repr` has them, as a whole or not at all."""
     table = columns(run)
-    line = ','.join(['%.17g'] * len(table)) + '\n'
     arrays = [*table.values()]
     with _replacing(Path(path)) as new, new.open('w', encoding='utf-8', newline='') as file:
         file.write(','.join(table) + '\n')
         for start in range(0, len(run.time), ROWS):
             rows = np.stack([array[start : start + ROWS] for array in arrays], axis=1).tolist()
-            file.writelines(line % tuple(row) for row in rows)
+            file.writelines(','.join(map(repr, row)) + '\n' for row in rows)
             progress(len(rows))
 
 
