@@ -10,8 +10,8 @@ A run as one table: a row per instant, the first where it began.
     BODY.force.x … z, BODY.torque.x … z                     [N], [N m]      world axes
     kinetic_energy, potential_energy, energy                [J]      where the scene is known
 
-The numbers are those of the run, so those of the bag from which it came, to the bit; CSV has
-the up to 17 digits that say as much. Missing numbers are NaN. pandas, pyarrow and xarray are the extra
+The numbers are those of the run, so those of the bag from which it came, to the bit; CSV has the
+up to 17 digits that say as much. Missing numbers are NaN. pandas, pyarrow and xarray are the extra
 `tables` and are imported here alone.
 """
 

@@ -78,9 +78,25 @@ def mapping_of(scene: Scene) -> dict[str, Any]:
         'contact': _plain(scene.contact),
         'bodies': [_body(body, i) for i, body in enumerate(scene.bodies)],
     }
+    for body, written in zip(scene.bodies, said['bodies'], strict=True):
+        if isinstance(body.shape, shapes.Mesh | shapes.Surface):
+            written['shape'] = _as_it_was(scene, body) or written['shape']
     if scene.forces:
         said['forces'] = [_force(force) for force in scene.forces]
     return said
+
+
+def _as_it_was(scene: Scene, body: Body) -> dict[str, Any] | None:
+    """
+    Return the shape as the text of the scene has it, where that text is of an earlier state of it:
+    triangles come from files and tables that only the text names.
+    """
+    try:
+        found = document.read(scene.source, name='', with_lines=False).content['bodies']
+        shape = next(item['shape'] for item in found if item['name'] == body.name)
+    except (UserError, LookupError, TypeError, StopIteration):
+        return None
+    return shape if isinstance(shape, dict) else None
 
 
 def _force(force: Any) -> dict[str, Any]:

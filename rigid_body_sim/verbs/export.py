@@ -9,7 +9,8 @@ BODY.velocity.x … z [m/s] and BODY.angular_velocity.x … z [rad/s], BODY.forc
 BODY.torque.x … z [N m], all in world axes; kinetic_energy, potential_energy and energy [J].
 
 Force and torque are what commands exert: in each row those last told at its instant or before. The
-numbers are those of the bag to the bit; CSV has the up to 17 digits that say as much. Parquet needs pyarrow.
+numbers are those of the bag to the bit; CSV has the up to 17 digits that say as much. A Parquet
+file needs pyarrow.
 """
 
 from __future__ import annotations
