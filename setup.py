@@ -92,7 +92,7 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed'],
-        f'{NAME}.view': ['*.html'],
+        f'{NAME}.view': ['page/*', 'vendor/*'],
         f'{NAME}.report': ['assets/*'],
         f'{NAME}.testing': ['*.xml'],
     },
