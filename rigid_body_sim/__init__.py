@@ -110,6 +110,7 @@ __all__ = [
 _PLACES = {  # module: what of it is public
     'analysis.inverse_kinematics': ('inverse_kinematics',),
     'errors': ('RunError', 'UserError'),
+    'library.environment': ('BodyEnv',),  # needs gymnasium, so it is not in __all__
     'library.from_bag': ('open_bag',),
     'library.make_scene': ('make_body', 'make_scene'),
     'library.run': ('BodyRun', 'Run'),
@@ -141,7 +142,7 @@ _ROOMS = ('rotation',)  # modules that are public as they are
 def __dir__() -> list[str]:
     """Name what is public, whether it was asked for yet or not."""
     hidden = {'TYPE_CHECKING', '_PLACES', '_MODULES', '_ROOMS'}
-    return sorted({*globals(), *__all__} - hidden)
+    return sorted({*globals(), *__all__, 'BodyEnv'} - hidden)
 
 
 def __getattr__(name: str):

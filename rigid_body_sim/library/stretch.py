@@ -190,7 +190,8 @@ class Stretch:
     def let_go(self) -> None:
         """Hold nothing of the controller any more."""
         for (body, _), frame in self._asked.items():
-            self.simulation.hold(body, 'wrench', frame=frame)
+            with suppress(InvalidModel):  # it was refused when it was asked for
+                self.simulation.hold(body, 'wrench', frame=frame)
         self._asked.clear()
 
     def _look(self) -> None:
@@ -261,7 +262,7 @@ def follow(
         run = stretch.run(WHOLE)
     except SimulationDiverged as error:
         run = stretch.run('diverged', str(error))
-        warnings.warn(f'{error}; the run holds what came before', RunWarning, stacklevel=4)
+        warnings.warn(f'{error}; the run holds what came before', RunWarning, stacklevel=3)
     except BaseException as error:
         reason = 'error' if isinstance(error, Exception) else 'stopped'
         with suppress(Exception):  # what it raises says more than what could be kept
@@ -271,7 +272,7 @@ def follow(
     finally:
         stretch.let_go()
     for text in run.warnings:
-        warnings.warn(text, RunWarning, stacklevel=4)
+        warnings.warn(text, RunWarning, stacklevel=3)
     return run
 
 
