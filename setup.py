@@ -26,6 +26,7 @@ VERBS = (
     'report',
     'sim_node',
     'simulate',
+    'sweep',
     'view',
     'wrench_pub',
 )

@@ -11,9 +11,44 @@ if TYPE_CHECKING:
     from rigid_body_sim.analysis.inverse_kinematics import inverse_kinematics
     from rigid_body_sim.physics.simulation import Simulation
     from rigid_body_sim.scene import load_scene
+    from rigid_body_sim.sweeps.distributions import (
+        choice,
+        direction,
+        integers,
+        loguniform,
+        normal,
+        random_rotation,
+        truncated_normal,
+        uniform,
+    )
+    from rigid_body_sim.sweeps.ensemble import sweep
 
 __version__ = '0.1.0'
-__all__ = ['Simulation', '__version__', 'inverse_kinematics', 'load_scene']
+__all__ = [
+    'Simulation',
+    '__version__',
+    'choice',
+    'direction',
+    'integers',
+    'inverse_kinematics',
+    'load_scene',
+    'loguniform',
+    'normal',
+    'random_rotation',
+    'sweep',
+    'truncated_normal',
+    'uniform',
+]
+_DISTRIBUTIONS = {
+    'choice',
+    'direction',
+    'integers',
+    'loguniform',
+    'normal',
+    'random_rotation',
+    'truncated_normal',
+    'uniform',
+}
 
 
 def __dir__() -> list[str]:
@@ -35,4 +70,12 @@ def __getattr__(name: str):
         from rigid_body_sim.analysis.inverse_kinematics import inverse_kinematics
 
         return inverse_kinematics
+    if name == 'sweep':
+        from rigid_body_sim.sweeps.ensemble import sweep
+
+        return sweep
+    if name in _DISTRIBUTIONS:
+        from rigid_body_sim.sweeps import distributions
+
+        return getattr(distributions, name)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -26,7 +26,7 @@ from rigid_body_sim.sweeps import packs, table
 from rigid_body_sim.sweeps.executors import Answer, Executor, Here, Processes, Task
 from rigid_body_sim.sweeps.parts import Parts
 from rigid_body_sim.sweeps.plan import GROUPS, Sweep, plan_sweep
-from rigid_body_sim.sweeps.rows import DONE, Row, failed_row
+from rigid_body_sim.sweeps.rows import DONE, Row, failed_row, rows_of
 
 LASTS = 2.0  # [s] of a task: what is lost at most when a process is killed
 FIRST_PACK = 256  # [-] runs of the first task where they share a simulation
@@ -45,18 +45,21 @@ class Outcome:
     """
     What came of a sweep, for the line that says so.
 
-    failed  : runs that did not come to their end
+    made    : runs that were made now
+    failed  : of them, those that did not come to their end
     reasons : how often each reason was given
     notes   : on what went otherwise than it should
     """
 
     def __init__(self) -> None:
+        self.made = 0
         self.failed = 0
         self.reasons: dict[str, int] = {}
         self.notes: list[str] = []
 
     def take(self, rows: Sequence[Row], notes: Sequence[str]) -> None:
         """Count what rows tell."""
+        self.made += len(rows)
         for row in rows:
             if row['status'] != DONE:
                 self.failed += 1
@@ -109,11 +112,7 @@ def run_all(
     executor = make_executor(sweep, workers=1 if here else workers, scheduler=scheduler, saw=saw)
     try:
         while work.is_left:
-            if (
-                isinstance(executor, Here)
-                and workers > 1
-                and work.seconds_left() > WORTH_PROCESSES
-            ):
+            if isinstance(executor, Here) and workers > 1 and work.is_long:
                 executor = Processes(sweep, workers, saw)
             while (size := work.size()) and executor.wants(work.seconds_left()):
                 executor.submit(work.next_task(size))
@@ -144,6 +143,7 @@ class _Work:
         self._tries: dict[Task, int] = {}
         self._begun: dict[Task, float] = {}
         self._pace = math.nan  # [s] for a run
+        self._answers = 0
         self.packs = _share_simulations(sweep, missing)
 
     @property
@@ -156,6 +156,12 @@ class _Work:
     def is_left(self) -> bool:
         """Whether anything is to do, or under way."""
         return bool(self._stretches or self._again or self._begun)
+
+    @property
+    def is_long(self) -> bool:
+        """Whether processes are worth starting, as far as tasks of this process tell."""
+        # the first one also waited for what is loaded or compiled once
+        return self._answers > 1 and self.seconds_left() > WORTH_PROCESSES
 
     def seconds_left(self) -> float:
         """Estimate the time of what nobody has yet; NaN: not known."""
@@ -207,7 +213,8 @@ class _Work:
                 return
             rows = [failed_row(self._sweep, first, f'{answer.died}, and so did another one')]
         else:
-            self._pace = took / (end - first)
+            took = took if math.isnan(answer.cost) else answer.cost
+            self._pace, self._answers = took / (end - first), self._answers + 1
         self._keep(rows)
         self.outcome.take(rows, answer.notes)
         self.done += end - first
@@ -275,6 +282,11 @@ def to_table(
     tables = [made[first] for first in sorted(made)]
     schema = table.joint_schema(one.schema for one in tables)
     return pyarrow.concat_tables([table.with_schema(one, schema) for one in tables])
+
+
+def one_row(sweep: Sweep, run: int) -> Row:
+    """Make one run, alone."""
+    return rows_of(sweep, [run], pack=False)[0][0]
 
 
 def checked_workers(workers: Any) -> int:

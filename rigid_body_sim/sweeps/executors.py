@@ -49,12 +49,14 @@ class Answer:
     rows   : of its runs, in order; None: there are none
     notes  : on what went otherwise than it should
     died   : why the process that had it is gone
+    cost   : [s] of processor time, where it is known; else NaN
     """
 
     task: Task
     rows: list[Row] | None
     notes: list[str]
     died: str = ''
+    cost: float = math.nan
 
 
 class Executor(Protocol):
@@ -108,9 +110,10 @@ class Here:
             self._done = share * (task[1] - task[0])
             self._saw(self._done)
 
+        begin = time.process_time()
         rows, notes = rows_of(self._sweep, range(*task), saw=saw)
         self._done = 0.0
-        return [Answer(task, rows, notes)]
+        return [Answer(task, rows, notes, cost=time.process_time() - begin)]
 
     def under_way(self) -> float:
         return self._done

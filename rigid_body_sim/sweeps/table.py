@@ -15,6 +15,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from rigid_body_sim.errors import RunError
 from rigid_body_sim.sweeps.plan import Sweep
 from rigid_body_sim.sweeps.rows import Row
 
@@ -53,12 +56,36 @@ def table_of(sweep: Sweep, rows: Sequence[Row]) -> Any:
     for row in rows:
         names |= dict.fromkeys(row)
     arrays = {
-        name: pyarrow.array(
-            [row.get(name) for row in rows], type=_arrow_type(known.get(name, 'float'))
-        )
-        for name in names
+        name: _array([row.get(name) for row in rows], known.get(name, 'float')) for name in names
     }
-    return pyarrow.table(arrays)
+    return pyarrow.table(list(arrays.values()), names=list(arrays))
+
+
+def _array(values: list[Any], kind: str) -> Any:
+    """
+    Make an Arrow array of plain values; None is null.
+
+    By its buffers: `pyarrow.array` would import pandas to ask whether this is something of it.
+    """
+    import pyarrow
+
+    known = np.array([value is not None for value in values], dtype=bool)
+    buffers = [pyarrow.py_buffer(np.packbits(known, bitorder='little').tobytes())]
+    if kind == 'text':
+        words = [b'' if value is None else str(value).encode() for value in values]
+        ends = np.cumsum([0, *map(len, words)])
+        if ends[-1] >= 2**31:
+            raise RunError(f'a column of {ends[-1]} bytes of text in one part; keep less')
+        buffers += [pyarrow.py_buffer(ends.astype('<i4').tobytes())]
+        buffers += [pyarrow.py_buffer(b''.join(words))]
+    elif kind == 'bool':
+        truths = np.array([bool(value) for value in values], dtype=bool)
+        buffers += [pyarrow.py_buffer(np.packbits(truths, bitorder='little').tobytes())]
+    else:
+        kept = [0 if value is None else value for value in values]
+        numbers = np.array(kept, dtype='<i8' if kind == 'int' else '<f8')
+        buffers += [pyarrow.py_buffer(numbers.tobytes())]
+    return pyarrow.Array.from_buffers(_arrow_type(kind), len(values), buffers)
 
 
 def write(sweep: Sweep, parts: Sequence[Path], path: Path) -> None:
@@ -92,7 +119,7 @@ def _groups(parts: Iterable[Path], schema: Any) -> Iterator[Any]:
 
     waiting, count = [], 0
     for part in parts:
-        table = with_schema(pyarrow.parquet.read_table(part), schema)
+        table = with_schema(_read(part), schema)
         waiting.append(table)
         count += table.num_rows
         while count >= ROWS:
@@ -114,3 +141,11 @@ def with_schema(table: Any, schema: Any) -> Any:
         for field in schema
     ]
     return pyarrow.table(columns, schema=schema)
+
+
+def _read(part: Path) -> Any:
+    """Read one part; `read_table` would import pandas for the same."""
+    import pyarrow.parquet
+
+    with pyarrow.parquet.ParquetFile(part) as file:
+        return file.read()
