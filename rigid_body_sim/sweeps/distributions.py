@@ -31,6 +31,7 @@ from rigid_body_sim.scene import document
 Draw = Callable[[np.random.Generator, list[Any], 'int | None'], Any]
 
 MOST_POINTS = 1_000_000  # [-] of a grid on one key; more are a slip of the pen
+NOT = ('nan', 'inf', 'infinity')  # words that are numbers, and no distributions
 MOST_REJECTED = 10_000  # [-] draws in a row outside of the limits of a truncated distribution
 
 
@@ -148,7 +149,7 @@ def _parsed(text: str, key: str) -> Spec:
             raise UserError(f'vary {key}: {text!r} has no closing bracket')
         return _distribution(name.strip(), _yaml_list(rest[:-1], text, key), key)
     parts = text.split(':')
-    if parts[0] in KINDS:
+    if parts[0] in KINDS or (len(parts) > 1 and parts[0].isidentifier() and parts[0] not in NOT):
         return _distribution(parts[0], _yaml_list(', '.join(parts[1:]), text, key), key)
     if len(parts) == 3 and not any(letter in text for letter in '{["\''):
         return _grid(*parts, text=text, key=key)

@@ -114,7 +114,8 @@ class Sweep:
     """
     A sweep.
 
-    name     : what messages call the scene
+    name     : what messages call the text of the scene
+    title    : of the scene
     content  : of the scene, as its text holds it
     files    : that it names: name -> bytes
     axes     : what varies
@@ -128,6 +129,7 @@ class Sweep:
     """
 
     name: str
+    title: str
     content: Mapping[str, Any]
     files: Mapping[str, bytes]
     axes: tuple[Axis, ...]
@@ -244,6 +246,7 @@ def plan_sweep(
         raise UserError('sweep: say how many runs to draw: runs=1000, on the command line --runs')
     sweep = Sweep(
         name=scene.origin.name,
+        title=scene.name,
         content=content,
         files=_files(source, scene, content, axes),
         axes=axes,

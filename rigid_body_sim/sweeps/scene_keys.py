@@ -37,6 +37,7 @@ ABSENT = {  # what a key holds where a scene does not give it
     'center_of_mass': [0.0, 0.0, 0.0],
     'orientation': [0.0, 0.0, 0.0, 1.0],
 }
+ABSENT_KEYS = {'contact': {'mode': 'none'}}  # what a mapping holds that is not there
 NAMED = 'integrator'  # `integrator: rk45` is short for `integrator: {name: rk45}`
 
 __all__ = ['parse', 'path_text', 'replaced', 'value_at']
@@ -150,7 +151,7 @@ def replaced(content: Any, path: Path, value: Any, *, above: Path = ()) -> Any:
         return items
     if above == (NAMED,) and isinstance(content, str):
         content = {'name': content}
-    keys = dict(content or {})
+    keys = dict(content or ABSENT_KEYS.get(str(above[-1]) if above else '', {}))
     keys[step] = replaced(keys.get(step), rest, value, above=(*above, step))
     keys.pop(ALTERNATIVES.get(step, ''), None)
     return keys

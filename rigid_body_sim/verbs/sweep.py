@@ -191,7 +191,7 @@ def _report(
     if arguments.json:
         result = {
             'output': str(arguments.output),
-            'scene': plan.name,
+            'scene': plan.title,
             'runs': plan.runs,
             'made_now': made,
             'failed_now': failed,
@@ -205,15 +205,19 @@ def _report(
         return code
     before = plan.runs - made
     taken = f'; {before} of them were made before' if before else ''
-    print(f'{plan.name}: {plan.runs} runs of {plan.duration:g} s in {wall:.2f} s{taken}')
+    print(f'{plan.title}: {_runs(plan.runs)} of {plan.duration:g} s in {wall:.2f} s{taken}')
     if failed:
         print(f'  {failed} failed: their rows say why')
         often = sorted(outcome.reasons.items(), key=lambda item: (-item[1], item[0]))
         for reason, count in often[:SHOWN_REASONS]:
-            print(f'    {count} times: {reason}')
+            print(f'    {_runs(count)}: {reason}')
     print(f'  table: {arguments.output}')
     sys.stdout.flush()
     return code
+
+
+def _runs(count: int) -> str:
+    return '1 run' if count == 1 else f'{count} runs'
 
 
 def _only(plan: Sweep, arguments: argparse.Namespace) -> int:
