@@ -57,11 +57,11 @@ class Cluster:
 
     def _count_slots(self) -> int:
         """Count the threads of the cluster now."""
-        workers: dict[str, Any] = {}
+        threads: dict[str, int] = {}
         if self._client.status == 'running':
             with suppress(Exception):  # whatever a scheduler that is about to go answers
-                workers = self._client.scheduler_info(n_workers=-1)['workers']
-        self._slots = sum(w['nthreads'] for w in workers.values())
+                threads = self._client.nthreads()
+        self._slots = sum(threads.values())
         if self._slots:
             self._alone_since = None
         elif self._alone_since is None:
@@ -87,7 +87,7 @@ class Cluster:
         import distributed
 
         if self._futures:
-            with suppress(TimeoutError, distributed.CancelledError):
+            with self._client.as_current(), suppress(TimeoutError, distributed.CancelledError):
                 distributed.wait(
                     list(self._futures), timeout=seconds, return_when='FIRST_COMPLETED'
                 )

@@ -106,13 +106,20 @@ class Here:
         if task is None:
             return []
 
+        raised: list[Exception] = []
+
         def saw(share: float) -> None:
             self._done = share * (task[1] - task[0])
-            self._saw(self._done)
+            try:
+                self._saw(self._done)
+            except Exception as error:  # of who looks on; in a run it would be taken for the run's
+                raised.append(error)
 
         begin = time.process_time()
         rows, notes = rows_of(self._sweep, range(*task), saw=saw)
         self._done = 0.0
+        if raised:
+            raise raised[0]
         return [Answer(task, rows, notes, cost=time.process_time() - begin)]
 
     def under_way(self) -> float:
