@@ -148,4 +148,4 @@ def _read(part: Path) -> Any:
     import pyarrow.parquet
 
     with pyarrow.parquet.ParquetFile(part) as file:
-        return file.read()
+        return file.read(use_threads=False)
