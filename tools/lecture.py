@@ -25,7 +25,7 @@ SCRIPTS = ROOT / 'examples' / 'lecture'
 PAGES = ROOT / 'docs' / 'lecture'
 SHARED = ('lesson', 'scenes')
 MARK = re.compile(r'(<!-- claims: (\w+) -->\n)(?:- .*\n)*')
-SIZE, DOTS_PER_INCH = (6.4, 3.6), 100  # [in]
+SIZE, DOTS_PER_INCH = (7.6, 3.6), 90  # [in]
 
 
 def lessons() -> list[str]:
@@ -68,7 +68,7 @@ def picture(name: str, draw) -> None:
     axes.grid(alpha=0.3)
     draw(axes)
     if axes.get_legend_handles_labels()[1]:
-        axes.legend()
+        figure.legend(loc='outside right upper')
     figure.savefig(PAGES / f'{name}.png', dpi=DOTS_PER_INCH)
     pyplot.close(figure)
 

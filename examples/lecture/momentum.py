@@ -37,6 +37,6 @@ claim('the energy stays while they swing', run.energy / run.energy[0] - 1, withi
 def draw(axes):
     """The two paths and that of their centre."""
     for body, name in enumerate(('red', 'blue')):
-        axes.plot(*run.position[:, body, :2].T, label=name)
-    axes.plot(*centre[:, :2].T, '--', label='centre of mass')
-    axes.set(xlabel='x [m]', ylabel='y [m]', aspect='equal')
+        axes.plot(run.position[:, body, 1], run.position[:, body, 0], label=name)
+    axes.plot(centre[:, 1], centre[:, 0], '--', label='centre of mass')
+    axes.set(xlabel='y [m]', ylabel='x [m]', aspect='equal')
