@@ -28,7 +28,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernel import bind
 from rigid_body_sim.physics.compile.kernels import argument, left_the_numbers
 from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
 from rigid_body_sim.physics.diagnostics.work_meter import WorkMeter
@@ -119,9 +118,6 @@ class Stepper:
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
         self._take_arguments()
-        self._bound: Callable[..., Any] | None = None  # the kernel that `_call` calls
-        self._bound_to: tuple[Any, ...] = ()  # with these arguments
-        self._call: Callable[[int, float, float], float]
 
     def _method_rows(self) -> Array:
         """
@@ -519,10 +515,7 @@ class Stepper:
         """Make steps of the method of a length [s], the first beginning at first * h."""
         self._ready_workspace(h)
         try:
-            if kernel is not self._bound or self._arguments is not self._bound_to:
-                self._call = bind(kernel, *self._arguments)
-                self._bound, self._bound_to = kernel, self._arguments
-            status = self._call(count, first, h)
+            status = kernel(count, first, h, *self._arguments)
             self.cause = self._integrator.failure if status == DID_NOT_CONVERGE else ''
             return status == 0.0
         except (ArithmeticError, ValueError) as error:

@@ -4,20 +4,16 @@
 Kernels as images: machine code that is copied into memory and called, without the compiler that
 made it.
 
-    image   : head, a few words of JSON, and the code (`elf.FlatCode`) behind it
-    call    : result = entry(table, leading …)
-    table   : one 64-bit word for each number, two (address, length) for each array, in the order
-              of the arguments behind the leading ones
-    leading : the first numbers of a kernel, at most LEADING, which a caller changes at each call
-              (ticks, number of the first, length); what is behind them it often does not
+    image : head, a few words of JSON, and the code (`elf.FlatCode`) behind it
 
 An image takes one kind of each argument (`kind_of`): 64-bit integers, floats, truth values, and
-contiguous one-dimensional arrays of them. It gives one of these numbers, or nothing (RETURNS); on
-its way through C each is a float, of the same bits. A kernel that stops with an error says so by
-the payload of a NaN (STOPPED), which `Image.result` raises.
+contiguous one-dimensional arrays of them; and gives one of these numbers, or nothing (RETURNS).
 
-Python's lock is let go during a call; the table is never written again after it was made, so
-that two threads may call one kernel at the same time.
+In memory it is a builtin function of Python: it looks at each argument itself, lets Python's lock
+go, runs, and gives the result; where an argument is of another kind it gives NotImplemented and
+has done nothing. That it knows where Python and numpy keep what it looks at is checked with each
+release of them (`images.Images.is_trusted`). A kernel that stops with an error raises
+KernelStopped.
 
 What is loaded here is trusted as code: `kernel_files` sees to it that it is whole and ours.
 """
@@ -28,37 +24,43 @@ import ctypes
 import json
 import mmap
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.elf import FlatCode
 
-LEADING = 3
 FORMAT = 1
 RETURNS = ('float64', 'int64', 'bool', 'none')
-STOPPED = 0x7FFD_5B53_0000_0000  # a NaN that no arithmetic makes; its low half is numba's status
+READ, WRITE = 0x101, 0x400  # flags of an array: contiguous and aligned; writeable
 _WORD = struct.Struct('<q')
 _HEAD = struct.Struct('<I')
-_BEHAVED = 0x501  # flags of an array: contiguous, aligned, writeable
-_READ_ONLY = 0x101
+_WITH_ARRAY_OF_ARGUMENTS = 0x80  # METH_FASTCALL
+_READABLE_CODE = mmap.PROT_READ | mmap.PROT_EXEC
 _ARRAYS = {
-    (kind, flags): f'{text}{name}[]'
+    (kind, READ | flags): f'{text}{name}[]'
     for kind, name in (('d', 'float64'), ('l', 'int64'), ('?', 'bool'))
-    for flags, text in ((_BEHAVED, ''), (_READ_ONLY, 'constant '))
+    for flags, text in ((WRITE, ''), (0, 'constant '))
 }
 _NUMBERS: dict[type, str] = {
     int: 'int64', float: 'float64', bool: 'bool',
     np.int64: 'int64', np.float64: 'float64', np.bool_: 'bool',
 }  # fmt: skip
-_C = {'int64': ctypes.c_int64, 'float64': ctypes.c_double, 'bool': ctypes.c_bool}
 
 
 class KernelStopped(RuntimeError):
-    """A compiled kernel met what its plain source would have raised."""
+    """A compiled kernel met what its plain source would have raised: kernel, status of numba."""
+
+    def __str__(self) -> str:
+        """Tell what happened, and how to learn more."""
+        name, status = self.args
+        return (
+            f'kernel {name}: stopped with status {status} of numba, which a kernel never does: an '
+            'error of this package; RIGID_BODY_SIM_COMPILE=0 runs its plain source, which says '
+            'where'
+        )
 
 
 def kind_of(value: Any) -> str | None:
@@ -66,7 +68,7 @@ def kind_of(value: Any) -> str | None:
     known = _NUMBERS.get(type(value))
     if known is not None or type(value) is not np.ndarray or value.ndim != 1:
         return known
-    return _ARRAYS.get((value.dtype.char, value.flags.num & _BEHAVED))
+    return _ARRAYS.get((value.dtype.char, value.flags.num & (READ | WRITE)))
 
 
 def kinds_of(arguments: Sequence[Any]) -> tuple[str, ...] | None:
@@ -75,26 +77,34 @@ def kinds_of(arguments: Sequence[Any]) -> tuple[str, ...] | None:
     return None if None in kinds else kinds  # pyright: ignore[reportReturnType]
 
 
-def count_leading(kinds: Sequence[str]) -> int:
-    """Count the arguments that are handed over with each call."""
-    first = next((i for i, kind in enumerate(kinds) if kind.endswith('[]')), len(kinds))
-    return min(first, LEADING)
-
-
-def words_of(value: Any) -> tuple[int, ...]:
-    """Give what stands in the table for an argument."""
+def usual(value: Any) -> Any:
+    """Give an argument of a known kind as an image knows it: a number or array of numpy's is."""
     if isinstance(value, np.ndarray):
-        return value.__array_interface__['data'][0], len(value)
-    if isinstance(value, float):
-        return _WORD.unpack(struct.pack('<d', value))
-    return (int(value),)
+        return value.view(np.dtype(value.dtype.char))
+    return value.item() if isinstance(value, np.generic) else value
 
 
-def packed(flat: FlatCode, returns: str) -> bytes:
+def objects() -> dict[str, Any]:
+    """Give what an image knows of Python and numpy, by the names that it has for them."""
+    return {
+        'the_int': int,
+        'the_float': float,
+        'the_ndarray': np.ndarray,
+        'the_dtype_float64': np.dtype(np.float64),
+        'the_dtype_int64': np.dtype(np.int64),
+        'the_dtype_bool': np.dtype(np.bool_),
+        'the_true': True,
+        'the_false': False,
+        'the_none': None,
+        'the_other': NotImplemented,
+        'the_error': KernelStopped,
+    }
+
+
+def packed(flat: FlatCode) -> bytes:
     """Give the bytes of an image, as they are kept."""
     head = {
         'format': FORMAT,
-        'returns': returns,
         'entry': flat.entry,
         'externals': flat.externals,
         'pointers': flat.pointers,
@@ -103,105 +113,83 @@ def packed(flat: FlatCode, returns: str) -> bytes:
     return _HEAD.pack(len(text)) + text + flat.code
 
 
-def unpacked(content: bytes) -> tuple[FlatCode, str]:
+def unpacked(content: bytes) -> FlatCode:
     """Give what `packed` has packed; ValueError for anything else."""
     try:
         begin = _HEAD.size + _HEAD.unpack_from(content)[0]
         head = json.loads(content[_HEAD.size : begin])
-        if head['format'] != FORMAT or head['returns'] not in RETURNS:
+        if head['format'] != FORMAT:
             raise ValueError(f'image of format {head["format"]}')
         flat = FlatCode(content[begin:], head['entry'], head['externals'], head['pointers'])
     except (struct.error, KeyError, TypeError) as error:
         raise ValueError(f'no image: {error!r}') from error
     places = [flat.entry, *flat.externals.values(), *flat.pointers]
-    if not all(isinstance(at, int) and 0 <= at <= len(flat.code) - 1 for at in places):
+    if not all(isinstance(at, int) and 0 <= at < len(flat.code) for at in places):
         raise ValueError('an image whose head does not fit its code')
-    return flat, head['returns']
+    return flat
 
 
-class Image:
+class _Method(ctypes.Structure):
+    """How Python describes a builtin function: PyMethodDef."""
+
+    _fields_ = (
+        ('name', ctypes.c_char_p),
+        ('place', ctypes.c_void_p),
+        ('flags', ctypes.c_int),
+        ('doc', ctypes.c_char_p),
+    )
+
+
+def load(flat: FlatCode, name: str) -> Callable[..., Any]:
     """
-    Machine code in memory, for as long as the process lives.
-
-    kinds   : of the arguments, see `kind_of`
-    returns : of RETURNS
+    Make a builtin function of an image, for as long as the process lives.
 
     OSError where the system lets nobody run code that was made at run time, or lacks a function
     that the code calls.
     """
-
-    def __init__(self, flat: FlatCode, kinds: tuple[str, ...], returns: str, name: str) -> None:
-        self.name, self.returns = name, returns
-        self.leading = count_leading(kinds)
-        address = _placed(flat)
-        types = [_C[kind] for kind in kinds[: self.leading]]
-        prototype = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p, *types)
-        self._entry: Any = prototype(address + flat.entry)
-
-    def __call__(self, *arguments: Any) -> Any:
-        """Call with all arguments."""
-        table = _table(arguments[self.leading :])
-        got = self._entry(table.ctypes.data, *arguments[: self.leading])
-        return got if self.returns == 'float64' and got == got else self.result(got)
-
-    def prepared(self, kept: Sequence[Any]) -> tuple[Any, int, Any]:
-        """
-        Give the native function and the address of a table of all arguments but the leading ones,
-        which is its first argument; and what is to be held as long as it is called.
-        """
-        table = _table(kept)
-        return self._entry, table.ctypes.data, (table, kept)
-
-    def result(self, got: float) -> Any:
-        """Give what a call came to; KernelStopped if it came to an error."""
-        raw = struct.pack('<d', got)
-        status, mark = struct.unpack('<iI', raw)
-        if mark == STOPPED >> 32:
-            raise KernelStopped(
-                f'kernel {self.name}: stopped with status {status} of numba, which a kernel never '
-                'does: an error of this package; RIGID_BODY_SIM_COMPILE=0 runs its plain source, '
-                'which says where'
-            )
-        if self.returns == 'float64':
-            return got
-        (number,) = _WORD.unpack(raw)
-        return {'int64': number, 'bool': bool(number), 'none': None}[self.returns]
-
-
-def _table(kept: Sequence[Any]) -> NDArray[np.int64]:
-    return np.array([word for value in kept for word in words_of(value)], dtype=np.int64)
+    place = _placed(flat) + flat.entry
+    method = _Method(name.encode(), place, _WITH_ARRAY_OF_ARGUMENTS, None)
+    _KEPT.append(method)
+    make = ctypes.pythonapi.PyCFunction_NewEx
+    make.restype = ctypes.py_object
+    make.argtypes = (ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p)
+    return make(ctypes.addressof(method), name, None)
 
 
 @cache
 def _libraries() -> tuple[Any, ...]:
-    return ctypes.CDLL(None, use_errno=True), ctypes.CDLL('libm.so.6')
+    return ctypes.pythonapi, ctypes.CDLL(None, use_errno=True), ctypes.CDLL('libm.so.6')
 
 
+@cache
 def _address(name: str) -> int:
-    """Find a function of the C library, or of what the process has loaded before it."""
+    """Find an object of `objects`, or a function of Python or the C library."""
+    known = objects()
+    if name in known:
+        return id(known[name])
     for library in _libraries():
         try:
             return ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
         except AttributeError:
             continue
-    raise OSError(f'no function {name} in the C library')
+    raise OSError(f'no function {name} in Python or the C library')
 
 
 def _placed(flat: FlatCode) -> int:
     """Copy code into memory, fill in what it lacks, and let it be run; its address."""
-    memory = mmap.mmap(-1, max(1, len(flat.code)), mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-    _PLACED.append(memory)  # never given back: nobody knows who holds its address
+    memory = mmap.mmap(-1, len(flat.code), mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    _KEPT.append(memory)  # never given back: nobody knows who holds its address
     memory[: len(flat.code)] = flat.code
     address = ctypes.addressof(ctypes.c_char.from_buffer(memory))
     for name, at in flat.externals.items():
         _WORD.pack_into(memory, at, _address(name))
     for at in flat.pointers:
         _WORD.pack_into(memory, at, _WORD.unpack_from(memory, at)[0] + address)
-    size = len(memory)
-    if _libraries()[0].mprotect(ctypes.c_void_p(address), ctypes.c_size_t(size), 1 | 4):
+    place, size = ctypes.c_void_p(address), ctypes.c_size_t(len(memory))
+    if _libraries()[1].mprotect(place, size, _READABLE_CODE):
         number = ctypes.get_errno()
         raise OSError(number, 'the system does not let code that is made at run time be run')
     return address
 
 
-_PLACED: list[mmap.mmap] = []
+_KEPT: list[Any] = []

@@ -12,7 +12,8 @@ would then make one function of all that is called once, and lose sight of what 
 what is long stays a function (LONG).
 
 The entry fills in what numba's code expects of an array: no owner, its length, its place, its
-stride. `numba_pipeline` looks whether that is what this release of numba expects.
+stride. What it leans on, the way in which numba's code takes its arguments and where numpy keeps
+what belongs to an array, is tried out with a probe before any image is trusted (`images`).
 """
 
 from __future__ import annotations
@@ -27,12 +28,44 @@ from typing import Any
 import llvmlite.binding as ll
 
 from rigid_body_sim.physics.compile.elf import FlatCode, UnknownCode, flatten
-from rigid_body_sim.physics.compile.image import STOPPED, count_leading
+from rigid_body_sim.physics.compile.image import READ, WRITE, objects
 
 LONG = 150  # [instructions] of a function that keeps its own registers; see `numba_pipeline`
 _ENTRY = 'rigid_body_sim_entry'
 _LLVM = {'int64': 'i64', 'float64': 'double', 'bool': 'i8'}
-_SIZES = {'int64': 8, 'float64': 8, 'bool': 1}
+_SIZES = {'int64': 8, 'float64': 8, 'bool': 1}  # [B]
+# [B] where Python and numpy keep them: PyObject and PyArrayObject_fields
+_TYPE, _DATA, _AXES, _SHAPE, _DTYPE, _FLAGS = 8, 16, 24, 32, 56, 64
+_PYTHON = """
+declare ptr @PyEval_SaveThread()
+declare void @PyEval_RestoreThread(ptr)
+declare double @PyFloat_AsDouble(ptr)
+declare i64 @PyLong_AsLongLong(ptr)
+declare ptr @PyErr_Occurred()
+declare ptr @PyFloat_FromDouble(double)
+declare ptr @PyLong_FromLongLong(i64)
+declare ptr @PyBool_FromLong(i64)
+declare void @Py_IncRef(ptr)
+declare ptr @PyTuple_Pack(i64, ...)
+declare void @PyErr_SetObject(ptr, ptr)
+"""
+# how a result is kept by numba, and what is done with %value
+_RESULTS = {
+    'float64': (
+        'double',
+        '%given = call ptr @PyFloat_FromDouble(double %value)\n  ret ptr %given',
+    ),
+    'int64': (
+        'i64',
+        '%given = call ptr @PyLong_FromLongLong(i64 %value)\n  ret ptr %given',
+    ),
+    'bool': (
+        'i8',
+        '%long = zext i8 %value to i64\n  %given = call ptr @PyBool_FromLong(i64 %long)\n'
+        '  ret ptr %given',
+    ),
+    'none': ('i64', 'call void @Py_IncRef(ptr @the_none)\n  ret ptr @the_none'),
+}
 _HEAD = struct.Struct('<I')
 # of numba's helpers, which come with numba: the same in terms of the C library
 _HELPERS = {
@@ -106,17 +139,6 @@ class Bitcode:
             raise ValueError(f'no bitcode: {error!r}') from error
 
 
-def _parameters_of(kinds: tuple[str, ...]) -> list[str]:
-    """Give the types of the parameters that numba's code of a kernel has, as LLVM writes them."""
-    found = ['ptr', 'ptr']  # where the result goes, and where an error is told
-    for kind in kinds:
-        if kind.endswith('[]'):  # owner, parent, count, size of one, place, shape, strides
-            found += ['ptr', 'ptr', 'i64', 'i64', 'ptr', 'i64', 'i64']
-        else:
-            found.append(_LLVM[kind])
-    return found
-
-
 def make(bitcode: Bitcode) -> FlatCode:
     """
     Make an image of a kernel for this processor.
@@ -139,54 +161,143 @@ def make(bitcode: Bitcode) -> FlatCode:
 
 
 def _entry(bitcode: Bitcode, module: Any) -> str:
-    """Write the entry, and what it calls, as LLVM does."""
-    wanted = _parameters_of(bitcode.kinds)
+    """Write the builtin function of Python that calls the kernel, as LLVM does."""
+    writer = _Writer(bitcode)
+    wanted = ', '.join(writer.parameters)
     function = module.get_function(bitcode.symbol)
-    found = [str(argument.type) for argument in function.arguments]
+    found = ', '.join(str(argument.type) for argument in function.arguments)
     if found != wanted:
         raise UnknownCode(f'{bitcode.symbol} takes {found}, not {wanted}')
-    leading = count_leading(bitcode.kinds)
-    given, lines, at = ['ptr %result', 'ptr %error'], [], 0
-
-    def word(kind: str) -> str:
-        nonlocal at
-        lines.append(f'  %p{at} = getelementptr inbounds i64, ptr %table, i64 {at}')
-        lines.append(f'  %w{at} = load {kind}, ptr %p{at}')
-        at += 1
-        return f'{kind} %w{at - 1}'
-
     for i, kind in enumerate(bitcode.kinds):
-        if kind.endswith('[]'):
-            size = _SIZES[kind.removeprefix('constant ').removesuffix('[]')]
-            place, count = word('ptr'), word('i64')
-            owner = ['ptr null', 'ptr null']
-            given += [*owner, count, f'i64 {size}', place, count, f'i64 {size}']
-        else:
-            given.append(f'{_LLVM[kind]} %a{i}' if i < leading else word(_LLVM[kind]))
-    parameters = ['ptr %table', *(f'{_LLVM[bitcode.kinds[i]]} %a{i}' for i in range(leading))]
-    size = {'none': 'i8', 'bool': 'i8'}.get(bitcode.returns, 'i64')
-    text = '\n'.join(lines)
+        writer.look_at(i, kind)
+    kept, given = _RESULTS[bitcode.returns]
+    known = '\n'.join(f'@{name} = external global i8' for name in objects())
+    checks, takes = '\n'.join(writer.checks), '\n'.join(writer.takes)
     return f"""
 target triple = "{module.triple}"
 target datalayout = "{module.data_layout}"
-declare i32 @"{bitcode.symbol}"({', '.join(wanted)})
-define double @{_ENTRY}({', '.join(parameters)}) {{
+{known}
+{_PYTHON}
+declare i32 @"{bitcode.symbol}"({wanted})
+define ptr @{_ENTRY}(ptr %self, ptr %arguments, i64 %count) {{
   %result = alloca i64
   %error = alloca ptr
   store i64 0, ptr %result
   store ptr null, ptr %error
-{text}
-  %status = call i32 @"{bitcode.symbol}"({', '.join(given)})
-  %value = load {size}, ptr %result
-  %number = {'bitcast' if size == 'i64' else 'zext'} {size} %value to i64
+  %right_count = icmp eq i64 %count, {len(bitcode.kinds)}
+  br i1 %right_count, label %begin, label %other
+begin:
+{checks}
+{takes}
+  %thread = call ptr @PyEval_SaveThread()
+  %status = call i32 @"{bitcode.symbol}"({', '.join(writer.given)})
+  call void @PyEval_RestoreThread(ptr %thread)
   %stopped = icmp ne i32 %status, 0
-  %wide = zext i32 %status to i64
-  %mark = or i64 %wide, {STOPPED}
-  %bits = select i1 %stopped, i64 %mark, i64 %number
-  %told = bitcast i64 %bits to double
-  ret double %told
+  br i1 %stopped, label %stop, label %done
+done:
+  %value = load {kept}, ptr %result
+  {given}
+stop:
+  %wide = sext i32 %status to i64
+  %number = call ptr @PyLong_FromLongLong(i64 %wide)
+  %what = call ptr (i64, ...) @PyTuple_Pack(i64 2, ptr %self, ptr %number)
+  call void @PyErr_SetObject(ptr @the_error, ptr %what)
+  ret ptr null
+failed:
+  ret ptr null
+other:
+  call void @Py_IncRef(ptr @the_other)
+  ret ptr @the_other
 }}
 """
+
+
+class _Writer:
+    """
+    The lines that look at the arguments of a kernel.
+
+    parameters : their types as numba's code takes them
+    checks     : lines that look whether each is of its kind, and go to `other` if not
+    takes      : lines that take their values, and go to `failed` if an integer is too large
+    given      : what numba's code is called with
+    """
+
+    def __init__(self, bitcode: Bitcode) -> None:
+        self.given = ['ptr %result', 'ptr %error']  # where the result goes, and what went wrong
+        self.parameters = ['ptr', 'ptr']
+        for kind in bitcode.kinds:  # owner, parent, count, size of one, place, shape, strides
+            array = ['ptr', 'ptr', 'i64', 'i64', 'ptr', 'i64', 'i64']
+            self.parameters += array if kind.endswith('[]') else [_LLVM[kind]]
+        self.checks: list[str] = []
+        self.takes: list[str] = []
+
+    def look_at(self, i: int, kind: str) -> None:
+        """Write the lines for argument i."""
+        self.checks += [
+            f'  %at{i} = getelementptr inbounds ptr, ptr %arguments, i64 {i}',
+            f'  %o{i} = load ptr, ptr %at{i}',
+        ]
+        if kind == 'bool':
+            self.checks.append(f'  %true{i} = icmp eq ptr %o{i}, @the_true')
+            self.checks.append(f'  %false{i} = icmp eq ptr %o{i}, @the_false')
+            self._want(i, f'or i1 %true{i}, %false{i}')
+            self.takes.append(f'  %v{i} = zext i1 %true{i} to i8')
+            self.given.append(f'i8 %v{i}')
+            return
+        word = 'ndarray' if kind.endswith('[]') else kind.removesuffix('64')
+        self._field(i, 'type', 'ptr', _TYPE)
+        self._want(i, f'icmp eq ptr %type{i}, @the_{word}')
+        if kind.endswith('[]'):
+            self._look_into(i, kind)
+        elif kind == 'float64':
+            self.takes.append(f'  %v{i} = call double @PyFloat_AsDouble(ptr %o{i})')
+            self.given.append(f'double %v{i}')
+        else:
+            self.takes += [
+                f'  %v{i} = call i64 @PyLong_AsLongLong(ptr %o{i})',
+                f'  %odd{i} = icmp eq i64 %v{i}, -1',
+                f'  br i1 %odd{i}, label %ask{i}, label %well{i}',
+                f'ask{i}:',
+                f'  %wrong{i} = call ptr @PyErr_Occurred()',
+                f'  %right{i} = icmp eq ptr %wrong{i}, null',
+                f'  br i1 %right{i}, label %well{i}, label %failed',
+                f'well{i}:',
+            ]
+            self.given.append(f'i64 %v{i}')
+
+    def _look_into(self, i: int, kind: str) -> None:
+        """Write the lines for an array, of which `the_ndarray` is known to be the type."""
+        of = kind.removeprefix('constant ').removesuffix('[]')
+        flags = READ if kind.startswith('constant') else READ | WRITE
+        self._field(i, 'axes', 'i32', _AXES)
+        self._field(i, 'dtype', 'ptr', _DTYPE)
+        self._field(i, 'flags', 'i32', _FLAGS)
+        self.checks += [
+            f'  %one_axis{i} = icmp eq i32 %axes{i}, 1',
+            f'  %same_dtype{i} = icmp eq ptr %dtype{i}, @the_dtype_{of}',
+            f'  %own_flags{i} = and i32 %flags{i}, {READ | WRITE}',
+            f'  %same_flags{i} = icmp eq i32 %own_flags{i}, {flags}',
+            f'  %of_kind{i} = and i1 %one_axis{i}, %same_dtype{i}',
+        ]
+        self._want(f'{i}_inside', f'and i1 %of_kind{i}, %same_flags{i}')
+        self._field(i, 'data', 'ptr', _DATA)
+        self._field(i, 'shape', 'ptr', _SHAPE)
+        self.checks.append(f'  %n{i} = load i64, ptr %shape{i}')
+        size, count = f'i64 {_SIZES[of]}', f'i64 %n{i}'
+        self.given += ['ptr null', 'ptr null', count, size, f'ptr %data{i}', count, size]
+
+    def _field(self, i: int, name: str, kind: str, offset: int) -> None:
+        self.checks += [
+            f'  %{name}_at{i} = getelementptr inbounds i8, ptr %o{i}, i64 {offset}',
+            f'  %{name}{i} = load {kind}, ptr %{name}_at{i}',
+        ]
+
+    def _want(self, i: int | str, condition: str) -> None:
+        self.checks += [
+            f'  %fits{i} = {condition}',
+            f'  br i1 %fits{i}, label %next{i}, label %other',
+            f'next{i}:',
+        ]
 
 
 @cache

@@ -21,16 +21,18 @@ import os
 import platform
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib.util import find_spec
 from pathlib import Path
-from types import FunctionType
 from typing import Any
 
+import numpy as np
+
 from rigid_body_sim.physics.compile.elf import UnknownCode
-from rigid_body_sim.physics.compile.image import FORMAT, Image, packed, unpacked
+from rigid_body_sim.physics.compile.image import FORMAT, load, packed, unpacked
 from rigid_body_sim.physics.compile.kernel_files import named, read_whole, write_whole
 from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
 from rigid_body_sim.physics.compile.sources import digest_of
@@ -38,6 +40,7 @@ from rigid_body_sim.physics.compile.sources import digest_of
 _HARMLESS = {'NUMBA_CACHE_DIR', 'NUMBA_NUM_THREADS', 'NUMBA_THREADING_LAYER'}
 _PROCESSOR = ('vendor_id', 'cpu family', 'model', 'stepping', 'flags')
 _MAKING = threading.RLock()
+Image = Callable[..., Any]  # see `image`
 _LONGEST = 100  # of the name of a kernel in that of a file
 
 
@@ -55,7 +58,7 @@ def release_of(package: str) -> str | None:
         return getattr(loaded, '__version__', None)
     with suppress(ImportError, ValueError, AttributeError, TypeError, OSError):
         spec = find_spec(package)
-        folder = Path(spec.origin).parents[1]  # pyright: ignore
+        folder = Path(str(spec and spec.origin)).parents[1]
         begin = f'{package}-'
         (found,) = {
             name.removeprefix(begin).rpartition('.')[0]
@@ -82,8 +85,8 @@ def processor() -> str | None:
 
 
 def _releases() -> str:
-    python = f'{sys.implementation.cache_tag}'
-    return f'{FORMAT} {python} numba {release_of("numba")} llvmlite {release_of("llvmlite")}'
+    compilers = f'numba {release_of("numba")} llvmlite {release_of("llvmlite")}'
+    return f'{FORMAT} {sys.implementation.cache_tag} numpy {np.__version__} {compilers}'
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,7 @@ class Wanted:
     arguments : such as it is called with
     """
 
-    function: FunctionType
+    function: Any
     kinds: tuple[str, ...]
     arguments: tuple[Any, ...]
 
@@ -143,7 +146,7 @@ class Images:
                 found = self.kept(wanted)
                 if found is None and self.is_trusted():
                     found = self.make(wanted)
-            except (UnknownCode, OSError, RuntimeError):
+            except (ImportError, UnknownCode, OSError, RuntimeError, NotImplementedError):
                 return None  # numba tells, if there is anything to tell
             return found
 
@@ -156,20 +159,18 @@ class Images:
         if content is None:
             return None
         try:
-            flat, returns = unpacked(content)
+            return load(unpacked(content), wanted.name)
         except ValueError:
             return None
-        return Image(flat, wanted.kinds, returns, wanted.name)
 
     def make(self, wanted: Wanted) -> Image:
         """Make the image of a kernel, and keep it."""
         from rigid_body_sim.physics.compile.image_maker import make
 
-        bitcode = self.bitcode(wanted)
-        flat = make(bitcode)
-        image = Image(flat, wanted.kinds, bitcode.returns, wanted.name)
+        flat = make(self.bitcode(wanted))
+        image = load(flat, wanted.name)
         if self.folder is not None:
-            write_whole(*wanted.image_file(self.folder), packed(flat, bitcode.returns))
+            write_whole(*wanted.image_file(self.folder), packed(flat))
         return image
 
     def bitcode(self, wanted: Wanted) -> Any:

@@ -4,24 +4,26 @@
 A compiled kernel as Python sees it: nothing is compiled, and numba not even imported, before it is
 called, and then only if its image is not at hand.
 
-    kernel(*arguments)   looks at each argument, and calls the image that takes such
-    kernel.bind(*kept)   the same with all but the first three arguments known: a call that costs a
-                         quarter of a microsecond; while it is used, no array of them may be moved
-                         (numpy moves none that somebody else holds)
+A kernel has an image for each set of kinds that its arguments came in, of which most have one. The
+last one is called at once; it looks at its arguments itself, and refuses others. Arguments that no
+image takes (tuples, other arrays) go by way of numba, and so does all where there are no images.
 
 Whoever compiles a kernel that names another one takes its twin (`_numba_type_`).
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from functools import update_wrapper
 from pathlib import Path
 from types import FunctionType
 from typing import Any
 
-from rigid_body_sim.physics.compile.image import LEADING, Image, kinds_of
-from rigid_body_sim.physics.compile.images import Images, Wanted
+import numpy as np
+
+from rigid_body_sim.physics.compile.image import kinds_of, usual
+from rigid_body_sim.physics.compile.images import Image, Images, Wanted
 
 
 class Kernel:
@@ -44,9 +46,11 @@ class Kernel:
         assert isinstance(function, FunctionType)
         update_wrapper(self, function)
         self.py_func = function
+        self.__qualname__ = function.__qualname__
         self._images = None if function.__defaults__ or function.__kwdefaults__ else images
         self._folder, self._inlined = folder, inlined
         self._found: dict[tuple[str, ...], Image | None] = {}
+        self._last: Image = _unknown
         self._by_numba: Any = None
         self._twin: Any = None
 
@@ -67,54 +71,60 @@ class Kernel:
     def by_numba(self) -> Any:
         """The kernel as numba runs it."""
         if self._by_numba is None:
-            from rigid_body_sim.physics.compile import numba_pipeline
-
-            made = numba_pipeline.Kernel(self.py_func, self._folder, inlined=self._inlined)
-            self._by_numba = made
+            try:
+                from rigid_body_sim.physics.compile import numba_pipeline
+            except ImportError as missing:  # there are images of another day, and no numba now
+                self._by_numba = _plain(self.py_func, missing)
+            else:
+                made = numba_pipeline.Kernel(self.py_func, self._folder, inlined=self._inlined)
+                self._by_numba = made
         return self._by_numba
 
-    def image(self, arguments: tuple[Any, ...]) -> Image | None:
-        """Give the image that takes such arguments; None: numba is to take them."""
+    def _found_for(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+        """Give what takes such arguments: an image, or numba."""
         kinds = None if self._images is None else kinds_of(arguments)
         if kinds is None or self._images is None:
-            return None
+            return self.by_numba
         if kinds not in self._found:
             self._found[kinds] = self._images.find(Wanted(self.py_func, kinds, arguments))
-        return self._found[kinds]
+        image = self._found[kinds]
+        if image is None:
+            return self.by_numba
+        self._last = image
+        return lambda *these: image(*map(usual, these))
 
-    def __call__(self, *arguments: Any, **named: Any) -> Any:
+    def __call__(self, *arguments: Any) -> Any:
         """Run the kernel."""
-        image = None if named else self.image(arguments)
-        return (image or self.by_numba)(*arguments, **named)
-
-    def bind(self, *kept: Any) -> Callable[[Any, Any, Any], Any]:
-        """Give the kernel with all but its first three arguments."""
-        entry, place, result = None, 0, None
-        holds: list[Any] = []  # for good: another thread may be inside
-        first = second = third = type(None)
-
-        def call(a: Any, b: Any, c: Any) -> Any:
-            if a.__class__ is first and b.__class__ is second and c.__class__ is third:
-                got = entry(place, a, b, c)
-                return got if got == got else result(got)
-            return prepare(a, b, c)
-
-        def prepare(a: Any, b: Any, c: Any) -> Any:
-            nonlocal entry, place, result, first, second, third
-            image = self.image((a, b, c, *kept))
-            if image is None or image.leading != LEADING or image.returns != 'float64':
-                return self(a, b, c, *kept)
-            entry, place, held = image.prepared(kept)
-            holds.append(held)
-            result = image.result
-            first, second, third = a.__class__, b.__class__, c.__class__
-            return call(a, b, c)
-
-        return call
+        got = self._last(*arguments)
+        if got is NotImplemented:
+            return self._found_for(arguments)(*arguments)
+        return got
 
 
-def bind(kernel: Callable[..., Any], *kept: Any) -> Callable[[Any, Any, Any], Any]:
-    """Give a kernel, compiled or plain, with all but its first three arguments."""
-    if isinstance(kernel, Kernel):
-        return kernel.bind(*kept)
-    return lambda a, b, c: kernel(a, b, c, *kept)
+def _unknown(*_arguments: Any) -> Any:
+    """Stand for an image before there is one."""
+    return NotImplemented
+
+
+def _plain(function: Callable[..., Any], missing: ImportError) -> Callable[..., Any]:
+    """Give a kernel as plain Python, for arguments as the compiled one takes them."""
+    if not WITHOUT:
+        WITHOUT.append(without_numba(missing))
+        warnings.warn(WITHOUT[0], RuntimeWarning, stacklevel=5)
+
+    def plain(*arguments: Any) -> Any:
+        views = (memoryview(a) if isinstance(a, np.ndarray) else a for a in arguments)
+        return function(*views)
+
+    return plain
+
+
+WITHOUT: list[str] = []  # why some kernel runs as plain Python, though others are images
+
+
+def without_numba(missing: ImportError) -> str:
+    """Say what it costs that numba cannot be imported."""
+    return (
+        f'numba cannot be imported ({missing}): kernels run as plain Python, with the same bits '
+        'but some 200 times slower, 700 times where bodies touch; pip install numba'
+    )

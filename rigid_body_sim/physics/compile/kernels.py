@@ -35,6 +35,7 @@ from __future__ import annotations
 
 import dis
 import hashlib
+import importlib
 import os
 import sys
 import tempfile
@@ -48,7 +49,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.images import Images, numba_is_set, processor, release_of
-from rigid_body_sim.physics.compile.kernel import Kernel
+from rigid_body_sim.physics.compile.kernel import WITHOUT, Kernel, without_numba
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, is_ours, names_of
 from rigid_body_sim.physics.compile.sources import codes, digest_of_sources
 
@@ -91,14 +92,11 @@ def _choose_cache(digest: str) -> Path | None:
 def _import_numba() -> tuple[bool, str]:
     """Import numba: whether it compiles, and why it does not."""
     try:
-        import numba
+        numba: Any = importlib.import_module('numba')  # its settings carry no types
     except ImportError as missing:  # the plain source runs instead
-        return False, (
-            f'numba cannot be imported ({missing}): kernels run as plain Python, with the same '
-            'bits but some 200 times slower, 700 times where bodies touch; pip install numba'
-        )
-    config: Any = numba.config  # numba's settings carry no types
-    return not config.DISABLE_JIT, ''
+        return False, without_numba(missing)
+    release_of.cache_clear()
+    return not numba.config.DISABLE_JIT, ''
 
 
 def _set_up() -> tuple[bool, str, Path | None, Images | None]:
@@ -129,19 +127,17 @@ COMPILED, WITHOUT_NUMBA, CACHE, IMAGES = _set_up()
 def _jit(function: Callable[..., Any], *, inline: bool) -> Callable[..., Any]:
     if str(release_of('numba')).startswith(_KNOWN_INSIDE):
         return Kernel(function, IMAGES, CACHE, inlined=inline)
-    import numba
-
+    numba: Any = importlib.import_module('numba')
     options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'forceinline': inline}
     made: Any = numba.njit(**options)(function)
     if CACHE is not None:
-        config: Any = numba.config
-        before = config.CACHE_DIR
-        config.CACHE_DIR = str(CACHE)  # read by numba in the next line
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(CACHE)  # read by numba in the next line
         try:
             made.enable_caching()
             _keep_whole_files(made)
         finally:
-            config.CACHE_DIR = before
+            numba.config.CACHE_DIR = before
     return made
 
 
@@ -359,7 +355,7 @@ def left_the_numbers(error: Exception) -> bool:
     Tell whether a plain kernel met what a compiled one passes through as infinity or NaN: a
     division by zero, an overflow, a function outside its domain. Any other error is a bug.
     """
-    if COMPILED:
+    if COMPILED and not WITHOUT:
         return False
     if isinstance(error, ZeroDivisionError | OverflowError):
         return True

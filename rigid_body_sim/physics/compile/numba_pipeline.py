@@ -137,14 +137,14 @@ def twin(function: Callable[..., Any], folder: Path | None, *, inlined: bool) ->
 
 def linked(function: Callable[..., Any], arguments: Sequence[Any], kinds: tuple[str, ...]) -> Any:
     """
-    Compile a kernel up to bitcode, with all that it calls, and no further: an `image_maker.Bitcode`.
+    Compile a kernel with all that it calls, as far as to bitcode: an `image_maker.Bitcode`.
 
     arguments : as the kernel is called with, of these kinds
 
     UnknownCode if numba's code of a kernel is not what an image can call.
     """
     took = tuple(typeof(value, Purpose.argument) for value in arguments)
-    flags = Flags()
+    flags: Any = Flags()
     cpu_target.options.parse_as_flags(flags, _options(inlined=False))
     flags.no_compile = flags.no_cpython_wrapper = True
     with global_compiler_lock:
@@ -156,7 +156,7 @@ def linked(function: Callable[..., Any], arguments: Sequence[Any], kinds: tuple[
             return_type=None,
             flags=flags,
             locals={},
-            pipeline_class=_CompilerOfLinked,
+            pipeline_class=_CompilerOfLinked,  # pyright: ignore[reportArgumentType]
         )
         returns = str(made.signature.return_type)
         if returns not in RETURNS:

@@ -17,14 +17,12 @@ stay as soft as in the whole tick, and the next one starts from the impulses of 
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernel import bind
 from rigid_body_sim.physics.contact import step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     collider_record,
@@ -283,9 +281,6 @@ class ContactWorld:
 
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
         """Give a kernel of the ticks the call of a scheme; its workspace is not needed."""
-        bound: Callable[[int, float, float], float] = compiled
-        bound_to: tuple[Any, ...] = ()  # what it was bound to, besides
-        bound_arrays: tuple[Any, ...] | None = None
 
         def advance(
             ticks: int, tick: float, h: float, n_moving: int, n_rigid: int, translation: Any,
@@ -294,12 +289,7 @@ class ContactWorld:
             given = (n_moving, n_rigid, translation, rotation, method, elements, ranges)
 
             def call(ticks: int, tick: float, h: float) -> float:
-                nonlocal bound, bound_to, bound_arrays
-                arrays = self.arrays.arguments
-                if arrays is not bound_arrays or not all(map(operator.is_, given, bound_to)):
-                    bound = bind(compiled, *given, *arrays)
-                    bound_to, bound_arrays = given, arrays
-                return bound(ticks, tick, h)
+                return compiled(ticks, tick, h, *given, *self.arrays.arguments)
 
             return self._advance(call, ticks, tick, h, (translation, rotation))
 
