@@ -289,7 +289,7 @@ def _decimal(text: str) -> float | str:
 
 
 def _scalar(construct: Callable[[str], Any]) -> Callable[..., Any]:
-    """Make a constructor of nodes out of one of texts; a mapping with such a tag stays as it is."""
+    """Make a constructor of nodes out of one of texts; a mapping with such a tag stays."""
 
     def constructor(loader: Any, node: yaml.ScalarNode) -> Any:
         text = loader.construct_scalar(node)
