@@ -216,7 +216,7 @@ class Stretch:
         whole = rows == len(self._values)
         return Run(
             names=tuple(self._index),
-            time=(ticks * dt_ns) * 1e-9,
+            time=np.multiply(ticks * dt_ns, 1e-9),
             scene=simulation.scene,
             integrator=self._start['integrator'],
             dt=simulation.dt,
@@ -323,7 +323,7 @@ def _room(shape: tuple[int, ...]) -> Array:
         return np.empty(shape)
     except MemoryError:
         raise InvalidModel(
-            f'{shape[-3] if len(shape) > 2 else shape[0]} rows of this scene are '
+            f'{shape[-3 if len(shape) > 2 else 0]} rows of this scene are '
             f'{size / 1e9:.1f} GB; take a longer every, or a shorter duration'
         ) from None
 
