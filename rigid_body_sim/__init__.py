@@ -15,6 +15,7 @@ TYPE_CHECKING = False  # to those who run it: importing `typing` for the name ta
 if TYPE_CHECKING:
     from rigid_body_sim import rotation
     from rigid_body_sim.analysis.inverse_kinematics import inverse_kinematics
+    from rigid_body_sim.errors import RunError, UserError
     from rigid_body_sim.library.from_bag import open_bag
     from rigid_body_sim.library.make_scene import make_body, make_scene
     from rigid_body_sim.library.run import BodyRun, Run

@@ -40,6 +40,7 @@ except ModuleNotFoundError as _error:
     raise UserError(missing(_error.name or 'gymnasium')) from None
 
 Array = np.ndarray
+NOTHING = (0.0, 0.0, 0.0)
 Reward = Callable[[StateOfBody, Array], float]
 Start = Callable[[np.random.Generator], Mapping[str, Any]]
 
@@ -62,7 +63,7 @@ class BodyEnv(Env):
     reward, terminated, start : see the module; without `start` every run begins as the scene says
     """
 
-    metadata: ClassVar[dict[str, Any]] = {'render_modes': []}
+    metadata: ClassVar[dict[str, Any]] = {'render_modes': []}  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __init__(
         self,
@@ -118,8 +119,8 @@ class BodyEnv(Env):
         """Hold an action over `every`; a run that diverges is terminated, with reward -inf."""
         action = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         asked = action * self._limits
-        force = asked[:3] if self._pushes else np.zeros(3)
-        torque = asked[-3:] if len(asked) > 3 or not self._pushes else np.zeros(3)
+        force = asked[:3].tolist() if self._pushes else NOTHING
+        torque = asked[-3:].tolist() if len(asked) > 3 or not self._pushes else NOTHING
         frame = 'world' if self._is_point else 'body'
         self.simulation.set_wrench(self._body, force=force, torque=torque, frame=frame)
         try:

@@ -14,6 +14,7 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import reduce
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +88,7 @@ def _read(path: Path, progress: Progress) -> Run:
         if twist is not None:
             rates = slice(snapshot.VELOCITY, snapshot.ANGULAR_VELOCITY_BODY)
             values[:, i, rates] = _at(twist, stamps)
-    time = stamps * 1e-9
+    time: Array = np.multiply(stamps, 1e-9)
     ours = scene is not None and names == tuple(body.name for body in scene.bodies)
     masses = None
     if ours and scene is not None:
@@ -200,11 +201,11 @@ def _held_at_start(bag: Bag, bodies: int) -> Array:
     return applied if applied.shape[1] == bodies else np.full((2, bodies, 3), np.nan)
 
 
-def _told(bag: Bag, last: float) -> dict[str, object]:
+def _told(bag: Bag, last: float) -> dict[str, Any]:
     """Say what the run was and how it ended, as far as the bag tells."""
     manifest = RecordValues(bag.path, 'manifest', bag.manifest)
     dt_ns = manifest.integer('dt_ns', 1, MOST_NS, '0') if 'dt_ns' in bag.manifest else 0
-    told: dict[str, object] = {
+    told: dict[str, Any] = {
         'integrator': manifest.text('integrator', ''),
         'dt': dt_ns / 1e9 if dt_ns else float('nan'),
         'end_reason': WHOLE,

@@ -141,7 +141,7 @@ def make_scene(
     return scene
 
 
-def _vector(what: str, values: Sequence[float], unit: str) -> Vector:
+def _vector(what: str, values: Any, unit: str) -> Vector:
     given = values.tolist() if isinstance(values, np.ndarray) else values
     try:
         x, y, z = numbers(given, 3, unit=unit)

@@ -15,7 +15,7 @@ from html import escape
 
 import numpy as np
 
-from rigid_body_sim.library.run import Run
+from rigid_body_sim.library.run_arrays import RunArrays
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.view.energy_history import energy_history
@@ -28,7 +28,7 @@ FEWEST_SAMPLES = 200
 MOST_ROWS = 50  # of a table
 
 
-def page_of_run(run: Run) -> str:
+def page_of_run(run: RunArrays) -> str:
     """Write the page of a run: HTML that plays it in a browser, without network."""
     motion = _motion(run)
     about = [f'integrator {run.integrator}' * bool(run.integrator)]
@@ -43,7 +43,7 @@ def page_of_run(run: Run) -> str:
     )
 
 
-def html_of_run(run: Run) -> str:
+def html_of_run(run: RunArrays) -> str:
     """Put the page of a run into a frame, with its text above."""
     lines = escape(repr(run))
     if not len(run.time):
@@ -55,7 +55,7 @@ def html_of_run(run: Run) -> str:
     )
 
 
-def _motion(run: Run) -> RecordedMotion:
+def _motion(run: RunArrays) -> RecordedMotion:
     """Thin a run to what a page can show."""
     most = max(FEWEST_SAMPLES, min(MOST_SAMPLES, MOST_POINTS // max(1, len(run.names))))
     every = -(-len(run.time) // most)

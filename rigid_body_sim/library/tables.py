@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.library.run import Run
+from rigid_body_sim.library.run_arrays import RunArrays
 from rigid_body_sim.missing_packages import missing
 from rigid_body_sim.recording.new_output import check_folder
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
-Progress = Callable[[int], None]  # told how many rows were written since the last time
+Progress = Callable[[int], object]  # told how many rows were written since the last time
 
 VECTORS = {
     'position': 'xyz',
@@ -60,7 +60,7 @@ ENERGIES = ('kinetic_energy', 'potential_energy', 'energy')
 ROWS = 1000  # of a CSV file between two looks at the progress
 
 
-def columns(run: Run) -> dict[str, Array]:
+def columns(run: RunArrays) -> dict[str, Array]:
     """Give the table, column by column: name -> (m,)."""
     table: dict[str, Array] = {'time': run.time}
     for name in run:
@@ -74,14 +74,14 @@ def columns(run: Run) -> dict[str, Array]:
     return table
 
 
-def to_pandas(run: Run) -> pandas.DataFrame:
+def to_pandas(run: RunArrays) -> pandas.DataFrame:
     """Give the table as a DataFrame of its own numbers."""
     frame = _need('pandas').DataFrame(columns(run), copy=True)
     frame.attrs |= _facts(run)
     return frame
 
 
-def to_xarray(run: Run) -> xarray.Dataset:
+def to_xarray(run: RunArrays) -> xarray.Dataset:
     """Give the arrays with named dimensions: time, body, axis and quaternion."""
     xr = _need('xarray')
     arrays: dict[str, Any] = {}
@@ -102,7 +102,7 @@ def to_xarray(run: Run) -> xarray.Dataset:
     return xr.Dataset(arrays, coords=places, attrs=_facts(run))
 
 
-def _facts(run: Run) -> dict[str, Any]:
+def _facts(run: RunArrays) -> dict[str, Any]:
     """Say what the run was, as plain values."""
     return {
         'scene': '' if run.scene is None else run.scene.name,
@@ -114,7 +114,7 @@ def _facts(run: Run) -> dict[str, Any]:
 
 
 def write_parquet(
-    run: Run, path: str | os.PathLike[str], *, progress: Progress = lambda _rows: None
+    run: RunArrays, path: str | os.PathLike[str], *, progress: Progress = lambda _rows: None
 ) -> None:
     """Write the table as a Parquet file, as a whole or not at all."""
     pyarrow = _need('pyarrow')
@@ -128,7 +128,7 @@ def write_parquet(
 
 
 def write_csv(
-    run: Run, path: str | os.PathLike[str], *, progress: Progress = lambda _rows: None
+    run: RunArrays, path: str | os.PathLike[str], *, progress: Progress = lambda _rows: None
 ) -> None:
     """Write the table as a CSV file, numbers as `repr` has them, as a whole or not at all."""
     table = columns(run)

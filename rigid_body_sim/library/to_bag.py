@@ -12,7 +12,7 @@ import shutil
 from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.library.run import Run
+from rigid_body_sim.library.run_arrays import RunArrays
 from rigid_body_sim.physics.model.named_frames import SEPARATOR
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.new_output import check_new
@@ -22,7 +22,7 @@ from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.scene.writing import with_text
 
 
-def write_bag(run: Run, path: str | os.PathLike[str]) -> None:
+def write_bag(run: RunArrays, path: str | os.PathLike[str]) -> None:
     """Record a run; see `Run.save`."""
     folder, origin = Path(path), run._origin
     if origin is None or run._ticks is None:

@@ -23,7 +23,7 @@ from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.cdr_parts import CdrError
 
 Array = NDArray[np.float64]
-Progress = Callable[[int], None]  # told how many messages were read since the last time
+Progress = Callable[[int], object]  # told how many messages were read since the last time
 
 _HEAD = Struct('<BQH')  # opcode, length and channel id at the start of a message record
 _FRAME = 9  # [bytes] of opcode and length
@@ -151,7 +151,7 @@ def _columns(bag: Bag, name: str, pieces: list[tuple[int, bytes]]) -> Columns:
         return Columns(np.zeros(0, dtype=np.int64), np.zeros((0, width)), '')
     size = min(sizes)
     try:
-        first = cdr.decode(kind.TYPE, pieces[0][1][: pieces[0][0]])
+        first: Any = cdr.decode(kind.TYPE, pieces[0][1][: pieces[0][0]])
         if len(sizes) == 1:
             data = b''.join(payloads for _, payloads in pieces)
             found = _alike(data, size, width, first.frame_id)

@@ -14,8 +14,8 @@ its body (`shape_position`, which URDF files have; a Union can say it).
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -244,7 +244,7 @@ def _both_points(ours: Any, theirs: Any) -> bool:
     return all(shape is None or isinstance(shape, shapes.Particle) for shape in (ours, theirs))
 
 
-def _is_plain_list(value: Any) -> bool:
+def _is_plain_list(value: object) -> TypeGuard[Sequence[Any]]:
     return isinstance(value, list | tuple)
 
 
