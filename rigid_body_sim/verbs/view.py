@@ -22,7 +22,7 @@ from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP
 from rigid_body_sim.view.energy_history import energy_history
 from rigid_body_sim.view.picture import picture
-from rigid_body_sim.view.playback_page import playback_page
+from rigid_body_sim.view.playback_page import expected_outcome, playback_page
 from rigid_body_sim.view.recorded_motion import read_motion
 
 SUMMARY = 'draw a recorded run as a PNG, or play it in three dimensions on an HTML page'
@@ -64,7 +64,13 @@ def run(arguments: argparse.Namespace) -> int:
         page = playback_page(motion, scene, title=title, about=about, energy=energy, bag=bag)
         content = page.encode()
     else:
-        figure = picture(motion, energy, title=', '.join(filter(None, (title, about))))
+        figure = picture(
+            motion,
+            energy,
+            title=', '.join(filter(None, (title, about))),
+            caption=expected_outcome(scene),
+            scene=scene,
+        )
         image = BytesIO()
         figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
         content = image.getvalue()
