@@ -8,8 +8,11 @@ to folders of the repository lead to the sources. Docstrings are plain text
 with aligned legends; they stay so.
 """
 
+import dataclasses
+import importlib
 import importlib.util
 import inspect
+import pydoc
 import re
 import sys
 from pathlib import Path
@@ -41,23 +44,50 @@ html_copy_source = False
 html_math_renderer = 'mathml'
 
 
+def _kind(value) -> str:
+    """Tell under which heading a name goes."""
+    if inspect.ismodule(value):
+        return 'Modules'
+    if not inspect.isclass(value):
+        return 'Functions'
+    if issubclass(value, BaseException):
+        return 'Errors'
+    return 'Records' if dataclasses.is_dataclass(value) else 'Classes'
+
+
 class PublicNames(SphinxDirective):
-    """`public-names`: what a module offers by `__all__`, each as autodoc shows it."""
+    """
+    `public-names PACKAGE`: what a package offers by `__all__`, as autodoc shows it, by kind.
+
+    Its lines are classes, and modules whose public classes follow, as far as the package does not
+    offer them.
+    """
 
     required_arguments = 1
+    has_content = True
 
     def run(self) -> list[nodes.Node]:
-        """Give the pages of all names; those that are no classes and functions are left out."""
-        module = importlib.import_module(self.arguments[0])
+        """Give the pages of all names; plain values, such as the version, are left out."""
+        package = importlib.import_module(self.arguments[0])
+        named = {f'{package.__name__}.{name}': getattr(package, name) for name in package.__all__}
+        for line in filter(None, map(str.strip, self.content)):
+            found = pydoc.locate(line)
+            its = vars(found).values() if inspect.ismodule(found) else [found]
+            for value in filter(inspect.isclass, its):
+                is_its = value.__module__ == line or value is found
+                if is_its and not value.__name__.startswith('_') and value not in named.values():
+                    named[f'{value.__module__}.{value.__name__}'] = value
         lines = []
-        for name in sorted(module.__all__, key=str.lower):
-            value = getattr(module, name)
-            kind = 'class' if inspect.isclass(value) else 'function'
-            if not callable(value):
-                continue
-            lines += ['```{eval-rst}', f'.. auto{kind}:: {module.__name__}.{name}']
-            lines += ['   :members:', ''] if kind == 'class' else ['']
-            lines += ['```', '']
+        for kind in ('Functions', 'Classes', 'Records', 'Errors', 'Modules'):
+            lines += [f'```{{rubric}} {kind}', '```', '']
+            for path, value in named.items():
+                if (callable(value) or inspect.ismodule(value)) and _kind(value) == kind:
+                    how = 'class' if inspect.isclass(value) else 'function'
+                    how = 'module' if inspect.ismodule(value) else how
+                    place = value.__name__ if how == 'module' else path
+                    is_plain = how == 'function' or hasattr(value, 'TYPE')  # forces: for kernels
+                    lines += ['```{eval-rst}', f'.. auto{how}:: {place}']
+                    lines += ['' if is_plain else '   :members:', '```', '']
         return self.parse_text_to_nodes('\n'.join(lines))
 
 

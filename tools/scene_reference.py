@@ -26,6 +26,7 @@ from rigid_body_sim.scene import grammar as g  # noqa: E402
 
 PAGE = ROOT / 'docs' / 'scene_reference.md'
 SCHEMA = ROOT / 'config' / 'scene.schema.json'
+SHAPE_OF_A_PART = 'shape_of_a_part'
 HEADING = '## Reference\n'
 DIGITS = r'(?:(?:0|[1-9][0-9]*)(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?'
 DECIMAL = f'^[-+]?{DIGITS}$'
@@ -48,7 +49,7 @@ def schema() -> str:
             _safe(name): _mapping(part) for name, part in known.items() if name != 'scene'
         },
     }
-    whole['definitions']['shape of a part'] = _mapping(
+    whole['definitions'][SHAPE_OF_A_PART] = _mapping(
         known['shape'], without=g.PART_KEYS['shape'].kind.without
     )
     integrator = whole['definitions']['integrator']
@@ -172,6 +173,8 @@ def _kind(kind: Any) -> Json:
         case g.Rows():
             row = _kind(g.Number('-'))
             rows = [_list(row, width, width) for width in kind.widths]
+            if kind.columns:
+                rows = [{**rows[0], 'items': [_kind(column) for column in kind.columns]}]
             each = [{'type': 'array', 'items': one, 'minItems': kind.least} for one in rows]
             return each[0] if len(each) == 1 else {'anyOf': each}
         case g.Words():
@@ -198,8 +201,8 @@ def _kind(kind: Any) -> Json:
                 'additionalProperties': _or_nothing(_kind(kind.each)),
             }
         case g.Part():
-            name = 'shape of a part' if kind.without else _safe(kind.name)
-            return {'$ref': f'#/definitions/{name.replace(" ", "%20")}'}
+            name = SHAPE_OF_A_PART if kind.without else _safe(kind.name)
+            return {'$ref': f'#/definitions/{name}'}
     raise TypeError(kind)
 
 
@@ -210,7 +213,7 @@ def _list(each: Json, least: int, most: int | None) -> Json:
 
 
 def _safe(name: str) -> str:
-    return name.replace('[', '').replace(']', '')
+    return name.replace('[', '').replace(']', '').replace(' ', '_')
 
 
 def _sentence(key: g.Key) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 from lesson import claim, follow
 from scenes import hung
 
-END, STEPS = 1.0, (0.02, 0.01, 0.005)  # [s]
+END, STEPS = 1.0, (0.02, 0.01, 0.005, 0.0025, 0.00125)  # [s]
 METHODS = {'explicit_euler': 1, 'semi_implicit_euler': 1, 'midpoint': 2, 'rk4': 4}
 EXACT = 0.2 * np.cos(10 * END)
 
@@ -20,7 +20,7 @@ def error(method, h):
 errors = {method: [error(method, h) for h in STEPS] for method in METHODS}
 for method, order in METHODS.items():
     slope = np.log2(errors[method][-2] / errors[method][-1])
-    claim(f'{method} is of order {order}', slope - order, within=0.3)
+    claim(f'{method} is of order {order}', slope - order, within=0.1)
 
 
 def draw(axes):

@@ -55,11 +55,16 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Rows:
-    """A table: rows of numbers, all of one of these widths."""
+    """
+    A table: at least so many rows of numbers, all of one of these widths.
+
+    columns : what each number of a row is, where there is one width
+    """
 
     widths: tuple[int, ...]
     units: str
     least: int
+    columns: tuple[Number, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -182,7 +187,8 @@ _reserved = '|'.join(RESERVED)
 NAME_PATTERN = f'^(?!(?:{_reserved})$)(?!.*__)[A-Za-z][A-Za-z0-9_]*$'
 NAME = Text('a letter, then letters, digits and single underscores', NAME_PATTERN, LONGEST_NAME)
 BODY_NAME = Text('name of a body')
-M, KG, KG_M2 = Number('m'), Number('kg'), Number('kg m^2')
+M, KG_M2 = Number('m'), Number('kg m^2')
+MOMENT = Number('kg m^2', positive=True)
 LENGTH = Number('m', positive=True)
 POSITION, VELOCITY = Numbers(3, M), Numbers(3, Number('m/s'))
 SPIN = Numbers(3, Number('rad/s'))
@@ -190,8 +196,8 @@ QUATERNION = Numbers(4, Number('-'))
 NO_TURN, ZERO = [0, 0, 0, 1], [0, 0, 0]
 MASS = ('mass', 'density', 'inertia', 'center_of_mass')
 FLOW = ('mass_rate', 'exhaust_velocity', 'final_mass')
-SOLIDS = ('sphere', 'box', 'cylinder', 'capsule', 'convex_hull')
-WITH_VOLUME = (*SOLIDS, 'mesh', 'union', 'particles', 'plane', 'heightfield')
+SOLIDS = ('sphere', 'box', 'cylinder', 'capsule', 'convex_hull', 'mesh')
+WITH_VOLUME = (*SOLIDS, 'union', 'particles', 'plane', 'heightfield')
 SPINS = ('angular_velocity', 'angular_velocity_body')
 SAID_BY_URDF = ('shape', *MASS, *FLOW, 'inertia_over_time')
 MOST_COPIES = 100_000  # [-] more is a slip of the pen, and would fill the memory
@@ -257,7 +263,7 @@ INITIAL = Mappings(
 INERTIA = Mappings(
     'Tensor about the centre of mass in body axes; ixy is minus the integral of x y dm.',
     {
-        **{key: Key(KG_M2, 'moment of inertia', required=True) for key in ('ixx', 'iyy', 'izz')},
+        **{key: Key(MOMENT, 'moment of inertia', required=True) for key in ('ixx', 'iyy', 'izz')},
         **{key: Key(KG_M2, 'element of the tensor', default=0) for key in ('ixy', 'ixz', 'iyz')},
     },
 )
@@ -266,7 +272,9 @@ INERTIA_OVER_TIME = Mappings(
     'Moments of inertia that change at constant mass; body axes are principal axes.',
     {
         'table': Key(
-            Rows((4,), 's, kg m^2', least=2), 'rows [time, ixx, iyy, izz]', required=True
+            Rows((4,), 's, kg m^2', least=2, columns=(Number('s'), MOMENT, MOMENT, MOMENT)),
+            'rows [time, ixx, iyy, izz]',
+            required=True,
         ),
         'interpolation': Key(
             Words(tuple(INTERPOLATIONS)),
@@ -561,7 +569,16 @@ DENSITIES = {
                 'x, y, z of a box, z of a cylinder, radius of a sphere',
                 required=True,
             ),
-            'rows': Key(Rows((2,), 'm, kg/m^3', least=2), 'rows [place, density]', required=True),
+            'rows': Key(
+                Rows(
+                    (2,),
+                    'm, kg/m^3',
+                    least=2,
+                    columns=(M, Number('kg/m^3', minimum=0.0)),
+                ),
+                'rows [place, density]',
+                required=True,
+            ),
         },
     ),
 }

@@ -128,7 +128,7 @@ def run(arguments: argparse.Namespace) -> int:
                 warm_up(wanted.problems, wanted.methods, progress.show)
             measuring = time.monotonic()
             for number, name in enumerate(wanted.problems, 1):
-                left = _left(number - 1, len(wanted.problems), time.monotonic() - measuring)
+                left = rest_words(number - 1, len(wanted.problems), time.monotonic() - measuring)
                 with _Progress(f'{name} ({number} of {len(wanted.problems)}{left})') as progress:
                     problem = PROBLEMS[name]
                     points = _measured(problem, wanted, progress)
@@ -142,7 +142,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _left(done: int, of: int, elapsed: float) -> str:
+def rest_words(done: int, of: int, elapsed: float) -> str:
     """Say roughly how long the rest of the problems takes; nothing before the first is done."""
     return f', some {elapsed / done * (of - done):.0f} s left' if done else ''
 

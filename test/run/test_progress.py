@@ -19,6 +19,7 @@ import pytest
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.verbs import compile_note
 from rigid_body_sim.verbs.compile_note import CompileNote, expected_functions, time_left
+from rigid_body_sim.verbs.report import rest_words
 
 from ..patience import HANGING
 
@@ -84,6 +85,11 @@ def test_the_time_left_shrinks_as_functions_are_done_at_an_even_pace() -> None:
     for done, of_time in ((25, 0.16), (50, 0.35), (75, 0.52), (90, 0.65)):
         assert time_left(done, 100, 20.0 * of_time) == pytest.approx(20.0 * (1.0 - of_time))
     assert time_left(99, 100, 20.0) == time_left(130, 100, 20.0) == 0.0
+
+
+def test_a_report_says_how_long_the_other_problems_take_once_it_knows() -> None:
+    assert rest_words(0, 14, 0.1) == ''
+    assert rest_words(2, 14, 30.0) == ', some 180 s left'
 
 
 def test_what_numba_compiles_meanwhile_is_counted(

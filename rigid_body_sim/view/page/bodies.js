@@ -97,7 +97,7 @@ export class Bodies {
     const material = new THREE.MeshBasicMaterial({ color: ACCENT, side: THREE.BackSide });
     for (const { form, members, sheet } of this.batches)
       for (const { body, local } of members) {
-        if (body !== chosen || sheet) continue;
+        if (body !== chosen || sheet || this.run.bodies.length < 2) continue;
         const rim = new THREE.Mesh(this.forms[form].faces, material);
         rim.matrixAutoUpdate = false;
         rim.matrix.copy(local).multiply(new THREE.Matrix4().makeScale(MARGIN, MARGIN, MARGIN));

@@ -31,6 +31,7 @@ class View {
     bindKeys(this);
     this.theme.set();
     this.choose(this.firstChoice());
+    document.getElementById('follow').checked = this.wishes.has('follow');
     this.stage?.frame(this.places());
     if (this.wishes.has('t')) this.player.seek(Number(this.wishes.get('t')));
     window.addEventListener('resize', () => this.resize());
