@@ -56,9 +56,11 @@ def release_of(package: str) -> str | None:
     loaded = sys.modules.get(package)
     if loaded is not None:
         return getattr(loaded, '__version__', None)
-    with suppress(ImportError, ValueError, AttributeError, TypeError, OSError):
+    with suppress(ImportError, ValueError, AttributeError, OSError):
         spec = find_spec(package)
-        folder = Path(str(spec and spec.origin)).parents[1]
+        if spec is None or spec.origin is None:
+            return None
+        folder = Path(spec.origin).parent.parent
         begin = f'{package}-'
         (found,) = {
             name.removeprefix(begin).rpartition('.')[0]
