@@ -57,7 +57,7 @@ class Cluster:
 
     def _count_slots(self) -> int:
         """Count the threads of the cluster now."""
-        threads: dict[str, int] = {}
+        threads: Any = {}
         if self._client.status == 'running':
             with suppress(Exception):  # whatever a scheduler that is about to go answers
                 threads = self._client.nthreads()

@@ -15,7 +15,7 @@ from rigid_body_sim.runs.run import Run, RunSettings, publish_every
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP
-from rigid_body_sim.sweeps.looks import LAST, OF_POINT
+from rigid_body_sim.sweeps.looks import LAST
 from rigid_body_sim.sweeps.plan import Sweep
 
 RATE = 100.0  # [Hz] of recorded states, as of `simulate`
@@ -49,8 +49,7 @@ def record_one(sweep: Sweep, run: int, path: Path, *, expected: dict[str, Any]) 
         row = simulation.state.values[i].tolist()
         for name, place in LAST:
             told = expected.get(f'{body.name}.{name}')
-            is_told = told is not None and (not body.is_point or name.startswith(OF_POINT))
-            if is_told and not _same(told, row[place]):
+            if told is not None and not _same(told, row[place]):
                 raise RunError(
                     f'run {run}: {body.name}.{name} is {row[place]!r} in the bag and {told!r} in '
                     'its row (please report this scene)'

@@ -31,7 +31,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.forces.elements import FORCES
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.model.scene import Body, Scene
@@ -107,7 +106,7 @@ def packed_scene(scenes: Sequence[Scene]) -> Scene:
 def _renamed(force: Any, names: dict[str, str]) -> Any:
     """Give a force element that acts on the bodies of other names."""
     changed: dict[str, Any] = {}
-    for field in dataclasses.fields(FORCES[force.TYPE]):
+    for field in dataclasses.fields(force):
         kind, value = field.metadata['kind'], getattr(force, field.name)
         if kind in ('body', 'body_or_world'):
             changed[field.name] = names.get(value, value)

@@ -81,7 +81,7 @@ class Axis:
             return {f'{self.key}[{i}]': kind for i in range(self.length)}
         if isinstance(self.spec, Distribution) and self.spec.name != 'choice':
             return {self.key: 'int' if self.spec.name == 'integers' else 'float'}
-        values = self.spec.values if isinstance(self.spec, Listed) else self.spec.arguments
+        values = _given(self.spec)
         lengths = {len(value) if isinstance(value, list) else None for value in values}
         kinds = {_kind(x) for v in values for x in (v if isinstance(v, list) else [v])}
         kind = kinds.pop() if len(kinds) == 1 else 'float' if kinds == {'int', 'float'} else 'text'
@@ -317,8 +317,7 @@ def _files(
         return found
     folder = Path(scene.origin.name).parent if scene.origin.has_lines else Path()
     for axis in axes:
-        values = getattr(axis.spec, 'values', ()) or axis.spec.arguments
-        for value in values if _names_a_file(axis) else ():
+        for value in _given(axis.spec) if _names_a_file(axis) else ():
             files = Files(folder=folder, given=None)
             changed = scene_keys.replaced(content, axis.path, value)
             try:
@@ -331,8 +330,13 @@ def _files(
 
 def _names_a_file(axis: Axis) -> bool:
     """Whether a value of an axis may name a file."""
-    values = axis.spec.values if isinstance(axis.spec, Listed) else axis.spec.arguments
-    return axis.path[0] == 'bodies' and any(isinstance(v, str | dict | list) for v in values)
+    given = _given(axis.spec)
+    return axis.path[0] == 'bodies' and any(isinstance(v, str | dict) for v in given)
+
+
+def _given(spec: Spec) -> tuple[Any, ...]:
+    """Give the values of a list, or the arguments of a distribution."""
+    return spec.values if isinstance(spec, Listed) else spec.arguments
 
 
 def _whole(value: Any, what: str, *, least: int, most: int) -> int:

@@ -296,9 +296,9 @@ def _rows_of_job(
         pack = Pack(sweep, runs, scenes)
         pack.run(saw)
         rows = list(pack.rows())
-    except (InvalidModel, UserError, ArithmeticError, ValueError):  # one of them is to blame
-        rows = []
-    if rows:
+    except Exception:  # one of them is to blame: alone they tell which
+        pack = None
+    if pack is not None and rows:
         check = rows[-1]
         again = _row_alone(sweep, check['run'], scenes[runs.index(check['run'])], saw)
         if same_bits(check, again):
