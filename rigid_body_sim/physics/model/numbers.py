@@ -61,6 +61,12 @@ def number(
 
 def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
     """Return so many finite numbers as floats; InvalidModel for anything else."""
+    if value.__class__ is tuple and len(value) == count:
+        for item in value:
+            if item.__class__ is not float or not math.isfinite(item):
+                break
+        else:
+            return value
     items = tuple(value) if is_list(value) else ()
     if len(items) != count or not all(map(is_number, items)):
         raise InvalidModel(
