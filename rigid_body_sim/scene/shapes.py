@@ -97,6 +97,7 @@ def _mesh(value: Value, files: Files) -> Mesh | Surface:
 
 
 def _heightfield(value: Value, files: Files) -> Surface:
+    """Heights over a grid as ground, of a body that is fixed."""
     spacing = value.at('spacing', what='the distance of two points [m], or one along x and y')
     origin = value.find('origin')
     start = (0.0, 0.0, 0.0) if origin is None else origin.vector(unit='m')

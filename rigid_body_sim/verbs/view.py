@@ -59,13 +59,15 @@ def run(arguments: argparse.Namespace) -> int:
     source = files.pop(SCENE, None)
     scene = None if source is None else load_scene(source, files=files)
     energy = None if scene is None else energy_history(scene, motion, ending=bag.ending)
-    figure = picture(motion, energy, title=_title(bag, None if scene is None else scene.name))
-    image = BytesIO()
-    figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
-    content = image.getvalue()
+    title, about = bag.path.name if scene is None else scene.name, _about(bag)
     if arguments.output.suffix == '.html':
-        title = _title(bag, None if scene is None else scene.name)
-        content = playback_page(motion, scene, title=title, picture=content, bag=bag).encode()
+        page = playback_page(motion, scene, title=title, about=about, energy=energy, bag=bag)
+        content = page.encode()
+    else:
+        figure = picture(motion, energy, title=', '.join(filter(None, (title, about))))
+        image = BytesIO()
+        figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
+        content = image.getvalue()
     with STOP.kept():  # half a picture looks like a whole one
         arguments.output.write_bytes(content)
     print(f'{arguments.output}: {len(motion.tracks)} bodies')
@@ -81,9 +83,9 @@ def _check_output(output: Path) -> None:
     check_folder(output)
 
 
-def _title(bag: Bag, scene: str | None) -> str:
-    """Scene, integrator and tick length, as far as the bag tells."""
-    parts = [scene or bag.path.name]
+def _about(bag: Bag) -> str:
+    """Integrator and tick length, as far as the bag tells."""
+    parts = []
     values = RecordValues(bag.path, 'manifest', bag.manifest)
     if integrator := values.text('integrator', '').split():
         parts.append(f'integrator {integrator[0]}')
