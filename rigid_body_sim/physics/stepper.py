@@ -98,6 +98,7 @@ class Stepper:
         self.contact = _contact_world(scene, layout, integrator)
         self.tick = 0
         self.undo: Undo | None = None
+        self._spare: tuple[Array, ...] | None = None  # what `undo` of the last ticks was copied into
         self._chunk = CHUNK
         if self.contact is not None:
             self._chunk = max(1, min(CHUNK, CHUNK_IN_CONTACT // max(1, layout.n_moving)))
@@ -179,6 +180,18 @@ class Stepper:
         """Note what to return to; from here to `end` the state is nobody's."""
         mark = None if self.work is None else self.work.mark()
         self.undo = undo = (self.tick, self._snapshot(), more, mark)
+        return undo
+
+    def _begin_ticks(self) -> Undo:
+        """Do what `begin` does, into arrays that the next ticks use again."""
+        spare = self._spare
+        if self.contact is not None or self.work is not None or spare is None:
+            undo = self.begin()
+            self._spare = undo[1] if self.contact is None else None
+            return undo
+        for copy, array in zip(spare, self._state, strict=True):
+            copy[:] = array
+        self.undo = undo = (self.tick, spare, None, None)
         return undo
 
     def end(self, undo: Undo, ticks: int = 0) -> None:
@@ -284,18 +297,23 @@ class Stepper:
             *self._elements.arguments,
         )
 
-    def set_held(self, table: Array) -> None:
+    def set_held(self, table: Array | None) -> None:
         """
-        Take over what is held: `table` turns with the bodies, the rest is in the blocks already.
+        Take over what is held: `table` turns with the bodies, None: as before; the rest is in the
+        blocks already.
         """
-        if table.size or self._turning:
-            self._elements.set_turning(table)
-            self._take_arguments()
-            self._turning = len(table)  # last: an interrupt before it lets all be done again
-        held = rows(self.translation, TRANSLATION, HELD_FORCE, 3)
+        if table is None or not (table.size or self._turning):
+            return
+        if len(table) == self._turning:
+            self._elements.change_turning(table)
+            return
+        self._elements.set_turning(table)
+        self._take_arguments()
+        held = rows(self.translation, TRANSLATION, HELD_FORCE, 3)  # as the free kernel wants them
         rows(self.translation, TRANSLATION, FORCE, 3)[:] = held
         held = rows(self.rotation, ROTATION, HELD_TORQUE, 3)
         rows(self.rotation, ROTATION, TORQUE, 3)[:] = held
+        self._turning = len(table)  # last: an interrupt before it lets all be done again
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
@@ -476,7 +494,7 @@ class Stepper:
         done, n = 0, self._integrator.substeps
         while done < ticks:
             chunk = min(self._chunk, ticks - done)
-            before = self.begin()
+            before = self._begin_ticks()
             if self.work is None:
                 well = self.steps(kernel, n * chunk, n * (tick + done), h / n)
             else:

@@ -108,6 +108,11 @@ class ActingElements:
         switches = [*self._switches, *ends]
         self.schedule = Schedule(switches, self.kinks) if self.is_timed else None
 
+    def change_turning(self, table: Array) -> None:
+        """Take over other numbers for as many bodies as turn already."""
+        start = len(self._tables)
+        self.numbers[start : start + table.size] = table.reshape(-1)
+
     def bodies_at(self, places: Sequence[float], h: float) -> NDArray[np.bool_]:
         """
         Tell on which moving bodies something begins, ends or has a kink at places [tick].

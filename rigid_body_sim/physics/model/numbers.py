@@ -61,7 +61,9 @@ def number(
 
 def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
     """Return so many finite numbers as floats; InvalidModel for anything else."""
-    if value.__class__ is tuple and len(value) == count:
+    if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype == np.float64:
+        value = tuple(value.tolist())
+    if value.__class__ is tuple and len(value) == count:  # what they are as a rule
         for item in value:
             if item.__class__ is not float or not math.isfinite(item):
                 break
