@@ -19,8 +19,6 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from rigid_body_sim import Simulation, load_scene
 
 LASTS = 0.05  # [s] a repetition

@@ -90,6 +90,7 @@ class Stepper:
     def __init__(self, scene: Scene, layout: Layout, integrator: Integrator) -> None:
         self._layout = layout
         self._integrator = integrator
+        self._substeps = integrator.substeps
         self.translation = layout.translation()
         self.rotation = layout.rotation()
         self._elements = ActingElements(scene, layout)
@@ -98,7 +99,9 @@ class Stepper:
         self.contact = _contact_world(scene, layout, integrator)
         self.tick = 0
         self.undo: Undo | None = None
-        self._spare: tuple[Array, ...] | None = None  # what `undo` of the last ticks was copied into
+        self._spare: tuple[Array, ...] | None = (
+            None  # what `undo` of the last ticks was copied into
+        )
         self._chunk = CHUNK
         if self.contact is not None:
             self._chunk = max(1, min(CHUNK, CHUNK_IN_CONTACT // max(1, layout.n_moving)))
@@ -149,7 +152,15 @@ class Stepper:
             *new._arguments[METHOD : WORKSPACE + 1],
             *self._arguments[WORKSPACE + 1 :],
         )
-        mine = ('_integrator', '_method', '_scheme', '_kernel_name', '_workspace', '_workspaces')
+        mine = (
+            '_integrator',
+            '_substeps',
+            '_method',
+            '_scheme',
+            '_kernel_name',
+            '_workspace',
+            '_workspaces',
+        )
         taken = {
             name: new.__dict__[name] for name in (*mine, '_free', '_coupled', '_workspace_step')
         }
@@ -410,7 +421,7 @@ class Stepper:
         elements = self._elements
         kernel = self._free_kernel() if elements.do_nothing else self._coupled_kernel()
         if self.contact is not None:
-            self.contact.take_tick(h / self._integrator.substeps)
+            self.contact.take_tick(h / self._substeps)
         if elements.schedule is None:
             return self._advance(kernel, ticks, tick, h)
         done = 0
@@ -447,7 +458,7 @@ class Stepper:
         if self.contact is None:
             status = next((s for s in map(between, range(len(lengths))) if s != 0.0), 0.0)
         else:
-            step, contact = h / self._integrator.substeps, self.contact
+            step, contact = h / self._substeps, self.contact
 
             def advance(is_cut: bool) -> float:
                 if is_cut:
@@ -466,7 +477,7 @@ class Stepper:
 
     def _go_whole(self, kernel: Callable[..., Any], tick: float, h: float, _piece: int) -> float:
         """Advance over a whole tick all the same, for who does not feel what cuts it."""
-        schedule, n = self._elements.schedule, self._integrator.substeps
+        schedule, n = self._elements.schedule, self._substeps
         assert schedule is not None
         schedule.set(self._elements.numbers, tick, tick + 1.0, h)
         return 0.0 if self.steps(kernel, n, n * tick, h / n) else math.nan
@@ -491,7 +502,7 @@ class Stepper:
         """
         Advance over ticks between which nothing begins or ends; `to_the_end`: but behind them.
         """
-        done, n = 0, self._integrator.substeps
+        done, n = 0, self._substeps
         while done < ticks:
             chunk = min(self._chunk, ticks - done)
             before = self._begin_ticks()
@@ -523,7 +534,7 @@ class Stepper:
         self, kernel: Callable[..., Any], ticks: int, tick: float, h: float, *, to_the_end: bool
     ) -> bool:
         """Advance over ticks, looking at the power where somebody asked and there is any."""
-        n = self._integrator.substeps
+        n = self._substeps
         if self.work is None or self.work.powers.idle:
             return self.steps(kernel, n * ticks, n * tick, h / n)
         motion = _Motion(self, kernel)

@@ -14,6 +14,7 @@ about the centre of mass.
 
 from __future__ import annotations
 
+import math
 import operator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -53,6 +54,7 @@ from rigid_body_sim.physics.state.blocks import (
     TX,
     TY,
     TZ,
+    rows,
     scatter,
 )
 from rigid_body_sim.physics.state.layout import Layout
@@ -77,6 +79,7 @@ class Slot(NamedTuple):
     turns_with_body: bool
     until: int = FOREVER
 
+
 @dataclass(frozen=True, eq=False)
 class Rows:
     """
@@ -92,7 +95,7 @@ class Rows:
 
     def acting(self) -> NDArray[np.intp]:
         """Find the bodies of which something is asked."""
-        return np.flatnonzero((self.force != 0.0).any(axis=1) | (self.torque != 0.0).any(axis=1))
+        return np.flatnonzero(_asked(self.force) | _asked(self.torque))
 
     def slots(self) -> dict[tuple[int, str], Slot]:
         """Give the same as slots."""
@@ -132,6 +135,8 @@ class HeldWrenches:
             if flow_of(layout.body(core)) is not None:
                 self._weight[core] = 0.0  # `elements.variable_mass` adds it after its own factor
         self._weights = self._weight.tolist()
+        self._still = np.setdiff1d(np.arange(len(layout.bodies)), layout.moving)
+        self._is_in_order = np.array_equal(layout.moving, np.arange(len(layout.bodies)))
         self._table = np.zeros((0, held_body_wrench.COLUMNS))
         self._slots: dict[tuple[int, str], Slot] = {}
         self._rows: Rows | None = None  # then there are no other slots
@@ -139,7 +144,7 @@ class HeldWrenches:
         self._ending = FOREVER  # [tick] no slot ends before
         self._is_exact = True  # whether one ends then
         self._changed: set[int] | None = None  # bodies since the last `write`; None: any
-        self._turning: dict[int, int] = {}  # core index: its row of the table last written
+        self._turning: dict[int, int] | None = {}  # core index: its row of `_table`; None: look
 
     @property
     def slots(self) -> dict[tuple[int, str], Slot]:
@@ -253,23 +258,30 @@ class HeldWrenches:
             self._rows_of(name, values) for name, values in (('force', force), ('torque', torque))
         )
         points = slice(layout.n_rigid, None)
-        if turned[points].any() or (turns and pushed[points].any()):
+        has_points = layout.n_rigid < layout.n_moving
+        if has_points and (turned[points].any() or (turns and pushed[points].any())):
             asked = np.abs(turned) + np.abs(pushed) if turns else np.abs(turned)
             core = layout.n_rigid + int(np.argmax(asked[points].any(axis=1)))
             self.checked(layout.body(core).name, pushed[core], turned[core], 'world')
             layout.principal_axes(layout.body(core).name, NO_VECTOR)
         if turns:
-            pushed[: layout.n_rigid] = layout.all_principal_axes(pushed[: layout.n_rigid])
-            turned[: layout.n_rigid] = layout.all_principal_axes(turned[: layout.n_rigid])
-        rows = Rows(pushed + 0.0, turned + 0.0, turns)  # no zero is negative, as in sums
+            rigid = slice(layout.n_rigid)
+            pushed[rigid] = layout.all_principal_axes(pushed[rigid]) + 0.0
+            turned[rigid] = layout.all_principal_axes(turned[rigid]) + 0.0
+        asked_of_all = Rows(pushed, turned, turns)
         others = {}
         if self._rows is None:
             others = {key: slot for key, slot in self._slots.items() if key[1] != 'wrench'}
         if others:
-            self.slots = {**others, **rows.slots()}
+            self.slots = {**others, **asked_of_all.slots()}
             return
         self.__dict__.update(
-            _slots={}, _rows=rows, _sources={}, _ending=FOREVER, _is_exact=True, _changed=None
+            _slots={},
+            _rows=asked_of_all,
+            _sources={},
+            _ending=FOREVER,
+            _is_exact=True,
+            _changed=None,
         )  # one call of C: no interrupt comes between
 
     def _rows_of(self, name: str, values: Any) -> Array:
@@ -279,7 +291,7 @@ class HeldWrenches:
         if values is None:
             return np.zeros((layout.n_moving, 3))
         try:
-            given = np.array(values, dtype=np.float64)
+            given = np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError):
             given = np.zeros(0)
         if given.shape != (count, 3):
@@ -288,14 +300,15 @@ class HeldWrenches:
                 f'allowed: an array ({count}, 3), a row for each body in the order of the scene, '
                 'or None'
             )
-        wrong = ~np.isfinite(given).all(axis=1)
-        still = np.ones(count, dtype=bool)
-        still[layout.moving] = False
-        if (wrong | (still & given.any(axis=1))).any():
-            row = int(np.argmax(wrong | (still & given.any(axis=1))))
-            body = layout.names[row]
-            self.checked(body, given[row], NO_VECTOR, 'world')  # refuses it with the reason
-        return given[layout.moving]
+        with np.errstate(over='ignore', invalid='ignore'):
+            is_finite = math.isfinite(np.add.reduce(given, axis=None))  # or beyond the numbers
+        if not is_finite or (self._still.size and given[self._still].any()):
+            wrong = ~np.isfinite(given).all(axis=1)
+            wrong[self._still] |= given[self._still].any(axis=1)
+            if wrong.any():
+                row = int(np.argmax(wrong))
+                self.checked(layout.names[row], given[row], NO_VECTOR, 'world')  # says the reason
+        return (given if self._is_in_order else given[layout.moving]) + 0.0  # no zero is negative
 
     def drop_expired(self, tick: int) -> bool:
         """Let go of what ends before this tick; tell whether there was any."""
@@ -390,24 +403,28 @@ class HeldWrenches:
         force, torque, table = self.sums()
         with np.errstate(over='ignore', invalid='ignore'):
             force += self._weight
-        for array, size, values, places in (
-            (translation, TRANSLATION, force, (HELD_FORCE, FORCE)),
-            (rotation, ROTATION, torque[: self._layout.n_rigid], (HELD_TORQUE, TORQUE)),
+        for array, size, values, held, total in (
+            (translation, TRANSLATION, force, HELD_FORCE, FORCE),
+            (rotation, ROTATION, torque[: self._layout.n_rigid], HELD_TORQUE, TORQUE),
         ):
-            for place in places if len(values) else ():
-                scatter(array, size, place, values)
-        self._turning = {int(core): row for row, core in enumerate(table[:, 0].tolist())}
-        self._table = table
+            if len(values):
+                scatter(array, size, held, values)
+                rows(array, size, total, 3)[:] = rows(array, size, held, 3)
+        self._table, self._turning = table, None
         return table
 
     def _write_bodies(
         self, changed: set[int], translation: Array, rotation: Array
     ) -> Array | None:
-        rows: dict[int, list[float] | None] = {}
+        rows_of: dict[int, list[float] | None] = {}
+        places = self._turning
+        if places is None:
+            cores = self._table[:, held_body_wrench.BODY].astype(int).tolist()
+            places = self._turning = {core: row for row, core in enumerate(cores)}
         for core in changed:
             (*force, tx, ty, tz), turning = self._sums_of(core)
-            if turning is not None or core in self._turning:
-                rows[core] = turning
+            if turning is not None or core in places:
+                rows_of[core] = turning
             wx, wy, wz = self._weights[core]
             fx, fy, fz = force[0] + wx, force[1] + wy, force[2] + wz
             k = core // LANES * TRANSLATION + core % LANES
@@ -419,15 +436,20 @@ class HeldWrenches:
                 rotation[k + KX] = rotation[k + TX] = tx
                 rotation[k + KY] = rotation[k + TY] = ty
                 rotation[k + KZ] = rotation[k + TZ] = tz
-        if not rows:
+        if not rows_of:
             return None
-        if all(row is not None and core in self._turning for core, row in rows.items()):
-            for core, row in rows.items():
-                self._table[self._turning[core], held_body_wrench.FORCE :] = row
+        if all(row is not None and core in places for core, row in rows_of.items()):
+            for core, row in rows_of.items():
+                self._table[places[core], held_body_wrench.FORCE :] = row
             return self._table
-        self._table = table = self.sums()[2]
-        self._turning = {int(core): row for row, core in enumerate(table[:, 0].tolist())}
-        return table
+        self._table, self._turning = self.sums()[2], None
+        return self._table
+
+
+def _asked(values: Array) -> NDArray[np.bool_]:
+    """Tell which rows of (m, 3) are not zero; five times as fast as `any` along an axis."""
+    x, y, z = values.T
+    return (x != 0.0) | (y != 0.0) | (z != 0.0)
 
 
 def _place(key: tuple[int, str]) -> tuple[int, int, str]:
