@@ -48,8 +48,10 @@ from rigid_body_sim.physics.state.blocks import (
     MOMENTUM,
     ORIENTATION,
     ROTATION,
+    ROTATION_STATE,
     TORQUE,
     TRANSLATION,
+    TRANSLATION_STATE,
     blocks,
     gather,
     rows,
@@ -67,9 +69,9 @@ CHUNK = 1000  # [tick] between two copies of the state, to which a run returns t
 CHUNK_IN_CONTACT = 20_000
 
 
-# what a step began from: tick, what `Stepper._snapshot` gave, what the caller wants back beside,
+# what a step began from: tick, what `Stepper._snapshot` gave (None: `_moving_rows` have it), what the caller wants back beside,
 # the work done by then
-Undo = tuple[int, tuple[Any, ...], Any, Any]
+Undo = tuple[int, tuple[Any, ...] | None, Any, Any]
 
 
 class Stepper:
@@ -99,12 +101,10 @@ class Stepper:
         self.contact = _contact_world(scene, layout, integrator)
         self.tick = 0
         self.undo: Undo | None = None
-        self._spare: tuple[Array, ...] | None = (
-            None  # what `undo` of the last ticks was copied into
-        )
         self._chunk = CHUNK
         if self.contact is not None:
             self._chunk = max(1, min(CHUNK, CHUNK_IN_CONTACT // max(1, layout.n_moving)))
+        self._moving_rows = self._rows_that_move()
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         # methods that differ in how they turn bodies share one kernel where nothing turns
@@ -194,16 +194,28 @@ class Stepper:
         return undo
 
     def _begin_ticks(self) -> Undo:
-        """Do what `begin` does, into arrays that the next ticks use again."""
-        spare = self._spare
-        if self.contact is not None or self.work is not None or spare is None:
-            undo = self.begin()
-            self._spare = undo[1] if self.contact is None else None
-            return undo
-        for copy, array in zip(spare, self._state, strict=True):
-            copy[:] = array
-        self.undo = undo = (self.tick, spare, None, None)
+        """
+        Do what `begin` does for ticks of free bodies, into arrays that the next ticks use again:
+        the rows that a tick changes and no others.
+        """
+        if self._moving_rows is None:
+            return self.begin()
+        for kept, now in self._moving_rows:
+            kept[...] = now
+        self.undo = undo = (self.tick, None, None, None)
         return undo
+
+    def _rows_that_move(self) -> list[tuple[Array, Array]] | None:
+        """
+        Pair what a tick changes with a place for a copy; None where more belongs to the state.
+        """
+        if self.contact is not None or self._integrator.remembers is not None:
+            return None
+        heads = (
+            self.translation.reshape(-1, TRANSLATION)[:, :TRANSLATION_STATE],
+            self.rotation.reshape(-1, ROTATION)[:, :ROTATION_STATE],
+        )
+        return [(np.empty(head.shape), head) for head in heads if head.size]
 
     def end(self, undo: Undo, ticks: int = 0) -> None:
         """Count the ticks that were done since `begin`; SimulationBusy if another began too."""
@@ -216,7 +228,11 @@ class Stepper:
         """Return to what `begin` noted, if the work broke off; can itself be broken off."""
         if self.undo is not None:
             self.tick, arrays, _, mark = self.undo
-            self._return_to(arrays)
+            if arrays is None:
+                for kept, now in self._moving_rows or ():
+                    now[...] = kept
+            else:
+                self._return_to(arrays)
             if self.work is not None and mark is not None:
                 self.work.return_to(mark)
             self.undo = None
@@ -505,7 +521,7 @@ class Stepper:
         done, n = 0, self._substeps
         while done < ticks:
             chunk = min(self._chunk, ticks - done)
-            before = self._begin_ticks()
+            before = self.begin() if self.work is not None else self._begin_ticks()
             if self.work is None:
                 well = self.steps(kernel, n * chunk, n * (tick + done), h / n)
             else:

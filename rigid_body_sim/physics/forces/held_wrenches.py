@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 import operator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from rigid_body_sim.physics.model.named_frames import (
     at_center,
     frame_of,
 )
-from rigid_body_sim.physics.model.numbers import checked_vector, shown
+from rigid_body_sim.physics.model.numbers import checked_vector, numbers, shown
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state.blocks import (
@@ -185,10 +185,12 @@ class HeldWrenches:
         core = self._layout.core(body)
         record = self._layout.body(core)
         frame = frame_of(record, frame)
-        force, torque = (
-            checked_vector(f'command to {body!r}', 'force', force),
-            checked_vector(f'command to {body!r}', 'torque', torque),
-        )
+        try:
+            pushed, turned = numbers(force, 3, unit='N'), numbers(torque, 3, unit='N m')
+        except InvalidModel:  # told with the name of the body
+            pushed = checked_vector(f'command to {body!r}', 'force', force)
+            turned = checked_vector(f'command to {body!r}', 'torque', torque)
+        force, torque = cast(Vector, pushed), cast(Vector, turned)
         if core >= self._layout.n_rigid and any(torque):
             raise InvalidModel(
                 f'command to {body!r}: torque {torque} on a point mass, which has no orientation; '
