@@ -14,6 +14,7 @@ that alone knows lines, which only messages ask for.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -45,6 +46,9 @@ NOT_FINITE = ('inf', 'nan')
 ALIAS = b'*'
 # numbers of which YAML 1.1 and `numerals` say the same: a shortcut past both
 USUAL = re.compile(r'-?(?:0|[1-9][0-9]{0,17})(?:\.[0-9]+(?:e[-+][0-9]+)?)?', re.ASCII)
+# words that PyYAML writes as they are, but for those that mean something else
+WORD = re.compile(r'[A-Za-z_][A-Za-z0-9_]{0,60}(?:[./-][A-Za-z0-9_]{1,30}){0,1}', re.ASCII)
+MEANINGS = frozenset(('yes', 'no', 'true', 'false', 'on', 'off', 'null', 'y', 'n'))
 MERGE = 'tag:yaml.org,2002:merge'
 
 
@@ -101,6 +105,11 @@ def read(text: bytes, *, name: str, with_lines: bool = True) -> Document:
 
 def write(mapping: Mapping[str, Any]) -> bytes:
     """Return the YAML bytes of a mapping; numpy values become plain ones, bit for bit."""
+    try:
+        if mapping:
+            return ''.join(f'{line}\n' for line in _block(mapping, '')).encode()
+    except (_NotPlain, RecursionError, ValueError):  # an integer of more digits than are printed
+        pass
     try:
         return yaml.dump(mapping, Dumper=_Dumper, sort_keys=False, allow_unicode=True).encode()
     except (yaml.YAMLError, RecursionError, ValueError, TypeError) as error:
@@ -289,7 +298,7 @@ def _decimal(text: str) -> float | str:
 
 
 def _scalar(construct: Callable[[str], Any]) -> Callable[..., Any]:
-    """Make a constructor of nodes out of one of texts; a mapping with such a tag stays."""
+    """Make a constructor of nodes out of one of texts."""
 
     def constructor(loader: Any, node: yaml.ScalarNode) -> Any:
         text = loader.construct_scalar(node)
@@ -342,6 +351,57 @@ def _sized(node: yaml.Node, sizes: dict[int, tuple[int, int]], above: set[int]) 
         raise _too_deep(node)
     sizes[id(node)] = values, levels + 1
     return sizes[id(node)]
+
+
+def _block(collection: Any, margin: str) -> list[str]:
+    """Write a mapping or list that is not empty as PyYAML does in block style; or _NotPlain."""
+    lines = []
+    if isinstance(collection, Mapping):
+        for key, given in collection.items():
+            if key.__class__ is not str:
+                raise _NotPlain
+            value = _without_numpy(given)
+            start = f'{margin}{_scalar_text(key)}:'
+            if not _is_open(value):
+                lines.append(f'{start} {_scalar_text(value)}')
+                continue
+            lines.append(start)
+            lines += _block(value, f'{margin}  ' if value.__class__ is dict else margin)
+        return lines
+    for value in map(_without_numpy, collection):
+        if _is_open(value):
+            first, *rest = _block(value, f'{margin}  ')
+            lines += [f'{margin}- {first[len(margin) + 2 :]}', *rest]
+        else:
+            lines.append(f'{margin}- {_scalar_text(value)}')
+    return lines
+
+
+def _is_open(value: Any) -> bool:
+    return value.__class__ in (dict, list, tuple) and len(value) > 0
+
+
+def _without_numpy(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _scalar_text(value: Any) -> str:
+    """Write what holds nothing as PyYAML does; _NotPlain for what it may quote or fold."""
+    kind = value.__class__
+    if kind is float and math.isfinite(value):
+        text = repr(value)
+        return text if '.' in text or 'e' not in text else text.replace('e', '.0e', 1)
+    if kind is int:
+        return str(value)
+    if kind is str and WORD.fullmatch(value) and value.lower() not in MEANINGS:
+        return value
+    if value is None or kind is bool:
+        return {None: 'null', True: 'true', False: 'false'}[value]
+    if kind in (list, tuple, dict) and not value:
+        return '{}' if kind is dict else '[]'
+    raise _NotPlain
 
 
 class _Dumper(yaml.SafeDumper):

@@ -93,9 +93,12 @@ def scatter(
 ) -> None:
     """Write values (bodies, count) into rows, body i into block i // 64, lane i % 64."""
     view = rows(array, size, offset, values.shape[1])
-    for block in range(view.shape[0]):
-        part = values[block * LANES : (block + 1) * LANES]
-        view[block, :, : len(part)] = part.T
+    full, rest = divmod(len(values), LANES)
+    if full:
+        whole = values[: full * LANES].reshape(full, LANES, -1)
+        view[:full] = whole.transpose(0, 2, 1)
+    if rest:
+        view[full, :, :rest] = values[full * LANES :].T
 
 
 def gather(
