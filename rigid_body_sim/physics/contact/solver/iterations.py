@@ -237,7 +237,7 @@ def _solve_normals(
         if PATCHES and point_count > 1:
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
-            if patch_friction.lets_go(used, patch, scratch):
+            if patch_friction.any_lets_go(used, patch, scratch):
                 patch_friction.take_back(lanes, constraints, patch, scratch)
         points = rows[first : first + WIDTH]
         any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
@@ -335,7 +335,7 @@ def _relax(
                 if ANGULAR:
                     rolling_friction.solve(lanes, constraints, points, scratch)
             if several:
-                if patch_friction.is_stale(used, patch, scratch):
+                if patch_friction.any_stale(used, patch, scratch):
                     _measure_patch(
                         lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
                         friction_patch.IMPULSE_1, False, rows,

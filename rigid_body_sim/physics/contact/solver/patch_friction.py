@@ -214,6 +214,7 @@ def start_tick(lanes: int, constraints: Array, patch: Array, scratch: Array) -> 
         )
         impulse_1, impulse_2, twist = _wrench(patch, lane + friction_patch.IMPULSE_1)
         impulse_1, impulse_2 = wide_lanes.clamp_to_disc(impulse_1, impulse_2, limit)
+        twist = twist if limit > 0.0 else 0.0
         _warm_start((impulse_1, impulse_2, twist), constraints, patch, scratch, lane)
 
 
@@ -313,13 +314,21 @@ def _put(active: Any, value: float, row: int, patch: Array) -> None:
     patch[row] = value if active else patch[row]
 
 
+@inline
+def _is_stale(patch: Array, scratch: Array, lane: int) -> Any:
+    """Tell whether something else presses on a lane than when it was measured, or starts to."""
+    press = scratch[lane + lane_scratch.PRESS]
+    starts = (press > 0.0) & (not patch[lane + friction_patch.WARM_NORMAL] > 0.0)
+    return starts | (abs(press - patch[lane + friction_patch.MEASURED]) > STALE * press)
+
+
 @kernel
 def measure(lanes: int, wrench: int, all_lanes: bool, patch: Array, scratch: Array) -> None:
     """
     Find middle, size and steps of the patch of each lane from what presses (`add_moments`).
 
     wrench    : of the patch, on whose direction the steps depend
-    all_lanes : False: of lanes that are visited and stale, see `is_stale`
+    all_lanes : False: of lanes that are visited and stale, see `any_stale`
     """
     for lane in range(lanes):
         c_1, c_2, s_11, s_12, s_22 = _moments(scratch, lane)
@@ -355,10 +364,8 @@ def measure(lanes: int, wrench: int, all_lanes: bool, patch: Array, scratch: Arr
             half * half + length_squared * coupling * coupling
         )
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
-        press = scratch[lane + lane_scratch.PRESS]
-        stale = abs(press - patch[lane + friction_patch.MEASURED]) > STALE * press
-        active = active & (all_lanes | stale)
-        _put(active, press, lane + friction_patch.MEASURED, patch)
+        active = active & (all_lanes | _is_stale(patch, scratch, lane))
+        _put(active, scratch[lane + lane_scratch.PRESS], lane + friction_patch.MEASURED, patch)
         _put(active, c_1, lane + friction_patch.MIDDLE_1, patch)
         _put(active, c_2, lane + friction_patch.MIDDLE_2, patch)
         _put(active, radius_squared, lane + friction_patch.RADIUS_SQUARED, patch)
@@ -383,14 +390,11 @@ def any_starts(used: int, scratch: Array) -> bool:
 
 
 @inline
-def is_stale(used: int, patch: Array, scratch: Array) -> bool:
-    """Tell whether something else presses on some lane than when it was measured, or starts to."""
+def any_stale(used: int, patch: Array, scratch: Array) -> bool:
+    """Tell whether some lane must be measured anew."""
     found = False
     for lane in range(used):
-        press = scratch[lane + lane_scratch.PRESS]
-        change = abs(press - patch[lane + friction_patch.MEASURED])
-        starts = press > 0.0 and not patch[lane + friction_patch.WARM_NORMAL] > 0.0
-        found = found or starts or change > STALE * press
+        found = found or _is_stale(patch, scratch, lane)
     return found
 
 
@@ -491,14 +495,18 @@ def apply_restitution(lanes: int, constraints: Array, patch: Array, scratch: Arr
 
 
 @inline
-def lets_go(used: int, patch: Array, scratch: Array) -> bool:
-    """Tell whether a patch that was pressed in the last substep is not any more."""
+def _lets_go(patch: Array, scratch: Array, lane: int) -> Any:
+    """Tell whether the patch of a lane was pressed in the last substep, and is not any more."""
+    was_pressed = patch[lane + friction_patch.WARM_NORMAL] > 0.0
+    return was_pressed & (not scratch[lane + lane_scratch.PRESSES] > 0.0)
+
+
+@inline
+def any_lets_go(used: int, patch: Array, scratch: Array) -> bool:
+    """Tell whether some patch that was pressed in the last substep is not any more."""
     found = False
     for lane in range(used):
-        found = found or (
-            patch[lane + friction_patch.WARM_NORMAL] > 0.0
-            and not scratch[lane + lane_scratch.PRESSES] > 0.0
-        )
+        found = found or _lets_go(patch, scratch, lane)
     return found
 
 
@@ -509,11 +517,11 @@ def take_back(lanes: int, constraints: Array, patch: Array, scratch: Array) -> N
     give no second one.
     """
     for lane in range(lanes):
-        presses = scratch[lane + lane_scratch.PRESSES] > 0.0
+        goes = _lets_go(patch, scratch, lane)
         old = _wrench(patch, lane + friction_patch.IMPULSE_1)
         warm = _wrench(patch, lane + friction_patch.WARM_1)
-        back = scale(0.0 if presses else -1.0, warm)
-        kept = 1.0 if presses else 0.0
+        back = scale(-1.0 if goes else 0.0, warm)
+        kept = 0.0 if goes else 1.0
         wide_lanes.put_vector(patch, lane + friction_patch.IMPULSE_1, scale(kept, old))
         wide_lanes.put_vector(patch, lane + friction_patch.WARM_1, scale(kept, warm))
         _apply(back, constraints, patch, scratch, lane)

@@ -222,7 +222,7 @@ def _solve_normals(
         now = now if now > 0.0 else 0.0
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         now = now if active else before
-        presses = now > 0.0
+        presses = now > 0.0 if active else pressed
         change = now - before
         impulse = scale(change, normal)
         if RUBS:
