@@ -23,7 +23,7 @@ HEADER = ['# Copyright 2026 rigid_body_sim maintainers', '# SPDX-License-Identif
 NUMERIC = {'numpy', 'scipy'}
 PEERS = {'dartpy', 'mujoco', 'pinocchio', 'pybullet', 'pydrake', 'rapier3d'}  # in report/peers
 WALLS = {  # room -> what it may import besides the standard library and itself
-    'physics': NUMERIC | {'numba'},
+    'physics': NUMERIC | {'numba', 'llvmlite'},  # the second comes with the first
     'exact': NUMERIC,
     'recording': {'numpy', 'mcap', 'yaml', 'lz4', 'zstandard', f'{NAME}.errors'},
     'scene': {'numpy', 'yaml', 'trimesh', 'coacd', 'lxml', 'yourdfpy'}
@@ -32,6 +32,15 @@ WALLS = {  # room -> what it may import besides the standard library and itself
     | {'PIL', 'matplotlib', 'yaml', f'{NAME}.__version__', f'{NAME}.errors'}
     | {f'{NAME}.physics', f'{NAME}.exact', f'{NAME}.scene'}
     | PEERS,
+    'sweeps': {
+        'numpy',
+        'pyarrow',
+        'pandas',
+        'distributed',
+        f'{NAME}.__version__',
+        f'{NAME}.errors',
+    }
+    | {f'{NAME}.{room}' for room in ('physics', 'scene', 'recording', 'runs', 'stop_signals')},
     'testing.plugin': {'pytest', f'{NAME}.testing'},  # every pytest of an environment loads it
     'errors': set(),
 }
