@@ -18,9 +18,10 @@ from typing import Any
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import choose_from, path_text
 from rigid_body_sim.scene.document import Path
-from rigid_body_sim.scene.experiment import KEYS
+from rigid_body_sim.scene.grammar import SCENE
 
 _STEP = re.compile(r'\.?([A-Za-z_][A-Za-z0-9_]*)|\[(\d{1,9})\]')
+KEYS = tuple(SCENE.keys)
 NOT_VARIED = ('version', 'name')
 ALTERNATIVES = {  # what stands at a place in place of another
     'angular_velocity': 'angular_velocity_body',
