@@ -27,6 +27,7 @@ VERBS = (
     'sim_node',
     'simulate',
     'view',
+    'warm_up',
     'wrench_pub',
 )
 
@@ -89,6 +90,7 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed'],
+        f'{NAME}.physics.compile': ['bitcode/*/*.kernel'],  # of `warm_up --bitcode`, if any
         f'{NAME}.view': ['*.html'],
         f'{NAME}.report': ['assets/*'],
         f'{NAME}.testing': ['*.xml'],

@@ -43,6 +43,7 @@ VERBS = {
     'view': 'draw a run: trajectories, energy, drift, contact forces (PNG); or play it (HTML)',
     'report': 'speed against error of every method: tables, plots, one HTML page',
     'inverse': 'from positions to velocities, accelerations and the wrench that explains them',
+    'warm_up': 'compile beforehand what scenes will need',
     'wrench_pub': 'publish commands to a body, or those of a bag',
 }
 
@@ -57,6 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if words[0] == '--version':
         print(__version__)
         return 0
+    words[0] = words[0].replace('-', '_')  # warm-up is warm_up
     if words[0] not in VERBS:
         from rigid_body_sim.physics.errors import choose_from
         from rigid_body_sim.physics.model.numbers import shown
@@ -210,6 +212,11 @@ def report() -> int:
 def inverse() -> int:
     """Entry point of the executable `inverse`."""
     return _process('inverse')
+
+
+def warm_up() -> int:
+    """Entry point of the executable `warm_up`."""
+    return _process('warm_up')
 
 
 def wrench_pub() -> int:
