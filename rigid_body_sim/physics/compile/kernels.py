@@ -47,6 +47,7 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
@@ -219,7 +220,7 @@ def slots_of(function: FunctionType) -> dict[str, KernelSlot]:
     known = function.__globals__
     named = {name for name in _names(function.__code__) if isinstance(known.get(name), KernelSlot)}
     if named:  # a name of the code may also be that of an attribute
-        named &= set(_globals_read(function.__code__))
+        named &= _globals_read(function.__code__)
     return {name: known[name] for name in sorted(named)}
 
 
@@ -228,11 +229,14 @@ def _names(code: CodeType) -> Iterator[str]:
         yield from part.co_names
 
 
-def _globals_read(code: CodeType) -> Iterator[str]:
-    for part in codes(code):
-        for instruction in dis.get_instructions(part):
-            if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME'):
-                yield instruction.argval
+@cache
+def _globals_read(code: CodeType) -> frozenset[str]:
+    return frozenset(
+        instruction.argval
+        for part in codes(code)
+        for instruction in dis.get_instructions(part)
+        if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME')
+    )
 
 
 def _want_no_slots(function: Any) -> None:

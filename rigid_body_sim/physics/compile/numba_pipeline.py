@@ -132,6 +132,13 @@ class Kernel(CPUDispatcher):
             self._cache = _cache_in(folder)(function)
 
 
+def make_ready() -> None:
+    """Let numba learn its own functions, 0.2 s: for who forks before the first kernel."""
+    target: Any = cpu_target
+    target.typing_context.refresh()
+    target.target_context.refresh()
+
+
 def twin(function: Callable[..., Any], folder: Path | None, *, inlined: bool) -> Any:
     """Give what numba is to compile of a function that a kernel calls."""
     return _Called(function, _options(inlined=inlined), folder and folder / 'called')
