@@ -11,6 +11,7 @@ import os
 import sys
 
 import numpy as np
+import yaml
 
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.images import Images
@@ -22,6 +23,7 @@ from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.integration import integrators
+from rigid_body_sim.scene import document
 
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
 
@@ -252,3 +254,19 @@ def know_forces(patch, *kinds):
             self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
     patch.setattr(ActingElements, '__init__', knowing)
+
+
+def values_by_nodes(text):
+    """
+    The values of a scene's text by way of PyYAML's tree of nodes.
+    """
+    return document._constructed(text)
+
+
+def yaml_by_emitter(mapping):
+    """
+    The bytes of a mapping as PyYAML's emitter writes them.
+    """
+    return yaml.dump(
+        mapping, Dumper=document._Dumper, sort_keys=False, allow_unicode=True
+    ).encode()
