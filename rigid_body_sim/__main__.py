@@ -43,7 +43,9 @@ VERBS = {
     'view': 'draw a run: trajectories, energy, drift, contact forces (PNG); or play it (HTML)',
     'sweep': 'run a scene many times with keys that differ; one Parquet row a run',
     'report': 'speed against error of every method: tables, plots, one HTML page',
+    'export': 'poses, twists, wrenches and energies of a bag as one table: CSV or Parquet',
     'inverse': 'from positions to velocities, accelerations and the wrench that explains them',
+    'list': 'what there is: scenes, integrators, forces, shapes, problems, a line each',
     'wrench_pub': 'publish commands to a body, or those of a bag',
 }
 
@@ -206,6 +208,16 @@ def view() -> int:
 def report() -> int:
     """Entry point of the executable `report`."""
     return _process('report')
+
+
+def export() -> int:
+    """Entry point of the executable `export`."""
+    return _process('export')
+
+
+def list_what_there_is() -> int:
+    """Entry point of the executable `list`."""
+    return _process('list')
 
 
 def sweep() -> int:

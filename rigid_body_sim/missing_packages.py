@@ -13,6 +13,10 @@ _OPTIONAL = {
     'pandas': 'tables in Python are of it',
     'pyarrow': 'Parquet files are written and read by it',
     'coacd': 'a scene with a mesh `as: parts` needs it; a recording of that scene does not',
+    'gymnasium': 'the environments need it (the extra gym)',
+    'pandas': 'tables need it (the extra tables)',
+    'pyarrow': 'Parquet files need it (the extra tables)',
+    'xarray': 'data sets with named dimensions need it (the extra tables)',
 }
 
 

@@ -24,6 +24,12 @@ class InvalidModel(ValueError):
         self.at = at
 
 
+class UnknownBody(InvalidModel, KeyError):
+    """A name that no body of the scene has; the message names the nearest."""
+
+    __str__ = BaseException.__str__  # that of KeyError would put quotes around it
+
+
 def path_text(path: tuple[str | int, ...]) -> str:
     """Write a path as messages do: bodies[3].shape."""
     steps = (f'[{key}]' if isinstance(key, int) else f'.{_short(key)}' for key in path)
@@ -34,14 +40,19 @@ def _short(word: str) -> str:
     return word if len(word) <= LONGEST_WORD else f'{word[:LONGEST_WORD]}…'
 
 
-def choose_from(word: object, known: Collection[str]) -> str:
-    """Write the cure for an unknown word: the nearest known one, and all that are allowed."""
+def nearest(word: object, known: Collection[str]) -> str | None:
+    """Find the known word that a slip may have meant; None where none is near."""
     import difflib  # only for who made a slip
 
-    near: list[str] = []
-    if isinstance(word, str) and len(word) <= LONGEST_WORD:
-        near = difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS)
-    proposal = f'; did you mean {near[0]!r}? allowed' if near else '; allowed'
+    if not isinstance(word, str) or len(word) > LONGEST_WORD:
+        return None
+    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS)), None)
+
+
+def choose_from(word: object, known: Collection[str]) -> str:
+    """Write the cure for an unknown word: the nearest known one, and all that are allowed."""
+    near = nearest(word, known)
+    proposal = '; allowed' if near is None else f'; did you mean {near!r}? allowed'
     listed = [*known][:MOST_NAMED]
     more = f', … ({len(known)} in all)' if len(known) > len(listed) else ''
     return f'{proposal}: {", ".join(listed)}{more}'

@@ -28,7 +28,7 @@ from threading import get_ident
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance, EnergyLedger
@@ -46,7 +46,7 @@ from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.body_axis import moment_of_body
 from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.scene import Scene, Vector
-from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
+from rigid_body_sim.physics.model.tick_length import tick_nanoseconds, whole_ticks
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
 from rigid_body_sim.physics.state.contacts import Contacts
 from rigid_body_sim.physics.state.layout import Layout, as_vector
@@ -278,10 +278,10 @@ class Simulation:
             while stepper.tick < end:
                 if watch is not None:
                     watch.meet(stepper.tick, self._read_state)
-                if self._held_changed or self._held.slots:
+                if self._held_changed or self._held.may_end:
                     self._take_held()
                 chunk = end - stepper.tick
-                if self._held.slots:
+                if self._held.may_end:
                     chunk = min(chunk, self._held.next_expiry() - stepper.tick)
                 if watch is not None:
                     chunk = int(min(chunk, watch.next_tick - stepper.tick))
@@ -377,7 +377,7 @@ class Simulation:
             self._held_changed = False
 
     def _drop_expired(self) -> None:
-        if self._held.slots and self._held.next_expiry() <= self._stepper.tick:
+        if self._held.next_expiry() <= self._stepper.tick:
             self._held_changed = True  # before it is so: an interrupt may come in between
             self._held.drop_expired(self._stepper.tick)
 
@@ -408,6 +408,42 @@ class Simulation:
                  name: axes and origin (`model.named_frames`), held beside those of other frames
         """
         self.hold(body, 'wrench', force=force, torque=torque, frame=frame)
+
+    def set_wrenches(
+        self, *, force: ArrayLike | None = None, torque: ArrayLike | None = None,
+        frame: str = 'world',
+    ) -> None:  # fmt: skip
+        """
+        Hold a force and a torque on every body until changed, in one call: `set_wrench` of each.
+
+        force  : (n, 3) [N]    at the centres of mass, in the order of the scene; None: none
+        torque : (n, 3) [N m]  likewise
+        frame  : 'world', or 'body': axes that turn with each body
+
+        Rows of fixed bodies are zero. Raises InvalidModel, which names the body, for anything but
+        finite numbers, a push on a fixed body, and a torque on a point mass; then nothing changes.
+        """
+        self._settle()
+        self._held_changed = True  # before it is so: an interrupt may come in between
+        self._held.put_rows(force=force, torque=torque, frame=frame)
+        if self.watch is not None:
+            shape = (len(self.scene.bodies), 3)
+            pushed, turned = (
+                np.zeros(shape) if values is None else np.array(values, dtype=np.float64)
+                for values in (force, torque)
+            )
+            for i in self._layout.moving.tolist():
+                asked = {'force': pushed[i], 'torque': turned[i], 'frame': frame, 'until': FOREVER}
+                self.watch.hold(self.tick, self.scene.bodies[i].name, 'wrench', **asked)
+
+    def run_for(self, seconds: float) -> None:
+        """
+        Advance by a time [s] that is a whole number of ticks.
+
+        Raises InvalidModel where it is none (within 1e-6 of it), and names the nearest; else as
+        `step`.
+        """
+        self.step(whole_ticks(seconds, self.dt_ns, what='run_for'))
 
     def hold(
         self,
@@ -765,7 +801,7 @@ class Simulation:
     @property
     def has_turning_commands(self) -> bool:
         """Whether a command holds in the axes of a body."""
-        return any(slot.turns_with_body for slot in self._held.slots.values())
+        return self._held.turns
 
     @property
     def held_slots(self) -> dict[tuple[int, str], Slot]:

@@ -282,8 +282,9 @@ def _check_inertia(body: Body, sound: set[bytes]) -> None:
         if has_extent and not body.fixed:
             raise InvalidModel(
                 f'none is given, and {body.name!r} has a shape with extent: give '
-                'physics.model.mass_properties.of_shape(shape, mass=…).inertia, or let load_scene '
-                'compute it; a point mass has the shape Particle() or None'
+                'physics.model.mass_properties.of_shape(shape, mass=…).inertia, or let '
+                'rigid_body_sim.make_body or load_scene compute it; a point mass has the shape '
+                'Particle() or None'
             )
         return
     if isinstance(body.shape, Particle):

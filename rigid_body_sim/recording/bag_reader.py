@@ -152,6 +152,15 @@ class Bag:
                 except mcap_scan.Torn as error:
                     raise damaged(file, error) from error
 
+    @property
+    def recorded_topics(self) -> Collection[str]:
+        """Names of the topics that the files themselves hold."""
+        return self.topics
+
+    def names_in_files(self) -> Iterator[tuple[Path, dict[int, str]]]:
+        """Yield each file with the topic of each of its channels."""
+        return zip(self.files, self._names, strict=True)
+
     def _open(self, file: Path) -> tuple[int, ...]:
         try:
             with file.open('rb') as stream:

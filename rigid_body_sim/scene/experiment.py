@@ -20,7 +20,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Body, Origin, Scene
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.validation import LONGEST_TITLE, NAME, check_scene
-from rigid_body_sim.scene import document, regular_file
+from rigid_body_sim.scene import document, grammar, regular_file
 from rigid_body_sim.scene.bodies import read_bodies
 from rigid_body_sim.scene.contact import read_contact
 from rigid_body_sim.scene.files import Files
@@ -32,17 +32,6 @@ from rigid_body_sim.scene.values import Value, shown
 
 VERSION = 1
 MOST_BODIES = 100_000  # [-] more are a slip of the pen, and would fill the memory
-KEYS = (
-    'version',
-    'name',
-    'dt',
-    'integrator',
-    'orientation',
-    'gravity',
-    'contact',
-    'bodies',
-    'forces',
-)
 URDF_SUFFIX = '.urdf'
 OF_URDF = {'dt': 0.001, 'gravity': [0.0, 0.0, -9.81]}  # [s], [m/s^2] around a lone URDF file
 
@@ -177,7 +166,7 @@ def _scene_of(
 ) -> Scene:
     value = Value(parsed.content, parsed)
     value.need_mapping('a mapping with dt and bodies')
-    value.need_known(KEYS)
+    value.need_known(grammar.SCENE.keys)
     _check_version(value.find('version'))
     dt_ns = _tick(value.at('dt', what='the tick length [s]'))
     bodies = _bodies(value, files, known)
@@ -271,7 +260,7 @@ def _orientation(value: Value, name: str, integrators: Mapping[str, Any]) -> dic
         )
     if not isinstance(value.content, dict):
         return {'orientation': _option(value, known['orientation'])}
-    value.need_known(('representation', 'reorthonormalise'))
+    value.need_known(grammar.ORIENTATION.keys)
     representation = value.at('representation', what='quaternion or matrix')
     read = {'orientation': _option(representation, known['orientation'])}
     if (given := value.find('reorthonormalise')) is not None:

@@ -45,6 +45,7 @@ Array = NDArray[np.float64]
 
 SOURCES = ('force', 'torque', 'wrench')
 FOREVER = 2**62  # [tick]
+NO_VECTOR: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -67,8 +68,51 @@ class Slot:
         return not (any(self.force) or any(self.torque))
 
 
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """
+    What the source 'wrench' asks of all bodies at once, until changed: slots as arrays.
+
+    force, torque    : (m, 3) [N], [N m]  core order; world axes, or principal axes
+    turns_with_body  : which of the two
+    """
+
+    force: Array
+    torque: Array
+    turns_with_body: bool
+
+    def acting(self) -> NDArray[np.intp]:
+        """Find the bodies of which something is asked."""
+        return np.flatnonzero((self.force != 0.0).any(axis=1) | (self.torque != 0.0).any(axis=1))
+
+    def slots(self) -> dict[tuple[int, str], Slot]:
+        """Give the same as slots."""
+        force, torque = self.force.tolist(), self.torque.tolist()
+        return {
+            (core, 'wrench'): Slot(tuple(force[core]), tuple(torque[core]), self.turns_with_body)
+            for core in self.acting().tolist()
+        }
+
+    def sums(self) -> tuple[Array, Array, Array]:
+        """Give what `HeldWrenches.sums` gives of these slots."""
+        columns = held_body_wrench.COLUMNS
+        if not self.turns_with_body:
+            return self.force.copy(), self.torque.copy(), np.zeros((0, columns))
+        bodies = self.acting()
+        table = np.zeros((len(bodies), columns))
+        table[:, held_body_wrench.BODY] = table[:, held_body_wrench.RIGID] = bodies
+        table[:, held_body_wrench.FORCES] = self.force[bodies]
+        table[:, held_body_wrench.TORQUES] = self.torque[bodies]
+        return np.zeros_like(self.force), np.zeros_like(self.torque), table
+
+
 class HeldWrenches:
-    """The slots of a scene."""
+    """
+    The slots of a scene.
+
+    Those of `put_rows` stay arrays until somebody looks at single ones: with many bodies a slot
+    for each would cost more than the tick.
+    """
 
     def __init__(self, layout: Layout, gravity: Vector) -> None:
         self._layout = layout
@@ -77,7 +121,33 @@ class HeldWrenches:
         for core in range(layout.n_moving):
             if flow_of(layout.body(core)) is not None:
                 self._weight[core] = 0.0  # `elements.variable_mass` adds it after its own factor
-        self.slots: dict[tuple[int, str], Slot] = {}
+        self._slots: dict[tuple[int, str], Slot] = {}
+        self._rows: Rows | None = None  # then there are no other slots
+
+    @property
+    def slots(self) -> dict[tuple[int, str], Slot]:
+        """Every slot by (core index, source)."""
+        if self._rows is not None:
+            self._slots = self._rows.slots()
+            self._rows = None
+        return self._slots
+
+    @slots.setter
+    def slots(self, slots: dict[tuple[int, str], Slot]) -> None:
+        self._slots = slots
+        self._rows = None
+
+    @property
+    def may_end(self) -> bool:
+        """Whether there are slots that may have an end."""
+        return self._rows is None and bool(self._slots)
+
+    @property
+    def turns(self) -> bool:
+        """Whether one of them turns with its body."""
+        if self._rows is not None:
+            return self._rows.turns_with_body and bool(len(self._rows.acting()))
+        return any(slot.turns_with_body for slot in self._slots.values())
 
     def checked(
         self, body: str, force: Any, torque: Any, frame: str
@@ -131,8 +201,64 @@ class HeldWrenches:
         else:
             self.slots[core, source] = slot
 
+    def put_rows(self, *, force: Any, torque: Any, frame: str) -> None:
+        """Put what the source 'wrench' asks of every body; see `Simulation.set_wrenches`."""
+        if not isinstance(frame, str) or frame not in RESERVED_FRAMES:
+            raise InvalidModel(
+                f"commands to all bodies: frame {shown(frame)}; allowed: 'world', 'body'; a frame "
+                'of one body is for set_wrench'
+            )
+        layout, turns = self._layout, frame != 'world'
+        pushed, turned = (
+            self._rows_of(name, values) for name, values in (('force', force), ('torque', torque))
+        )
+        points = slice(layout.n_rigid, None)
+        if turned[points].any() or (turns and pushed[points].any()):
+            asked = np.abs(turned) + np.abs(pushed) if turns else np.abs(turned)
+            core = layout.n_rigid + int(np.argmax(asked[points].any(axis=1)))
+            self.checked(layout.body(core).name, pushed[core], turned[core], 'world')
+            layout.principal_axes(layout.body(core).name, NO_VECTOR)
+        if turns:
+            pushed[: layout.n_rigid] = layout.all_principal_axes(pushed[: layout.n_rigid])
+            turned[: layout.n_rigid] = layout.all_principal_axes(turned[: layout.n_rigid])
+        rows = Rows(pushed + 0.0, turned + 0.0, turns)  # no zero is negative, as in sums
+        others = {}
+        if self._rows is None:
+            others = {key: slot for key, slot in self._slots.items() if key[1] != 'wrench'}
+        if others:
+            self.slots = {**others, **rows.slots()}
+        else:
+            self._slots, self._rows = {}, rows
+
+    def _rows_of(self, name: str, values: Any) -> Array:
+        """Return (m, 3) finite numbers in core order of (n, 3) in scene order; None: zeros."""
+        layout = self._layout
+        count = len(layout.bodies)
+        if values is None:
+            return np.zeros((layout.n_moving, 3))
+        try:
+            given = np.array(values, dtype=np.float64)
+        except (TypeError, ValueError):
+            given = np.zeros(0)
+        if given.shape != (count, 3):
+            raise InvalidModel(
+                f'commands to all bodies: {name} {shown(values)} of shape {np.shape(given)}; '
+                f'allowed: an array ({count}, 3), a row for each body in the order of the scene, '
+                'or None'
+            )
+        wrong = ~np.isfinite(given).all(axis=1)
+        still = np.ones(count, dtype=bool)
+        still[layout.moving] = False
+        if (wrong | (still & given.any(axis=1))).any():
+            row = int(np.argmax(wrong | (still & given.any(axis=1))))
+            body = layout.names[row]
+            self.checked(body, given[row], NO_VECTOR, 'world')  # refuses it with the reason
+        return given[layout.moving]
+
     def drop_expired(self, tick: int) -> bool:
         """Let go of what ends before this tick; tell whether there was any."""
+        if not self.may_end:
+            return False
         expired = [key for key, slot in self.slots.items() if slot.until <= tick]
         for key in expired:
             del self.slots[key]
@@ -140,6 +266,8 @@ class HeldWrenches:
 
     def next_expiry(self) -> int:
         """First tick on which a slot ends."""
+        if not self.may_end:
+            return FOREVER
         return min((slot.until for slot in self.slots.values()), default=FOREVER)
 
     def _ordered(self) -> list[tuple[int, Slot]]:
@@ -152,6 +280,8 @@ class HeldWrenches:
         returns : force (m, 3) and torque (m, 3) in world axes without gravity, and the table of
                   what turns with the bodies: rows of `elements.held_body_wrench`
         """
+        if self._rows is not None:
+            return self._rows.sums()
         force = np.zeros((self._layout.n_moving, 3))
         torque = np.zeros((self._layout.n_moving, 3))
         turning: dict[int, Array] = {}

@@ -23,10 +23,10 @@ Number = TypeVar('Number', float, Array)
 
 def dot(a: ArrayLike, b: ArrayLike) -> Array:
     """Return the sum of a b over the last axis, first term first: (..., k), (..., k) -> (...)."""
-    terms = np.moveaxis(np.asarray(a, dtype=np.float64) * np.asarray(b, dtype=np.float64), -1, 0)
-    total = terms[0].copy()
-    for term in terms[1:]:
-        total = total + term
+    terms = np.asarray(a, dtype=np.float64) * np.asarray(b, dtype=np.float64)
+    total = terms[..., 0].copy()
+    for k in range(1, terms.shape[-1]):
+        total = total + terms[..., k]
     return total
 
 
