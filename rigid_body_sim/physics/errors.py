@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The ways in which physics says no: before a run, and during one."""
 
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from collections.abc import Collection
+from types import TracebackType
 
 LIKENESS = 0.6  # [-] how near a known word must be to be proposed in place of an unknown one
 LONGEST_WORD = 80  # [-] letters that a message shows; a longer word resembles nothing
@@ -58,14 +58,22 @@ def choose_from(word: object, known: Collection[str]) -> str:
     return f'{proposal}: {", ".join(listed)}{more}'
 
 
-@contextmanager
-def blaming(*at: str | int) -> Iterator[None]:
+class blaming:  # noqa: N801  (used as a statement: with blaming('mass'):)
     """Say of the refusals inside this block that what they blame lies at this place."""
-    try:
-        yield
-    except InvalidModel as error:
-        error.at = (*at, *error.at)
-        raise
+
+    __slots__ = ('_at',)
+
+    def __init__(self, *at: str | int) -> None:
+        self._at = at
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(
+        self, kind: object, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if isinstance(error, InvalidModel):
+            error.at = (*self._at, *error.at)
 
 
 class SimulationDiverged(RuntimeError):

@@ -274,15 +274,13 @@ class Simulation:
                 raise SimulationBusy
             if stepper.undo is not None:
                 self._return()
-            end, watch = stepper.tick + _whole(ticks), self.watch
+            end, watch, held = stepper.tick + _whole(ticks), self.watch, self._held
             while stepper.tick < end:
                 if watch is not None:
                     watch.meet(stepper.tick, self._read_state)
-                if self._held_changed or self._held.may_end:
+                if self._held_changed or held.no_end_before <= stepper.tick:
                     self._take_held()
-                chunk = end - stepper.tick
-                if self._held.may_end:
-                    chunk = min(chunk, self._held.next_expiry() - stepper.tick)
+                chunk = min(end, held.no_end_before) - stepper.tick
                 if watch is not None:
                     chunk = int(min(chunk, watch.next_tick - stepper.tick))
                 self._read = None
@@ -326,7 +324,7 @@ class Simulation:
         """Change the state as a whole: an exception puts everything back."""
         self._settle()
         try:
-            undo = self._stepper.begin((self._start_ns, dict(self._held.slots)))
+            undo = self._stepper.begin((self._start_ns, self._held.slots))
             yield
             self._held_changed = True
             self._read = None
@@ -338,7 +336,7 @@ class Simulation:
     def mark(self) -> Undo:
         """Note the tick with its state and what is held, for `return_to`."""
         self._settle()
-        undo = self._stepper.begin((self._start_ns, dict(self._held.slots)))
+        undo = self._stepper.begin((self._start_ns, self._held.slots))
         self._stepper.end(undo)
         return undo
 
@@ -377,7 +375,7 @@ class Simulation:
             self._held_changed = False
 
     def _drop_expired(self) -> None:
-        if self._held.next_expiry() <= self._stepper.tick:
+        if self._held.no_end_before <= self._stepper.tick:
             self._held_changed = True  # before it is so: an interrupt may come in between
             self._held.drop_expired(self._stepper.tick)
 
@@ -606,7 +604,7 @@ class Simulation:
                   order, world axes
         """
         self._settle()
-        slots = dict(self._held.slots)  # who looks ends no command: a tick does, and tells of it
+        slots = self._held.slots  # who looks ends no command: a tick does, and tells of it
         self._take_held()
         found = np.zeros((2, len(self.scene.bodies), 3))
         linear, angular = self._stepper.accelerations(self._scene_tick, self.dt)
@@ -806,7 +804,7 @@ class Simulation:
     @property
     def held_slots(self) -> dict[tuple[int, str], Slot]:
         """Commands that hold, by (core index, source): a copy."""
-        return dict(self._held.slots)
+        return self._held.slots
 
     def body_index(self, body: str) -> int:
         """Index in the scene of a body; InvalidModel for an unknown name."""
@@ -855,7 +853,7 @@ class Simulation:
             except (ValueError, IndexError) as error:
                 raise InvalidModel(f'the state does not fit this scene: {error}') from error
             self._stepper.tick = tick
-            self._held.slots = dict(slots)
+            self._held.slots = slots
         self._renew_balance()
         if self.watch is not None:
             self.watch.resume(tick)

@@ -9,6 +9,7 @@ order of factors. Not the kernels of the integrators: this is the plain form for
 reporting and testing.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,8 @@ Array = NDArray[np.float64]
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 _INVERSE = np.array((-1.0, -1.0, -1.0, 1.0))
 UNIT_ULPS = 4  # [ulp] a length this near to one is kept: dividing would only move the last bits
-NEARLY_UNIT = UNIT_ULPS * float(np.finfo(np.float64).eps)  # of a squared length: half as wide
+EPS = float(np.finfo(np.float64).eps)
+NEARLY_UNIT = UNIT_ULPS * EPS  # of a squared length: half as wide
 
 
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:
@@ -100,15 +102,29 @@ def normalise(q: ArrayLike) -> Array:
     scaled_length = np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True))
     with np.errstate(over='ignore'):
         length = largest * scaled_length
-    is_unit = np.abs(length - 1.0) <= UNIT_ULPS * np.finfo(np.float64).eps
+    is_unit = np.abs(length - 1.0) <= UNIT_ULPS * EPS
     return np.where(is_unit, q, scaled / scaled_length)
+
+
+def normalised(values: Any) -> tuple[float, float, float, float]:
+    """Return `normalise` of one quaternion, four finite numbers, bit for bit, as numbers."""
+    x, y, z, w = values
+    largest = max(abs(x), abs(y), abs(z), abs(w))
+    if not 0.0 < largest < math.inf:
+        x, y, z, w = normalise(values).tolist()  # refuses it
+        return x, y, z, w
+    a, b, c, d = x / largest, y / largest, z / largest, w / largest
+    scaled_length = math.sqrt(a * a + b * b + c * c + d * d)
+    if abs(largest * scaled_length - 1.0) <= UNIT_ULPS * EPS:
+        return x, y, z, w
+    return a / scaled_length, b / scaled_length, c / scaled_length, d / scaled_length
 
 
 def unit_quaternion(values: Any) -> tuple[float, float, float, float]:
     """Return the unit quaternion of four numbers of any length but zero; InvalidModel if none."""
     x, y, z, w = numbers(values, 4, unit='-')
     if not abs(x * x + y * y + z * z + w * w - 1.0) <= NEARLY_UNIT:
-        x, y, z, w = normalise((x, y, z, w)).tolist()
+        return normalised((x, y, z, w))
     return x, y, z, w
 
 

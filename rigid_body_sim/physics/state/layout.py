@@ -102,6 +102,9 @@ class Layout:
         for core, i in enumerate(rigid):
             with blaming('bodies', i, 'inertia'):
                 self.moments[core], self._axes[core] = principal_axes(inertia_of(scene.bodies[i]))
+        self._are_principal = bool(np.all(self._axes == np.eye(3)))
+        # plain numbers of V^T: products and sums as `times` has them, without arrays
+        self._to_principal = np.swapaxes(self._axes, 1, 2).tolist()
         self.pivoted = [core for core, i in enumerate(rigid) if scene.bodies[i].pivot is not None]
         self.principal = so3.quaternion_from_matrix(self._axes).reshape(self.n_rigid, 4)
 
@@ -167,10 +170,13 @@ class Layout:
         core = self.core(body)
         if core >= self.n_rigid:
             raise InvalidModel(f'{body!r} is a point mass and has no axes; use the frame world')
-        return as_vector(times(self._axes[core].T, vector))
+        x, y, z = vector
+        return tuple(a * x + b * y + c * z for a, b, c in self._to_principal[core])  # type: ignore[return-value]  # three
 
     def all_principal_axes(self, vectors: Array) -> Array:
         """Turn a vector of each rigid body, (n_rigid, 3), as `principal_axes` turns one."""
+        if self._are_principal:
+            return vectors
         return times(np.swapaxes(self._axes, 1, 2), vectors)
 
     def mass(self, body: str) -> tuple[float, float, float]:

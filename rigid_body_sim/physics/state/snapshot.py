@@ -129,7 +129,7 @@ def _put_told(row: Array, path: Array, time: float) -> None:
     row[ANGULAR_VELOCITY_BODY:MOMENTUM] = so3.rotate_back(q, spin)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class State:
     """
     The bodies of a scene at one instant: a copy, in scene order, that cannot be written to.
@@ -145,8 +145,15 @@ class State:
     masses: Array | None = None
     places: Mapping[str, int] | None = None
 
-    def __post_init__(self) -> None:
-        self.values.setflags(write=False)  # views of it are then read-only too
+    def __init__(
+        self,
+        values: Array,
+        masses: Array | None = None,
+        places: Mapping[str, int] | None = None,
+    ) -> None:
+        values.setflags(write=False)  # views of it are then read-only too
+        # what a frozen dataclass does in three calls: a controller reads a state in every tick
+        self.__dict__.update(values=values, masses=masses, places=places)
 
     def __repr__(self) -> str:
         return f'<State of {len(self.values)} bodies: position, orientation, velocity, …>'
@@ -289,16 +296,17 @@ class StateReader:
             blocks.rows(rotation, ROTATION, blocks.INVERSE_MOMENTS, 3)[block, :, lane] = (
                 1.0 / moments
             )
+        out = argument(values.reshape(-1))
         _read(
             *self._sizes,
             argument(translation),
             argument(rotation),
             self._principal,
             self._scene_index,
-            argument(values.reshape(-1)),
+            out,
         )
         if self._pivots[0]:
-            _move_to_centers(*self._pivots, argument(values.reshape(-1)))
+            _move_to_centers(*self._pivots, out)
         if not self._flowing:
             return State(values, None, self._places)
         masses = masses_at(self._bodies, time)
