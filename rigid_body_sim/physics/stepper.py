@@ -69,8 +69,8 @@ CHUNK = 1000  # [tick] between two copies of the state, to which a run returns t
 CHUNK_IN_CONTACT = 20_000
 
 
-# what a step began from: tick, what `Stepper._snapshot` gave (None: `_moving_rows` have it), what the caller wants back beside,
-# the work done by then
+# what a step began from: tick, what `Stepper._snapshot` gave (None: `_moving_rows` have it), what
+# the caller wants back beside, the work done by then
 Undo = tuple[int, tuple[Any, ...] | None, Any, Any]
 
 
