@@ -23,7 +23,7 @@ export ROS_DOMAIN_ID := $(shell echo $$((1 + $$$$ % 100)))
 # Plugins of a sourced ROS belong to another pytest.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
 
-.PHONY: help venv demo test test-stability test-bounds coverage lint bench bench-accept bench-all report report-peers document clean
+.PHONY: help venv demo test test-stability test-bounds coverage lint bench bench-accept bench-all docs report report-peers document clean
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(ROOT)/Makefile
 
@@ -50,6 +50,10 @@ test-bounds: venv  ## the tests of what is compiled, each index of each array ch
 
 lint: venv  ## ruff and pyright
 	@cd $(ROOT) && .venv/bin/ruff check && .venv/bin/ruff format --check && .venv/bin/pyright
+
+docs: venv  ## the pages as a site that needs no network: docs/_build/index.html; a warning is an error
+	@cd $(ROOT) && $(PYTHON) -m sphinx -W --keep-going -q -b html docs docs/_build
+	@echo "$(ROOT)/docs/_build/index.html"
 
 report: venv  ## speed against error of every method: report_output/report.html, some minutes
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report -o report_output $(REPORT_ARGS)

@@ -28,6 +28,7 @@ VERBS = (
     'report',
     'sim_node',
     'simulate',
+    'sweep',
     'view',
     'wrench_pub',
 )

@@ -57,6 +57,17 @@ if TYPE_CHECKING:
     from rigid_body_sim.physics.state.snapshot import State
     from rigid_body_sim.runs.wrench import Wrench
     from rigid_body_sim.scene import load_scene
+    from rigid_body_sim.sweeps.distributions import (
+        choice,
+        direction,
+        integers,
+        loguniform,
+        normal,
+        random_rotation,
+        truncated_normal,
+        uniform,
+    )
+    from rigid_body_sim.sweeps.ensemble import sweep
 
 __version__ = '0.1.0'
 __all__ = [
@@ -99,13 +110,22 @@ __all__ = [
     'UserError',
     'Wrench',
     '__version__',
+    'choice',
+    'direction',
+    'integers',
     'inverse_kinematics',
     'load_scene',
+    'loguniform',
     'make_body',
     'make_scene',
+    'normal',
     'open_bag',
+    'random_rotation',
     'rotation',
     'simulate',
+    'sweep',
+    'truncated_normal',
+    'uniform',
 ]
 
 _PLACES = {  # module: what of it is public
@@ -135,6 +155,11 @@ _PLACES = {  # module: what of it is public
     'physics.state.snapshot': ('State',),
     'runs.wrench': ('Wrench',),
     'scene': ('load_scene',),
+    'sweeps.distributions': (
+        'choice', 'direction', 'integers', 'loguniform', 'normal', 'random_rotation',
+        'truncated_normal', 'uniform',
+    ),
+    'sweeps.ensemble': ('sweep',),
 }  # fmt: skip
 _MODULES = {name: module for module, names in _PLACES.items() for name in names}
 _ROOMS = ('rotation',)  # modules that are public as they are

@@ -41,6 +41,7 @@ VERBS = {
     'replay': 're-run a bag from its own scene and commands and compare bit by bit',
     'bag': 'look after recordings: info, check, recover, diff',
     'view': 'draw a run: trajectories, energy, drift, contact forces (PNG); or play it (HTML)',
+    'sweep': 'run a scene many times with keys that differ; one Parquet row a run',
     'report': 'speed against error of every method: tables, plots, one HTML page',
     'export': 'poses, twists, wrenches and energies of a bag as one table: CSV or Parquet',
     'inverse': 'from positions to velocities, accelerations and the wrench that explains them',
@@ -217,6 +218,11 @@ def export() -> int:
 def list_what_there_is() -> int:
     """Entry point of the executable `list`."""
     return _process('list')
+
+
+def sweep() -> int:
+    """Entry point of the executable `sweep`."""
+    return _process('sweep')
 
 
 def inverse() -> int:

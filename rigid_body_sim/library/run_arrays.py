@@ -153,6 +153,11 @@ class RunArrays:
             if array is not None:
                 array.setflags(write=False)  # views of it are then read-only too
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what is computed when it is asked for."""
+        computed = ('energy', '_energies', '_places')
+        return {name: value for name, value in self.__dict__.items() if name not in computed}
+
     def __setstate__(self, kept: Mapping[str, Any]) -> None:
         self.__dict__.update(kept)
         RunArrays.__post_init__(self)  # a pickle forgets what cannot be written to

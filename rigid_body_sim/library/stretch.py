@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.library.run import WHOLE, Origin, Run
-from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
+from rigid_body_sim.physics.errors import InvalidModel, SimulationBusy, SimulationDiverged
 from rigid_body_sim.physics.model.named_frames import RESERVED_FRAMES, SEPARATOR
 from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.tick_length import whole_ticks
@@ -81,8 +81,9 @@ class Stretch:
         self._keep(simulation.state, applied)
         look_every = max(1, len(self._values) // LOOKS)
         while simulation.tick < self._last:
-            begin = simulation.tick
+            begin = self._first + (self._rows - 1) * per
             stop = min(begin + per, self._last)
+            self._need(begin)
             before = None
             if controller is not None or simulation.next_expiry <= begin:
                 before = simulation.held_slots
@@ -95,12 +96,21 @@ class Stretch:
             if per == 1:
                 self._wrench[:, self._rows - 1] = applied
             applied = self._advance(stop, applied)
+            self._need(stop)
             if stop - begin == per:
                 self._keep(simulation.state, applied)
                 on_row(stop - self._first)
                 if self._rows % look_every == 0:
                     self._look()
         self._look()
+
+    def _need(self, tick: int) -> None:
+        """Refuse to go on where somebody else moved the simulation: its rows would lie."""
+        if self.simulation.tick != tick:
+            raise InvalidModel(
+                f'run at {self.simulation.time:g} s: another thread moved the simulation; give '
+                'each thread a Simulation of its own'
+            )
 
     def _advance(self, stop: int, applied: Array) -> Array:
         """Advance to a tick; give the wrenches of the last one before it."""
@@ -256,6 +266,8 @@ def follow(
             f'controller: got {shown(controller)}; a function f(t, state) is needed'
         )
     stretch = Stretch(simulation, ticks, per)
+    if simulation.__dict__.setdefault('_stretch', stretch) is not stretch:
+        raise SimulationBusy
     try:
         with _Bar(ticks, shown=progress) as bar:
             stretch.follow(controller, bar.show)
@@ -271,6 +283,7 @@ def follow(
         raise
     finally:
         stretch.let_go()
+        del simulation.__dict__['_stretch']
     for text in run.warnings:
         warnings.warn(text, RunWarning, stacklevel=3)
     return run

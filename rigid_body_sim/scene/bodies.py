@@ -53,6 +53,16 @@ from rigid_body_sim.physics.model.variable_mass import check_flow
 from rigid_body_sim.physics.validation import MATERIAL, check_name
 from rigid_body_sim.scene.densities import read_density
 from rigid_body_sim.scene.files import Files
+from rigid_body_sim.scene.grammar import (
+    BODY,
+    FLOW,
+    FRAME,
+    INERTIA,
+    INITIAL,
+    MASS,
+    SAID_BY_URDF,
+    SPINS,
+)
 from rigid_body_sim.scene.inertia_over_time import read_inertia_over_time
 from rigid_body_sim.scene.motions import read_motion
 from rigid_body_sim.scene.pivots import with_pivot
@@ -61,27 +71,7 @@ from rigid_body_sim.scene.shapes import read_shape
 from rigid_body_sim.scene.urdf import read_link
 from rigid_body_sim.scene.values import Value, shown
 
-MASS = ('mass', 'density', 'inertia', 'center_of_mass')
 SUMS = (Particle, Particles, Union)  # shapes whose parts have masses of their own
-FLOW = ('mass_rate', 'exhaust_velocity', 'final_mass')
-KEYS = (
-    'name',
-    'shape',
-    *MASS,
-    *FLOW,
-    'inertia_over_time',
-    'fixed',
-    'motion',
-    'surface_velocity',
-    'pivot',
-    'initial',
-    'frames',
-    *MATERIAL,
-    'urdf',
-    'repeat',
-)
-SAID_BY_URDF = ('shape', *MASS, *FLOW, 'inertia_over_time')
-SPINS = ('angular_velocity', 'angular_velocity_body')
 MOMENTS = ('ixx', 'iyy', 'izz')
 PRODUCTS = ('ixy', 'ixz', 'iyz')
 
@@ -90,7 +80,7 @@ def read_bodies(value: Value, files: Files) -> tuple[Body, ...]:
     """Return one checked body, or as many as `repeat` asks for."""
     value.need_mapping('a mapping such as {name: box, shape: …, mass: 1.0}')
     name = _name(value.at('name', what='a name of letters, digits and single underscores'))
-    value.need_known(KEYS)
+    value.need_known(BODY.keys)
     urdf, repeat = value.find('urdf'), value.find('repeat')
     body = _of_scene(name, value, files) if urdf is None else _of_urdf(name, value, urdf, files)
     initial, pivot = value.find('initial'), value.find('pivot')
@@ -313,7 +303,7 @@ def _center_of_fixed(shape: Shape | None, value: Value) -> Vector:
 
 def _inertia(value: Value) -> NDArray[np.float64]:
     value.need_mapping('a mapping {ixx: , iyy: , izz: } [kg m^2]')
-    value.need_known((*MOMENTS, *PRODUCTS))
+    value.need_known(INERTIA.keys)
     xx, yy, zz = (
         value.at(key, what='a moment of inertia [kg m^2]').number(unit='kg m^2') for key in MOMENTS
     )
@@ -328,7 +318,7 @@ def _motion(value: Value | None, *, is_particle: bool, fixed: bool) -> Motion:
     if value is None:
         return Motion()
     value.need_mapping('a mapping such as {position: [0, 0, 1]}')
-    value.need_known(('position', 'orientation', 'velocity', *SPINS))
+    value.need_known(INITIAL.keys)
     for key in ('orientation', *SPINS):
         given = value.find(key)
         if given is not None and is_particle:
@@ -357,7 +347,7 @@ def _frames(value: Value) -> dict[str, Frame]:
             frames[name] = Frame()
             continue
         given.need_mapping('a mapping such as {position: [0, 0.2, 0]}')
-        given.need_known(('position', 'orientation'))
+        given.need_known(FRAME.keys)
         attitude = given.find('orientation')
         frames[name] = Frame(
             position=_vector(given, 'position', 'm'),

@@ -1,17 +1,20 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draws a recorded run: trajectories, speeds, energy and the conservation laws as one PNG, or the
-motion itself as a page that plays in a browser.
+Draws a recorded run: what should come out, paths, attitude, rates, commands, energy and the
+conservation laws as one PNG; the motion itself as a page that plays in a browser (HTML), or as a
+film (GIF, MP4), whose frames a headless Chromium draws.
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 from io import BytesIO
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import choose_from
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.recording.mcap_scan import MOST_TIME
@@ -21,11 +24,12 @@ from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP
 from rigid_body_sim.view.energy_history import energy_history
+from rigid_body_sim.view.film import SUFFIXES, FilmSettings, film, need_tools
 from rigid_body_sim.view.picture import picture
-from rigid_body_sim.view.playback_page import playback_page
-from rigid_body_sim.view.recorded_motion import read_motion
+from rigid_body_sim.view.playback_page import expected_outcome, playback_page
+from rigid_body_sim.view.recorded_motion import RecordedMotion, read_motion
 
-SUMMARY = 'draw a recorded run as a PNG, or play it in three dimensions on an HTML page'
+SUMMARY = 'draw a recorded run as a PNG, or play it in three dimensions: HTML page, GIF, MP4'
 
 SCENE = 'scene.yaml'
 DOTS_PER_INCH = 130
@@ -43,14 +47,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='FILE',
         required=True,
         type=Path,
-        help='FILE.png: a picture; FILE.html: a page that plays the run, without network',
+        help='FILE.png: a picture; FILE.html: a page that plays the run, without network; '
+        'FILE.gif, FILE.mp4: a film',
     )
+    film = parser.add_argument_group('of a film')
+    film.add_argument(
+        '--size', type=_size, default=(960, 600), metavar='WxH', help='pixels, default 960x600'
+    )
+    film.add_argument(
+        '--fps', type=float, default=25.0, metavar='HZ', help='frames per second, default 25'
+    )
+    film.add_argument(
+        '--speed',
+        type=float,
+        metavar='R',
+        help='seconds of the run per second of film; default 1, for a long run what makes it 20 s',
+    )
+    film.add_argument('--dark', action='store_true', help='on a dark ground')
+    film.add_argument('--body', metavar='NAME', help='the body that is selected')
+    film.add_argument('--follow', action='store_true', help='the camera goes with that body')
 
 
 @reads_recording('bag')
 def run(arguments: argparse.Namespace) -> int:
     """Draw the picture or the page; returns the exit code."""
     _check_output(arguments.output)
+    settings = FilmSettings(
+        arguments.size, arguments.fps, arguments.speed, arguments.dark, arguments.body,
+        arguments.follow,
+    )  # fmt: skip
     bag = Bag(arguments.bag)
     bodies = sum(name.endswith('/pose') for name in with_every_body(bag).topics)
     samples = max(FEWEST_SAMPLES, min(SAMPLES, MOST_POINTS // max(bodies, 1)))
@@ -60,26 +85,53 @@ def run(arguments: argparse.Namespace) -> int:
     scene = None if source is None else load_scene(source, files=files)
     energy = None if scene is None else energy_history(scene, motion, ending=bag.ending)
     title, about = bag.path.name if scene is None else scene.name, _about(bag)
-    if arguments.output.suffix == '.html':
-        page = playback_page(motion, scene, title=title, about=about, energy=energy, bag=bag)
-        content = page.encode()
-    else:
-        figure = picture(motion, energy, title=', '.join(filter(None, (title, about))))
+    if arguments.output.suffix == '.png':
+        figure = picture(
+            motion,
+            energy,
+            title=', '.join(filter(None, (title, about))),
+            caption=expected_outcome(scene),
+            scene=scene,
+        )
         image = BytesIO()
         figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
         content = image.getvalue()
+    else:
+        page = playback_page(motion, scene, title=title, about=about, energy=energy, bag=bag)
+        content = page.encode()
+        if arguments.output.suffix in SUFFIXES:
+            content = _film(page, arguments.output, settings, motion)
     with STOP.kept():  # half a picture looks like a whole one
         arguments.output.write_bytes(content)
     print(f'{arguments.output}: {len(motion.tracks)} bodies')
     return 0
 
 
+def _size(text: str) -> tuple[int, int]:
+    """Read 960x600."""
+    width, _, height = text.partition('x')
+    return int(width), int(height)
+
+
+def _film(page: str, output: Path, settings: FilmSettings, motion: RecordedMotion) -> bytes:
+    names = [track.name for track in motion.tracks]
+    if settings.body is not None and settings.body not in names:
+        cure = choose_from(settings.body, names)
+        raise UserError(f'--body {settings.body}: the bag has no such body{cure}')
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder) / output.name
+        film(page, whole, settings)
+        return whole.read_bytes()
+
+
 def _check_output(output: Path) -> None:
-    if output.suffix not in ('.png', '.html'):
+    if output.suffix not in ('.png', '.html', *SUFFIXES):
         raise UserError(
             f'{output}: cannot draw {output.suffix or "without a suffix"}; '
-            'give FILE.png or FILE.html'
+            'give FILE.png, FILE.html, FILE.gif or FILE.mp4'
         )
+    if output.suffix in SUFFIXES:
+        need_tools(output)
     check_folder(output)
 
 

@@ -50,7 +50,9 @@ class ArrowSet:
     vectors: Array
 
 
-def drawn_ties(scene: Scene | None, places: Mapping[str, int], arrow: float) -> list[dict[str, Any]]:
+def drawn_ties(
+    scene: Scene | None, places: Mapping[str, int], arrow: float
+) -> list[dict[str, Any]]:
     """
     Give springs, bumpers and pivots.
 
@@ -74,7 +76,7 @@ def drawn_ties(scene: Scene | None, places: Mapping[str, int], arrow: float) -> 
         else:
             long = force.rest_length or arrow
             radius = min(SLIM * arrow, COIL * long)
-            more = {'kind': 'spring', 'damping': force.damping, 'radius': radius}
+            more = {'kind': 'spring', 'damping': force.damping, 'radius': radius, 'long': long}
         ties.append(ends | more)
     for body in scene.bodies:
         if body.pivot is not None and body.name in places:
@@ -130,7 +132,11 @@ def force_arrows(
         kind = 'drag' if isinstance(force, Drag) else 'drive'
         point = None if isinstance(force, Drag) else force.point
         at = _from_center(bodies[force.body], point)
-        vectors = _drag(force, states, place) if isinstance(force, Drag) else _drive(force, states, place)
+        vectors = (
+            _drag(force, states, place)
+            if isinstance(force, Drag)
+            else _drive(force, states, place)
+        )
         for name, vector in zip((kind, f'{kind}_torque'), vectors, strict=True):
             if np.any(vector):
                 found.setdefault(name, []).append((place, at, vector))
@@ -154,9 +160,7 @@ def _drag(force: Drag, states: RecordedStates, place: int) -> tuple[Array, Array
     )
 
 
-def _drive(
-    force: Constant | TimeTable, states: RecordedStates, place: int
-) -> tuple[Array, Array]:
+def _drive(force: Constant | TimeTable, states: RecordedStates, place: int) -> tuple[Array, Array]:
     """Force and torque (k, 3) that a scene prescribes, world axes."""
     if isinstance(force, Constant):
         wrench = np.tile((*force.force, *force.torque), (len(states.time), 1))

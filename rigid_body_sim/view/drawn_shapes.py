@@ -58,7 +58,7 @@ class DrawnShapes:
         """
         self.forms: list[Mapping[str, Any]] = []
         self._numbers = numbers
-        self._ball = {'type': 'sphere', 'radius': ball}
+        self._ball = {'type': 'point', 'radius': ball}
         self._meshes_collide = meshes_collide
         self._places: dict[str, int] = {}
         self._forms_of: dict[int, list[tuple[int, Mapping[str, Any]]]] = {}
@@ -159,8 +159,52 @@ def drawn_reach(body: Body | None, ball: float) -> float:
     """How far what is drawn of a body goes from its centre of mass [m]."""
     if body is not None and body.shape is None and body.inertia is not None:
         form, _ = inertia_form(body.mass, body.inertia)
-        return float(np.max(form['radii']) if 'radii' in form else 0.5 * np.hypot.reduce(form['size']))
+        return float(
+            np.max(form['radii']) if 'radii' in form else 0.5 * np.hypot.reduce(form['size'])
+        )
     return reach(body) or ball
+
+
+def drawn_bounds(body: Body | None, ball: float) -> tuple[Array, Array]:
+    """Lowest and highest corner of what is drawn of a body, each (3,) [m], body axes."""
+    if body is None or body.shape is None or isinstance(body.shape, shapes.Plane):
+        half = np.full(3, drawn_reach(body, ball))
+        if body is not None and body.shape is None and body.inertia is not None:
+            form, turn = inertia_form(body.mass, body.inertia)
+            sizes = form['radii'] if 'radii' in form else np.multiply(0.5, form['size'])
+            half = np.abs(rotation.matrix_from_quaternion(turn)) @ sizes
+        return -half, half
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for part in placed_parts(body):
+        turn = rotation.matrix_from_quaternion(part.shape_orientation)
+        below, above = _bounds(part.shape, ball)
+        middle = _from_center(part) + turn @ (0.5 * (below + above))
+        half = np.abs(turn) @ (0.5 * (above - below))
+        low, high = np.minimum(low, middle - half), np.maximum(high, middle + half)
+    return low, high
+
+
+def _bounds(shape: shapes.Shape | None, ball: float) -> tuple[Array, Array]:
+    """Lowest and highest corner of one shape, its own axes."""
+    match shape:
+        case shapes.Sphere(radius):
+            half = np.full(3, radius)
+        case shapes.Box(size):
+            half = np.multiply(0.5, size)
+        case shapes.Cylinder(radius, length):
+            half = np.array((radius, radius, 0.5 * length))
+        case shapes.Capsule(radius, length):
+            half = np.array((radius, radius, radius + 0.5 * length))
+        case (
+            shapes.ConvexHull(vertices=points)
+            | shapes.Mesh(vertices=points)
+            | shapes.Surface(vertices=points)
+            | shapes.Particles(positions=points)
+        ):
+            return np.min(points, axis=0), np.max(points, axis=0)
+        case _:
+            half = np.full(3, ball)
+    return -half, half
 
 
 def drawn_planes(scene: Scene | None) -> list[dict[str, Any]]:

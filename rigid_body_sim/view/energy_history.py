@@ -157,7 +157,7 @@ def _common_time(tracks: list[Track]) -> Array:
 
 def spin_of(body: Body, time: Array, orientation: Array, angular_velocity: Array) -> Array:
     """
-    Angular momentum about the centre of mass (k, 3) [kg m^2/s], world axes, of a body with inertia.
+    Angular momentum about the centre of mass (k, 3) [kg m^2/s], world axes; it has an inertia.
 
     time : (k,) [s];   orientation : (k, 4) [-];   angular_velocity : (k, 3) [rad/s], world axes
     """

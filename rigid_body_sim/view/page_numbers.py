@@ -18,20 +18,24 @@ ALIGNED = 8  # [byte]
 
 
 class PageNumbers:
-    """Collects arrays."""
+    """Collects arrays, equal ones once."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
+        self._known: dict[tuple[str, bytes], dict[str, Any]] = {}
         self._end = 0
 
     def add(self, values: ArrayLike, kind: str) -> dict[str, Any]:
         """Take an array as f4, f8 or u4 and return its entry."""
         array = np.ascontiguousarray(values, dtype=f'<{kind}')
-        entry = {'kind': kind, 'at': self._end, 'size': int(array.size)}
-        padding = -array.nbytes % ALIGNED
-        self._parts.append(array.tobytes() + bytes(padding))
-        self._end += array.nbytes + padding
-        return entry
+        content = array.tobytes()
+        if (kind, content) not in self._known:
+            entry = {'kind': kind, 'at': self._end, 'size': int(array.size)}
+            padding = bytes(-len(content) % ALIGNED)
+            self._parts += [content, padding]
+            self._end += len(content) + len(padding)
+            self._known[kind, content] = entry
+        return self._known[kind, content]
 
     def joined(self) -> bytes:
         """Give all of them."""

@@ -5,10 +5,10 @@ What the page of a run holds: the record that its scripts read (`page/run.js`), 
 
     series : per instant, first axis the time; a run that goes on sends more of them
         time                       (k,)      f8 [s]
-        position                   (k, n, 3) f4 [m]      centre of mass, from the origin of the body
+        position                   (k, n, 3) f4 [m]  centre of mass, from the origin of the body
         orientation                (k, n, 4) f4 [-]      xyzw
         velocity, angular_velocity (k, n, 3) f4 [m/s], [rad/s], world axes
-        angular_momentum           (k, n, 3) f4 [kg m^2/s]  about the centre of mass, world axes
+        angular_momentum           (k, n, 3) f4 [kg m^2/s]  about the centre of mass, world
         force, torque              (k, n, 3) f4 [N], [N m]  commanded, world axes
         arrows_0, ...              (k, m, 3) f4  of each set of arrows
     bodies, forms, planes, ties    what is drawn, see `drawn_shapes` and `drawn_forces`
@@ -33,7 +33,7 @@ from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.view.contact_arrows import read_arrows
 from rigid_body_sim.view.drawn_forces import ArrowSet, RecordedStates, drawn_ties, force_arrows
-from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_planes, drawn_reach
+from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_bounds, drawn_planes, drawn_reach
 from rigid_body_sim.view.energy_history import EnergyHistory, spin_of
 from rigid_body_sim.view.line_styles import COLORS, color_places
 from rigid_body_sim.view.page_numbers import PageNumbers
@@ -239,12 +239,14 @@ class _Sizes:
 
     ball, arrow : radius of a point, length of a usual arrow
     reach       : (n,)  how far what is drawn of each body goes from its centre of mass
+    bounds      : of each body the lowest and highest corner of what is drawn, (3,) body axes
     watched     : (n,)  whether the camera has to have it in view
     """
 
     ball: float
     arrow: float
     reach: Array
+    bounds: list[tuple[Array, Array]]
     watched: list[bool]
 
     @classmethod
@@ -252,7 +254,9 @@ class _Sizes:
         """Take them from where the bodies are first, and how large they are."""
         known = [bodies.get(track.name) for track in motion.tracks]
         bare = np.array([drawn_reach(body, 0.0) for body in known])
-        moves = np.array([body is None or not body.fixed or body.motion is not None for body in known])
+        moves = np.array(
+            [body is None or not body.fixed or body.motion is not None for body in known]
+        )
         chosen = moves if moves.any() else np.ones(len(known), dtype=bool)
         if not bare[chosen].any() and len(first[chosen]) < 2:
             size = _travel(motion) / 4.0
@@ -273,7 +277,8 @@ class _Sizes:
             not plane and bool(moving or r <= BACKGROUND * size)
             for plane, moving, r in zip(flat, chosen, reach, strict=True)
         ]
-        return cls(ball, arrow, reach, watched)
+        bounds = [drawn_bounds(body, ball) for body in known]
+        return cls(ball, arrow, reach, bounds, watched)
 
 
 def _travel(motion: RecordedMotion) -> float:
@@ -290,18 +295,21 @@ def _body(
 ) -> dict[str, Any]:
     plane = body is not None and isinstance(body.shape, shapes.Plane)
     reach = float(sizes.reach[place])
-    ball = body is not None and isinstance(body.shape, shapes.Sphere)
-    turns = body is not None and not plane and (body.fixed or body.inertia is not None)
+    ball = body is not None and (body.shape is None or isinstance(body.shape, shapes.Sphere))
+    ground = plane or bool(body and isinstance(body.shape, shapes.Surface))
+    turns = body is not None and not ground and (body.fixed or body.inertia is not None)
     number = colors.get(track.name)
     return {
         'name': track.name,
         'color': None if number is None else COLORS[number % len(COLORS)],
         'fixed': number is None,
         'moved': bool(body and body.motion),
-        'ground': plane or bool(body and isinstance(body.shape, shapes.Surface)),
+        'ground': ground,
         'parts': drawn.parts(body),
         'origin': track.position[0].tolist(),
         'extent': reach,
+        'low': sizes.bounds[place][0].tolist(),
+        'high': sizes.bounds[place][1].tolist(),
         'axes': (AXES_OF_BALL if ball else AXES) * reach if turns or body is None else 0.0,
         'watched': sizes.watched[place],
         'facts': _facts(body),
@@ -429,7 +437,11 @@ def _curves(energy: EnergyHistory, numbers: PageNumbers) -> list[dict[str, Any]]
     drifts = [
         curve(name, np.maximum(np.abs(energy.drift[:, i]), NO_DRIFT), COLORS[i])
         for i, name in enumerate(
-            ('rise of energy' if energy.may_only_fall else 'energy', 'momentum', 'angular momentum')
+            (
+                'rise of energy' if energy.may_only_fall else 'energy',
+                'momentum',
+                'angular momentum',
+            )
         )
         if np.isfinite(energy.drift[:, i]).all()
     ]

@@ -4,8 +4,8 @@
 One self-contained HTML page that plays a recorded run in three dimensions, with plots beside it.
 
 The page asks no network for anything: its modules (`page/`), the libraries (`vendor/`: three.js,
-uPlot), and the run are inside, compressed; the browser unpacks them (DecompressionStream). It works
-from a file, from a server, and as the `srcdoc` of a frame. Between two recorded instants the
+uPlot), and the run are inside, compressed; the browser unpacks them (DecompressionStream). It
+works from a file, from a server, and as the `srcdoc` of a frame. Between two recorded instants the
 browser interpolates; what is recorded is shown as recorded.
 """
 
@@ -72,7 +72,7 @@ def expected_outcome(scene: Scene | None) -> str:
     if scene is None:
         return ''
     lines = []
-    for line in scene.source.decode('utf-8', 'replace').splitlines():
+    for line in scene.source.decode('utf-8', 'replace').lstrip().splitlines():
         if not line.startswith('#'):
             break
         lines.append(line.lstrip('#').strip())
@@ -104,9 +104,7 @@ def _modules() -> tuple[str, ...]:
         **{name: folder / 'vendor' / file for name, file in LIBRARIES.items()},
         **{f'view/{name}': folder / 'page' / f'{name}.js' for name in MODULES},
     }
-    return tuple(
-        _pack(name, file.read_bytes(), 'data-module') for name, file in sources.items()
-    )
+    return tuple(_pack(name, file.read_bytes(), 'data-module') for name, file in sources.items())
 
 
 def _pack(name: str, content: bytes, key: str) -> str:

@@ -32,6 +32,15 @@ WALLS = {  # room -> what it may import besides the standard library and itself
     | {'PIL', 'matplotlib', 'yaml', f'{NAME}.__version__', f'{NAME}.errors'}
     | {f'{NAME}.physics', f'{NAME}.exact', f'{NAME}.scene'}
     | PEERS,
+    'sweeps': {
+        'numpy',
+        'pyarrow',
+        'pandas',
+        'distributed',
+        f'{NAME}.__version__',
+        f'{NAME}.errors',
+    }
+    | {f'{NAME}.{room}' for room in ('physics', 'scene', 'recording', 'runs', 'stop_signals')},
     'testing.plugin': {'pytest', f'{NAME}.testing'},  # every pytest of an environment loads it
     'errors': set(),
 }

@@ -78,6 +78,17 @@ export class Bodies {
     this.halo.matrixWorldNeedsUpdate = true;
   }
 
+  // Where each part of each body is in the world: matrices, column by column.
+  matrices() {
+    const found = this.run.bodies.map(() => []), matrix = new THREE.Matrix4();
+    for (const { members, faces } of this.batches)
+      members.forEach(({ body, part }, i) => {
+        faces.getMatrixAt(i, matrix);
+        found[body][part] = matrix.toArray();
+      });
+    return found;
+  }
+
   // A rim of light around the selected body.
   choose(chosen) {
     this.chosen = chosen;
@@ -86,7 +97,7 @@ export class Bodies {
     const material = new THREE.MeshBasicMaterial({ color: ACCENT, side: THREE.BackSide });
     for (const { form, members, sheet } of this.batches)
       for (const { body, local } of members) {
-        if (body !== chosen || sheet) continue;
+        if (body !== chosen || sheet || this.run.bodies.length < 2) continue;
         const rim = new THREE.Mesh(this.forms[form].faces, material);
         rim.matrixAutoUpdate = false;
         rim.matrix.copy(local).multiply(new THREE.Matrix4().makeScale(MARGIN, MARGIN, MARGIN));
@@ -105,12 +116,12 @@ export class Bodies {
 function batchesOf(run) {
   const batches = new Map(), one = new THREE.Vector3(1, 1, 1);
   run.bodies.forEach((body, index) => {
-    for (const part of body.parts) {
+    body.parts.forEach((part, order) => {
       const key = `${part.form} ${part.translucent ?? false} ${body.ground ?? false}`;
       if (!batches.has(key)) batches.set(key, { form: part.form, translucent: part.translucent, sheet: body.ground, members: [] });
       const local = new THREE.Matrix4().compose(new THREE.Vector3(...part.at), new THREE.Quaternion(...part.turn), one);
-      batches.get(key).members.push({ body: index, local });
-    }
+      batches.get(key).members.push({ body: index, part: order, local });
+    });
   });
   return [...batches.values()];
 }

@@ -31,6 +31,7 @@ class View {
     bindKeys(this);
     this.theme.set();
     this.choose(this.firstChoice());
+    document.getElementById('follow').checked = this.wishes.has('follow');
     this.stage?.frame(this.places());
     if (this.wishes.has('t')) this.player.seek(Number(this.wishes.get('t')));
     window.addEventListener('resize', () => this.resize());
@@ -60,8 +61,10 @@ class View {
   }
 
   firstChoice() {
-    const named = this.run.bodies.findIndex(body => body.name === this.wishes.get('body'));
-    return named >= 0 ? named : Math.max(0, this.run.bodies.findIndex(body => !body.fixed));
+    const { bodies } = this.run, wanted = [
+      body => body.name === this.wishes.get('body'), body => !body.fixed && !body.moved, body => !body.fixed, () => true,
+    ];
+    return wanted.map(fits => bodies.findIndex(fits)).find(index => index >= 0);
   }
 
   fillChooser() {

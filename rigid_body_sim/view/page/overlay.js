@@ -26,7 +26,7 @@ export class Overlay {
     const taken = [], order = this.run.bodies.map((_, index) => index).sort((a, b) => (b === chosen) - (a === chosen));
     for (const body of order) {
       const label = this.labels[body];
-      const wanted = visible && (body === chosen || (this.run.bodies.length <= FEW && this.run.bodies[body].parts.length > 0 && !this.run.bodies[body].ground));
+      const wanted = visible && this.run.bodies.length > 1 && (body === chosen || (this.run.bodies.length <= FEW && this.run.bodies[body].parts.length > 0 && !this.run.bodies[body].ground));
       const { x, y, inside } = wanted ? this.stage.project(places[body].position) : {};
       label.hidden = !wanted || !inside;
       label.classList.toggle('chosen', body === chosen);

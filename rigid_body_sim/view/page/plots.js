@@ -4,6 +4,7 @@ import { AXES } from 'view/palette';
 import { arrayOf, rotate } from 'view/run';
 
 const XYZ = ['x', 'y', 'z'];
+const DEGREES = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 0.5, 1, 2, 5, 10, 20, 45, 90, 180];
 const HEIGHT = 118;                     // [CSS pixel]
 
 // What is plotted of a body: title, unit, names of the components, and how to read them at an instant.
@@ -119,7 +120,7 @@ export function figure(x, digits = 5) {
   if (x === null || x === undefined || Number.isNaN(x)) return '–';
   if (x === 0) return '0';
   const size = Math.abs(x);
-  if (size >= 1e6 || size < 1e-3) return x.toExponential(2).replace('e', ' e').replace('+', '');
+  if (size >= 1e6 || size < 1e-3) return x.toExponential(2).replace(/\.?0+e/, 'e').replace('+', '');
   return x.toPrecision(digits).replace(/(\.\d*?)0+$/, '$1').replace(/\.$/, '');
 }
 
@@ -139,7 +140,7 @@ class Plot {
       item.innerHTML = '<i></i><em></em> <b></b>';
       item.style.setProperty('--curve', told.colors[i]);
       item.querySelector('em').textContent = name;
-      if (told.dashes?.[i]) item.classList.add('dashed');
+      if (told.dashes?.[i].length) item.classList.add('dashed');
       this.element.querySelector('.values').append(item);
       return item.querySelector('b');
     });
@@ -165,7 +166,7 @@ class Plot {
       },
       axes: [
         { ...axis, size: 22, gap: 2, values: (_, all) => all.map(x => figure(x, 6)) },
-        { ...axis, size: 62, gap: 4, space: 26, values: (_, all) => all.map(x => (x === null ? null : figure(x, 6))) },
+        { ...axis, size: 62, gap: 4, space: 26, ...(told.logarithmic && { splits: decades, filter: (_, all) => all }), ...(told.unit === '°' && { incs: DEGREES }), values: (_, all) => all.map(x => (x === null ? null : figure(x, 6))) },
       ],
       series: [{}, ...told.names.map((_, i) => ({
         stroke: () => resolved(told.colors[i]), width: 1.5, dash: told.dashes?.[i] ?? [], points: { show: false }, spanGaps: false,
@@ -203,6 +204,12 @@ class Plot {
   }
 }
 
+// At most five powers of ten for a logarithmic axis.
+function decades(_, __, low, high) {
+  const first = Math.ceil(Math.log10(low)), last = Math.floor(Math.log10(high)), every = Math.max(1, Math.ceil((last - first) / 4));
+  return Array.from({ length: Math.max(1, Math.floor((last - first) / every) + 1) }, (_, i) => 10 ** (first + i * every));
+}
+
 // Last instant not after a time.
 function indexAt(times, time) {
   let low = 0, high = times.length - 1;
@@ -215,7 +222,7 @@ function indexAt(times, time) {
 
 // Round-off is not blown up: an axis spans at least a millionth of its values.
 function calm(low, high) {
-  if (low === null || high === null) return [-1, 1];
+  if (low === null || high === null || (low === 0 && high === 0)) return [-1, 1];
   const least = 1e-6 * Math.max(Math.abs(low), Math.abs(high), 1e-9), middle = 0.5 * (low + high);
   const half = 0.55 * Math.max(high - low, least);
   return [middle - half, middle + half];

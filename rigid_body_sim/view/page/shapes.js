@@ -8,6 +8,7 @@ const MANY = 1500;                      // vertices: edges of finer surfaces wou
 function solid(form, buffer) {
   const upright = geometry => geometry.rotateX(Math.PI / 2);     // the axis is z here, y in the library
   switch (form.type) {
+    case 'point':
     case 'sphere': return upright(new THREE.SphereGeometry(form.radius, 48, 24));
     case 'ellipsoid': return upright(new THREE.SphereGeometry(1, 48, 24)).scale(...form.radii);
     case 'box': return new THREE.BoxGeometry(...form.size);
@@ -65,15 +66,16 @@ export function arrowGeometry(head = 0.22, shaft = 0.35) {
   return merged([stem, tip]).rotateX(Math.PI / 2);
 }
 
-// A coil along z from 0 to 1 with radius 1.
-export function coilGeometry(turns = 9) {
+// A coil of radius 1 along z from 0 to 1, which is to be drawn `long` times its radius: the wire is as thick either way.
+export function coilGeometry(long) {
+  const turns = Math.max(4, Math.round(0.75 * long));
   class Helix extends THREE.Curve {
     getPoint(t, target = new THREE.Vector3()) {
       const grown = Math.min(1, t / 0.06, (1 - t) / 0.06), angle = 2 * Math.PI * turns * t;
-      return target.set(grown * Math.cos(angle), grown * Math.sin(angle), t);
+      return target.set(grown * Math.cos(angle), grown * Math.sin(angle), long * t);
     }
   }
-  return new THREE.TubeGeometry(new Helix(), turns * 20, 0.13, 6);
+  return new THREE.TubeGeometry(new Helix(), turns * 24, 0.13, 6).scale(1, 1, 1 / long);
 }
 
 function merged(parts) {

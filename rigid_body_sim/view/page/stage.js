@@ -8,6 +8,7 @@ import { AXES } from 'view/palette';
 const VIEW = new THREE.Vector3(0.55, -1, 0.42).normalize();      // from what is looked at to the camera
 const ROOM = 1.12;                      // [-] of the fit: a little air around it
 const WANDERS = 4;                      // [-] a run that stays within so many sizes of its start is framed whole
+const FEW = 60;                         // bodies whose axes have to be seen whole
 const CORNER = 92;                      // [CSS pixel] of the axes in the corner
 
 export class Stage {
@@ -88,6 +89,9 @@ export class Stage {
 
   // Turn to everything, from where the run is looked at first or from a given direction.
   frame(places, direction = VIEW) {
+    this.controls.enableDamping = false;      // what a drag left over ends here
+    this.controls.update();
+    this.controls.enableDamping = true;
     this.controls.target.set(0, 0, 0);
     this.camera.position.copy(direction);
     this.zoom = 1;
@@ -185,20 +189,26 @@ class Framing {
 
   boxAt(k) {
     const box = new THREE.Box3(), moment = { k, next: k, s: 0 }, at = [0, 0, 0];
-    for (const body of this.watched) this.include(box, body, this.run.position(body, moment, at));
+    const turn = [0, 0, 0, 1];
+    for (const body of this.watched)
+      this.include(box, body, this.run.position(body, moment, at), this.run.orientation(body, moment, turn));
     return this.complete(box);
   }
 
   box(places) {
     if (this.still) return this.whole;
     const box = new THREE.Box3();
-    for (const body of this.watched) this.include(box, body, places[body].position);
+    for (const body of this.watched) this.include(box, body, places[body].position, places[body].orientation);
     return this.complete(box);
   }
 
-  include(box, body, position) {
-    const center = new THREE.Vector3().fromArray(position), r = this.run.bodies[body].extent;
-    box.expandByPoint(center.clone().addScalar(r)).expandByPoint(center.addScalar(-r));
+  // The corners of what is drawn of a body, and the tips of its axes.
+  include(box, body, position, orientation) {
+    const { low, high, axes } = this.run.bodies[body], center = new THREE.Vector3().fromArray(position);
+    const turn = new THREE.Quaternion().fromArray(orientation), show = corner => box.expandByPoint(corner.applyQuaternion(turn).add(center));
+    for (const x of [low[0], high[0]]) for (const y of [low[1], high[1]]) for (const z of [low[2], high[2]]) show(new THREE.Vector3(x, y, z));
+    if (axes > 0 && this.run.bodies.length <= FEW)
+      for (let axis = 0; axis < 3; axis++) show(new THREE.Vector3().setComponent(axis, axes));
   }
 
   complete(box) {

@@ -26,7 +26,7 @@ const ball = new THREE.SphereGeometry(1, 24, 16);
 class Spring {
   constructor(told, materials) {
     this.told = told;
-    this.coil = new THREE.Mesh(coilGeometry(), materials.spring);
+    this.coil = new THREE.Mesh(coilGeometry(told.long / told.radius), materials.spring);
     this.drawn = [this.coil];
     if (told.damping > 0) this.drawn.push(new THREE.Mesh(rod, materials.arm), new THREE.Mesh(rod, materials.damper));
     this.feet = [new THREE.Mesh(ball, materials.anchor), new THREE.Mesh(ball, materials.anchor)];
@@ -52,7 +52,7 @@ class Spring {
 class Bumper {
   constructor(told, materials) {
     this.told = told;
-    this.coil = new THREE.Mesh(coilGeometry(6), materials.bumper);
+    this.coil = new THREE.Mesh(coilGeometry(told.length / told.radius), materials.bumper);
     this.plate = new THREE.Mesh(rod, materials.anchor);
     this.drawn = [this.coil, this.plate];
   }

@@ -27,7 +27,7 @@ export class Trails {
     const attribute = new THREE.BufferAttribute(points, 3);
     for (const part of ['past', 'all']) {
       const geometry = new THREE.BufferGeometry().setAttribute('position', attribute);
-      const opacity = part === 'past' ? 0.95 : chosen ? 0.3 : 0.16;
+      const opacity = part === 'past' ? 0.95 : chosen ? 0.42 : 0.22;
       const line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color, transparent: true, opacity }));
       line.position.fromArray(origin);
       line.frustumCulled = false;
