@@ -10,8 +10,6 @@ _DISTRIBUTIONS = {'yaml': 'PyYAML'}  # that have another name than what is impor
 
 _OPTIONAL = {
     'distributed': 'it talks to a Dask cluster (--scheduler); a sweep on this machine does not',
-    'pandas': 'tables in Python are of it',
-    'pyarrow': 'Parquet files are written and read by it',
     'coacd': 'a scene with a mesh `as: parts` needs it; a recording of that scene does not',
     'gymnasium': 'the environments need it (the extra gym)',
     'pandas': 'tables need it (the extra tables)',

@@ -21,11 +21,11 @@ from tqdm import tqdm
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.recording.new_output import check_new
+from rigid_body_sim.runs.compile_note import CompileNote, expected_functions
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.replay import Comparison, Errors, Progress, compare, measure
 from rigid_body_sim.runs.warning_lines import warning_printer
 from rigid_body_sim.terminal import printable
-from rigid_body_sim.verbs.compile_note import CompileNote, expected_functions
 
 SUMMARY = 're-run a bag from its own scene and commands and compare bit by bit'
 DIFFERS = 3

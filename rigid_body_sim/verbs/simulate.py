@@ -24,6 +24,7 @@ from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.runs import choices, viewing_arguments
 from rigid_body_sim.runs.commands import Command, read_csv
+from rigid_body_sim.runs.compile_note import CompileNote, expected_functions
 from rigid_body_sim.runs.energy_log import as_numbers
 from rigid_body_sim.runs.kept_lines import (
     balance_line,
@@ -48,7 +49,6 @@ from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.experiment import URDF_SUFFIX
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP, say
-from rigid_body_sim.verbs.compile_note import CompileNote, expected_functions
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
 DRIFT_SAMPLES = (

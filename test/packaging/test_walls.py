@@ -23,7 +23,7 @@ HEADER = ['# Copyright 2026 rigid_body_sim maintainers', '# SPDX-License-Identif
 NUMERIC = {'numpy', 'scipy'}
 PEERS = {'dartpy', 'mujoco', 'pinocchio', 'pybullet', 'pydrake', 'rapier3d'}  # in report/peers
 WALLS = {  # room -> what it may import besides the standard library and itself
-    'physics': NUMERIC | {'numba'},
+    'physics': NUMERIC | {'numba', 'llvmlite'},  # the second comes with the first
     'exact': NUMERIC,
     'recording': {'numpy', 'mcap', 'yaml', 'lz4', 'zstandard', f'{NAME}.errors'},
     'scene': {'numpy', 'yaml', 'trimesh', 'coacd', 'lxml', 'yourdfpy'}

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import pytest
 
+from rigid_body_sim.runs import compile_note
+from rigid_body_sim.runs.compile_note import CompileNote, expected_functions, time_left
 from rigid_body_sim.scene import load_scene
-from rigid_body_sim.verbs import compile_note
-from rigid_body_sim.verbs.compile_note import CompileNote, expected_functions, time_left
 from rigid_body_sim.verbs.report import rest_words
 
 from ..patience import HANGING

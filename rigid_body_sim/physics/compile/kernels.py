@@ -35,6 +35,7 @@ from __future__ import annotations
 
 import dis
 import hashlib
+import importlib
 import os
 import sys
 import tempfile
@@ -47,36 +48,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.compile.images import Images, numba_is_set, processor, release_of
+from rigid_body_sim.physics.compile.kernel import WITHOUT, Kernel, without_numba
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, is_ours, names_of
+from rigid_body_sim.physics.compile.sources import codes, digest_of_sources
 
-try:
-    import numba
-
-    WITHOUT_NUMBA = ''
-except ImportError as _missing:  # the plain source runs instead
-    numba = None
-    WITHOUT_NUMBA = (
-        f'numba cannot be imported ({_missing}): kernels run as plain Python, with the same bits '
-        'but some 200 times slower, 700 times where bodies touch; pip install numba'
-    )
-
-_config: Any = getattr(numba, 'config', None)  # numba's settings carry no types
-
-COMPILED = (
-    numba is not None
-    and os.environ.get('RIGID_BODY_SIM_COMPILE', '1') != '0'
-    and not _config.DISABLE_JIT
-)
-
-_ROOT = Path(__file__).parents[1]  # physics
-
-
-def _source_digest() -> str:
-    digest = hashlib.sha256()
-    for path in sorted(_ROOT.rglob('*.py')):
-        digest.update(path.relative_to(_ROOT).as_posix().encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+_WANTED = os.environ.get('RIGID_BODY_SIM_COMPILE', '1') != '0'
+# releases whose inside is what `numba_pipeline` expects; another one compiles the same, slowly
+_KNOWN_INSIDE = ('0.68.',)
+SHIPPED = Path(__file__).parent / 'bitcode'
 
 
 def _cache_candidates() -> list[Path]:
@@ -101,10 +81,7 @@ def _usable(folder: Path) -> bool:
         return False
 
 
-def _choose_cache() -> Path | None:
-    if not COMPILED:
-        return None
-    digest = _source_digest()
+def _choose_cache(digest: str) -> Path | None:
     for candidate in _cache_candidates():
         folder = candidate / f'kernels-{digest}'
         if _usable(folder):
@@ -112,29 +89,55 @@ def _choose_cache() -> Path | None:
     return None
 
 
-CACHE = _choose_cache()
+def _import_numba() -> tuple[bool, str]:
+    """Import numba: whether it compiles, and why it does not."""
+    try:
+        numba: Any = importlib.import_module('numba')  # its settings carry no types
+    except ImportError as missing:  # the plain source runs instead
+        return False, without_numba(missing)
+    release_of.cache_clear()
+    return not numba.config.DISABLE_JIT, ''
 
 
-# releases whose inside is what `numba_pipeline` expects; another one compiles the same, slowly
-_KNOWN_INSIDE = ('0.68.',)
+def _set_up() -> tuple[bool, str, Path | None, Images | None]:
+    """
+    Find out what compiles and where it is kept; numba is not imported where an earlier process
+    has made images with what is installed now.
+    """
+    if not _WANTED:
+        return False, '', None, None
+    if release_of('numba') is None or numba_is_set():
+        compiles, why_not = _import_numba()
+        folder = _choose_cache(digest_of_sources()) if compiles else None
+        return compiles, why_not, folder, None
+    digest = digest_of_sources()
+    folder = _choose_cache(digest)
+    images = None
+    if processor() is not None and str(release_of('numba')).startswith(_KNOWN_INSIDE):
+        images = Images(folder, SHIPPED / f'kernels-{digest}')
+        if images.has_worked():
+            return True, '', folder, images
+    compiles, why_not = _import_numba()
+    return compiles, why_not, folder if compiles else None, images if compiles else None
+
+
+COMPILED, WITHOUT_NUMBA, CACHE, IMAGES = _set_up()
 
 
 def _jit(function: Callable[..., Any], *, inline: bool) -> Callable[..., Any]:
-    assert numba is not None
+    if str(release_of('numba')).startswith(_KNOWN_INSIDE):
+        return Kernel(function, IMAGES, CACHE, inlined=inline)
+    numba: Any = importlib.import_module('numba')
     options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'forceinline': inline}
-    if numba.__version__.startswith(_KNOWN_INSIDE):
-        from rigid_body_sim.physics.compile.numba_pipeline import Kernel
-
-        return Kernel(function, options, CACHE)
     made: Any = numba.njit(**options)(function)
     if CACHE is not None:
-        before = _config.CACHE_DIR
-        _config.CACHE_DIR = str(CACHE)  # read by numba in the next line
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(CACHE)  # read by numba in the next line
         try:
             made.enable_caching()
             _keep_whole_files(made)
         finally:
-            _config.CACHE_DIR = before
+            numba.config.CACHE_DIR = before
     return made
 
 
@@ -143,7 +146,8 @@ def _keep_whole_files(made: Any) -> None:
     Let what numba keeps of a function be checked when it is read; where its inside has no place
     for that, keep nothing.
     """
-    assert numba is not None
+    import numba
+
     kept = made._cache
     try:
         own = KernelFiles(*names_of(kept), f'numba {numba.__version__}')
@@ -213,20 +217,13 @@ def slots_of(function: FunctionType) -> dict[str, KernelSlot]:
     return {name: known[name] for name in sorted(named)}
 
 
-def _codes(code: CodeType) -> Iterator[CodeType]:
-    yield code
-    for part in code.co_consts:
-        if isinstance(part, CodeType):
-            yield from _codes(part)
-
-
 def _names(code: CodeType) -> Iterator[str]:
-    for part in _codes(code):
+    for part in codes(code):
         yield from part.co_names
 
 
 def _globals_read(code: CodeType) -> Iterator[str]:
-    for part in _codes(code):
+    for part in codes(code):
         for instruction in dis.get_instructions(part):
             if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME'):
                 yield instruction.argval
@@ -311,7 +308,7 @@ def _digest(bindings: dict[str, Any]) -> str:
     hold. Kernels of one name in two modules are two.
     """
     parts = (f'{key}={_identity(value)!r}' for key, value in sorted(bindings.items()))
-    return hashlib.sha256(','.join(parts).encode()).hexdigest()[:8]
+    return hashlib.sha256(','.join(parts).encode()).hexdigest()[:16]
 
 
 def _identity(value: Any) -> Any:
@@ -344,7 +341,7 @@ def warn_if_plain(say: Callable[[str], None] | None = None) -> None:
 
     say : takes the line; None: `warnings.warn`, for who called the caller
     """
-    if not WITHOUT_NUMBA or _told or os.environ.get('RIGID_BODY_SIM_COMPILE', '1') == '0':
+    if not WITHOUT_NUMBA or _told:
         return
     _told.append(WITHOUT_NUMBA)
     if say is None:
@@ -358,7 +355,7 @@ def left_the_numbers(error: Exception) -> bool:
     Tell whether a plain kernel met what a compiled one passes through as infinity or NaN: a
     division by zero, an overflow, a function outside its domain. Any other error is a bug.
     """
-    if COMPILED:
+    if COMPILED and not WITHOUT:
         return False
     if isinstance(error, ZeroDivisionError | OverflowError):
         return True
@@ -369,6 +366,6 @@ def left_the_numbers(error: Exception) -> bool:
 def versions() -> dict[str, str]:
     """Name the software whose change may change a bit."""
     found = {'python': sys.version.split()[0], 'numpy': np.__version__}
-    if COMPILED and numba is not None:
-        found['numba'] = numba.__version__
+    if COMPILED:
+        found['numba'] = str(release_of('numba'))
     return found

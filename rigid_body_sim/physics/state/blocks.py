@@ -130,8 +130,8 @@ def lanes_in(block, bodies):
 @inline
 def wide(lanes):
     """
-    Lanes up to the end of a vector of eight, but for a last one alone: what a vector leaves over is
-    done one by one, at the price of a vector each. Empty lanes hold a unit sphere at rest.
+    Lanes up to the end of a vector of eight, but for a last one alone: what a vector leaves over
+    is done one by one, at the price of a vector each. Empty lanes hold a unit sphere at rest.
 
     Eight are four at a time, twice, or eight at once, which compilers make for most processors;
     where they make four at a time, once, two to four bodies cost twice what they could.

@@ -57,11 +57,9 @@ start_point = slot('kernel (lanes, constraints, points, scratch): starts a subst
 start_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 restore_point = slot('kernel (lanes, constraints, points, scratch): applies restitution')
 restore_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
-add_point = slot('kernel (lanes, constraints, points, ...): adds to what points have in common')
-apply_to_point = slot('kernel (lanes, constraints, points, ...): gives a point its common part')
-solve_in_common = slot('kernel (used, lanes, point_count, ...): soft normals, what is common')
-relax_in_common = slot('kernel (used, lanes, point_count, ...): the same after the motion')
-restore_in_common = slot('kernel (used, lanes, point_count, ...): the same of restitution')
+solve_in_common = slot('kernel (lanes, starts, ...): soft normals, what is common')
+relax_in_common = slot('kernel (lanes, starts, ...): the same after the motion')
+restore_in_common = slot('kernel (lanes, starts, ...): the same of restitution')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -126,33 +124,6 @@ def _measure_patch(
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
     patch_friction.measure(lanes, wrench, all_lanes, patch, scratch)
-
-
-def _solve_in_common(
-    used: int, lanes: int, point_count: int, first: int, inverse_h: float, slop: float,
-    cap: float, rows: Array,
-) -> None:  # fmt: skip
-    """Solve what the points of each lane of a batch have in common: `common_impulse`."""
-    scratch = rows[0 : lane_scratch.SIZE]
-    constraints = rows[first - constraint.SIZE : first]
-    common_impulse.begin(lanes, constraints, scratch)
-    if not common_impulse.any_alike(used, scratch):
-        return
-    for iteration in range(COMMON_ITERATIONS):
-        common_impulse.clear(lanes, constraints, scratch)
-        for point in range(point_count):
-            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-            add_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
-            if iteration + point == 0 and common_impulse.rests(used, scratch):
-                return  # points that are alike rest alike
-        if not common_impulse.stirs(used, scratch):
-            break
-        common_impulse.solve(lanes, constraints, scratch)
-        for point in range(point_count):
-            points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-            apply_to_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
-        if not common_impulse.is_clamped(used, scratch):
-            break
 
 
 def _prepare(
@@ -225,7 +196,13 @@ def _solve_normals(
         if not first_pass:
             solve.skip_settled(used, constraints, scratch)
         if PATCHES and point_count > 1:
-            solve_in_common(used, lanes, point_count, first, inverse_h, slop, cap, rows)
+            points = rows[first : first + MOST * WIDTH]
+            for iteration in range(COMMON_ITERATIONS):
+                solve_in_common(
+                    lanes, iteration == 0, constraints, points, scratch, inverse_h, slop, cap
+                )
+                if not common_impulse.is_clamped(used, scratch):
+                    break
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             if PATCHES and point_count > 1:
@@ -321,7 +298,13 @@ def _relax(
         patch = rows[begin:end]
         several = PATCHES and point_count > 1
         if several:
-            relax_in_common(used, lanes, point_count, first, inverse_h, 0.0, 0.0, rows)
+            points = rows[first : first + MOST * WIDTH]
+            for iteration in range(COMMON_ITERATIONS):
+                relax_in_common(
+                    lanes, iteration == 0, constraints, points, scratch, inverse_h, 0.0, 0.0
+                )
+                if not common_impulse.is_clamped(used, scratch):
+                    break
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.clear_moments(lanes, scratch)
@@ -393,7 +376,13 @@ def _apply_restitution(
             constraints = rows[first - constraint.SIZE : first]
             solve.gather_momenta(lanes, used, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
-                restore_in_common(used, lanes, point_count, first, 0.0, 0.0, 0.0, rows)
+                points = rows[first : first + MOST * WIDTH]
+                for iteration in range(COMMON_ITERATIONS):
+                    restore_in_common(
+                        lanes, iteration == 0, constraints, points, scratch, 0.0, 0.0, 0.0
+                    )
+                    if not common_impulse.is_clamped(used, scratch):
+                        break
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
@@ -472,13 +461,8 @@ def solver(
             f'update_{kind}s': separation.update_kernel(layered=layered, rubs=rubs),
             f'restore_{kind}': restitution.visit(rubs=rubs),
         }
-    kinds = {'solve': (True, False), 'relax': (False, False), 'restore': (False, True)}
-    for kind, (soft, bouncing) in kinds.items():
-        add_one, apply_to_one = common_impulse.visits(soft=soft, bouncing=bouncing)
-        offered[f'{kind}_in_common'] = specialise(
-            _solve_in_common, name=f'{kind}_{width}', WIDTH=width, add_point=add_one,
-            apply_to_point=apply_to_one,
-        )  # fmt: skip
+    for kind in ('solve', 'relax', 'restore'):
+        offered[f'{kind}_in_common'] = common_impulse.visit(kind, width)
     passes = {
         'prepare': _prepare,
         'solve_normals': _solve_normals,

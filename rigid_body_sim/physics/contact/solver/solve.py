@@ -178,6 +178,40 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
             bodies[body_b + solver_bodies.CARRIED] = 1.0
 
 
+@inline
+def soft_law(
+    constraints: Array, points: Array, lane: int, row: int, inverse_h: float, slop: float,
+    cap: float,
+) -> Any:  # fmt: skip
+    """
+    Return m sigma, bias and iota of a point of a lane, soft where the surfaces overlap.
+
+    Where the bias is that of the pace beyond what bears the load, -(iota J/(m sigma) + pace), its
+    part with J cancels iota J: then iota is 0.
+
+        row : of the point
+        cap : [m/s] speed at which a deep overlap goes, at most
+    """
+    separation = points[row + contact_point.SEPARATION]
+    mass = points[row + contact_point.NORMAL_MASS]
+    is_open = separation > OPEN
+    depth = separation + slop
+    depth = depth if depth < 0.0 else 0.0
+    soft = constraints[lane + constraint.BIAS_RATE] * depth
+    stiff = constraints[lane + constraint.MASS_SCALE] * mass
+    iota = constraints[lane + constraint.IMPULSE_SCALE]
+    is_deep = depth < -constraints[lane + constraint.DEEP]
+    pace = constraints[lane + constraint.PACE]
+    pace = cap if is_deep | (pace > cap) else pace
+    beyond = soft + pace
+    bears = stiff * beyond + iota * points[row + contact_point.NORMAL_IMPULSE] > 0.0
+    bears = bears | (beyond > 0.0)
+    bias = soft if bears else -pace
+    iota = iota if bears else 0.0
+    bias = separation * inverse_h if is_open else bias
+    return mass if is_open else stiff, bias, 0.0 if is_open else iota
+
+
 def _solve_normals(
     lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
     cap: float,
@@ -191,34 +225,15 @@ def _solve_normals(
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
         arm_a, arm_b = wide_lanes.arms(points, lane)
         velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
-        normal_velocity = dot(normal, velocity)
-        separation = points[lane + contact_point.SEPARATION]
         old = points[lane + contact_point.NORMAL_IMPULSE]
-        mass = points[lane + contact_point.NORMAL_MASS]
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         pressed_already = scratch[lane + lane_scratch.PRESSES]
-        is_open = separation > OPEN
-        depth = separation + slop
-        depth = depth if depth < 0.0 else 0.0
-        soft = constraints[lane + constraint.BIAS_RATE] * depth
-        # beyond the bias that carries the load
-        stiff = constraints[lane + constraint.MASS_SCALE] * mass
-        bears = (
-            constraints[lane + constraint.IMPULSE_SCALE] * old / (stiff if stiff > 0.0 else 1.0)
-        )
-        is_deep = depth < -constraints[lane + constraint.DEEP]
-        pace = constraints[lane + constraint.PACE]
-        pace = cap if is_deep | (pace > cap) else pace
-        fastest = -bears - pace
-        soft = soft if soft > fastest else fastest
-        bias = separation * inverse_h if is_open else soft
-        mass_scale = 1.0 if is_open else constraints[lane + constraint.MASS_SCALE]
-        impulse_scale = 0.0 if is_open else constraints[lane + constraint.IMPULSE_SCALE]
+        stiff, bias, iota = soft_law(constraints, points, lane, lane, inverse_h, slop, cap)
         # half of the warm start is still to come, of what presses
         pressed = old > 0.0
         warm = points[lane + contact_point.WARM_NORMAL]
         before = old - warm if pressed else 0.0
-        now = before - mass * mass_scale * (normal_velocity + bias) - impulse_scale * old
+        now = before - stiff * (dot(normal, velocity) + bias) - iota * old
         now = now if now > 0.0 else 0.0
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         now = now if active else before
