@@ -41,6 +41,7 @@ _HARMLESS = {'NUMBA_CACHE_DIR', 'NUMBA_NUM_THREADS', 'NUMBA_THREADING_LAYER'}
 _PROCESSOR = ('vendor_id', 'cpu family', 'model', 'stepping', 'flags')
 _MAKING = threading.RLock()
 Image = Callable[..., Any]  # see `image`
+_HEAD_OF_OBJECTS = 16  # [B] count of references and type
 _LONGEST = 100  # of the name of a kernel in that of a file
 
 
@@ -76,6 +77,8 @@ def processor() -> str | None:
     """Tell this processor from others; None: images are not for it."""
     if sys.platform != 'linux' or platform.machine() != 'x86_64' or sys.maxsize < 2**32:
         return None
+    if sys.implementation.name != 'cpython' or object.__basicsize__ != _HEAD_OF_OBJECTS:
+        return None  # a build of Python that keeps its objects otherwise (free-threaded, debug)
     try:
         with open('/proc/cpuinfo', encoding='ascii', errors='replace') as file:  # noqa: PTH123
             first = file.read(65536).partition('\n\n')[0]
