@@ -30,13 +30,16 @@ def find_scene(asked: str | os.PathLike[str]) -> Path:
     asked : a path, or the name of a shipped scene with or without `.yaml`
     """
     path = Path(asked)
-    if regular_file.exists(path):
+    exists = regular_file.exists(path)
+    if exists and not path.is_dir():
         return path
     shipped = shipped_scenes()
     is_bare = path.name == str(asked)
     name = path.name.removesuffix('.yaml')
     if is_bare and name in shipped:
-        return shipped[name]
+        return shipped[name]  # also beside a folder of that name: a bag of the scene, often
+    if exists:
+        return path
     word = f'{str(asked)[:LONGEST]!r}…' if len(str(asked)) > LONGEST else repr(str(asked))
     near = choose_from(name if is_bare else None, sorted(shipped)).removeprefix('; ')
     raise UserError(

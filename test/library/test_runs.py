@@ -263,6 +263,14 @@ def test_names_that_are_nearly_right_are_proposed():
         rbs.load_scene('version: 1\ndt: 0.1\n')
 
 
+def test_a_bag_that_is_called_as_its_scene_does_not_hide_the_scene(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rbs.simulate('satellite', 0.1).save('satellite')
+    assert rbs.load_scene('satellite').name == 'satellite'
+    with pytest.raises(rbs.UserError, match='folder'):
+        rbs.load_scene(str(tmp_path))
+
+
 def test_auto_runs_and_its_bag_replays(tmp_path):
     from rigid_body_sim.__main__ import main
 
