@@ -72,7 +72,7 @@ def _from_root(steps: list[Any], scene: Mapping[str, Any], text: str) -> Path:
         raise UserError(
             f'vary {text}: {first} says nothing of how a scene moves; vary another key'
         )
-    if first in KEYS:
+    if first in SCENE.keys:
         return tuple(steps)
     names = [str(body.get('name')) for body in scene['bodies']]
     if first in names:
@@ -85,7 +85,7 @@ def _from_root(steps: list[Any], scene: Mapping[str, Any], text: str) -> Path:
         )
     raise UserError(
         f'vary {text}: {first!r} is neither a key of the scene nor one of its bodies'
-        f'{choose_from(first, [*(k for k in KEYS if k not in NOT_VARIED), *names])}'
+        f'{choose_from(first, [*(k for k in SCENE.keys if k not in NOT_VARIED), *names])}'
     )
 
 

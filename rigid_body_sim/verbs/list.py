@@ -78,7 +78,7 @@ def forces() -> Lines:
 
 
 def shapes() -> Lines:
-    """Shapes of a scene, as its grammar says them."""
+    """Shapes, by the grammar of scenes."""
     from rigid_body_sim.scene.grammar import SHAPES
 
     for name, shape in SHAPES.items():
