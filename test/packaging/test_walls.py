@@ -40,7 +40,8 @@ WALLS = {  # room -> what it may import besides the standard library and itself
         f'{NAME}.__version__',
         f'{NAME}.errors',
     }
-    | {f'{NAME}.{room}' for room in ('physics', 'scene', 'recording', 'runs', 'stop_signals')},
+    | {f'{NAME}.{room}' for room in ('physics', 'scene', 'recording', 'runs', 'stop_signals')}
+    | {f'{NAME}.missing_packages'},
     'testing.plugin': {'pytest', f'{NAME}.testing'},  # every pytest of an environment loads it
     'errors': set(),
 }
