@@ -13,10 +13,11 @@ import pytest
 
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.verbs import simulate, view
+from rigid_body_sim.view.page_record import page_record
 from rigid_body_sim.view.playback_page import LIBRARIES
 from rigid_body_sim.view.recorded_motion import read_motion
 
-from ..pages import PageOf
+from ..pages import PageOf, array_of
 
 SCENE = """
 # Six shapes, a top without one, a spring, a drag and a drive: <b>nothing</b> & no "one" is hurt.
@@ -124,6 +125,16 @@ def test_a_command_of_one_tick_is_in_the_page_at_the_instant_that_shows_it(run):
     (acted,) = np.flatnonzero(force.any(axis=1))
     assert run.times[acted] == pytest.approx(0.31, abs=1e-12)
     assert force[acted].tolist() == [3, 0, 0] and torque[acted].tolist() == [0, 0, 0.5]
+
+
+@pytest.mark.parametrize('samples', [1000, 40, 7])
+def test_however_few_instants_are_kept_a_command_is_at_the_next_and_nowhere_else(page, samples):
+    record, numbers, _ = page_record(read_motion(Bag(page.parent / 'bag'), samples=samples), None)
+    entry = record['series']['force']
+    force = array_of(entry, numbers).reshape(-1, len(record['bodies']), 3)
+    times = array_of(record['series']['time'], numbers)
+    (acted,) = np.flatnonzero(force.any(axis=(1, 2)))
+    assert acted == np.searchsorted(times, 0.30 + 1e-9)
 
 
 def test_drag_and_drives_are_drawn_as_the_scene_has_them(run):
