@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -226,6 +227,35 @@ def test_every_body_is_in_view_at_the_start_and_nothing_is_outside_its_frame(
     assert (seen['outside'], seen['hidden'], seen['theme']) == ([], [], theme)
     assert min(seen['stage']) >= 250
     assert (sum(map(int, seen['paper'][4:-1].split(','))) < 3 * 128) == (theme == 'dark')
+    assert tab.errors == []
+
+
+SCENES = sorted(path.stem for path in (Path(__file__).parents[2] / 'config/scenes').glob('*.yaml'))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('scene', SCENES)
+def test_every_shipped_scene_is_seen_whole_in_all_sizes_and_themes(tab, tmp_path, scene):
+    """Also after a second: where bodies leave, the camera goes with them."""
+    parser = argparse.ArgumentParser()
+    simulate.add_arguments(parser)
+    words = [scene, '-o', str(tmp_path / 'bag'), '--duration', '1', '--json']
+    assert simulate.run(parser.parse_args(words)) == 0
+    parser = argparse.ArgumentParser()
+    view.add_arguments(parser)
+    file = tmp_path / 'run.html'
+    assert view.run(parser.parse_args([str(tmp_path / 'bag'), '-o', str(file)])) == 0
+    tab.open('about:blank')
+    tab.open(f'{file.as_uri()}#theme=light&paused')
+    tab.wait_for(READY)
+    for width, height in ((1280, 900), (390, 844)):
+        tab.resize(width, height)
+        tab.settle()
+        for time in (0.0, 1.0):
+            tab.evaluate(f'view.seek({time})')
+            tab.evaluate('view.theme.toggle()')
+            seen = tab.evaluate(SEEN)
+            assert (seen['outside'], seen['hidden']) == ([], [])
     assert tab.errors == []
 
 
