@@ -12,6 +12,7 @@ from typing import Any
 from rigid_body_sim.library.run import Run
 from rigid_body_sim.library.stretch import Controller, follow
 from rigid_body_sim.physics import simulation as physics
+from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.scene import load_scene
 
@@ -34,6 +35,7 @@ class Simulation(physics.Simulation):
         dt: float | None = None,
         progress: Callable[[str], None] | None = None,
     ) -> None:
+        warn_if_plain()  # of the line that calls this
         if isinstance(scene, str | Path | Mapping | bytes):
             scene = load_scene(scene)
         super().__init__(
@@ -128,6 +130,7 @@ def simulate(
     integrator, integrator_options, dt : as of `Simulation`; None: the scene's
     every, controller, progress        : as of `Simulation.run`
     """
+    warn_if_plain()
     simulation = Simulation(
         scene, integrator=integrator, integrator_options=integrator_options, dt=dt
     )

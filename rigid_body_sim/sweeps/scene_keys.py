@@ -18,7 +18,7 @@ from typing import Any
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import choose_from, path_text
 from rigid_body_sim.scene.document import Path
-from rigid_body_sim.scene.experiment import KEYS
+from rigid_body_sim.scene.grammar import SCENE
 
 _STEP = re.compile(r'\.?([A-Za-z_][A-Za-z0-9_]*)|\[(\d{1,9})\]')
 NOT_VARIED = ('version', 'name')
@@ -71,7 +71,7 @@ def _from_root(steps: list[Any], scene: Mapping[str, Any], text: str) -> Path:
         raise UserError(
             f'vary {text}: {first} says nothing of how a scene moves; vary another key'
         )
-    if first in KEYS:
+    if first in SCENE.keys:
         return tuple(steps)
     names = [str(body.get('name')) for body in scene['bodies']]
     if first in names:
@@ -84,7 +84,7 @@ def _from_root(steps: list[Any], scene: Mapping[str, Any], text: str) -> Path:
         )
     raise UserError(
         f'vary {text}: {first!r} is neither a key of the scene nor one of its bodies'
-        f'{choose_from(first, [*(k for k in KEYS if k not in NOT_VARIED), *names])}'
+        f'{choose_from(first, [*(k for k in SCENE.keys if k not in NOT_VARIED), *names])}'
     )
 
 

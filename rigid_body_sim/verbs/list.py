@@ -78,13 +78,11 @@ def forces() -> Lines:
 
 
 def shapes() -> Lines:
-    """Shapes of a scene, by the docstring of their record, or of their reader where it has one."""
-    from rigid_body_sim.scene.shapes import KINDS as SHAPES
+    """Shapes, by the grammar of scenes."""
+    from rigid_body_sim.scene.grammar import SHAPES
 
-    for name, kind in SHAPES.items():
-        records = inspect.get_annotations(kind.read, eval_str=True)['return']
-        record = getattr(records, '__args__', (records,))[0]
-        yield name, first_sentence(kind.read.__doc__ or record.__doc__)
+    for name, shape in SHAPES.items():
+        yield name, first_sentence(shape.about)
 
 
 def problems() -> Lines:

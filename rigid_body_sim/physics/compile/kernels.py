@@ -42,7 +42,7 @@ import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from types import CodeType, FunctionType
+from types import CodeType, FrameType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -345,9 +345,20 @@ def warn_if_plain(say: Callable[[str], None] | None = None) -> None:
         return
     _told.append(WITHOUT_NUMBA)
     if say is None:
-        warnings.warn(WITHOUT_NUMBA, RuntimeWarning, stacklevel=3)
+        warnings.warn(WITHOUT_NUMBA, RuntimeWarning, stacklevel=_frames_of_the_package() + 1)
     else:
         say(WITHOUT_NUMBA)
+
+
+def _frames_of_the_package() -> int:
+    """Count the frames from who asks up to the first that is none of this package's."""
+    package = __name__.partition('.')[0]
+    frame: FrameType | None = sys._getframe(1)
+    count = 0
+    while frame is not None and frame.f_globals.get('__name__', '').partition('.')[0] == package:
+        frame = frame.f_back
+        count += 1
+    return count
 
 
 def left_the_numbers(error: Exception) -> bool:
