@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 WORLD = -1  # place of an end that no body has
 COIL = 0.09  # [-] radius of a coil, of the length of its spring
-SLIM = 0.25  # [-] radius of a coil at most, of the arrow that suits the scene
+SLIM = 0.5  # [-] radius of a coil at most, of the arrow that suits the scene
 
 
 @dataclass(frozen=True, eq=False)

@@ -186,7 +186,7 @@ def _series(
     if look.spins:
         series['angular_momentum'] = _spins(states, look)
     if look.wrenches:
-        wrenches = np.stack([_held(track, times) for track in motion.tracks], axis=1)
+        wrenches = np.stack([_commands(track, times) for track in motion.tracks], axis=1)
         series['force'], series['torque'] = wrenches[:, :, :3], wrenches[:, :, 3:]
     for i, each in enumerate(sets):
         series[f'arrows_{i}'] = each.vectors
@@ -205,8 +205,8 @@ def _spins(states: RecordedStates, look: Look) -> Array:
     return spins
 
 
-def _held(track: Track, times: Array) -> Array:
-    """Command at each time (k, 6): the largest since the time before, else the one held then."""
+def _commands(track: Track, times: Array) -> Array:
+    """Command at each time (k, 6): the largest that began since the time before, else none."""
     wrench = np.hstack((track.force, track.torque))
     found = np.zeros((len(times), 6))
     if not len(wrench):
@@ -217,8 +217,6 @@ def _held(track: Track, times: Array) -> Array:
     for k, end in enumerate(ends.tolist()):
         if end > begin:
             found[k] = wrench[begin + int(np.argmax(size[begin:end]))]
-        elif end > 0:
-            found[k] = wrench[end - 1]
         begin = end
     return found
 

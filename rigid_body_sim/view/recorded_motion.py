@@ -127,7 +127,8 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
         elif name in impulses or message.data[-WRENCH_BYTES:] != NO_WRENCH:
             commands.add(message.log_time)
         if name in wrenches:
-            stretch = seen[name] // -(-bag.counts[name] // samples)
+            poses_of = name.removesuffix('applied_wrench') + 'pose'  # stretches are between these
+            stretch = seen[name] // -(-bag.counts.get(poses_of, bag.counts[name]) // samples)
             before = pushed[name].get(stretch)
             if before is None or _strength(message.data) > _strength(before):
                 pushed[name][stretch] = message.data

@@ -7,16 +7,18 @@ from __future__ import annotations
 import argparse
 import hashlib
 from importlib.resources import files
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.verbs import simulate, view
+from rigid_body_sim.view.page_record import page_record
 from rigid_body_sim.view.playback_page import LIBRARIES
 from rigid_body_sim.view.recorded_motion import read_motion
 
-from ..pages import PageOf
+from ..pages import PageOf, array_of
 
 SCENE = """
 # Six shapes, a top without one, a spring, a drag and a drive: <b>nothing</b> & no "one" is hurt.
@@ -126,6 +128,16 @@ def test_a_command_of_one_tick_is_in_the_page_at_the_instant_that_shows_it(run):
     assert force[acted].tolist() == [3, 0, 0] and torque[acted].tolist() == [0, 0, 0.5]
 
 
+@pytest.mark.parametrize('samples', [1000, 40, 7])
+def test_however_few_instants_are_kept_a_command_is_at_the_next_and_nowhere_else(page, samples):
+    record, numbers, _ = page_record(read_motion(Bag(page.parent / 'bag'), samples=samples), None)
+    entry = record['series']['force']
+    force = array_of(entry, numbers).reshape(-1, len(record['bodies']), 3)
+    times = array_of(record['series']['time'], numbers)
+    (acted,) = np.flatnonzero(force.any(axis=(1, 2)))
+    assert acted == np.searchsorted(times, 0.30 + 1e-9)
+
+
 def test_drag_and_drives_are_drawn_as_the_scene_has_them(run):
     names = [body['name'] for body in run['bodies']]
     sets = {each['kind']: each for each in run['arrows']}
@@ -215,6 +227,35 @@ def test_every_body_is_in_view_at_the_start_and_nothing_is_outside_its_frame(
     assert (seen['outside'], seen['hidden'], seen['theme']) == ([], [], theme)
     assert min(seen['stage']) >= 250
     assert (sum(map(int, seen['paper'][4:-1].split(','))) < 3 * 128) == (theme == 'dark')
+    assert tab.errors == []
+
+
+SCENES = sorted(path.stem for path in (Path(__file__).parents[2] / 'config/scenes').glob('*.yaml'))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('scene', SCENES)
+def test_every_shipped_scene_is_seen_whole_in_all_sizes_and_themes(tab, tmp_path, scene):
+    """Also after a second: where bodies leave, the camera goes with them."""
+    parser = argparse.ArgumentParser()
+    simulate.add_arguments(parser)
+    words = [scene, '-o', str(tmp_path / 'bag'), '--duration', '1', '--json']
+    assert simulate.run(parser.parse_args(words)) == 0
+    parser = argparse.ArgumentParser()
+    view.add_arguments(parser)
+    file = tmp_path / 'run.html'
+    assert view.run(parser.parse_args([str(tmp_path / 'bag'), '-o', str(file)])) == 0
+    tab.open('about:blank')
+    tab.open(f'{file.as_uri()}#theme=light&paused')
+    tab.wait_for(READY)
+    for width, height in ((1280, 900), (390, 844)):
+        tab.resize(width, height)
+        tab.settle()
+        for time in (0.0, 1.0):
+            tab.evaluate(f'view.seek({time})')
+            tab.evaluate('view.theme.toggle()')
+            seen = tab.evaluate(SEEN)
+            assert (seen['outside'], seen['hidden']) == ([], [])
     assert tab.errors == []
 
 
