@@ -372,6 +372,7 @@ class Simulation:
             )
             if work is not None and acting is not None:
                 work.powers.hold(acting)
+            self._held.written()
             self._held_changed = False
 
     def _drop_expired(self) -> None:

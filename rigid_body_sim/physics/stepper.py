@@ -324,12 +324,11 @@ class Stepper:
             *self._elements.arguments,
         )
 
-    def set_held(self, table: Array | None) -> None:
+    def set_held(self, table: Array) -> None:
         """
-        Take over what is held: `table` turns with the bodies, None: as before; the rest is in the
-        blocks already.
+        Take over what is held: `table` turns with the bodies, the rest is in the blocks already.
         """
-        if table is None or not (table.size or self._turning):
+        if not (table.size or self._turning):
             return
         if len(table) == self._turning:
             self._elements.change_turning(table)

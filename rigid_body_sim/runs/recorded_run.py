@@ -144,7 +144,8 @@ class RecordedRun:
         consumed.
         """
         by_tick: dict[int, list[Command]] = {}
-        for message in self.bag.messages(self._command_topics):
+        given = [topic for topic in self._command_topics if self.bag.counts.get(topic)]
+        for message in self.bag.messages(given) if given else ():
             body, kind = self._command_topics[message.topic]
             with interpreting(self.bag.path):
                 command = decode(body, kind, message.data)

@@ -45,7 +45,7 @@ WALLS = {  # room -> what it may import besides the standard library and itself
     'testing.plugin': {'pytest', f'{NAME}.testing'},  # every pytest of an environment loads it
     'errors': set(),
 }
-SPEAK_ROS = {'ros', 'testing', 'verbs.sim_node', 'verbs.wrench_pub'}
+SPEAK_ROS = {'ros', 'testing', 'verbs.sim_node', 'verbs.view', 'verbs.wrench_pub'}
 FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go down
     'physics': (
         'errors', 'arrays', 'compile', 'vectors', 'model', 'state', 'forces', 'integration',

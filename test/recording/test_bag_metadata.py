@@ -5,6 +5,7 @@ metadata.yaml is composed of texts that are written once for each type of topic:
 what PyYAML writes of the whole map.
 """
 
+import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -85,3 +86,38 @@ def test_a_topic_more_is_its_own_lines_more_and_no_other():
     item = len(two) - len(one)
     again = two[start + item : start + 2 * item]
     assert [line.replace('b_1', 'b_0') for line in again] == two[start : start + item]
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'a: 1\na: 2\n',
+        '[1, 010, 0x1f, 1_0, 1.5, yes, ~, 2001-01-01, .inf, 1e3, "1", null, =]',
+        'a: &x [1]\n',
+        'b: !!str 1\n',
+        'a: {<<: {b: 1}}\n',
+        '{1: 2, [1]: 3}\n',
+        '',
+        'x',
+        'a: |\n  text\n  more\nb: >\n  folded\n',
+        '--- 1\n',
+    ],
+)
+def test_one_pass_reads_what_the_loader_reads(text):
+    try:
+        expected = yaml.safe_load(text)
+    except (yaml.YAMLError, TypeError):
+        expected = None
+    try:
+        found = read_yaml(text)
+    except ValueError:
+        found = None
+    assert repr(found) == repr(expected)
+
+
+@pytest.mark.parametrize(
+    'text', ['a: &x [1]\nb: *x\n', '[' * 40 + ']' * 40, '--- 1\n--- 2\n', '{a']
+)
+def test_what_metadata_never_holds_is_refused(text):
+    with pytest.raises(ValueError, match=r'alias|nested|single document|expected'):
+        read_yaml(text)

@@ -388,20 +388,22 @@ class HeldWrenches:
         rows += [[*row, 1.0] for row in table.tolist()]
         return np.array(rows, dtype=np.float64).reshape(-1, HELD)
 
-    def write(self, translation: Array, rotation: Array) -> Array | None:
+    def write(self, translation: Array, rotation: Array) -> Array:
         """
         Write what is held in world axes, gravity with it, into the blocks, for the bodies whose
-        commands changed; return the table of what turns, None: it is the one of the last time.
+        commands changed since `written`; return the table of what turns.
         """
-        changed = self._changed
-        if changed is None:
-            table = self._write_all(translation, rotation)
+        if self._changed is None:
+            self._write_all(translation, rotation)
         else:
-            table = self._write_bodies(changed, translation, rotation)
-        self._changed = set()  # last: an interrupt before it lets all be done again
-        return table
+            self._write_bodies(self._changed, translation, rotation)
+        return self._table
 
-    def _write_all(self, translation: Array, rotation: Array) -> Array:
+    def written(self) -> None:
+        """Note that what `write` gave has arrived: until then an interrupt lets all be redone."""
+        self._changed = set()
+
+    def _write_all(self, translation: Array, rotation: Array) -> None:
         force, torque, table = self.sums()
         with np.errstate(over='ignore', invalid='ignore'):
             force += self._weight
@@ -413,11 +415,8 @@ class HeldWrenches:
                 scatter(array, size, held, values)
                 rows(array, size, total, 3)[:] = rows(array, size, held, 3)
         self._table, self._turning = table, None
-        return table
 
-    def _write_bodies(
-        self, changed: set[int], translation: Array, rotation: Array
-    ) -> Array | None:
+    def _write_bodies(self, changed: set[int], translation: Array, rotation: Array) -> None:
         rows_of: dict[int, list[float] | None] = {}
         places = self._turning
         if places is None:
@@ -438,14 +437,11 @@ class HeldWrenches:
                 rotation[k + KX] = rotation[k + TX] = tx
                 rotation[k + KY] = rotation[k + TY] = ty
                 rotation[k + KZ] = rotation[k + TZ] = tz
-        if not rows_of:
-            return None
         if all(row is not None and core in places for core, row in rows_of.items()):
             for core, row in rows_of.items():
                 self._table[places[core], held_body_wrench.FORCE :] = row
-            return self._table
-        self._table, self._turning = self.sums()[2], None
-        return self._table
+        else:
+            self._table, self._turning = self.sums()[2], None
 
 
 def _asked(values: Array) -> NDArray[np.bool_]:
