@@ -38,9 +38,11 @@ class Cluster:
 
     def __init__(self, sweep: Sweep, address: str) -> None:
         import distributed
+        from distributed.comm.addressing import get_address_host_port
 
         self._sweep, self._address = sweep, address
         try:
+            get_address_host_port(address)  # a client that cannot even be made is noisy
             self._client = distributed.Client(
                 address, timeout=CONNECTS_WITHIN, set_as_default=False
             )

@@ -46,6 +46,8 @@ class Parts:
     """
 
     def __init__(self, path: Path, sweep: Sweep) -> None:
+        if path.is_dir():
+            raise UserError(f'{path}: is a folder; name a file in it')
         self.path, self.folder = path, path.with_name(path.name + SUFFIX)
         self._sweep = sweep
         self.done: list[tuple[int, int]] = []
@@ -64,7 +66,7 @@ class Parts:
                 self._release()
                 raise UserError(f'{path}: exists already; choose another name or remove it')
             else:
-                self._write(self.folder / PLAN, lambda p: p.write_text(sweep.facts_text()))
+                self._begin()
         except OSError as error:
             raise UserError(
                 f'{self.folder}: nothing can be written there: {error.strerror or error}; the '
@@ -87,8 +89,15 @@ class Parts:
             os.close(self._lock)
             self._lock = -1
 
+    def _begin(self) -> None:
+        text = self._sweep.facts_text()
+        self._write(self.folder / PLAN, lambda p: p.write_text(text, encoding='utf-8'))
+
     def _resume(self) -> None:
         """Take over what is there; UserError if it belongs to another sweep."""
+        if not self.is_finished and not any(self.folder.glob('*.parquet')):
+            self._begin()  # whoever was here had done nothing yet
+            return
         try:
             there = json.loads((self.folder / PLAN).read_text(encoding='utf-8'))
             assert isinstance(there, dict)
@@ -161,7 +170,10 @@ class Parts:
         self._release()
 
     def close(self) -> None:
-        """Leave the parts as they are."""
+        """Leave the parts as they are; where there are none, nothing stays."""
+        if self._lock >= 0 and not self.done:
+            with suppress(OSError):
+                shutil.rmtree(self.folder)
         self._release()
 
     def _write(self, path: Path, fill: Callable[[Path], object]) -> None:

@@ -16,6 +16,7 @@ import json
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
@@ -317,10 +318,8 @@ def _files(
         for value in _given(axis.spec) if _names_a_file(axis) else ():
             files = Files(folder=folder, given=None)
             changed = scene_keys.replaced(content, axis.path, value)
-            try:
+            with suppress(UserError):  # for the row of that run
                 scene_of_content(changed, name=scene.origin.name, files=files)
-            except UserError:  # for the row of that run
-                continue
             found |= files.used
     return found
 

@@ -175,20 +175,25 @@ def test_a_sweep_that_is_ended_goes_on_where_it_was(tmp_path, started, number, w
     assert file.read_bytes() == made(sweep, tmp_path / 'undisturbed.parquet')
 
 
+class Cut(Exception):
+    """Somebody who watches ends the sweep."""
+
+
+def cut_at(path, parts):
+    """Who watches a sweep, and ends it as soon as it has so many parts."""
+
+    def watch(_done, _runs):
+        if len(list(path.with_name(path.name + SUFFIX).glob('*-*.parquet'))) >= parts:
+            raise Cut
+
+    return watch
+
+
 def test_parts_of_every_cut_make_the_same_bytes(undisturbed, tmp_path):
     path = tmp_path / 'runs.parquet'
-
-    class Cut(Exception):
-        pass
-
-    for stop in (1, 2, 5, 11):
-
-        def cut(done, _runs, stop=stop):
-            if done >= stop:
-                raise Cut
-
+    for parts in (1, 2, 3):
         with pytest.raises(Cut):
-            made(alone(), path, progress=cut)
+            made(alone(), path, progress=cut_at(path, parts))
         assert not path.exists() and path.with_name(path.name + SUFFIX).is_dir()
     assert made(alone(), path) == undisturbed
 
@@ -218,12 +223,8 @@ def test_a_process_killed_between_file_and_clean_up_is_finished(
 def test_parts_of_another_sweep_are_not_gone_on_with(tmp_path, other, told):
     path = tmp_path / 'runs.parquet'
 
-    def cut(done, _runs):
-        if done:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        made(alone(), path, progress=cut)
+    with pytest.raises(Cut):
+        made(alone(), path, progress=cut_at(path, 1))
     with pytest.raises(UserError) as refused:
         made(alone(**other), path)
     assert told in str(refused.value) and 'remove the folder' in str(refused.value)
@@ -252,6 +253,23 @@ def test_what_is_there_already_is_left_alone(tmp_path):
     assert path.read_text() == 'mine' and list(tmp_path.iterdir()) == [path]
     with pytest.raises(UserError, match='does not exist; create it first'):
         made(alone(), tmp_path / 'none' / 'runs.parquet')
+    with pytest.raises(UserError, match='is a folder'):
+        made(alone(), tmp_path)
+
+
+def test_a_sweep_that_did_nothing_leaves_nothing(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise UserError('nobody there')
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ensemble, 'make_executor', refuse)
+        with pytest.raises(UserError, match='nobody there'):
+            made(alone(), tmp_path / 'runs.parquet')
+    assert not list(tmp_path.iterdir())
+    folder = tmp_path / f'runs.parquet{SUFFIX}'  # as a kill before the first part leaves it
+    folder.mkdir()
+    (folder / 'sweep.json').write_text('{"seed": 8}')
+    assert made(alone(runs=2), tmp_path / 'runs.parquet')
 
 
 def test_a_full_disk_keeps_what_is_done(undisturbed, tmp_path, monkeypatch):
