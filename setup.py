@@ -30,6 +30,7 @@ VERBS = (
     'simulate',
     'sweep',
     'view',
+    'warm_up',
     'wrench_pub',
 )
 
@@ -93,6 +94,7 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed'],
+        f'{NAME}.physics.compile': ['bitcode/*/*.kernel'],  # of `warm_up --bitcode`, if any
         f'{NAME}.view': ['page/*', 'vendor/*'],
         f'{NAME}.report': ['assets/*'],
         f'{NAME}.testing': ['*.xml'],

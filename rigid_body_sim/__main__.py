@@ -46,6 +46,7 @@ VERBS = {
     'export': 'poses, twists, wrenches and energies of a bag as one table: CSV or Parquet',
     'inverse': 'from positions to velocities, accelerations and the wrench that explains them',
     'list': 'what there is: scenes, integrators, forces, shapes, problems, a line each',
+    'warm_up': 'compile beforehand what scenes will need',
     'wrench_pub': 'publish commands to a body, or those of a bag',
 }
 
@@ -60,6 +61,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if words[0] == '--version':
         print(__version__)
         return 0
+    if words[0].replace('-', '_') in VERBS:  # warm-up is warm_up
+        words[0] = words[0].replace('-', '_')
     if words[0] not in VERBS:
         from rigid_body_sim.physics.errors import choose_from
         from rigid_body_sim.physics.model.numbers import shown
@@ -228,6 +231,11 @@ def sweep() -> int:
 def inverse() -> int:
     """Entry point of the executable `inverse`."""
     return _process('inverse')
+
+
+def warm_up() -> int:
+    """Entry point of the executable `warm_up`."""
+    return _process('warm_up')
 
 
 def wrench_pub() -> int:

@@ -193,6 +193,7 @@ def compile_apart(patch):
     from rigid_body_sim.physics.compile import numba_pipeline
 
     def in_child(work, *arguments):
+        numba_pipeline.make_ready()  # once here, not in each child
         child = os.fork()
         if child == 0:
             gc.freeze()

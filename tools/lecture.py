@@ -4,6 +4,7 @@
 The pages of docs/lecture, from the scripts in examples/lecture: what each claims, and its picture.
 
     python tools/lecture.py           runs every script, draws its picture, writes its claims
+    python tools/lecture.py --film    the film of the box that turns over anew (Chromium draws it)
     python tools/lecture.py --check   exit code 1 where a page does not say what its scripts claim
 
 A page holds `<!-- claims: NAME -->`; the list below it is what NAME.py printed. How far off each
@@ -16,6 +17,7 @@ import io
 import re
 import runpy
 import sys
+import tempfile
 from collections.abc import Mapping
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -73,8 +75,22 @@ def picture(name: str, draw) -> None:
     pyplot.close(figure)
 
 
+def film() -> None:
+    """Make the film of the box that turns over: two turns, which meet at the ends."""
+    from rigid_body_sim.__main__ import main
+
+    with tempfile.TemporaryDirectory() as folder:
+        bag, whole = f'{folder}/run', ('--duration', '7.732', '--publish-rate', '50')
+        assert main(['simulate', 'tumbling_box', '-o', bag, *whole]) == 0
+        size = ('--size', '640x400', '--fps', '12')
+        assert main(['view', bag, '-o', str(PAGES / 'tumbling.gif'), *size]) == 0
+
+
 if __name__ == '__main__':
     sys.path.insert(0, str(ROOT))
+    if '--film' in sys.argv:
+        film()
+        sys.exit()
     claims = {}
     for lesson in lessons():
         claims[lesson], defined = taught(lesson)

@@ -16,7 +16,7 @@ from rigid_body_sim.physics.diagnostics.invariants import Drift
 
 NAMED = 3  # bodies that a line names
 LINES = 6  # groups that have a line of their own
-ROUNDING = 1e-14  # [-] of the largest energy: what sums of it leave
+ROUNDING = 1e-14  # [-] of the largest energy, of what moved: what sums of it leave
 
 
 def balance_line(balance: EnergyBalance) -> str:
@@ -33,18 +33,17 @@ def balance_line(balance: EnergyBalance) -> str:
         'contact': -balance.contact,
     }
     parts = [_signed(name, share) for name, share in shares.items() if share != 0.0]
-    closes = balance.uncertainty >= abs(balance.defect)
+    known = max(balance.uncertainty, ROUNDING * balance.turnover)
+    closes = known >= abs(balance.defect)
     if closes and not parts:
         return (
             'energy balance: nothing brought energy or took it, and it stayed: within '
-            f'{balance.uncertainty:.1e} J of the {balance.turnover:.3g} J that moved'
+            f'{known:.1e} J of the {balance.turnover:.3g} J that moved'
         )
     if not closes:
         parts.append(_signed('defect of the method', balance.defect, digits=2))
     equation = ' '.join(parts).removeprefix('+ ')
-    beyond = (
-        f'closes within {balance.uncertainty:.1e} J of the {balance.turnover:.3g} J that moved'
-    )
+    beyond = f'closes within {known:.1e} J of the {balance.turnover:.3g} J that moved'
     words = beyond if closes else defect_words(balance)
     return f'energy balance: change {balance.change:.4g} J = {equation} ({words})'
 

@@ -16,10 +16,12 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.missing_packages import missing
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.sweeps import packs, table
@@ -69,6 +71,12 @@ class Outcome:
         self.notes += [note for note in notes if note not in self.notes]
 
 
+def need(package: str) -> None:
+    """Refuse to begin without an optional package; UserError that says how to come by it."""
+    if find_spec(package) is None:
+        raise UserError(missing(package))
+
+
 def cores() -> int:
     """Count the cores that this process may use."""
     return len(os.sched_getaffinity(0))
@@ -79,6 +87,7 @@ def make_executor(
 ) -> Executor:
     """Choose who makes the runs."""
     if scheduler is not None:
+        need('distributed')
         from rigid_body_sim.sweeps.cluster import Cluster
 
         return Cluster(sweep, scheduler)
@@ -247,8 +256,7 @@ def to_file(
     Raises UserError where the file exists or parts of another sweep do, RunError when the disk
     takes no more.
     """
-    import pyarrow  # noqa: F401  (said now, not when all is done, where it is missing)
-
+    need('pyarrow')  # said now, not when all is done
     parts = Parts(path, sweep)
     try:
         missing = [] if parts.is_finished else parts.missing()
@@ -340,7 +348,8 @@ def sweep(
     A run that fails is a row with `status` and `reason`. Raises UserError for a key, a value or a
     number that makes no sense in any run.
     """
-    import pandas  # noqa: F401  (said now, not when all is done, where it is missing)
+    need('pyarrow')
+    need('pandas')  # said now, not when all is done
 
     plan = plan_sweep(
         scene,

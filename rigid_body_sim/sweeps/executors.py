@@ -29,6 +29,7 @@ from rigid_body_sim.sweeps.rows import Row, rows_of
 Task = tuple[int, int]  # first run, behind the last
 
 WORTH_A_PROCESS = 1.0  # [s] of work that is left: less is done before another one has started
+AT_ONCE = 2  # [-] processes that start before it is known how long the work is
 COMPILES_WITHIN = 2.0  # [s] until others start although nothing is done yet
 THREADS = (
     'OMP_NUM_THREADS',
@@ -188,15 +189,21 @@ class Processes:
     """
     Makes the runs in processes of this machine.
 
-    The first one begins; the others start when it has done something or is long at it, and only
-    while there is work that lasts longer than starting them. Who finds another one compiling waits
-    for its kernels (`rows`).
+    Two start at once; more when these have done something or are long at it, and only while there
+    is work that lasts longer than starting them. Who finds another one compiling waits for its
+    kernels (`rows`).
     """
 
     def __init__(self, sweep: Sweep, count: int, saw: Callable[[float], None]) -> None:
         self._sweep, self._count, self._saw = sweep, count, saw
-        self._workers: list[_Worker] = []
         self._begun = time.monotonic()
+        self._workers: list[_Worker] = []
+        try:
+            for _ in range(min(AT_ONCE, count, sweep.runs)):
+                self._workers.append(_Worker(sweep))
+        except BaseException:
+            self.close()
+            raise
 
     def _free(self) -> _Worker | None:
         return next((w for w in self._workers if w.task is None), None)

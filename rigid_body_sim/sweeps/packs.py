@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.integration import choose
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.physics.model.scene import Body, Scene
@@ -53,7 +54,10 @@ def pack_key(scene: Scene, *, energy: bool) -> Hashable | None:
         return None
     if scene.integrator not in INTEGRATORS or len(scene.bodies) > MOST_BODIES // 2:
         return None
-    method = INTEGRATORS[scene.integrator]
+    try:
+        method = INTEGRATORS[scene.integrator].configured(scene.integrator_options)
+    except InvalidModel:  # alone it is told what is wrong
+        return None
     if method.controls_its_error or method.wants_derivatives or method.plan is not None:
         return None
     if method.is_reference or method.remembers is not None:

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.scene import document, load_scene
 from rigid_body_sim.scene.experiment import ReadBodies, scene_of_content
 from rigid_body_sim.scene.files import Files
+from rigid_body_sim.scene.writing import with_text
 from rigid_body_sim.sweeps import scene_keys
 from rigid_body_sim.sweeps.distributions import Distribution, Listed, Spec, spec_of, stream_of
 
@@ -231,14 +232,10 @@ def plan_sweep(
     """
     Check what a sweep is asked for; arguments as `sweeps.sweep` takes them.
 
-    Raises UserError, one line with place and cure.
+    Raises UserError, one line with place and cure; InvalidModel for records that no scene file can
+    say.
     """
-    scene = source if isinstance(source, Scene) else load_scene(source)
-    if not scene.source:
-        raise UserError(
-            f'sweep: the scene {scene.name!r} was made of records and has no keys to vary; give '
-            'its path or a mapping'
-        )
+    scene = with_text(source) if isinstance(source, Scene) else load_scene(source)
     content = document.read(scene.source, name=scene.origin.name).content
     axes = _axes(vary, content)
     points = math.prod(len(a.spec.values) for a in axes if isinstance(a.spec, Listed))

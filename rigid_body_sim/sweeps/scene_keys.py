@@ -21,6 +21,7 @@ from rigid_body_sim.scene.document import Path
 from rigid_body_sim.scene.grammar import SCENE
 
 _STEP = re.compile(r'\.?([A-Za-z_][A-Za-z0-9_]*)|\[(\d{1,9})\]')
+KEYS = tuple(SCENE.keys)
 NOT_VARIED = ('version', 'name')
 ALTERNATIVES = {  # what stands at a place in place of another
     'angular_velocity': 'angular_velocity_body',

@@ -172,7 +172,7 @@ class _Bar:
         if self._is_first:  # those of an earlier process say nothing of the pace of this one
             self._is_first, self._bar.initial, self._bar.n = False, int(done), int(done)
         with suppress(OSError):  # a terminal that hung up; its signal is on the way
-            self._bar.update(max(0.0, round(done - self._bar.n, 1)))
+            self._bar.update(max(0, int(done) - int(self._bar.n)))
 
     def __enter__(self) -> _Bar:
         return self

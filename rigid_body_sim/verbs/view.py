@@ -40,15 +40,30 @@ FEWEST_SAMPLES = 200
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare `view BAG -o FILE.png|FILE.html`."""
-    parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file')
+    parser.add_argument(
+        'bag', nargs='?', metavar='BAG', help='bag directory or .mcap file; with --live also none'
+    )
     parser.add_argument(
         '-o',
         '--output',
         metavar='FILE',
-        required=True,
         type=Path,
         help='FILE.png: a picture; FILE.html: a page that plays the run, without network; '
         'FILE.gif, FILE.mp4: a film',
+    )
+    parser.add_argument(
+        '--live',
+        action='store_true',
+        help='serve the page of a run that goes on, to browsers on this machine: of BAG, which is '
+        'being written, or without BAG of the node that is running (needs ROS)',
+    )
+    parser.add_argument(
+        '--port', type=int, default=0, metavar='N', help='of --live, default: any that is free'
+    )
+    parser.add_argument(
+        '--namespace',
+        metavar='NS',
+        help='of the node for --live, default: the first that is found',
     )
     film = parser.add_argument_group('of a film')
     film.add_argument(
@@ -68,9 +83,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     film.add_argument('--follow', action='store_true', help='the camera goes with that body')
 
 
-@reads_recording('bag')
 def run(arguments: argparse.Namespace) -> int:
-    """Draw the picture or the page; returns the exit code."""
+    """Draw the picture, the page or the film, or serve the page; returns the exit code."""
+    if arguments.live:
+        return _serve(arguments)
+    if arguments.bag is None or arguments.output is None:
+        raise UserError('give a BAG and -o FILE (.png, .html, .gif or .mp4), or --live')
+    return _draw(arguments)
+
+
+def _serve(arguments: argparse.Namespace) -> int:
+    from rigid_body_sim.view import live_server
+    from rigid_body_sim.view.bag_follower import BagFollower
+
+    if arguments.output is not None:
+        raise UserError('--live serves a page and writes none; leave out -o')
+    if not 0 <= arguments.port < 1 << 16:
+        raise UserError(f'--port {arguments.port}; allowed: 0 (any that is free) to 65535')
+    if arguments.bag is not None:
+        return live_server.serve(BagFollower(Path(arguments.bag)), port=arguments.port)
+    from rigid_body_sim.ros.state_listener import StateListener
+
+    with StateListener(arguments.namespace) as listener:
+        return live_server.serve(listener, port=arguments.port)
+
+
+@reads_recording('bag')
+def _draw(arguments: argparse.Namespace) -> int:
     _check_output(arguments.output)
     settings = FilmSettings(
         arguments.size, arguments.fps, arguments.speed, arguments.dark, arguments.body,

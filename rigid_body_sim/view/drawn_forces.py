@@ -118,9 +118,13 @@ class RecordedStates:
 
 
 def force_arrows(
-    scene: Scene | None, places: Mapping[str, int], states: RecordedStates
+    scene: Scene | None,
+    places: Mapping[str, int],
+    states: RecordedStates,
+    *,
+    idle: bool = False,
 ) -> list[ArrowSet]:
-    """Give drag and drives, a set for each kind that there is."""
+    """Give drag and drives, a set for each kind that acts; `idle`: also those that do not yet."""
     if scene is None:
         return []
     bodies = {body.name: body for body in scene.bodies}
@@ -138,7 +142,7 @@ def force_arrows(
             else _drive(force, states, place)
         )
         for name, vector in zip((kind, f'{kind}_torque'), vectors, strict=True):
-            if np.any(vector):
+            if idle or np.any(vector):
                 found.setdefault(name, []).append((place, at, vector))
     return [
         ArrowSet(

@@ -67,7 +67,7 @@ class Look:
     origins : (n, 3) [m]
     scene   : None where nobody knows it
     spins   : whether angular momenta are told
-    wrenches, arrows : whether commands are, and the kinds of `force_arrows`
+    wrenches : whether commands are
     """
 
     names: list[str]
@@ -75,7 +75,6 @@ class Look:
     scene: Scene | None
     spins: bool
     wrenches: bool
-    arrows: list[str]
 
 
 def page_record(
@@ -104,8 +103,8 @@ def page_record(
     wrenches = live or any(np.any(t.force) or np.any(t.torque) for t in motion.tracks)
     spins = bool(bodies) and len(names) <= MOST_SPINS and set(names) <= set(bodies)
     states = _states(motion, times)
-    sets = force_arrows(scene, places, states)
-    look = Look(names, first, scene, spins, wrenches, [each.kind for each in sets])
+    sets = force_arrows(scene, places, states, idle=live)
+    look = Look(names, first, scene, spins, wrenches)
     series = _series(motion, times, states, sets, look)
     drawn = DrawnShapes(numbers, ball=sizes.ball, meshes_collide=_collides(scene))
     colors = color_places(names, scene)
@@ -133,7 +132,7 @@ def more_of(motion: RecordedMotion, look: Look) -> tuple[dict[str, Any], bytes]:
     times = max((track.time for track in motion.tracks), key=len)
     states = _states(motion, times)
     places = {name: place for place, name in enumerate(look.names)}
-    sets = [each for each in force_arrows(look.scene, places, states) if each.kind in look.arrows]
+    sets = force_arrows(look.scene, places, states, idle=True)
     series = _series(motion, times, states, sets, look)
     return {'series': _packed(series, numbers)}, numbers.joined()
 

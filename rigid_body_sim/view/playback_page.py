@@ -60,10 +60,15 @@ def playback_page(
 
 
 def live_page(
-    motion: RecordedMotion, scene: Scene | None, *, title: str, about: str = ''
+    motion: RecordedMotion, scene: Scene | None, *, title: str, about: str = '', told: int = 0
 ) -> tuple[str, Look]:
-    """Write the page of a run that goes on, and what `page_record.more_of` needs to go on."""
+    """
+    Write the page of a run that goes on, and give what `page_record.more_of` needs for the rest.
+
+    told : blocks that it holds; it asks for those after them
+    """
     record, numbers, look = page_record(motion, scene, live=True)
+    record['live'] = {'told': told}
     return _page(record, numbers, title, about, expected_outcome(scene)), look
 
 

@@ -133,7 +133,7 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
                 pushed[name][stretch] = message.data
             seen[name] += 1
     tracks = [
-        _track(
+        track_of(
             name,
             kept[name],
             kept.get(name.removesuffix('pose') + 'twist', []),
@@ -173,7 +173,8 @@ def _strength(payload: bytes) -> float:
     return 0.0 if numbers == NO_WRENCH else float(np.sum(np.square(np.frombuffer(numbers))))
 
 
-def _track(topic: str, poses: list[bytes], twists: list[bytes], wrenches: list[bytes]) -> Track:
+def track_of(topic: str, poses: list[bytes], twists: list[bytes], wrenches: list[bytes]) -> Track:
+    """Read a body from the payloads of its messages; `topic` is that of its poses."""
     time, pose = _columns(cdr.PoseStamped, poses)
     twist_time, twist = _columns(cdr.TwistStamped, twists)
     wrench_time, wrench = _columns(cdr.WrenchStamped, wrenches)

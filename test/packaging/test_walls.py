@@ -40,11 +40,12 @@ WALLS = {  # room -> what it may import besides the standard library and itself
         f'{NAME}.__version__',
         f'{NAME}.errors',
     }
-    | {f'{NAME}.{room}' for room in ('physics', 'scene', 'recording', 'runs', 'stop_signals')},
+    | {f'{NAME}.{room}' for room in ('physics', 'scene', 'recording', 'runs', 'stop_signals')}
+    | {f'{NAME}.missing_packages'},
     'testing.plugin': {'pytest', f'{NAME}.testing'},  # every pytest of an environment loads it
     'errors': set(),
 }
-SPEAK_ROS = {'ros', 'testing', 'verbs.sim_node', 'verbs.wrench_pub'}
+SPEAK_ROS = {'ros', 'testing', 'verbs.sim_node', 'verbs.view', 'verbs.wrench_pub'}
 FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go down
     'physics': (
         'errors', 'arrays', 'compile', 'vectors', 'model', 'state', 'forces', 'integration',

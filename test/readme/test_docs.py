@@ -34,6 +34,7 @@ PAGES = (
     'first_five_minutes',
     'recording_and_replay',
     'scene_reference',
+    'sweep',
 )
 LONGEST = 120  # letters of a line of the README
 

@@ -67,8 +67,18 @@ def test_a_first_run_tells_what_is_compiled_and_the_next_ones_show_the_ticks(
     out, shown, code = on_terminal('replay', 'a', folder=tmp_path, **cache)
     assert code == 0 and out.startswith('identical')
     assert 'tick/s' in shown and 'compiling' not in shown
-    out, shown, code = on_terminal('replay', 'a', '--json', folder=tmp_path, **cache)
-    assert (code, shown) == (0, '') and out.startswith('{')
+
+
+@pytest.mark.parametrize('words', [('--duration', '2'), ('--duration', '2', '--json')])
+def test_json_and_progress_never_come_together(
+    words: tuple[str, ...], verb, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / 'a.yaml').write_text(BODY)
+    monkeypatch.setattr(type(sys.stderr), 'isatty', lambda _stream: True)
+    code, out, err = verb('simulate', tmp_path / 'a.yaml', '-o', tmp_path / 'a', *words)
+    assert code == 0
+    assert ('tick' in err) == ('--json' not in words) == (not out.startswith('{'))
+    assert '--json' not in words or err == ''
 
 
 def test_a_free_body_needs_the_fewest_functions_and_contact_the_most() -> None:

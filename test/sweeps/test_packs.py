@@ -102,6 +102,7 @@ def test_methods_that_decide_for_all_bodies_at_once_are_not_packed(name):
     'more',
     [
         {'integrator': 'auto'},
+        {'integrator': {'name': 'rk4', 'orientation': 'matrix'}},
         {'contact': {'mode': 'timestep'}},
         {'forces': [DRAG]},
         {'forces': [{'type': 'time', 'body': 'ball', 'table': [[0, 0, 0, 0], [1, 1, 0, 0]]}]},

@@ -3,12 +3,14 @@
 """What keys take from run to run: places in a scene, lists, draws; and what is refused before."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import rigid_body_sim as rbs
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.sweeps import ensemble
 from rigid_body_sim.sweeps.plan import plan_sweep
 
 from .conftest import scene
@@ -193,11 +195,18 @@ def test_numbers_that_make_no_sense_are_refused(settings, told):
     assert told in str(refused.value)
 
 
-def test_a_scene_of_records_has_no_keys():
-    from dataclasses import replace
+def test_a_scene_changed_in_python_is_varied_as_it_is_now():
+    whole = rbs.load_scene(scene())
+    changed = replace(whole, gravity=(0.0, 0.0, -1.5), source=whole.source)
+    sweep = plan_sweep(changed, {'tumbler.mass': [2.5]})
+    made = sweep.scene(sweep.values(0))
+    assert made.gravity == (0.0, 0.0, -1.5) and made.bodies[0].mass == 2.5
 
-    with pytest.raises(UserError, match='made of records'):
-        plan_sweep(replace(rbs.load_scene(scene()), source=b''), {})
+
+def test_a_package_that_is_missing_is_told_before_any_run(monkeypatch):
+    monkeypatch.setattr(ensemble, 'find_spec', lambda name: None if name == 'pandas' else name)
+    with pytest.raises(UserError, match='pip install pandas'):
+        rbs.sweep(scene(), {'tumbler.mass': [2.5]})
 
 
 def test_a_copy_of_a_repeated_body_is_told_apart_from_an_unknown_one():

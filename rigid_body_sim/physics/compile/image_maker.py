@@ -302,16 +302,17 @@ class _Writer:
 
 @cache
 def _machine() -> Any:
-    """Give what makes machine code for this processor, that may lie anywhere."""
+    """Give what makes machine code for this processor."""
+    return machine_for(ll.get_host_cpu_name(), ll.get_host_cpu_features().flatten())
+
+
+def machine_for(processor: str, features: str) -> Any:
+    """Give what makes machine code that may lie anywhere; arguments as LLVM knows them."""
     ll.initialize_native_target()
     ll.initialize_native_asmprinter()
     target = ll.Target.from_triple(ll.get_process_triple())
     return target.create_target_machine(
-        cpu=ll.get_host_cpu_name(),
-        features=ll.get_host_cpu_features().flatten(),
-        opt=3,
-        reloc='pic',
-        codemodel='small',
+        cpu=processor, features=features, opt=3, reloc='pic', codemodel='small'
     )
 
 

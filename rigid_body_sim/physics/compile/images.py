@@ -121,7 +121,9 @@ class Wanted:
 
     def bitcode_file(self, folder: Path) -> tuple[Path, bytes]:
         """Name the file of its bitcode, and the key of that."""
-        key = f'bitcode {self._told}'.encode()
+        readers = str(release_of('llvmlite')).rpartition('.')[0]  # of one format of bitcode
+        kinds = ','.join(self.kinds)
+        key = f'bitcode {FORMAT} llvmlite {readers} {digest_of(self.function)} {kinds}'.encode()
         return named(folder, self.name[:_LONGEST], key), key
 
 
@@ -130,22 +132,26 @@ class Images:
     The images of a process.
 
     folder  : of the cache; None: nothing is kept
-    shipped : folder of bitcode that came with the package
-    saves   : folder that is to get the bitcode of all that is asked for, if any
+    shipped : folder of bitcode that came with the package, or is to be shipped
+    made    : names of the kernels whose images this process has made
     """
 
     def __init__(self, folder: Path | None, shipped: Path | None) -> None:
         self.folder, self.shipped = folder, shipped
-        self.saves: Path | None = None
-        self.trusts: bool | None = None  # None: not yet tried
+        self.made: list[str] = []
+        self._saves = False  # whether the bitcode of all that is asked for is kept there
+        self._trusts: bool | None = None  # None: not yet tried
+
+    def save_to(self, folder: Path) -> None:
+        """Keep from now on the bitcode of all that is asked for in a folder."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self.shipped, self._saves = folder, True
 
     def find(self, wanted: Wanted) -> Image | None:
         """Give the image of a kernel, made now if need be; None: go by way of numba."""
         with _MAKING:
             try:
-                if self.saves is not None:
-                    self.save_bitcode(wanted, self.saves)
-                found = self.kept(wanted)
+                found = None if self._saves else self.kept(wanted)
                 if found is None and self.is_trusted():
                     found = self.make(wanted)
             except (ImportError, UnknownCode, OSError, RuntimeError, NotImplementedError):
@@ -173,6 +179,7 @@ class Images:
         image = load(flat, wanted.name)
         if self.folder is not None:
             write_whole(*wanted.image_file(self.folder), packed(flat))
+        self.made.append(wanted.name)
         return image
 
     def bitcode(self, wanted: Wanted) -> Any:
@@ -187,13 +194,13 @@ class Images:
                     return Bitcode.unpacked(lzma.decompress(content))
         from rigid_body_sim.physics.compile.numba_pipeline import linked
 
-        return linked(wanted.function, wanted.arguments, wanted.kinds)
-
-    def save_bitcode(self, wanted: Wanted, folder: Path) -> None:
-        """Keep the bitcode of a kernel in a folder that is to be shipped."""
-        path, key = wanted.bitcode_file(folder)
-        if read_whole(path, key) is None:
-            write_whole(path, key, lzma.compress(self.bitcode(wanted).packed()))
+        found = linked(wanted.function, wanted.arguments, wanted.kinds)
+        if self.shipped is not None and self._saves:
+            path, key = wanted.bitcode_file(self.shipped)
+            write_whole(path, key, lzma.compress(found.packed()))
+            with suppress(OSError):
+                path.chmod(0o644)  # who installs it is not who runs it
+        return found
 
     def is_trusted(self) -> bool:
         """
@@ -201,19 +208,23 @@ class Images:
         them over: a probe is made, called and compared with its plain source. Once it has passed
         it is kept, and says so to the next process.
         """
-        if self.trusts is None:
-            self.trusts = False
+        if self._trusts is None:
+            self._trusts = False
             wanted = Wanted(probe, PROBED, probe_arguments())
-            if self.saves is not None:
-                self.save_bitcode(wanted, self.saves)
-            image = self.kept(wanted) or self.make(wanted)
-            self.trusts = agrees(image)
-            if not self.trusts and self.folder is not None:
+            kept = None if self._saves else self.kept(wanted)
+            self._trusts = agrees(kept or self.make(wanted))
+            if not self._trusts and self.folder is not None:
                 wanted.image_file(self.folder)[0].unlink(missing_ok=True)
-        return self.trusts
+        return self._trusts
 
     def has_worked(self) -> bool:
-        """Tell whether an earlier process made images with what is installed."""
-        if self.folder is None or processor() is None or release_of('numba') is None:
-            return False
-        return Wanted(probe, PROBED, ()).image_file(self.folder)[0].exists()
+        """
+        Tell whether an earlier process made images with what is installed, or whoever shipped the
+        package made bitcode for it.
+        """
+        probed, files = Wanted(probe, PROBED, ()), []
+        if self.folder is not None:
+            files.append(probed.image_file(self.folder)[0])
+        if self.shipped is not None and release_of('llvmlite') is not None:
+            files.append(probed.bitcode_file(self.shipped)[0])
+        return any(path.exists() for path in files)

@@ -18,12 +18,18 @@ scene lacks is neither compiled nor called. A module declares its slots at its h
 and a function that names one is no kernel before `specialise` has bound it. How numba is spared
 work is in `numba_pipeline`.
 
-The compiled code is cached under a folder whose name is a digest of every kernel source, because
-numba itself does not see a change in a function that a cached kernel calls. The folder is, in this
+What Python calls is kept as an image: machine code that the next process copies into memory and
+calls (`images`), and for which it does not even import numba. What kernels call is kept as
+bitcode, for the next kernel that calls it. All of it lies under a folder whose name is a digest of
+every kernel source, because numba itself does not see a change in a function that a cached kernel
+calls. The folder is, in this
 order: $RIGID_BODY_SIM_CACHE, $NUMBA_CACHE_DIR, $XDG_CACHE_HOME/rigid_body_sim,
 ~/.cache/rigid_body_sim. One that cannot be written, belongs to another user or may be written by
 others is passed over; where none is left, kernels are compiled anew at each start: that costs
 time, not the run. Damage is found and mended, see `kernel_files`.
+
+Whoever sets numba (NUMBA_BOUNDSCHECK, NUMBA_CPU_NAME, .numba_config.yaml …) gets what numba makes
+of that, without images.
 
 $RIGID_BODY_SIM_COMPILE=0 runs the plain source. Where numba is missing it runs, too, and is warned
 of once a process: measured on one core, plain against compiled, a tick takes 70 to 300 times as
@@ -41,8 +47,9 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
-from types import CodeType, FunctionType
+from types import CodeType, FrameType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -213,7 +220,7 @@ def slots_of(function: FunctionType) -> dict[str, KernelSlot]:
     known = function.__globals__
     named = {name for name in _names(function.__code__) if isinstance(known.get(name), KernelSlot)}
     if named:  # a name of the code may also be that of an attribute
-        named &= set(_globals_read(function.__code__))
+        named &= _globals_read(function.__code__)
     return {name: known[name] for name in sorted(named)}
 
 
@@ -222,11 +229,14 @@ def _names(code: CodeType) -> Iterator[str]:
         yield from part.co_names
 
 
-def _globals_read(code: CodeType) -> Iterator[str]:
-    for part in codes(code):
-        for instruction in dis.get_instructions(part):
-            if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME'):
-                yield instruction.argval
+@cache
+def _globals_read(code: CodeType) -> frozenset[str]:
+    return frozenset(
+        instruction.argval
+        for part in codes(code)
+        for instruction in dis.get_instructions(part)
+        if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME')
+    )
 
 
 def _want_no_slots(function: Any) -> None:
@@ -345,9 +355,20 @@ def warn_if_plain(say: Callable[[str], None] | None = None) -> None:
         return
     _told.append(WITHOUT_NUMBA)
     if say is None:
-        warnings.warn(WITHOUT_NUMBA, RuntimeWarning, stacklevel=3)
+        warnings.warn(WITHOUT_NUMBA, RuntimeWarning, stacklevel=_frames_of_the_package() + 1)
     else:
         say(WITHOUT_NUMBA)
+
+
+def _frames_of_the_package() -> int:
+    """Count the frames from who asks up to the first that is none of this package's."""
+    package = __name__.partition('.')[0]
+    frame: FrameType | None = sys._getframe(1)
+    count = 0
+    while frame is not None and frame.f_globals.get('__name__', '').partition('.')[0] == package:
+        frame = frame.f_back
+        count += 1
+    return count
 
 
 def left_the_numbers(error: Exception) -> bool:

@@ -8,11 +8,13 @@ A scene with contact is some hundred small functions, of which Python calls one.
 as if Python might call it: wraps it twice, optimises it together with all that it calls, turns it
 into machine code, and does so again for whoever calls it. Here
 
-    Kernel      what Python calls: optimised and turned into machine code as always, once, with
-                all that it calls
+    linked      what Python calls, as bitcode with all that it calls: `image_maker` makes an image
+                of it, which needs no numba any more
     _Called     what a kernel calls: its twin, made only when a kernel names it, which ends as
                 bitcode, ready to be linked into a caller
-    _Whole      the code of a kernel with all that it calls, optimised as what it is: closed
+    Kernel      what Python calls, where no image can be (`images`): optimised and turned into
+                machine code by numba, once, with all that it calls
+    _Whole      the code of such a kernel, optimised as what it is: closed; as `image_maker` does
 
 and of the work in Python before that,
 
@@ -128,6 +130,13 @@ class Kernel(CPUDispatcher):
         super().__init__(function, targetoptions=options, pipeline_class=_CompilerOfKernel)
         if folder is not None:
             self._cache = _cache_in(folder)(function)
+
+
+def make_ready() -> None:
+    """Let numba learn its own functions, 0.2 s: for who forks before the first kernel."""
+    target: Any = cpu_target
+    target.typing_context.refresh()
+    target.target_context.refresh()
 
 
 def twin(function: Callable[..., Any], folder: Path | None, *, inlined: bool) -> Any:

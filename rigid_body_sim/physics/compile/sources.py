@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import hashlib
 import marshal
+import os
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -22,15 +23,24 @@ from typing import Any
 import numpy as np
 
 ROOT = Path(__file__).parents[1]  # physics
+_OWN = f'{ROOT}{os.sep}'
 _PLAIN = int | float | complex | bool | str | None
 
 
 def digest_of_sources() -> str:
     """Digest every file of `physics`, in 16 hexadecimal digits."""
+    root = str(ROOT)
+    paths = [  # at every start: pathlib takes three times as long
+        os.path.join(folder, name)  # noqa: PTH118
+        for folder, _, names in os.walk(root)
+        for name in names
+        if name.endswith('.py')
+    ]
     digest = hashlib.sha256()
-    for path in sorted(ROOT.rglob('*.py')):
-        digest.update(path.relative_to(ROOT).as_posix().encode())
-        digest.update(path.read_bytes())
+    for path in sorted(paths):
+        digest.update(path.removeprefix(root).encode())
+        with open(path, 'rb') as file:  # noqa: PTH123
+            digest.update(file.read())
     return digest.hexdigest()[:16]
 
 
@@ -53,7 +63,7 @@ def digest_of(function: FunctionType) -> str:
             continue
         seen.add(id(plain))
         digest.update(f'{plain.__module__}.{plain.__qualname__}'.encode())
-        if plain.__code__.co_filename not in _own_files():
+        if not plain.__code__.co_filename.startswith(_OWN):
             digest.update(marshal.dumps(plain.__code__))
         cells = [cell.cell_contents for cell in plain.__closure__ or ()]
         named = plain.__globals__
@@ -61,11 +71,6 @@ def digest_of(function: FunctionType) -> str:
         for name, value in [*values, *(('', cell) for cell in cells)]:
             digest.update(f'{name}={_told(value, ahead)};'.encode())
     return digest.hexdigest()[:32]
-
-
-@cache
-def _own_files() -> frozenset[str]:
-    return frozenset(str(path) for path in ROOT.rglob('*.py'))
 
 
 @cache

@@ -4,7 +4,7 @@ const FRESH = 1000;                     // [ms] between two layings of plots and
 
 export function listen(view) {
   let laid = 0;
-  const source = new EventSource('events');
+  const source = new EventSource(`events?after=${view.run.live.told}`);
   source.onmessage = event => {
     const { record, numbers } = JSON.parse(event.data);
     view.run.append(record, bytesOf(numbers));
