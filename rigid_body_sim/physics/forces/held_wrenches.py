@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
@@ -63,6 +64,7 @@ Array = NDArray[np.float64]
 
 SOURCES = ('force', 'torque', 'wrench')
 FOREVER = 2**62  # [tick]
+NOTHING = (0.0,) * 6  # force [N] and torque [N m]
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
 
 
@@ -135,6 +137,7 @@ class HeldWrenches:
             if flow_of(layout.body(core)) is not None:
                 self._weight[core] = 0.0  # `elements.variable_mass` adds it after its own factor
         self._weights = self._weight.tolist()
+        self._records = [layout.body(core) for core in range(layout.n_moving)]
         self._still = np.setdiff1d(np.arange(len(layout.bodies)), layout.moving)
         self._is_in_order = np.array_equal(layout.moving, np.arange(len(layout.bodies)))
         self._table = np.zeros((0, held_body_wrench.COLUMNS))
@@ -183,8 +186,9 @@ class HeldWrenches:
         numbers, a torque on a point mass.
         """
         core = self._layout.core(body)
-        record = self._layout.body(core)
-        frame = frame_of(record, frame)
+        record = self._records[core]
+        if frame.__class__ is not str or frame != 'world':
+            frame = frame_of(record, frame)
         try:
             pushed, turned = numbers(force, 3, unit='N'), numbers(torque, 3, unit='N m')
         except InvalidModel:  # told with the name of the body
@@ -359,23 +363,21 @@ class HeldWrenches:
         table = np.array(turning, dtype=np.float64).reshape(-1, held_body_wrench.COLUMNS)
         return force, torque, table
 
-    def _sums_of(self, core: int) -> tuple[list[float], list[float] | None]:
+    def _sums_of(self, core: int) -> tuple[Sequence[float], Sequence[float] | None]:
         """
         Add up the slots of a body: force and torque in world axes, and those that turn with it,
         or None.
         """
-        held, turning = [0.0] * 6, None
+        held, turning = NOTHING, None
         for source in self._sources.get(core, ()):
             slot = self._slots.get((core, source))
             if slot is None:  # an interrupt came while it was put or dropped
                 continue
-            if not slot.turns_with_body:
-                total = held
-            elif turning is None:
-                total = turning = [0.0] * 6
+            asked = (*slot.force, *slot.torque)
+            if slot.turns_with_body:
+                turning = [*map(operator.add, turning or NOTHING, asked)]
             else:
-                total = turning
-            total[:] = map(operator.add, total, (*slot.force, *slot.torque))
+                held = [*map(operator.add, held, asked)]
         return held, turning
 
     def acting(self) -> Array:
@@ -417,7 +419,7 @@ class HeldWrenches:
         self._table, self._turning = table, None
 
     def _write_bodies(self, changed: set[int], translation: Array, rotation: Array) -> None:
-        rows_of: dict[int, list[float] | None] = {}
+        rows_of: dict[int, Sequence[float] | None] = {}
         places = self._turning
         if places is None:
             cores = self._table[:, held_body_wrench.BODY].astype(int).tolist()

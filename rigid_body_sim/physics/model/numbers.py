@@ -62,16 +62,15 @@ def number(
 
 def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
     """Return so many finite numbers as floats; InvalidModel for anything else."""
-    if value.__class__ is np.ndarray and value.ndim == 1:
-        value = tuple(value.tolist()) if value.dtype == np.float64 else value
-    if (
-        value.__class__ in (tuple, list)
-        and len(value) == count
-        and USUAL.issuperset(map(type, value))
-    ):
+    kind = value.__class__
+    if kind is np.ndarray and value.shape == (count,) and value.dtype == np.float64:
+        made = tuple(value.tolist())
+    elif kind in (tuple, list) and len(value) == count and USUAL.issuperset(map(type, value)):
         made = tuple(map(float, value))
-        if all(map(math.isfinite, made)):
-            return made
+    else:
+        made = ()
+    if made and all(map(math.isfinite, made)):
+        return made
     items = tuple(value) if is_list(value) else ()
     if len(items) != count or not all(map(is_number, items)):
         raise InvalidModel(
