@@ -53,7 +53,7 @@ SHOTS = (
     Shot('two_bodies', 0.12),
     Shot('stack', 2.0, dark=True),
     Shot('domino_row', 1.2),
-    Shot('pile_of_1000', 4.0),
+    Shot('pile_of_1000', 3.5),
     Shot('pyramid', 1.0),
     Shot('newtons_cradle', 0.3, dark=True),
     Shot('striking_pendulum', 0.4),
