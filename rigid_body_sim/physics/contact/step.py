@@ -59,7 +59,7 @@ from rigid_body_sim.physics.contact.collision.collider import BroadPhase, Collid
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
-from rigid_body_sim.physics.contact.islands import sleep
+from rigid_body_sim.physics.contact.islands import first_loads, sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.islands.solver_groups import find_groups, sort_touching
@@ -68,7 +68,6 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
     colouring,
-    first_loads,
     forces_of_state,
     group_record,
     impulse_cache,
