@@ -182,7 +182,8 @@ def bound_gains(
         body = touching[index]
         if roots[body] == body:
             _find_factor(share, body * gain_record.SIZE, gains)
-            found = found or gains[body * gain_record.SIZE + gain_record.FACTOR] < 1.0
+            if gains[body * gain_record.SIZE + gain_record.FACTOR] < 1.0:
+                found = True
     for index in range(len(touching)):
         row = touching[index] * solver_bodies.SIZE
         gain = roots[touching[index]] * gain_record.SIZE

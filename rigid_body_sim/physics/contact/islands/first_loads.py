@@ -98,7 +98,8 @@ def wake_islands(
             size = sizes[find(_body_of(lane, static, rows), roots)]
             goes_on = size > 0 and size * passes <= VISITS
             rows[lane + constraint.UNSETTLED] = 1.0 if goes_on else 0.0
-            found = found or goes_on
+            if goes_on:
+                found = True
     return found
 
 

@@ -28,8 +28,8 @@ and a tick lifts by some 1e-6 of the size of the body (4 ms), less as h^2 in sho
 has loads that change as it goes round, and no part with them.
 
 An impulse counts as a load as far as the substep has started from it: an impact is none. What
-stands when a scene begins has its load from the start (`first_loads`), so much larger than it is
-that it is not let down by what SHARE leaves, but comes to it with RATE.
+stands when a scene begins has its load from the start (`islands.first_loads`), by 1/SHARE too
+large: so it is not let down by what SHARE leaves at once, but with RATE.
 """
 
 from __future__ import annotations
