@@ -23,7 +23,7 @@ export ROS_DOMAIN_ID := $(shell echo $$((1 + $$$$ % 100)))
 # Plugins of a sourced ROS belong to another pytest.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
 
-.PHONY: help venv demo test test-stability test-bounds coverage lint bench bench-accept bench-all report report-peers document clean
+.PHONY: help venv demo test test-stability test-bounds coverage lint bench bench-accept bench-all docs report report-peers document wheel clean
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(ROOT)/Makefile
 
@@ -51,6 +51,10 @@ test-bounds: venv  ## the tests of what is compiled, each index of each array ch
 lint: venv  ## ruff and pyright
 	@cd $(ROOT) && .venv/bin/ruff check && .venv/bin/ruff format --check && .venv/bin/pyright
 
+docs: venv  ## the pages as a site that needs no network: docs/_build/index.html; a warning is an error
+	@cd $(ROOT) && $(PYTHON) -m sphinx -W --keep-going -q -b html docs docs/_build
+	@echo "$(ROOT)/docs/_build/index.html"
+
 report: venv  ## speed against error of every method: report_output/report.html, some minutes
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report -o report_output $(REPORT_ARGS)
 
@@ -59,6 +63,10 @@ report-peers: venv  ## the same beside MuJoCo, Drake, DART, Pinocchio and Rapier
 		$(PYTHON) -m pip install --quiet --disable-pip-version-check -c requirements/runtime.txt "$$peer" || \
 		echo "$$peer could not be installed: the report goes on without it"; done
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report --peers -o report_output $(REPORT_ARGS)
+
+wheel: venv  ## a wheel with bitcode of all shipped scenes: its first start needs no numba; some minutes
+	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim warm_up --bitcode -j 2
+	@cd $(ROOT) && $(PYTHON) -m pip wheel --no-deps --wheel-dir dist .
 
 document: report-peers  ## docs/speed_against_error.md anew, from a report beside other engines
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim.report.markdown report_output docs/speed_against_error.md
@@ -73,4 +81,4 @@ bench-all: venv  ## the figures that tests must not judge: costs, start-up, real
 	@cd $(ROOT) && $(PYTHON) benchmark/run.py
 
 clean:  ## remove .venv and everything built
-	@cd $(ROOT) && rm -rf .venv build install log .pytest_cache .hypothesis .ruff_cache *.egg-info
+	@cd $(ROOT) && rm -rf .venv build dist rigid_body_sim/physics/compile/bitcode install log .pytest_cache .hypothesis .ruff_cache *.egg-info

@@ -20,16 +20,21 @@ NAME = 'rigid_body_sim'
 HERE = Path(__file__).parent
 VERBS = (
     'bag',
+    'export',
     'inspect',
     'inverse',
+    'list',
     'replay',
     'report',
     'sim_node',
     'simulate',
+    'sweep',
     'view',
+    'warm_up',
     'wrench_pub',
 )
 
+FUNCTIONS = {'list': 'list_what_there_is'}  # whose name Python has for something else
 
 FOR_WHEEL = not {'install', 'develop'} & set(sys.argv)
 LAUNCHER = """#!/bin/sh
@@ -43,7 +48,7 @@ def console_scripts() -> list[str]:
     """
     if FOR_WHEEL:
         return [f'{NAME} = {NAME}.__main__:command']
-    return [f'{verb} = {NAME}.__main__:{verb}' for verb in VERBS]
+    return [f'{verb} = {NAME}.__main__:{FUNCTIONS.get(verb, verb)}' for verb in VERBS]
 
 
 def launchers() -> list[tuple[str, list[str]]]:
@@ -89,7 +94,8 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed'],
-        f'{NAME}.view': ['*.html'],
+        f'{NAME}.physics.compile': ['bitcode/*/*.kernel'],  # of `warm_up --bitcode`, if any
+        f'{NAME}.view': ['page/*', 'vendor/*'],
         f'{NAME}.report': ['assets/*'],
         f'{NAME}.testing': ['*.xml'],
     },

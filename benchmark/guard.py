@@ -33,7 +33,11 @@ import numpy as np
 
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.recording.bag_metadata import Information, TopicSummary
+from rigid_body_sim.recording.cdr import PoseStamped
+from rigid_body_sim.recording.topics import qos_text
 from rigid_body_sim.report.problems import PROBLEMS
+from rigid_body_sim.scene import load_scene
 
 FIGURES = Path(__file__).parent / 'figures.json'
 SLOWER = 1.5  # [-] from which a cost is called slower
@@ -66,6 +70,9 @@ COSTS = {
     '100 boxes on the ground, dmv6': ('pile', 'dmv6', {}, 100, 0.005, 'chain'),
 }
 CALL = 'a call of step(1)'
+LOOP = 'state, one wrench, step(1)'
+LOAD = 'loading a body of a scene'
+CLOSE = 'metadata of a topic of a bag'
 
 
 @kernels.kernel
@@ -132,7 +139,36 @@ def costs() -> dict[str, tuple[Call, float, str]]:
             simulation.step(1)
 
     made[CALL] = (calls, 2000, 'python')
-    return made
+    return made | around_the_steps()
+
+
+def around_the_steps() -> dict[str, tuple[Call, float, str]]:
+    """Make what a user pays beside the steps: commands, the text of a scene, the end of a bag."""
+    simulation = Simulation(PROBLEMS['projectile'].scene(), integrator='dmv6', dt=0.001)
+    simulation.prepare()
+    name = simulation.scene.bodies[0].name
+
+    def loop() -> None:
+        for k in range(500):
+            height = simulation.state.position[0, 2]
+            simulation.set_wrench(name, force=(0.0, 1e-3 * k, -1e-3 * height))
+            simulation.step(1)
+
+    body = (
+        '  - {name: b%d, shape: {type: box, size: [0.4, 0.2, 0.1]}, mass: 2.0, friction: 0.4, '
+        'initial: {position: [%d.5, 0, 1], velocity: [0, 0.1, 0]}}\n'
+    )
+    text = 'dt: 0.001\nbodies:\n' + ''.join(body % (k, k) for k in range(100))
+    topics = [
+        TopicSummary(f'/b{k}/pose', PoseStamped.TYPE, 'cdr', qos_text(), 'RIHS01_0', k)
+        for k in range(3000)
+    ]
+    end = Information('run_0.mcap', topics, 0, 10**9, {})
+    return {
+        LOOP: (loop, 500, 'python'),
+        LOAD: (lambda: load_scene(text.encode()), 100, 'python'),
+        CLOSE: (lambda: (end.text(), end.file_text()), 3000, 'python'),
+    }
 
 
 def _stepped(simulation: Simulation, ticks: int) -> float:

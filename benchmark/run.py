@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-SCRIPTS = ('step_cost.py', 'start_up.py', 'real_time.py', 'stability_limits.py')
+SCRIPTS = ('step_cost.py', 'closed_loop.py', 'start_up.py', 'real_time.py', 'stability_limits.py')
 
 
 def main() -> int:

@@ -5,6 +5,7 @@ How long a user waits: `simulate` on a scene of one body, with a cold and a warm
 the node until ready.
 
     python benchmark/start_up.py [--repeat 5]
+    python benchmark/start_up.py --functions     how many numba compiles: a guess of `simulate`
 """
 
 from __future__ import annotations
@@ -59,13 +60,46 @@ def node_ready(cache: Path) -> float:
     return waited
 
 
+COUNTED = ('tumbling_box', 'two_bodies', 'rolling_sphere', 'stack')
+COUNT = """
+import sys, time
+from numba.core import event
+class Count(event.Listener):
+    ended = []
+    def on_start(self, _event): pass
+    def on_end(self, _event): self.ended.append(time.process_time())
+event.register('numba:compile', Count())
+from rigid_body_sim import Simulation, load_scene
+begin = time.process_time()
+Simulation(load_scene(sys.argv[1])).prepare()
+whole, ended = time.process_time() - begin, Count.ended
+shares = [(ended[int(share * len(ended))] - begin) / whole for share in (0.25, 0.5, 0.75, 0.9)]
+print(f'{len(ended)} functions in {whole:.1f} s; a quarter, a half, three quarters,',
+      'nine tenths of them after', ', '.join(f'{share:.2f}' for share in shares), 'of the time')
+"""
+
+
+def functions() -> None:
+    """Print how many functions numba compiles for a scene, and how they share the time."""
+    for scene in COUNTED:
+        with tempfile.TemporaryDirectory() as cache:
+            environment = os.environ | {'RIGID_BODY_SIM_CACHE': cache, 'NUMBA_CACHE_DIR': cache}
+            print(f'{scene}: ', end='', flush=True)
+            subprocess.run([sys.executable, '-c', COUNT, scene], env=environment, check=True)
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument('--repeat', type=int, default=5)
-    repeat = parser.parse_args().repeat
+    parser.add_argument('--functions', action='store_true')
+    arguments = parser.parse_args()
+    if arguments.functions:
+        functions()
+        return
+    repeat = arguments.repeat
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         cache = folder / 'cache'

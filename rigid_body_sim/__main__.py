@@ -41,8 +41,12 @@ VERBS = {
     'replay': 're-run a bag from its own scene and commands and compare bit by bit',
     'bag': 'look after recordings: info, check, recover, diff',
     'view': 'draw a run: trajectories, energy, drift, contact forces (PNG); or play it (HTML)',
+    'sweep': 'run a scene many times with keys that differ; one Parquet row a run',
     'report': 'speed against error of every method: tables, plots, one HTML page',
+    'export': 'poses, twists, wrenches and energies of a bag as one table: CSV or Parquet',
     'inverse': 'from positions to velocities, accelerations and the wrench that explains them',
+    'list': 'what there is: scenes, integrators, forces, shapes, problems, a line each',
+    'warm_up': 'compile beforehand what scenes will need',
     'wrench_pub': 'publish commands to a body, or those of a bag',
 }
 
@@ -57,6 +61,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     if words[0] == '--version':
         print(__version__)
         return 0
+    if words[0].replace('-', '_') in VERBS:  # warm-up is warm_up
+        words[0] = words[0].replace('-', '_')
     if words[0] not in VERBS:
         from rigid_body_sim.physics.errors import choose_from
         from rigid_body_sim.physics.model.numbers import shown
@@ -207,9 +213,29 @@ def report() -> int:
     return _process('report')
 
 
+def export() -> int:
+    """Entry point of the executable `export`."""
+    return _process('export')
+
+
+def list_what_there_is() -> int:
+    """Entry point of the executable `list`."""
+    return _process('list')
+
+
+def sweep() -> int:
+    """Entry point of the executable `sweep`."""
+    return _process('sweep')
+
+
 def inverse() -> int:
     """Entry point of the executable `inverse`."""
     return _process('inverse')
+
+
+def warm_up() -> int:
+    """Entry point of the executable `warm_up`."""
+    return _process('warm_up')
 
 
 def wrench_pub() -> int:

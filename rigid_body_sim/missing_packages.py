@@ -9,7 +9,12 @@ _MESSAGES = ('_msgs', '_interfaces')
 _DISTRIBUTIONS = {'yaml': 'PyYAML'}  # that have another name than what is imported
 
 _OPTIONAL = {
+    'distributed': 'it talks to a Dask cluster (--scheduler); a sweep on this machine does not',
     'coacd': 'a scene with a mesh `as: parts` needs it; a recording of that scene does not',
+    'gymnasium': 'the environments need it (the extra gym)',
+    'pandas': 'tables need it (the extra tables)',
+    'pyarrow': 'Parquet files need it (the extra tables)',
+    'xarray': 'data sets with named dimensions need it (the extra tables)',
 }
 
 

@@ -11,8 +11,10 @@ import os
 import sys
 
 import numpy as np
+import yaml
 
 from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.compile.images import Images
 from rigid_body_sim.physics.contact import world as world_module
 from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
@@ -21,6 +23,7 @@ from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
 from rigid_body_sim.physics.forces.tables import stacked
 from rigid_body_sim.physics.integration import integrators
+from rigid_body_sim.scene import document
 
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
 
@@ -148,7 +151,7 @@ def source_digest():
     """
     Digest of the sources of all kernels.
     """
-    return kernels._source_digest()
+    return kernels.digest_of_sources()
 
 
 def flush(recorder):
@@ -180,30 +183,40 @@ def compile_apart(patch):
     """
     Let each kernel that is not yet in the cache be compiled in a child of the process, and loaded
     from the cache: what compiling takes ends with the child. numba and LLVM would keep it: after a
-    first kernel of contact 600 MB, for each further one 60 MB; loaded, a kernel takes 15 MB.
+    first kernel of contact 600 MB, for each further one 60 MB.
 
     patch : pytest's monkeypatch
     """
     if kernels.CACHE is None or sys.platform != 'linux':
         return
-    from rigid_body_sim.physics.compile.numba_pipeline import Kernel
 
-    compiled = Kernel.compile
+    from rigid_body_sim.physics.compile import numba_pipeline
 
-    def apart(self, signature):
+    def in_child(work, *arguments):
+        numba_pipeline.make_ready()  # once here, not in each child
+        child = os.fork()
+        if child == 0:
+            gc.freeze()
+            try:
+                work(*arguments)
+            finally:
+                os._exit(0)  # what went wrong is met again, and told, by the parent
+        os.waitpid(child, 0)
+
+    made, compiled = Images.make, numba_pipeline.Kernel.compile
+
+    def make_apart(self, wanted):
+        in_child(made, self, wanted)
+        return self.kept(wanted) or made(self, wanted)
+
+    def compile_apart(self, signature):
         key = self._cache._index_key(signature, self.targetctx.codegen())
         if not self._cache._cache_file.holds(key):
-            child = os.fork()
-            if child == 0:
-                gc.freeze()
-                try:
-                    compiled(self, signature)
-                finally:
-                    os._exit(0)  # what went wrong is met again, and told, by the parent
-            os.waitpid(child, 0)
+            in_child(compiled, self, signature)
         return compiled(self, signature)
 
-    patch.setattr(Kernel, 'compile', apart)
+    patch.setattr(Images, 'make', make_apart)
+    patch.setattr(numba_pipeline.Kernel, 'compile', compile_apart)
 
 
 def know_all_pairs(patch):
@@ -241,3 +254,19 @@ def know_forces(patch, *kinds):
             self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
     patch.setattr(ActingElements, '__init__', knowing)
+
+
+def values_by_nodes(text):
+    """
+    The values of a scene's text by way of PyYAML's tree of nodes.
+    """
+    return document._constructed(text)
+
+
+def yaml_by_emitter(mapping):
+    """
+    The bytes of a mapping as PyYAML's emitter writes them.
+    """
+    return yaml.dump(
+        mapping, Dumper=document._Dumper, sort_keys=False, allow_unicode=True
+    ).encode()

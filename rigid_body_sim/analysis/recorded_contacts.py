@@ -53,7 +53,7 @@ class ContactSummary:
 
 def scene_has_contact(bag: Bag) -> bool:
     """Whether the bodies of the recorded run met; false in bags of other recorders."""
-    contact = RecordValues(bag.path, 'manifest', bag.manifest).mapping('contact', '{}')
+    contact = RecordValues(bag.path, 'manifest', bag.manifest).section('contact', '{}')
     return contact.get('mode', 'none') != 'none'
 
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The ways in which physics says no: before a run, and during one."""
 
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from collections.abc import Collection
+from types import TracebackType
 
 LIKENESS = 0.6  # [-] how near a known word must be to be proposed in place of an unknown one
 LONGEST_WORD = 80  # [-] letters that a message shows; a longer word resembles nothing
@@ -24,6 +24,12 @@ class InvalidModel(ValueError):
         self.at = at
 
 
+class UnknownBody(InvalidModel, KeyError):
+    """A name that no body of the scene has; the message names the nearest."""
+
+    __str__ = BaseException.__str__  # that of KeyError would put quotes around it
+
+
 def path_text(path: tuple[str | int, ...]) -> str:
     """Write a path as messages do: bodies[3].shape."""
     steps = (f'[{key}]' if isinstance(key, int) else f'.{_short(key)}' for key in path)
@@ -34,27 +40,40 @@ def _short(word: str) -> str:
     return word if len(word) <= LONGEST_WORD else f'{word[:LONGEST_WORD]}…'
 
 
-def choose_from(word: object, known: Collection[str]) -> str:
-    """Write the cure for an unknown word: the nearest known one, and all that are allowed."""
+def nearest(word: object, known: Collection[str]) -> str | None:
+    """Find the known word that a slip may have meant; None where none is near."""
     import difflib  # only for who made a slip
 
-    near: list[str] = []
-    if isinstance(word, str) and len(word) <= LONGEST_WORD:
-        near = difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS)
-    proposal = f'; did you mean {near[0]!r}? allowed' if near else '; allowed'
+    if not isinstance(word, str) or len(word) > LONGEST_WORD:
+        return None
+    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=LIKENESS)), None)
+
+
+def choose_from(word: object, known: Collection[str]) -> str:
+    """Write the cure for an unknown word: the nearest known one, and all that are allowed."""
+    near = nearest(word, known)
+    proposal = '; allowed' if near is None else f'; did you mean {near!r}? allowed'
     listed = [*known][:MOST_NAMED]
     more = f', … ({len(known)} in all)' if len(known) > len(listed) else ''
     return f'{proposal}: {", ".join(listed)}{more}'
 
 
-@contextmanager
-def blaming(*at: str | int) -> Iterator[None]:
+class blaming:  # noqa: N801  (used as a statement: with blaming('mass'):)
     """Say of the refusals inside this block that what they blame lies at this place."""
-    try:
-        yield
-    except InvalidModel as error:
-        error.at = (*at, *error.at)
-        raise
+
+    __slots__ = ('_at',)
+
+    def __init__(self, *at: str | int) -> None:
+        self._at = at
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(
+        self, kind: object, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if isinstance(error, InvalidModel):
+            error.at = (*self._at, *error.at)
 
 
 class SimulationDiverged(RuntimeError):

@@ -28,7 +28,7 @@ from threading import get_ident
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance, EnergyLedger
@@ -46,7 +46,7 @@ from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.body_axis import moment_of_body
 from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.scene import Scene, Vector
-from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
+from rigid_body_sim.physics.model.tick_length import tick_nanoseconds, whole_ticks
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
 from rigid_body_sim.physics.state.contacts import Contacts
 from rigid_body_sim.physics.state.layout import Layout, as_vector
@@ -274,15 +274,13 @@ class Simulation:
                 raise SimulationBusy
             if stepper.undo is not None:
                 self._return()
-            end, watch = stepper.tick + _whole(ticks), self.watch
+            end, watch, held = stepper.tick + _whole(ticks), self.watch, self._held
             while stepper.tick < end:
                 if watch is not None:
                     watch.meet(stepper.tick, self._read_state)
-                if self._held_changed or self._held.slots:
+                if self._held_changed or held.no_end_before <= stepper.tick:
                     self._take_held()
-                chunk = end - stepper.tick
-                if self._held.slots:
-                    chunk = min(chunk, self._held.next_expiry() - stepper.tick)
+                chunk = min(end, held.no_end_before) - stepper.tick
                 if watch is not None:
                     chunk = int(min(chunk, watch.next_tick - stepper.tick))
                 self._read = None
@@ -326,7 +324,7 @@ class Simulation:
         """Change the state as a whole: an exception puts everything back."""
         self._settle()
         try:
-            undo = self._stepper.begin((self._start_ns, dict(self._held.slots)))
+            undo = self._stepper.begin((self._start_ns, self._held.slots))
             yield
             self._held_changed = True
             self._read = None
@@ -338,7 +336,7 @@ class Simulation:
     def mark(self) -> Undo:
         """Note the tick with its state and what is held, for `return_to`."""
         self._settle()
-        undo = self._stepper.begin((self._start_ns, dict(self._held.slots)))
+        undo = self._stepper.begin((self._start_ns, self._held.slots))
         self._stepper.end(undo)
         return undo
 
@@ -374,10 +372,11 @@ class Simulation:
             )
             if work is not None and acting is not None:
                 work.powers.hold(acting)
+            self._held.written()
             self._held_changed = False
 
     def _drop_expired(self) -> None:
-        if self._held.slots and self._held.next_expiry() <= self._stepper.tick:
+        if self._held.no_end_before <= self._stepper.tick:
             self._held_changed = True  # before it is so: an interrupt may come in between
             self._held.drop_expired(self._stepper.tick)
 
@@ -408,6 +407,42 @@ class Simulation:
                  name: axes and origin (`model.named_frames`), held beside those of other frames
         """
         self.hold(body, 'wrench', force=force, torque=torque, frame=frame)
+
+    def set_wrenches(
+        self, *, force: ArrayLike | None = None, torque: ArrayLike | None = None,
+        frame: str = 'world',
+    ) -> None:  # fmt: skip
+        """
+        Hold a force and a torque on every body until changed, in one call: `set_wrench` of each.
+
+        force  : (n, 3) [N]    at the centres of mass, in the order of the scene; None: none
+        torque : (n, 3) [N m]  likewise
+        frame  : 'world', or 'body': axes that turn with each body
+
+        Rows of fixed bodies are zero. Raises InvalidModel, which names the body, for anything but
+        finite numbers, a push on a fixed body, and a torque on a point mass; then nothing changes.
+        """
+        self._settle()
+        self._held_changed = True  # before it is so: an interrupt may come in between
+        self._held.put_rows(force=force, torque=torque, frame=frame)
+        if self.watch is not None:
+            shape = (len(self.scene.bodies), 3)
+            pushed, turned = (
+                np.zeros(shape) if values is None else np.array(values, dtype=np.float64)
+                for values in (force, torque)
+            )
+            for i in self._layout.moving.tolist():
+                asked = {'force': pushed[i], 'torque': turned[i], 'frame': frame, 'until': FOREVER}
+                self.watch.hold(self.tick, self.scene.bodies[i].name, 'wrench', **asked)
+
+    def run_for(self, seconds: float) -> None:
+        """
+        Advance by a time [s] that is a whole number of ticks.
+
+        Raises InvalidModel where it is none (within 1e-6 of it), and names the nearest; else as
+        `step`.
+        """
+        self.step(whole_ticks(seconds, self.dt_ns, what='run_for'))
 
     def hold(
         self,
@@ -570,7 +605,7 @@ class Simulation:
                   order, world axes
         """
         self._settle()
-        slots = dict(self._held.slots)  # who looks ends no command: a tick does, and tells of it
+        slots = self._held.slots  # who looks ends no command: a tick does, and tells of it
         self._take_held()
         found = np.zeros((2, len(self.scene.bodies), 3))
         linear, angular = self._stepper.accelerations(self._scene_tick, self.dt)
@@ -765,12 +800,12 @@ class Simulation:
     @property
     def has_turning_commands(self) -> bool:
         """Whether a command holds in the axes of a body."""
-        return any(slot.turns_with_body for slot in self._held.slots.values())
+        return self._held.turns
 
     @property
     def held_slots(self) -> dict[tuple[int, str], Slot]:
         """Commands that hold, by (core index, source): a copy."""
-        return dict(self._held.slots)
+        return self._held.slots
 
     def body_index(self, body: str) -> int:
         """Index in the scene of a body; InvalidModel for an unknown name."""
@@ -819,7 +854,7 @@ class Simulation:
             except (ValueError, IndexError) as error:
                 raise InvalidModel(f'the state does not fit this scene: {error}') from error
             self._stepper.tick = tick
-            self._held.slots = dict(slots)
+            self._held.slots = slots
         self._renew_balance()
         if self.watch is not None:
             self.watch.resume(tick)

@@ -48,8 +48,10 @@ from rigid_body_sim.physics.state.blocks import (
     MOMENTUM,
     ORIENTATION,
     ROTATION,
+    ROTATION_STATE,
     TORQUE,
     TRANSLATION,
+    TRANSLATION_STATE,
     blocks,
     gather,
     rows,
@@ -67,9 +69,9 @@ CHUNK = 1000  # [tick] between two copies of the state, to which a run returns t
 CHUNK_IN_CONTACT = 20_000
 
 
-# what a step began from: tick, what `Stepper._snapshot` gave, what the caller wants back beside,
-# the work done by then
-Undo = tuple[int, tuple[Any, ...], Any, Any]
+# what a step began from: tick, what `Stepper._snapshot` gave (None: `_moving_rows` have it), what
+# the caller wants back beside, the work done by then
+Undo = tuple[int, tuple[Any, ...] | None, Any, Any]
 
 
 class Stepper:
@@ -90,6 +92,7 @@ class Stepper:
     def __init__(self, scene: Scene, layout: Layout, integrator: Integrator) -> None:
         self._layout = layout
         self._integrator = integrator
+        self._substeps = integrator.substeps
         self.translation = layout.translation()
         self.rotation = layout.rotation()
         self._elements = ActingElements(scene, layout)
@@ -101,6 +104,7 @@ class Stepper:
         self._chunk = CHUNK
         if self.contact is not None:
             self._chunk = max(1, min(CHUNK, CHUNK_IN_CONTACT // max(1, layout.n_moving)))
+        self._moving_rows = self._rows_that_move()
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         # methods that differ in how they turn bodies share one kernel where nothing turns
@@ -148,7 +152,15 @@ class Stepper:
             *new._arguments[METHOD : WORKSPACE + 1],
             *self._arguments[WORKSPACE + 1 :],
         )
-        mine = ('_integrator', '_method', '_scheme', '_kernel_name', '_workspace', '_workspaces')
+        mine = (
+            '_integrator',
+            '_substeps',
+            '_method',
+            '_scheme',
+            '_kernel_name',
+            '_workspace',
+            '_workspaces',
+        )
         taken = {
             name: new.__dict__[name] for name in (*mine, '_free', '_coupled', '_workspace_step')
         }
@@ -181,6 +193,30 @@ class Stepper:
         self.undo = undo = (self.tick, self._snapshot(), more, mark)
         return undo
 
+    def _begin_ticks(self) -> Undo:
+        """
+        Do what `begin` does for ticks of free bodies, into arrays that the next ticks use again:
+        the rows that a tick changes and no others.
+        """
+        if self._moving_rows is None:
+            return self.begin()
+        for kept, now in self._moving_rows:
+            kept[...] = now
+        self.undo = undo = (self.tick, None, None, None)
+        return undo
+
+    def _rows_that_move(self) -> list[tuple[Array, Array]] | None:
+        """
+        Pair what a tick changes with a place for a copy; None where more belongs to the state.
+        """
+        if self.contact is not None or self._integrator.remembers is not None:
+            return None
+        heads = (
+            self.translation.reshape(-1, TRANSLATION)[:, :TRANSLATION_STATE],
+            self.rotation.reshape(-1, ROTATION)[:, :ROTATION_STATE],
+        )
+        return [(np.empty(head.shape), head) for head in heads if head.size]
+
     def end(self, undo: Undo, ticks: int = 0) -> None:
         """Count the ticks that were done since `begin`; SimulationBusy if another began too."""
         if self.undo is not undo:
@@ -192,7 +228,11 @@ class Stepper:
         """Return to what `begin` noted, if the work broke off; can itself be broken off."""
         if self.undo is not None:
             self.tick, arrays, _, mark = self.undo
-            self._return_to(arrays)
+            if arrays is None:
+                for kept, now in self._moving_rows or ():
+                    now[...] = kept
+            else:
+                self._return_to(arrays)
             if self.work is not None and mark is not None:
                 self.work.return_to(mark)
             self.undo = None
@@ -288,14 +328,18 @@ class Stepper:
         """
         Take over what is held: `table` turns with the bodies, the rest is in the blocks already.
         """
-        if table.size or self._turning:
-            self._elements.set_turning(table)
-            self._take_arguments()
-            self._turning = len(table)  # last: an interrupt before it lets all be done again
-        held = rows(self.translation, TRANSLATION, HELD_FORCE, 3)
+        if not (table.size or self._turning):
+            return
+        if len(table) == self._turning:
+            self._elements.change_turning(table)
+            return
+        self._elements.set_turning(table)
+        self._take_arguments()
+        held = rows(self.translation, TRANSLATION, HELD_FORCE, 3)  # as the free kernel wants them
         rows(self.translation, TRANSLATION, FORCE, 3)[:] = held
         held = rows(self.rotation, ROTATION, HELD_TORQUE, 3)
         rows(self.rotation, ROTATION, TORQUE, 3)[:] = held
+        self._turning = len(table)  # last: an interrupt before it lets all be done again
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
@@ -392,7 +436,7 @@ class Stepper:
         elements = self._elements
         kernel = self._free_kernel() if elements.do_nothing else self._coupled_kernel()
         if self.contact is not None:
-            self.contact.take_tick(h / self._integrator.substeps)
+            self.contact.take_tick(h / self._substeps)
         if elements.schedule is None:
             return self._advance(kernel, ticks, tick, h)
         done = 0
@@ -429,7 +473,7 @@ class Stepper:
         if self.contact is None:
             status = next((s for s in map(between, range(len(lengths))) if s != 0.0), 0.0)
         else:
-            step, contact = h / self._integrator.substeps, self.contact
+            step, contact = h / self._substeps, self.contact
 
             def advance(is_cut: bool) -> float:
                 if is_cut:
@@ -448,7 +492,7 @@ class Stepper:
 
     def _go_whole(self, kernel: Callable[..., Any], tick: float, h: float, _piece: int) -> float:
         """Advance over a whole tick all the same, for who does not feel what cuts it."""
-        schedule, n = self._elements.schedule, self._integrator.substeps
+        schedule, n = self._elements.schedule, self._substeps
         assert schedule is not None
         schedule.set(self._elements.numbers, tick, tick + 1.0, h)
         return 0.0 if self.steps(kernel, n, n * tick, h / n) else math.nan
@@ -473,10 +517,10 @@ class Stepper:
         """
         Advance over ticks between which nothing begins or ends; `to_the_end`: but behind them.
         """
-        done, n = 0, self._integrator.substeps
+        done, n = 0, self._substeps
         while done < ticks:
             chunk = min(self._chunk, ticks - done)
-            before = self.begin()
+            before = self.begin() if self.work is not None else self._begin_ticks()
             if self.work is None:
                 well = self.steps(kernel, n * chunk, n * (tick + done), h / n)
             else:
@@ -505,7 +549,7 @@ class Stepper:
         self, kernel: Callable[..., Any], ticks: int, tick: float, h: float, *, to_the_end: bool
     ) -> bool:
         """Advance over ticks, looking at the power where somebody asked and there is any."""
-        n = self._integrator.substeps
+        n = self._substeps
         if self.work is None or self.work.powers.idle:
             return self.steps(kernel, n * ticks, n * tick, h / n)
         motion = _Motion(self, kernel)

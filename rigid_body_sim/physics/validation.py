@@ -282,8 +282,9 @@ def _check_inertia(body: Body, sound: set[bytes]) -> None:
         if has_extent and not body.fixed:
             raise InvalidModel(
                 f'none is given, and {body.name!r} has a shape with extent: give '
-                'physics.model.mass_properties.of_shape(shape, mass=…).inertia, or let load_scene '
-                'compute it; a point mass has the shape Particle() or None'
+                'physics.model.mass_properties.of_shape(shape, mass=…).inertia, or let '
+                'rigid_body_sim.make_body or load_scene compute it; a point mass has the shape '
+                'Particle() or None'
             )
         return
     if isinstance(body.shape, Particle):
@@ -316,11 +317,11 @@ def _check_motion(body: Body) -> None:
 
 def _check_momenta(body: Body) -> None:
     """Refuse a motion whose momentum is beyond the largest number."""
-    with np.errstate(over='ignore', invalid='ignore'):
-        momenta = [float(body.mass) * np.asarray(body.initial.velocity, dtype=np.float64)]
-        if body.inertia is not None and any(body.initial.angular_velocity):
-            momenta.append(body.inertia @ np.asarray(body.initial.angular_velocity))
-    if not np.all(np.isfinite(momenta)):
+    momenta = [float(body.mass) * v for v in map(float, body.initial.velocity)]
+    if body.inertia is not None and any(body.initial.angular_velocity):
+        x, y, z = map(float, body.initial.angular_velocity)
+        momenta += [a * x + b * y + c * z for a, b, c in body.inertia.tolist()]
+    if not all(map(math.isfinite, momenta)):
         raise InvalidModel(
             'the momentum, mass times velocity, is beyond the largest number; check the units '
             '(m, kg, s)'

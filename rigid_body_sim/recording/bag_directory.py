@@ -16,7 +16,6 @@ from pathlib import Path
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording import bag_metadata
 from rigid_body_sim.recording.mcap_file import McapFile
-from rigid_body_sim.recording.topics import dump_yaml
 
 
 class PathTaken(UserError):
@@ -59,14 +58,14 @@ def finish(
     custom: Mapping[str, str],
 ) -> None:
     """Write the record for rosbag2, the summary, and, when all is on the disk, metadata.yaml."""
-    information = bag_metadata.bag_information(
+    information = bag_metadata.Information(
         file_name=file_name(directory),
         topics=topics,
         first_time=file.first_time or 0,
         last_time=file.last_time or 0,
         custom=custom,
     )
-    file.write_metadata(bag_metadata.RECORD_NAME, {'serialized_metadata': dump_yaml(information)})
+    file.write_metadata(bag_metadata.RECORD_NAME, {'serialized_metadata': information.text()})
     file.finish()
     os.fsync(stream.fileno())
-    bag_metadata.write(directory, information)
+    bag_metadata.write(directory, information.file_text())

@@ -6,11 +6,15 @@
 Version 9, as ROS 2 Jazzy writes it. It is written last and by rename: a bag directory without it
 is unfinished. The quality of service stands here and in the channels; where the two differ,
 rosbags drops the topic in silence, so both come from the text in the channel.
+
+A topic has forty lines, all but two of them the same for every topic of its type: PyYAML writes
+those once for each type, and a thousand bodies cost no more than their own lines.
 """
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -25,6 +29,9 @@ FILE_NAME = 'metadata.yaml'
 RECORD_NAME = 'rosbag2'  # the metadata record that holds the inner map in the MCAP file
 VERSION = 9
 _ROOT = 'rosbag2_bagfile_information'
+_TOPICS = 'topics_with_message_count'
+_BELOW_ROOT = '  '
+_PLAIN_NAME = re.compile(r'/[A-Za-z0-9_/]*', re.ASCII)  # YAML writes it as it is
 
 
 class TopicSummary(NamedTuple):
@@ -38,46 +45,72 @@ class TopicSummary(NamedTuple):
     messages: int
 
 
-def bag_information(
-    *,
-    file_name: str,
-    topics: Sequence[TopicSummary],
-    first_time: int,
-    last_time: int,
-    custom: Mapping[str, str],
-) -> dict[str, Any]:
-    """Return the inner map of metadata.yaml for a bag of one file; times in ns, 0 if empty."""
-    start = {'nanoseconds_since_epoch': first_time}
-    duration = {'nanoseconds': last_time - first_time}
-    count = sum(topic.messages for topic in topics)
-    return {
-        'version': VERSION,
-        'storage_identifier': 'mcap',
-        'duration': duration,
-        'starting_time': start,
-        'message_count': count,
-        'topics_with_message_count': [_topic_entry(topic) for topic in topics],
-        'compression_format': '',
-        'compression_mode': '',
-        'relative_file_paths': [file_name],
-        'files': [
-            {
-                'path': file_name,
-                'starting_time': start,
-                'duration': duration,
-                'message_count': count,
-            }
-        ],
-        'custom_data': dict(custom),
-        'ros_distro': 'jazzy',
-    }
+class Information(NamedTuple):
+    """
+    What metadata.yaml of a bag of one file tells.
+
+    first_time, last_time : [ns] of the messages, 0 if there are none
+    custom                : what the run adds, as strings
+    """
+
+    file_name: str
+    topics: Sequence[TopicSummary]
+    first_time: int
+    last_time: int
+    custom: Mapping[str, str]
+
+    def text(self) -> str:
+        """Return the inner map as YAML: what the record in the file holds."""
+        return dump_yaml(self._head()) + self._topic_list() + dump_yaml(self._tail())
+
+    def file_text(self) -> str:
+        """Return the whole text of metadata.yaml: the inner map under its one key."""
+        head, tail = (dump_yaml({_ROOT: part}) for part in (self._head(), self._tail()))
+        below_root = tail.partition('\n')[2]
+        return head + self._topic_list(_BELOW_ROOT) + below_root
+
+    def _head(self) -> dict[str, Any]:
+        return {
+            'version': VERSION,
+            'storage_identifier': 'mcap',
+            **self._extent(),
+        }
+
+    def _extent(self) -> dict[str, Any]:
+        return {
+            'duration': {'nanoseconds': self.last_time - self.first_time},
+            'starting_time': {'nanoseconds_since_epoch': self.first_time},
+            'message_count': sum(topic.messages for topic in self.topics),
+        }
+
+    def _topic_list(self, margin: str = '') -> str:
+        if not self.topics:
+            return f'{margin}{_TOPICS}: []\n'
+        return f'{margin}{_TOPICS}:\n' + ''.join(_topic_text(each, margin) for each in self.topics)
+
+    def _tail(self) -> dict[str, Any]:
+        extent = self._extent()
+        file = {
+            'path': self.file_name,
+            'starting_time': extent['starting_time'],
+            'duration': extent['duration'],
+            'message_count': extent['message_count'],
+        }
+        return {
+            'compression_format': '',
+            'compression_mode': '',
+            'relative_file_paths': [self.file_name],
+            'files': [file],
+            'custom_data': dict(self.custom),
+            'ros_distro': 'jazzy',
+        }
 
 
-def write(directory: Path, information: Mapping[str, Any]) -> None:
+def write(directory: Path, text: str) -> None:
     """Write metadata.yaml under a temporary name, then rename it."""
     temporary = directory / f'.{FILE_NAME}.part'
     with temporary.open('w', encoding='utf-8') as stream:
-        stream.write(dump_yaml({_ROOT: dict(information)}))
+        stream.write(text)
         stream.flush()
         os.fsync(stream.fileno())
     temporary.replace(directory / FILE_NAME)
@@ -100,7 +133,7 @@ def is_text_of(directory: Path, inner: str) -> bool:
         content = (directory / FILE_NAME).read_text(encoding='utf-8')
     except (OSError, ValueError):
         return False
-    return content == f'{_ROOT}:\n{indent(inner, "  ")}'
+    return content == f'{_ROOT}:\n{indent(inner, _BELOW_ROOT)}'
 
 
 def _information(path: Path) -> dict[str, Any]:
@@ -118,6 +151,25 @@ def _information(path: Path) -> dict[str, Any]:
     if not all(Path(name).name.strip('.') and '\0' not in name for name in names):
         raise ValueError('relative_file_paths names what is no file')
     return information
+
+
+def _topic_text(topic: TopicSummary, margin: str) -> str:
+    """Return the item of one topic in the list, as PyYAML writes it."""
+    if not _PLAIN_NAME.fullmatch(topic.name):
+        return indent(dump_yaml([_topic_entry(topic)]), margin)
+    before, after = _around_name(topic.type, topic.encoding, topic.qos, topic.hash, margin)
+    return f'{before}{topic.name}{after}{topic.messages}\n'
+
+
+@cache
+def _around_name(
+    kind: str, encoding: str, qos: str, type_hash: str, margin: str
+) -> tuple[str, str]:
+    """Return what stands before the name of a topic, and from there to its number of messages."""
+    nameless = TopicSummary('/', kind, encoding, qos, type_hash, 0)
+    entry = indent(dump_yaml([_topic_entry(nameless)]), margin)
+    before, name, after = entry.partition('name: /')
+    return before + name.rstrip('/'), after.removesuffix('0\n')
 
 
 def _topic_entry(topic: TopicSummary) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from rigid_body_sim.recording import bag_files, bag_metadata, mcap_file, mcap_sc
 from rigid_body_sim.recording.bag_files import DamagedBag, damaged
 from rigid_body_sim.recording.bag_writer import DERIVED_BY, ENDING, MANIFEST
 from rigid_body_sim.recording.mcap_summary import Summary
+from rigid_body_sim.recording.message_stream import MessageStream
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.recording.recorded_message import RecordedMessage
 from rigid_body_sim.recording.seal import (
@@ -152,6 +153,19 @@ class Bag:
                 except mcap_scan.Torn as error:
                     raise damaged(file, error) from error
 
+    @property
+    def recorded_topics(self) -> Collection[str]:
+        """Names of the topics that the files themselves hold."""
+        return self.topics
+
+    def names_in_files(self) -> Iterator[tuple[Path, dict[int, str]]]:
+        """Yield each file with the topic of each of its channels."""
+        return zip(self.files, self._names, strict=True)
+
+    def stream(self) -> MessageStream:
+        """Read all messages, in file order, from the first on."""
+        return MessageStream(self.files, self._names, damaged)
+
     def _open(self, file: Path) -> tuple[int, ...]:
         try:
             with file.open('rb') as stream:
@@ -208,7 +222,7 @@ def _messages(
     for record in mcap_scan.records(stream):
         found: Iterable[mcap_scan.Message] = ()
         if record.opcode == mcap_file.CHUNK:
-            found = mcap_scan.chunk_messages(record)
+            found = mcap_scan.chunk_messages(record, wanted, known)
         elif record.opcode == mcap_file.MESSAGE:
             found = (mcap_scan.message(record),)
         elif record.opcode == mcap_file.DATA_END:

@@ -64,6 +64,11 @@ class _BagWithEveryBody:
         return getattr(self._bag, name)
 
     @property
+    def recorded_topics(self) -> Collection[str]:
+        """Names of the topics that the files themselves hold."""
+        return self._bag.topics
+
+    @property
     def has_more(self) -> bool:
         """Whether it has a topic that the bag has not."""
         return any(self._cut.values())

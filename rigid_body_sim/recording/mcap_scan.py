@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from io import BytesIO
 from struct import Struct, unpack_from
 from typing import BinaryIO, NamedTuple, TypeVar
@@ -32,6 +32,7 @@ MOST_TIME = 2**63 - 1  # [ns] the largest that ROS and rosbag2 can hold
 
 _FRAME = Struct('<BQ')
 _MESSAGE = Struct('<HIQQ')
+_CHANNEL = Struct('<BQH')  # the frame of a message record, and its channel
 _WINDOW = 1 << 27  # [bytes] of memory that a zstd frame may ask for
 
 R = TypeVar('R', bound=McapRecord)
@@ -179,18 +180,49 @@ def _inner_frame(body: bytes, position: int, chunk: Record) -> tuple[int, int, i
     return opcode, start, start + length
 
 
-def chunk_messages(record: Record) -> Iterator[Message]:
-    """Yield the messages of a chunk: `inner_records` and `message` in one loop, for speed."""
+def chunk_messages(
+    record: Record, wanted: Collection[int], known: Collection[int]
+) -> Iterator[Message]:
+    """
+    Yield the messages of wanted channels in a chunk; the others are only stepped over. Torn for
+    one of a channel that is not known.
+    """
     body = opened_chunk(record)[1]
     position, size = 0, len(body)
     while position < size:
-        opcode, start, position = _inner_frame(body, position, record)
-        if opcode == mcap_file.MESSAGE:
-            if position - start < _MESSAGE.size:
-                raise Torn(record.position, 'message record is too short')
-            channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(body, start)
-            data = body[start + _MESSAGE.size : position]
-            yield Message(channel, sequence, log_time, publish_time, data)
+        if position + _CHANNEL.size <= size:  # a record of a channel that nobody wants
+            opcode, length, channel = _CHANNEL.unpack_from(body, position)
+            if opcode == mcap_file.MESSAGE and channel not in wanted:
+                position += _FRAME.size + length
+                if length < _MESSAGE.size:
+                    raise Torn(record.position, 'message record is too short')
+                if position > size:
+                    raise Torn(record.position, 'chunk ends within a record')
+                if channel not in known:
+                    raise Torn(record.position, f'message of the unknown channel {channel}')
+                continue
+        found, position = message_at(body, position, record)
+        if found is not None:
+            yield found
+
+
+def message_at(body: bytes, position: int, chunk: Record) -> tuple[Message | None, int]:
+    """
+    Read the record at a place in a chunk; return its message, or None if it is none, and its end.
+    """
+    opcode, start, end = _inner_frame(body, position, chunk)
+    if opcode != mcap_file.MESSAGE:
+        return None, end
+    if end - start < _MESSAGE.size:
+        raise Torn(chunk.position, 'message record is too short')
+    channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(body, start)
+    data = body[start + _MESSAGE.size : end]
+    return Message(channel, sequence, log_time, publish_time, data), end
+
+
+def framed(record: Record) -> bytes:
+    """Give the bytes of a record."""
+    return _FRAME.pack(record.opcode, len(record.content)) + record.content
 
 
 def message(record: Record) -> Message:

@@ -70,6 +70,13 @@ class RecordValues:
             raise self.refusal(key, value, 'a mapping to numbers and texts')
         return value
 
+    def section(self, key: str, default: str | None = None) -> dict[str, Any]:
+        """Return a mapping from texts to whatever JSON can say: a part of a scene."""
+        value = self.json(key, default)
+        if not isinstance(value, dict):
+            raise self.refusal(key, value, 'a mapping')
+        return value
+
     def json(self, key: str, default: str | None = None) -> Any:
         """Return what a JSON text says."""
         text = self.text(key, default)

@@ -34,9 +34,12 @@ class EnergyLog:
     history : rows of COLUMNS [s, J …], ascending
     """
 
-    def __init__(self, simulation: Simulation, every: int, warn: Callable[[str], None]) -> None:
+    def __init__(
+        self, simulation: Simulation, every: int, warn: Callable[[str], None], *, phase: int = 0
+    ) -> None:
         self._simulation = simulation
         self._every = every
+        self._phase = phase
         self._warn = warn
         self.begin()
 
@@ -54,7 +57,7 @@ class EnergyLog:
 
     def at_publish(self) -> None:
         """Look at the energy, if it is time to; at a publish tick."""
-        number = self._simulation.tick // self._every
+        number = (self._simulation.tick - self._phase) // self._every
         if number % self._stride == 0:
             self._look()
             if len(self.history) >= ROWS:
@@ -70,7 +73,7 @@ class EnergyLog:
         self.history = [
             row
             for tick, row in zip(ticks, self.history, strict=True)
-            if tick == self.begun_at or tick % whole == 0
+            if tick == self.begun_at or (tick - self._phase) % whole == 0
         ]
 
     def _look(self) -> None:

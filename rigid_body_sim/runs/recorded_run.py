@@ -69,6 +69,7 @@ class RecordedRun:
             world_frame=values.text('world_frame'),
             command_timeout_ns=values.integer('command_timeout_ns', 0, MOST_TIMEOUT_NS),
             publish_every=values.integer('publish_every', 1, 2**63 - 1),
+            publish_phase=values.integer('publish_phase', 0, 2**63 - 1, '0'),
             publish_contacts=values.yes('publish_contacts', 'false'),
             publish_start=values.yes('publish_start', 'false'),
             view=values.view('view'),
@@ -116,8 +117,8 @@ class RecordedRun:
 
     def _check_ticks(self) -> None:
         """Refuse ticks that the recorded states contradict, before anything runs for as long."""
-        every = self.settings.publish_every
-        published = self.last_tick // every - self.first_tick // every
+        every, phase = self.settings.publish_every, self.settings.publish_phase
+        published = (self.last_tick - phase) // every - (self.first_tick - phase) // every
         published += self.settings.publish_start
         found = self.bag.counts.get(CLOCK_TOPIC, 0)
         if found != published:
@@ -143,7 +144,8 @@ class RecordedRun:
         consumed.
         """
         by_tick: dict[int, list[Command]] = {}
-        for message in self.bag.messages(self._command_topics):
+        given = [topic for topic in self._command_topics if self.bag.counts.get(topic)]
+        for message in self.bag.messages(given) if given else ():
             body, kind = self._command_topics[message.topic]
             with interpreting(self.bag.path):
                 command = decode(body, kind, message.data)

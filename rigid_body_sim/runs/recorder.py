@@ -107,6 +107,7 @@ class RunRecorder:
             'start_state_sha256': hashlib.sha256(start).hexdigest(),
             'held_at_start': json.dumps(held_as_json(simulation.held_slots)),
             'publish_every': str(settings.publish_every),
+            **({'publish_phase': str(settings.publish_phase)} if settings.publish_phase else {}),
             'command_timeout_ns': str(run.command_timeout_ns),
             'contact': json.dumps(dict(scene.contact)),
             'publish_contacts': json.dumps(settings.publish_contacts),
@@ -137,10 +138,11 @@ class RunRecorder:
             self._write_choices()
             for batch in output.batches:
                 self._writer.write(batch)
-        if self._look_every and output.tick % self._look_every == 0:
+        counted = output.tick - self._run.settings.publish_phase
+        if self._look_every and counted % self._look_every == 0:
             self._run.sample_drift()
         every = self._run.settings.publish_every
-        if output.tick % (every * CHAIN_EVERY) == 0:
+        if counted % (every * CHAIN_EVERY) == 0:
             self._chain.update(self._run.simulation.state_bytes())
 
     def _write_choices(self) -> None:

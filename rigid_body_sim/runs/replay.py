@@ -14,7 +14,6 @@ import hashlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +26,7 @@ from rigid_body_sim.recording.bag_diff import first_difference
 from rigid_body_sim.recording.bag_reader import RecordedMessage
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.every_body import with_every_body
+from rigid_body_sim.recording.message_stream import MessageStream
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.reading_guard import interpreting
@@ -118,12 +118,12 @@ def _compared(
     count = 0
     difference = _first(manifest_differences(recorded.bag.manifest, recorder.manifest), run)
     if difference is None:
-        stream = _replayed(recorded, run, recorder, progress)
-        for theirs, ours in zip_longest(recorded.bag.messages(), stream):
-            if theirs != ours:
-                difference = _difference(recorded, run, theirs, ours)
+        theirs = recorded.bag.stream()
+        for ours, number in _pairs(theirs, _replayed(recorded, run, recorder, progress), run):
+            count += number
+            if ours is not None:
+                difference = _difference(recorded, run, *ours)
                 break
-            count += 1
     ending = recorded.bag.ending
     if difference is None and ending is not None:
         same_looks = recorded.look_every > 0
@@ -146,27 +146,49 @@ def _first(facts: Iterator[Fact], run: Run) -> Difference | None:
     return None
 
 
+def _pairs(
+    theirs: MessageStream, ours: Iterator[Batch | RecordedMessage], run: Run
+) -> Iterator[tuple[tuple[RecordedMessage | None, RecordedMessage | None] | None, int]]:
+    """
+    Compare two streams of messages, batches by their bytes.
+
+    yields : the messages that differ, None if none does, and how many were equal
+    """
+    topics = [topic.name for topic in run.topics]
+    is_numbered_alike = theirs.has_numbers(topics)
+    for made in ours:
+        if isinstance(made, RecordedMessage):
+            singles: Iterable[RecordedMessage] = (made,)
+        elif is_numbered_alike and theirs.take(made.data):
+            yield None, made.message_count
+            continue
+        else:
+            singles = _unpacked(made, topics)
+        for single in singles:
+            recorded = theirs.next()
+            yield (None, 1) if recorded == single else ((recorded, single), 0)
+    rest = theirs.next()
+    if rest is not None:
+        yield (rest, None), 0
+
+
+def _unpacked(batch: Batch, topics: Sequence[str]) -> Iterator[RecordedMessage]:
+    for channel, sequence, log_time, publish_time, payload in batch.records():
+        yield RecordedMessage(topics[channel - 1], sequence, log_time, payload, publish_time)
+
+
 def _replayed(
     recorded: RecordedRun, run: Run, recorder: RunRecorder, progress: Progress
-) -> Iterator[RecordedMessage]:
-    """Run again; yield the messages as a recorder would have written them, commands too."""
-    topics = [topic.name for topic in run.topics]
+) -> Iterator[Batch | RecordedMessage]:
+    """Run again; yield what a recorder would have written, commands too."""
     dt_ns, changes = run.simulation.dt_ns, len(run.simulation.choices)
-
-    def packed(batches: Iterable[Batch]) -> Iterator[RecordedMessage]:
-        for batch in batches:
-            for channel, sequence, log_time, publish_time, payload in batch.records():
-                yield RecordedMessage(
-                    topics[channel - 1], sequence, log_time, payload, publish_time
-                )
-
-    yield from packed(run.start())
+    yield from run.start()
     for tick, taken in _advance(run, recorded.commands(), recorded.last_tick, recorder, progress):
         for topic, message in taken.consumed:
             yield RecordedMessage(topic, tick, tick * dt_ns, message, tick * dt_ns)
         yield from choices.messages(run, changes)
         changes = len(run.simulation.choices)
-        yield from packed(taken.batches)
+        yield from taken.batches
 
 
 def _advance(

@@ -70,6 +70,7 @@ class RunSettings:
     world_frame        : name of the world axes
     command_timeout_ns : how long a held command lasts [ns]; 0: until changed
     publish_every      : ticks between publish ticks
+    publish_phase      : a publish tick is so far from a multiple of publish_every [tick]
     estimate_error     : whether finer runs go along to tell how wrong the run is; they change no
                          message
     publish_contacts   : whether contacts are packed too
@@ -82,6 +83,7 @@ class RunSettings:
     world_frame: str = 'world'
     command_timeout_ns: int = 200_000_000
     publish_every: int = 10
+    publish_phase: int = 0
     estimate_error: bool = False
     publish_contacts: bool = False
     publish_start: bool = True
@@ -239,7 +241,9 @@ class Run:
         self._reference = ReferenceRun(simulation) if settings.estimate_error else None
         self._warn = warn
         self._restart_warnings()
-        self.energy = EnergyLog(simulation, settings.publish_every, self._emit_warning)
+        self.energy = EnergyLog(
+            simulation, settings.publish_every, self._emit_warning, phase=settings.publish_phase
+        )
 
     def _restart_groups(self) -> None:
         simulation = self.simulation
@@ -411,8 +415,7 @@ class Run:
         consumed = self._consume(commands)
         self._update_applied(changing)
         changed = self._changed_since(held) if changing else _NOBODY
-        every = self.settings.publish_every
-        stop = min(tick + ticks, (tick // every + 1) * every)
+        stop = min(tick + ticks, self._next_publish(tick))
         if changing:  # where a look at the drift falls must not depend on what is done at once
             stop = tick + 1
         stop = min(stop, max(tick + 1, simulation.next_expiry))
@@ -424,7 +427,7 @@ class Run:
             raise
         if changing:
             self._close_stretch()
-        if stop % every == 0:
+        if self._is_published(stop):
             self.energy.at_publish()
             return TickOutput(stop, consumed, self._pack_states())
         if changed.size:
@@ -435,10 +438,19 @@ class Run:
             return TickOutput(stop, consumed, (batch,))
         return TickOutput(stop, consumed)
 
+    def _is_published(self, tick: int) -> bool:
+        """Whether the states of a tick are published."""
+        return (tick - self.settings.publish_phase) % self.settings.publish_every == 0
+
+    def _next_publish(self, tick: int) -> int:
+        """Find the first publish tick after a tick."""
+        every = self.settings.publish_every
+        return tick + every - (tick - self.settings.publish_phase) % every
+
     def _step_to(self, stop: int) -> None:
         """Advance to a tick, with the applied wrenches of the one before it where it is told."""
         ticks = stop - self.simulation.tick
-        if stop % self.settings.publish_every == 0 and ticks > 1:
+        if self._is_published(stop) and ticks > 1:
             self._step(ticks - 1)
             self._update_applied(False)
             ticks = 1

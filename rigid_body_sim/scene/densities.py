@@ -20,6 +20,7 @@ from rigid_body_sim.physics.model.density_laws import (
     PolynomialDensity,
     TableDensity,
 )
+from rigid_body_sim.scene.grammar import DENSITIES, TERM
 from rigid_body_sim.scene.values import Value
 
 
@@ -27,10 +28,9 @@ def read_density(value: Value) -> DensityLaw:
     """Return the law that a mapping describes."""
     kind = value.find('type')
     law = 'linear' if kind is None else kind.choice(LAWS, what='density')
-    keys, read = LAWS[law]
-    value.need_known(('type', *keys))
+    value.need_known(('type', *DENSITIES[law].keys))
     with value.blamed():
-        return read(value)
+        return LAWS[law](value)
 
 
 def _linear(value: Value) -> LinearDensity:
@@ -44,7 +44,7 @@ def _polynomial(value: Value) -> PolynomialDensity:
     terms = []
     for item in value.at('terms', what=what).items(what):
         item.need_mapping('{coefficient: c, powers: [i, j, k]}')
-        item.need_known(('coefficient', 'powers'))
+        item.need_known(TERM.keys)
         coefficient = item.at('coefficient', what='a number').number(unit='kg/m^(3 + i + j + k)')
         given = item.at('powers', what='three whole numbers')
         x, y, z = given.vector(unit='-')
@@ -66,8 +66,8 @@ def _table(value: Value) -> TableDensity:
     return TableDensity(along, tuple(rows))
 
 
-LAWS: dict[str, tuple[tuple[str, ...], Callable[[Value], DensityLaw]]] = {
-    'linear': (('at_origin', 'gradient'), _linear),
-    'polynomial': (('terms',), _polynomial),
-    'table': (('along', 'rows'), _table),
+LAWS: dict[str, Callable[[Value], DensityLaw]] = {
+    'linear': _linear,
+    'polynomial': _polynomial,
+    'table': _table,
 }

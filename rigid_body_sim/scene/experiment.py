@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.scene import Body, Origin, Scene
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
 from rigid_body_sim.physics.validation import LONGEST_TITLE, NAME, check_scene
-from rigid_body_sim.scene import document, regular_file
+from rigid_body_sim.scene import document, grammar, regular_file
 from rigid_body_sim.scene.bodies import read_bodies
 from rigid_body_sim.scene.contact import read_contact
 from rigid_body_sim.scene.files import Files
@@ -31,17 +32,6 @@ from rigid_body_sim.scene.values import Value, shown
 
 VERSION = 1
 MOST_BODIES = 100_000  # [-] more are a slip of the pen, and would fill the memory
-KEYS = (
-    'version',
-    'name',
-    'dt',
-    'integrator',
-    'orientation',
-    'gravity',
-    'contact',
-    'bodies',
-    'forces',
-)
 URDF_SUFFIX = '.urdf'
 OF_URDF = {'dt': 0.001, 'gravity': [0.0, 0.0, -9.81]}  # [s], [m/s^2] around a lone URDF file
 
@@ -126,14 +116,60 @@ def _text(source: str | Path | Mapping[str, Any] | bytes, title: str) -> tuple[b
         ) from error
 
 
+class ReadBodies:
+    """
+    The bodies of contents that were read before: who reads many scenes that differ in few bodies
+    reads each body once. Contents are told apart by being the same object.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[Any, tuple[Body, ...]]] = {}
+
+    def of(self, item: Value, files: Files) -> tuple[Body, ...]:
+        """Read the bodies of one entry, or give those that were read."""
+        known = self._known.get(id(item.content))
+        if known is not None:
+            return known[1]
+        return tuple(read_bodies(item, files))
+
+    def remember(self, contents: Sequence[Any], name: str, files: Files) -> None:
+        """Read entries that will come again; what is refused will be refused then."""
+        for place, content in enumerate(contents):
+            item = Value(content, document.Document(name, None), ('bodies', place))
+            with suppress(UserError):
+                self._known[id(content)] = (content, tuple(read_bodies(item, files)))
+
+
+def scene_of_content(
+    content: Mapping[str, Any], *, name: str, files: Files, bodies: ReadBodies | None = None
+) -> Scene:
+    """
+    Read the content of a scene that was parsed before, or made of one: it has no text of its own.
+
+    content : plain values, as `document.read` gives them
+    name    : what messages call it
+    bodies  : that were read before
+
+    Raises UserError as `load_scene` does.
+    """
+    parsed = document.Document(name, content)
+    return _scene_of(parsed, Origin(name), text=b'', files=files, known=bodies or ReadBodies())
+
+
 def _scene(origin: Origin, *, text: bytes, files: Files) -> Scene:
     parsed = document.read(text, name=origin.name, with_lines=origin.has_lines)
+    return _scene_of(parsed, origin, text=text, files=files, known=ReadBodies())
+
+
+def _scene_of(
+    parsed: document.Document, origin: Origin, *, text: bytes, files: Files, known: ReadBodies
+) -> Scene:
     value = Value(parsed.content, parsed)
     value.need_mapping('a mapping with dt and bodies')
-    value.need_known(KEYS)
+    value.need_known(grammar.SCENE.keys)
     _check_version(value.find('version'))
     dt_ns = _tick(value.at('dt', what='the tick length [s]'))
-    bodies = _bodies(value, files)
+    bodies = _bodies(value, files, known)
     names = [body.name for body in bodies]
     forces = value.find('forces')
     settings = {
@@ -158,7 +194,7 @@ def _scene(origin: Origin, *, text: bytes, files: Files) -> Scene:
     try:
         check_scene(scene)
     except InvalidModel as error:
-        raise refusal(scene, error) from error
+        raise refusal(scene, error, parsed) from error
     return scene
 
 
@@ -224,7 +260,7 @@ def _orientation(value: Value, name: str, integrators: Mapping[str, Any]) -> dic
         )
     if not isinstance(value.content, dict):
         return {'orientation': _option(value, known['orientation'])}
-    value.need_known(('representation', 'reorthonormalise'))
+    value.need_known(grammar.ORIENTATION.keys)
     representation = value.at('representation', what='quaternion or matrix')
     read = {'orientation': _option(representation, known['orientation'])}
     if (given := value.find('reorthonormalise')) is not None:
@@ -241,13 +277,13 @@ def _option(value: Value, option: Any) -> Any:
     return value.number(unit='-', minimum=option.minimum, maximum=option.maximum)
 
 
-def _bodies(value: Value, files: Files) -> tuple[Body, ...]:
+def _bodies(value: Value, files: Files, known: ReadBodies) -> tuple[Body, ...]:
     items = value.at('bodies', what='a list of bodies').items('a list of bodies')
     if not items:
         raise value.error('bodies is empty; a scene needs at least one body')
     bodies: dict[str, Body] = {}
     for item in items:
-        for body in read_bodies(item, files):
+        for body in known.of(item, files):
             if body.name in bodies:
                 raise item.at('name', what='a name').error(
                     f'the name {body.name!r} is taken by an earlier body; names must differ'

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from rigid_body_sim.physics.model.inertia_over_time import INTERPOLATIONS, check_law
 from rigid_body_sim.physics.model.scene import InertiaOverTime
+from rigid_body_sim.scene.grammar import INERTIA_OVER_TIME
 from rigid_body_sim.scene.values import Value
 
 
@@ -18,7 +19,7 @@ def read_inertia_over_time(value: Value) -> InertiaOverTime:
     """Return the checked law of a body."""
     what = 'a list of [time [s], ixx, iyy, izz [kg m^2]]'
     value.need_mapping(f'a mapping {{table: {what}}}')
-    value.need_known(('table', 'interpolation'))
+    value.need_known(INERTIA_OVER_TIME.keys)
     rows = []
     for item in value.at('table', what=what).items(what):
         numbers = item.items(what)

@@ -21,13 +21,14 @@ from rigid_body_sim.physics.model.prescribed_motion import (
     WAYS,
 )
 from rigid_body_sim.physics.model.scene import Oscillation, PrescribedMotion
+from rigid_body_sim.scene.grammar import MOTION, WAVE
 from rigid_body_sim.scene.values import Value
 
 
 def read_motion(value: Value) -> PrescribedMotion:
     """Return what moves a body."""
     value.need_mapping('a mapping such as {heave: {amplitude: 0.5, period: 7}}')
-    value.need_known((*WAYS, 'table', 'point'))
+    value.need_known(MOTION.keys)
     given: dict[str, Any] = {}
     for way, unit in zip(WAYS, UNITS, strict=True):
         item = value.find(way)
@@ -44,7 +45,7 @@ def read_motion(value: Value) -> PrescribedMotion:
 
 def _oscillation(value: Value, unit: str) -> Oscillation:
     value.need_mapping(f'a mapping {{amplitude: [{unit}], period: [s]}}')
-    value.need_known(('amplitude', 'period', 'phase'))
+    value.need_known(WAVE['m'].keys)
     phase = value.find('phase')
     return Oscillation(
         value.at('amplitude', what=f'a number [{unit}]').number(unit=unit),

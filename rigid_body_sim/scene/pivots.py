@@ -18,6 +18,7 @@ from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.model.pivot import arm_of, check_pivot
 from rigid_body_sim.physics.model.scene import Body, Pivot, Vector
 from rigid_body_sim.physics.state.layout import as_vector
+from rigid_body_sim.scene.grammar import PIVOT
 from rigid_body_sim.scene.values import Value
 
 AGREEMENT = 1e-6  # [-] of the numbers: what is given twice is often rounded by hand
@@ -28,7 +29,7 @@ def with_pivot(body: Body, value: Value | None, initial: Value | None) -> Body:
     if value is None:
         return body
     value.need_mapping('a mapping such as {point: [0, 0, -0.5]}')
-    value.need_known(('point', 'at'))
+    value.need_known(PIVOT.keys)
     point = value.at('point', what='a list of three numbers [m], shape coordinates,').vector(
         unit='m'
     )

@@ -21,10 +21,17 @@ from rigid_body_sim.scene import document
 from rigid_body_sim.scene.values import Value
 
 
-def refusal(scene: Scene, error: InvalidModel) -> UserError:
-    """Return what is wrong with a scene, with the place in its text."""
-    origin = scene.origin
-    parsed = document.read(scene.source, name=origin.name, with_lines=origin.has_lines)
+def refusal(
+    scene: Scene, error: InvalidModel, parsed: document.Document | None = None
+) -> UserError:
+    """
+    Return what is wrong with a scene, with the place in its text.
+
+    parsed : the text, where somebody holds it parsed
+    """
+    if parsed is None:
+        origin = scene.origin
+        parsed = document.read(scene.source, name=origin.name, with_lines=origin.has_lines)
     text = Value(parsed.content, parsed)
     path = error.at
     if path[:1] == ('bodies',):

@@ -25,9 +25,9 @@ import numpy as np
 
 from rigid_body_sim.physics.model.scene import Body
 from rigid_body_sim.physics.model.shapes import Plane
+from rigid_body_sim.scene.grammar import MOST_COPIES, REPEAT
 from rigid_body_sim.scene.values import Value
 
-MOST = 100_000  # [-] copies; more is a slip of the pen, and would fill the memory
 P = 1.2207440846057596
 EVENLY = np.array([1.0 / P, 1.0 / P**2, 1.0 / P**3])
 
@@ -35,7 +35,7 @@ EVENLY = np.array([1.0 / P, 1.0 / P**2, 1.0 / P**3])
 def repeated(body: Body, value: Value) -> tuple[Body, ...]:
     """Return the copies of a body that a `repeat` asks for."""
     value.need_mapping('a mapping such as {count: [10, 1, 1], spacing: [0.2, 0, 0]}')
-    value.need_known(('count', 'spacing', 'jitter'))
+    value.need_known(REPEAT.keys)
     if isinstance(body.shape, Plane):
         raise value.error('a plane is one plane wherever its body stands; remove repeat')
     counts = _counts(value.at('count', what='a list of three whole numbers'))
@@ -59,6 +59,6 @@ def _counts(value: Value) -> tuple[int, ...]:
     counts = tuple(int(number) for number in numbers)
     if any(count != number or count < 1 for count, number in zip(counts, numbers)):
         raise value.error(f'got {value.content}; three whole numbers of at least 1 are needed')
-    if math.prod(counts) > MOST:
-        raise value.error(f'{math.prod(counts)} copies; at most {MOST} are allowed')
+    if math.prod(counts) > MOST_COPIES:
+        raise value.error(f'{math.prod(counts)} copies; at most {MOST_COPIES} are allowed')
     return counts

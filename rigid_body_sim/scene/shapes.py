@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,25 +27,19 @@ from rigid_body_sim.physics.model.shapes import (
 )
 from rigid_body_sim.scene.convex_parts import CONCAVITY, LEAST, MOST
 from rigid_body_sim.scene.files import Files
+from rigid_body_sim.scene.grammar import PART_KEYS, POINT_MASS, SHAPES
 from rigid_body_sim.scene.values import Value
 
-COLLIDES_AS = ('hull', 'parts', 'triangles')  # what a mesh may collide as
-
-
-class Kind(NamedTuple):
-    """One type of shape: the keys it has beside `type`, and its reader."""
-
-    keys: tuple[str, ...]
-    read: Callable[[Value, Files], Shape]
+COLLIDES_AS = SHAPES['mesh'].keys['as'].kind.choices
 
 
 def read_shape(value: Value, files: Files) -> Shape:
     """Return the shape that a mapping with a `type` describes."""
     value.need_mapping('a mapping such as {type: sphere, radius: 0.1}')
-    kind = KINDS[value.at('type', what=f'one of {", ".join(KINDS)}').choice(KINDS, what='shape')]
-    value.need_known(('type', *kind.keys))
+    kind = value.at('type', what=f'one of {", ".join(KINDS)}').choice(KINDS, what='shape')
+    value.need_known(('type', *SHAPES[kind].keys))
     with value.blamed():
-        return kind.read(value, files)
+        return KINDS[kind](value, files)
 
 
 def _length(value: Value, key: str) -> float:
@@ -97,6 +90,7 @@ def _mesh(value: Value, files: Files) -> Mesh | Surface:
 
 
 def _heightfield(value: Value, files: Files) -> Surface:
+    """Heights over a grid as ground, of a body that is fixed."""
     spacing = value.at('spacing', what='the distance of two points [m], or one along x and y')
     origin = value.find('origin')
     start = (0.0, 0.0, 0.0) if origin is None else origin.vector(unit='m')
@@ -124,7 +118,7 @@ def _particles(value: Value, files: Files) -> Particles:
     positions, masses = [], []
     for item in value.at('particles', what=what).items(what):
         item.need_mapping('{mass: kg, position: [m, m, m]}')
-        item.need_known(('mass', 'position'))
+        item.need_known(POINT_MASS.keys)
         masses.append(item.at('mass', what='a mass [kg]').number(unit='kg', positive=True))
         positions.append(item.at('position', what='a list of three numbers [m]').vector(unit='m'))
     return Particles(np.array(positions).reshape(-1, 3), np.array(masses))
@@ -145,7 +139,7 @@ def _union(value: Value, files: Files) -> Union:
 
 def _part(value: Value, files: Files) -> Part:
     value.need_mapping('{shape: …, mass: kg, position: [m, m, m]}')
-    value.need_known(('shape', 'mass', 'density', 'position', 'orientation'))
+    value.need_known(PART_KEYS)
     mass, density, position, orientation = (
         value.find(key) for key in ('mass', 'density', 'position', 'orientation')
     )
@@ -160,16 +154,16 @@ def _part(value: Value, files: Files) -> Part:
         )
 
 
-KINDS = {
-    'particle': Kind((), _particle),
-    'sphere': Kind(('radius',), _sphere),
-    'box': Kind(('size',), _box),
-    'cylinder': Kind(('radius', 'length'), _cylinder),
-    'capsule': Kind(('radius', 'length'), _capsule),
-    'convex_hull': Kind(('vertices',), _convex_hull),
-    'mesh': Kind(('file', 'as', 'concavity'), _mesh),
-    'heightfield': Kind(('file', 'heights', 'spacing', 'origin'), _heightfield),
-    'particles': Kind(('particles',), _particles),
-    'plane': Kind(('normal', 'offset'), _plane),
-    'union': Kind(('parts',), _union),
+KINDS: dict[str, Callable[[Value, Files], Shape]] = {
+    'particle': _particle,
+    'sphere': _sphere,
+    'box': _box,
+    'cylinder': _cylinder,
+    'capsule': _capsule,
+    'convex_hull': _convex_hull,
+    'mesh': _mesh,
+    'heightfield': _heightfield,
+    'particles': _particles,
+    'plane': _plane,
+    'union': _union,
 }

@@ -19,6 +19,7 @@ from rigid_body_sim.physics.errors import choose_from
 from rigid_body_sim.scene import regular_file
 
 LONGEST = 200  # [-] letters of what was asked for that a message shows
+SCHEMA = 'scene.schema.json'
 _FOLDER = Path('config') / 'scenes'
 
 
@@ -51,6 +52,17 @@ def shipped_scenes() -> dict[str, Path]:
         for path in sorted(folder.glob('*.yaml')):
             found.setdefault(path.stem, path)
     return found
+
+
+def schema_path() -> Path:
+    """
+    Return the path of the JSON Schema of scenes, which editors read; UserError if it is missing.
+    """
+    for folder in _folders():
+        path = folder.parent / SCHEMA
+        if path.is_file():
+            return path
+    raise UserError(f'{SCHEMA}: it is not installed; install the package anew')
 
 
 def _folders() -> list[Path]:

@@ -11,9 +11,8 @@ from __future__ import annotations
 
 import math
 import reprlib
-from collections.abc import Collection, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Collection
+from types import TracebackType
 from typing import Any, cast
 
 from rigid_body_sim.errors import UserError
@@ -24,13 +23,27 @@ from rigid_body_sim.scene import numerals
 from rigid_body_sim.scene.document import Document, Path
 
 
-@dataclass(frozen=True)
 class Value:
-    """One value of a scene and where it stands."""
+    """
+    One value of a scene and where it stands.
 
-    content: Any
-    document: Document
-    path: Path = ()
+    above, key : the value that holds it, and where in that; None: it is the whole document
+    """
+
+    __slots__ = ('_above', '_key', 'content', 'document')
+
+    def __init__(
+        self, content: Any, document: Document, above: Value | None = None, key: str | int = ''
+    ) -> None:
+        self.content = content
+        self.document = document
+        self._above = above
+        self._key = key
+
+    @property
+    def path(self) -> Path:
+        """Where it stands in the document; asked by messages alone."""
+        return () if self._above is None else (*self._above.path, self._key)
 
     def error(self, message: str) -> UserError:
         """Return the error that names this place."""
@@ -39,17 +52,13 @@ class Value:
         line = self.document.line(self.path)
         return UserError(where + message + (f' (line {line})' if line else ''))
 
-    @contextmanager
-    def blamed(self, *otherwise: str) -> Iterator[None]:
+    def blamed(self, *otherwise: str) -> Blamed:
         """
         Give the refusals of the physics inside this block the name of this place.
 
         otherwise : path below it of what is to blame where a refusal does not say
         """
-        try:
-            yield
-        except InvalidModel as error:
-            raise self.below(error.at or otherwise).error(str(error)) from error
+        return Blamed(self, otherwise)
 
     def below(self, path: Path) -> Value:
         """Follow a path as far as there are values."""
@@ -62,7 +71,7 @@ class Value:
             )
             if not is_there:
                 break
-            place = Value(cast(Any, place.content)[key], place.document, (*place.path, key))
+            place = Value(cast(Any, place.content)[key], place.document, place, key)
         return place
 
     def number(
@@ -112,7 +121,14 @@ class Value:
             raise self.error(
                 f'got {shown(self.content)}; a list of {count} numbers [{unit}] is needed'
             )
-        return tuple(item.number(unit=unit) for item in self.items())
+        numbers = tuple(map(_number, self.content))
+        for index, number in enumerate(numbers):
+            if number is None or not math.isfinite(number):
+                self._item(index).number(unit=unit)  # refuses, by name
+        return cast(tuple[float, ...], numbers)
+
+    def _item(self, index: int) -> Value:
+        return Value(self.content[index], self.document, self, index)
 
     def vector(self, *, unit: str) -> Vector:
         """Return three finite floats."""
@@ -122,8 +138,7 @@ class Value:
     def quaternion(self) -> Quaternion:
         """Return four finite floats xyzw, scaled to unit length."""
         with self.blamed():
-            x, y, z, w = rotation.normalise(self.numbers(4, unit='-'))
-        return float(x), float(y), float(z), float(w)
+            return rotation.normalised(self.numbers(4, unit='-'))
 
     def text(self, what: str) -> str:
         """Return a non-empty string."""
@@ -149,10 +164,7 @@ class Value:
         """Return the elements of a list."""
         if not isinstance(self.content, list):
             raise self.error(f'got {shown(self.content)}; {what} is needed')
-        return [
-            Value(item, self.document, (*self.path, index))
-            for index, item in enumerate(self.content)
-        ]
+        return [self._item(index) for index in range(len(self.content))]
 
     def need_mapping(self, what: str) -> None:
         """Refuse anything but a mapping; to be asked before its keys are."""
@@ -169,15 +181,35 @@ class Value:
     def find(self, key: str) -> Value | None:
         """Return the value of a key, or None where the key is absent or empty."""
         content = self.content.get(key)
-        return None if content is None else Value(content, self.document, (*self.path, key))
+        return None if content is None else Value(content, self.document, self, key)
 
     def need_known(self, known: Collection[str]) -> None:
         """Refuse keys that nobody reads."""
         for key in self.content:
             if key not in known:
                 word = key if isinstance(key, str) and key.isprintable() else shown(key)
-                place = Value(None, self.document, (*self.path, word))
+                place = Value(None, self.document, self, word)
                 raise place.error(f'unknown key{choose_from(word, known)}')
+
+
+class Blamed:
+    """A block whose refusals by the physics are told with a place in the scene."""
+
+    __slots__ = ('_otherwise', '_place')
+
+    def __init__(self, place: Value, otherwise: tuple[str, ...]) -> None:
+        self._place = place
+        self._otherwise = otherwise
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(
+        self, kind: object, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if isinstance(error, InvalidModel):
+            place = self._place.below(error.at or self._otherwise)
+            raise place.error(str(error)) from error
 
 
 def shown(content: Any) -> str:
@@ -193,6 +225,8 @@ def shown(content: Any) -> str:
 
 
 def _number(content: Any) -> float | None:
+    if content.__class__ is float:
+        return content
     if isinstance(content, bool):
         return None
     if isinstance(content, str):  # YAML 1.1 reads 1e-3 as text

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from rigid_body_sim.physics.model.scene import Vector
-from rigid_body_sim.runs.commands import NO_VECTOR, Command, encode
+from rigid_body_sim.runs.commands import Command, encode
+from rigid_body_sim.runs.wrench import Wrench
 
 FORMS = {
     'force': 'three numbers [N]',
@@ -20,20 +20,6 @@ FORMS = {
     'wrench': 'a Wrench, or six numbers [N, N m]',
     'impulse': 'a Wrench, or six numbers [N s, N m s]',
 }
-
-
-@dataclass(frozen=True)
-class Wrench:
-    """
-    Force at the origin of a frame and torque, along the axes of the frame.
-
-    force, torque : (3,) [N], [N m]; of an impulse [N s], [N m s]
-    frame : 'world', 'body', or a name as it stands in `frame_id`
-    """
-
-    force: Sequence[float] = NO_VECTOR
-    torque: Sequence[float] = NO_VECTOR
-    frame: str = 'world'
 
 
 def as_wrench(kind: str, value: Any, *, where: str) -> Wrench:

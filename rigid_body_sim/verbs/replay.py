@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from tqdm import tqdm
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.recording.new_output import check_new
+from rigid_body_sim.runs.compile_note import CompileNote, expected_functions
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.replay import Comparison, Errors, Progress, compare, measure
 from rigid_body_sim.runs.warning_lines import warning_printer
@@ -54,16 +56,16 @@ def run(arguments: argparse.Namespace) -> int:
     recorded = RecordedRun(arguments.bag)
     if arguments.output is not None:
         check_new(arguments.output)
-    with tqdm(
-        unit='tick',
-        unit_scale=True,
-        disable=arguments.json or not sys.stderr.isatty(),
-        leave=False,
-    ) as bar:
-        progress, warn = _shown_on(bar), warning_printer('replay')
+    shown = not arguments.json
+    with (
+        CompileNote(expected_functions(recorded.scene), shown=shown) as note,
+        ExitStack() as bars,
+    ):
+        progress, warn = _shown_on(note, bars, shown=shown), warning_printer('replay')
         if arguments.integrator is None and arguments.dt is None:
             outcome = compare(recorded, output=arguments.output, progress=progress, warn=warn)
-            bar.close()
+            note.end()
+            bars.close()
             return _tell(recorded, outcome, as_json=arguments.json)
         again, errors = measure(
             recorded,
@@ -82,11 +84,18 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _shown_on(bar: tqdm) -> Progress:
+def _shown_on(note: CompileNote, bars: ExitStack, *, shown: bool) -> Progress:
+    """Show the ticks as a bar, from the first of them on: until then kernels are compiled."""
+    bar: list[tqdm] = []
+
     def progress(tick: int, last_tick: int) -> None:
-        if not bar.disable:
-            bar.total = last_tick
-            bar.update(tick - bar.n)
+        if not bar:
+            note.end()
+            off = not shown or not sys.stderr.isatty()
+            made = tqdm(total=last_tick, unit='tick', unit_scale=True, disable=off, leave=False)
+            bar.append(bars.enter_context(made))
+        bar[0].total = last_tick
+        bar[0].update(tick - bar[0].n)
 
     return progress
 

@@ -126,8 +126,10 @@ def run(arguments: argparse.Namespace) -> int:
         else:
             with _Progress('report') as progress:
                 warm_up(wanted.problems, wanted.methods, progress.show)
+            measuring = time.monotonic()
             for number, name in enumerate(wanted.problems, 1):
-                with _Progress(f'{name} ({number} of {len(wanted.problems)})') as progress:
+                left = rest_words(number - 1, len(wanted.problems), time.monotonic() - measuring)
+                with _Progress(f'{name} ({number} of {len(wanted.problems)}{left})') as progress:
                     problem = PROBLEMS[name]
                     points = _measured(problem, wanted, progress)
                 done.append(results.problem_results(problem, points))
@@ -138,6 +140,11 @@ def run(arguments: argparse.Namespace) -> int:
         return STOP.exit_code
     print(f'measured in {time.monotonic() - begin:.0f} s: {wanted.output}')
     return 0
+
+
+def rest_words(done: int, of: int, elapsed: float) -> str:
+    """Say roughly how long the rest of the problems takes; nothing before the first is done."""
+    return f', some {elapsed / done * (of - done):.0f} s left' if done else ''
 
 
 def _publish(about: dict[str, Any], done: list[dict[str, Any]], wanted: _Wanted) -> None:

@@ -24,8 +24,15 @@ from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.runs import choices, viewing_arguments
 from rigid_body_sim.runs.commands import Command, read_csv
+from rigid_body_sim.runs.compile_note import CompileNote, expected_functions
 from rigid_body_sim.runs.energy_log import as_numbers
-from rigid_body_sim.runs.kept_lines import balance_line, drift_text, momentum_lines
+from rigid_body_sim.runs.kept_lines import (
+    balance_line,
+    contact_lines,
+    drift_text,
+    momentum_lines,
+    pace_text,
+)
 from rigid_body_sim.runs.longer_ticks import longer_dt
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import (
@@ -148,8 +155,8 @@ def run(arguments: argparse.Namespace) -> int:
     STOP.stage = 'while compiling; nothing is recorded'
     compiled = time.monotonic()
     turning = any(command.frame_id == command.body for _, command in timed)
-    with _Note('compiling', shown=not arguments.json) as note:
-        simulation.prepare(commands_in_body_axes=turning, progress=note.compiling)
+    with CompileNote(expected_functions(scene), shown=not arguments.json) as compiling:
+        simulation.prepare(commands_in_body_axes=turning, progress=compiling.compiling)
     compiled = time.monotonic() - compiled
     whole = Run(simulation, settings, warn=warning_printer('simulate'))
     asked = arguments.publish_rate is not None or arguments.dt is not None
@@ -274,9 +281,6 @@ class _Note:
     def show(self, text: str) -> None:
         self._bar.set_description_str(f'{text} …')
 
-    def compiling(self, text: str) -> None:
-        self.show(f'compiling {text} (once per machine)')
-
     def __enter__(self) -> _Note:
         return self
 
@@ -324,21 +328,23 @@ def _report(
         print(json.dumps(result))
         return
     print(
-        f'{result["scene"]}: {simulation.tick} ticks, {simulation.time:g} s of {bodies} bodies '
-        f'with {simulation.integrator.name} in {wall:.2f} s '
-        f'({simulation.time / max(wall, 1e-9):.0f} times real time)'
+        f'{result["scene"]}: {simulation.time:g} s of {bodies} bod{"y" if bodies == 1 else "ies"} '
+        f'with {simulation.integrator.name}, {simulation.tick} ticks in {wall:.2f} s '
+        f'({pace_text(simulation.time, wall)})'
     )
     for line in choices.summary(simulation):
         print(f'  auto: {line}')
     print(f'  {balance_line(balance)}')
     if drift.energy is not None:
-        print(f'  energy drift: {drift_text(drift.energy)}')
+        print(f'  energy: {drift_text(drift.energy)}')
     for line in momentum_lines(drift, whole.kept()):
         print(f'  {line}')
     if result['orientation_drift'] is not None:
         print(f'  drift of the matrices: |R^T R - 1| up to {result["orientation_drift"]:.1e}')
     if whole.has_contact:
-        _print_contact(result['energy_rise'], drift.energy_rise_joules, result['deepest_gap'])
+        gap = result['deepest_gap']
+        for line in contact_lines(result['energy_rise'], drift.energy_rise_joules, gap):
+            print(f'  {line}')
     if estimate is not None:
         print(
             f'  estimated error: position {estimate.position:.1e} m, angle {estimate.angle:.1e} '
@@ -350,21 +356,6 @@ def _report(
     elif arguments.estimate_error:
         print('  estimated error: none, a finer run beside this one left the finite numbers')
     print(f'  bag: {arguments.output}')
-
-
-def _print_contact(rise: float | None, joules: float | None, gap: float | None) -> None:
-    """Say what holds where bodies meet: friction and impacts may take energy, never give it."""
-    if rise is not None and joules is not None:
-        print(
-            f'  energy rise: {joules:.1e} J above its lowest before, {rise:.1e} of the largest '
-            'energy (impulses of contact give none; overlap gives back what it stored, and flight '
-            'between contacts errs with its method)'
-        )
-    if gap is None:
-        print('  deepest gap: nothing touched')
-    else:
-        meant = 'they overlapped' if gap < 0.0 else 'no overlap'
-        print(f'  deepest gap: {gap:.3e} m ({meant})')
 
 
 def _finite(drift: float | None) -> float | None:

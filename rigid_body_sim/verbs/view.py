@@ -1,17 +1,20 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draws a recorded run: trajectories, speeds, energy and the conservation laws as one PNG, or the
-motion itself as a page that plays in a browser.
+Draws a recorded run: what should come out, paths, attitude, rates, commands, energy and the
+conservation laws as one PNG; the motion itself as a page that plays in a browser (HTML), or as a
+film (GIF, MP4), whose frames a headless Chromium draws.
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 from io import BytesIO
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import choose_from
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.recording.mcap_scan import MOST_TIME
@@ -21,11 +24,12 @@ from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.stop_signals import STOP
 from rigid_body_sim.view.energy_history import energy_history
+from rigid_body_sim.view.film import SUFFIXES, FilmSettings, film, need_tools
 from rigid_body_sim.view.picture import picture
-from rigid_body_sim.view.playback_page import playback_page
-from rigid_body_sim.view.recorded_motion import read_motion
+from rigid_body_sim.view.playback_page import expected_outcome, playback_page
+from rigid_body_sim.view.recorded_motion import RecordedMotion, read_motion
 
-SUMMARY = 'draw a recorded run as a PNG, or play it in three dimensions on an HTML page'
+SUMMARY = 'draw a recorded run as a PNG, or play it in three dimensions: HTML page, GIF, MP4'
 
 SCENE = 'scene.yaml'
 DOTS_PER_INCH = 130
@@ -36,21 +40,81 @@ FEWEST_SAMPLES = 200
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare `view BAG -o FILE.png|FILE.html`."""
-    parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file')
+    parser.add_argument(
+        'bag', nargs='?', metavar='BAG', help='bag directory or .mcap file; with --live also none'
+    )
     parser.add_argument(
         '-o',
         '--output',
         metavar='FILE',
-        required=True,
         type=Path,
-        help='FILE.png: a picture; FILE.html: a page that plays the run, without network',
+        help='FILE.png: a picture; FILE.html: a page that plays the run, without network; '
+        'FILE.gif, FILE.mp4: a film',
     )
+    parser.add_argument(
+        '--live',
+        action='store_true',
+        help='serve the page of a run that goes on, to browsers on this machine: of BAG, which is '
+        'being written, or without BAG of the node that is running (needs ROS)',
+    )
+    parser.add_argument(
+        '--port', type=int, default=0, metavar='N', help='of --live, default: any that is free'
+    )
+    parser.add_argument(
+        '--namespace',
+        metavar='NS',
+        help='of the node for --live, default: the first that is found',
+    )
+    film = parser.add_argument_group('of a film')
+    film.add_argument(
+        '--size', type=_size, default=(960, 600), metavar='WxH', help='pixels, default 960x600'
+    )
+    film.add_argument(
+        '--fps', type=float, default=25.0, metavar='HZ', help='frames per second, default 25'
+    )
+    film.add_argument(
+        '--speed',
+        type=float,
+        metavar='R',
+        help='seconds of the run per second of film; default 1, for a long run what makes it 20 s',
+    )
+    film.add_argument('--dark', action='store_true', help='on a dark ground')
+    film.add_argument('--body', metavar='NAME', help='the body that is selected')
+    film.add_argument('--follow', action='store_true', help='the camera goes with that body')
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Draw the picture, the page or the film, or serve the page; returns the exit code."""
+    if arguments.live:
+        return _serve(arguments)
+    if arguments.bag is None or arguments.output is None:
+        raise UserError('give a BAG and -o FILE (.png, .html, .gif or .mp4), or --live')
+    return _draw(arguments)
+
+
+def _serve(arguments: argparse.Namespace) -> int:
+    from rigid_body_sim.view import live_server
+    from rigid_body_sim.view.bag_follower import BagFollower
+
+    if arguments.output is not None:
+        raise UserError('--live serves a page and writes none; leave out -o')
+    if not 0 <= arguments.port < 1 << 16:
+        raise UserError(f'--port {arguments.port}; allowed: 0 (any that is free) to 65535')
+    if arguments.bag is not None:
+        return live_server.serve(BagFollower(Path(arguments.bag)), port=arguments.port)
+    from rigid_body_sim.ros.state_listener import StateListener
+
+    with StateListener(arguments.namespace) as listener:
+        return live_server.serve(listener, port=arguments.port)
 
 
 @reads_recording('bag')
-def run(arguments: argparse.Namespace) -> int:
-    """Draw the picture or the page; returns the exit code."""
+def _draw(arguments: argparse.Namespace) -> int:
     _check_output(arguments.output)
+    settings = FilmSettings(
+        arguments.size, arguments.fps, arguments.speed, arguments.dark, arguments.body,
+        arguments.follow,
+    )  # fmt: skip
     bag = Bag(arguments.bag)
     bodies = sum(name.endswith('/pose') for name in with_every_body(bag).topics)
     samples = max(FEWEST_SAMPLES, min(SAMPLES, MOST_POINTS // max(bodies, 1)))
@@ -59,31 +123,60 @@ def run(arguments: argparse.Namespace) -> int:
     source = files.pop(SCENE, None)
     scene = None if source is None else load_scene(source, files=files)
     energy = None if scene is None else energy_history(scene, motion, ending=bag.ending)
-    figure = picture(motion, energy, title=_title(bag, None if scene is None else scene.name))
-    image = BytesIO()
-    figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
-    content = image.getvalue()
-    if arguments.output.suffix == '.html':
-        title = _title(bag, None if scene is None else scene.name)
-        content = playback_page(motion, scene, title=title, picture=content, bag=bag).encode()
+    title, about = bag.path.name if scene is None else scene.name, _about(bag)
+    if arguments.output.suffix == '.png':
+        figure = picture(
+            motion,
+            energy,
+            title=', '.join(filter(None, (title, about))),
+            caption=expected_outcome(scene),
+            scene=scene,
+        )
+        image = BytesIO()
+        figure.savefig(image, format='png', dpi=DOTS_PER_INCH)
+        content = image.getvalue()
+    else:
+        page = playback_page(motion, scene, title=title, about=about, energy=energy, bag=bag)
+        content = page.encode()
+        if arguments.output.suffix in SUFFIXES:
+            content = _film(page, arguments.output, settings, motion)
     with STOP.kept():  # half a picture looks like a whole one
         arguments.output.write_bytes(content)
     print(f'{arguments.output}: {len(motion.tracks)} bodies')
     return 0
 
 
+def _size(text: str) -> tuple[int, int]:
+    """Read 960x600."""
+    width, _, height = text.partition('x')
+    return int(width), int(height)
+
+
+def _film(page: str, output: Path, settings: FilmSettings, motion: RecordedMotion) -> bytes:
+    names = [track.name for track in motion.tracks]
+    if settings.body is not None and settings.body not in names:
+        cure = choose_from(settings.body, names)
+        raise UserError(f'--body {settings.body}: the bag has no such body{cure}')
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder) / output.name
+        film(page, whole, settings)
+        return whole.read_bytes()
+
+
 def _check_output(output: Path) -> None:
-    if output.suffix not in ('.png', '.html'):
+    if output.suffix not in ('.png', '.html', *SUFFIXES):
         raise UserError(
             f'{output}: cannot draw {output.suffix or "without a suffix"}; '
-            'give FILE.png or FILE.html'
+            'give FILE.png, FILE.html, FILE.gif or FILE.mp4'
         )
+    if output.suffix in SUFFIXES:
+        need_tools(output)
     check_folder(output)
 
 
-def _title(bag: Bag, scene: str | None) -> str:
-    """Scene, integrator and tick length, as far as the bag tells."""
-    parts = [scene or bag.path.name]
+def _about(bag: Bag) -> str:
+    """Integrator and tick length, as far as the bag tells."""
+    parts = []
     values = RecordValues(bag.path, 'manifest', bag.manifest)
     if integrator := values.text('integrator', '').split():
         parts.append(f'integrator {integrator[0]}')

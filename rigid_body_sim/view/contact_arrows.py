@@ -21,7 +21,6 @@ Where an instant has more contacts than fit into a page, the largest are kept.
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -32,6 +31,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.analysis.recorded_contacts import contact_topics, read_points
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE, GAP, NORMAL, OTHER, POINT
+from rigid_body_sim.view.page_numbers import PageNumbers
 
 Array = NDArray[np.float64]
 
@@ -55,17 +55,18 @@ class ContactArrows:
     arrows: Array
     left: int
 
-    def drawn(self, length: float) -> dict[str, Any]:
+    def drawn(self, numbers: PageNumbers, length: float) -> dict[str, Any]:
         """
         Give what the page needs.
 
-        length : [m] of an arrow that only a tenth of the forces exceed
+        numbers : takes the arrows
+        length  : [m] of an arrow that only a tenth of the forces exceed
         """
         sizes = np.linalg.norm(self.arrows[:, 3:], axis=1)
         usual = float(np.quantile(sizes, USUAL)) if sizes.size else 0.0
         return {
-            'starts': self.starts.tolist(),
-            'arrows': base64.b64encode(self.arrows.astype('<f4').tobytes()).decode(),
+            'starts': numbers.add(self.starts, 'u4'),
+            'arrows': numbers.add(self.arrows, 'f4'),
             'metres': length / usual if usual > 0.0 else 0.0,  # per newton
             'longest': LONGEST * length,
             'left': self.left,

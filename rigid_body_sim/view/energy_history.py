@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import along
-from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.physics.model.variable_mass import mass_at, masses_at
 from rigid_body_sim.physics.state.snapshot import COLUMNS, State
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
@@ -155,6 +155,20 @@ def _common_time(tracks: list[Track]) -> Array:
     return common
 
 
+def spin_of(body: Body, time: Array, orientation: Array, angular_velocity: Array) -> Array:
+    """
+    Angular momentum about the centre of mass (k, 3) [kg m^2/s], world axes; it has an inertia.
+
+    time : (k,) [s];   orientation : (k, 4) [-];   angular_velocity : (k, 3) [rad/s], world axes
+    """
+    assert body.inertia is not None
+    w_body = so3.rotate_back(orientation, angular_velocity)
+    changing = along(body, time)
+    spin = w_body @ body.inertia if changing is None else w_body * changing[0]
+    mass = np.array([mass_at(body, now) for now in time.tolist()])[:, None]
+    return so3.rotate(orientation, spin) * (mass / body.mass)
+
+
 def _states(scene: Scene, tracks: dict[str, Track], time: Array) -> list[State]:
     """The whole scene at each instant; fixed bodies where the scene puts them."""
     values = np.zeros((len(time), len(scene.bodies), COLUMNS))
@@ -173,11 +187,8 @@ def _states(scene: Scene, tracks: dict[str, Track], time: Array) -> list[State]:
         mass = np.array([mass_at(body, now) for now in time.tolist()])[:, None]
         out[:, 16:19] = mass * v
         if body.inertia is not None:
-            w_body = so3.rotate_back(q, w)
-            out[:, 13:16] = w_body
-            changing = along(body, time)
-            spin = w_body @ body.inertia if changing is None else w_body * changing[0]
-            out[:, 19:22] = so3.rotate(q, spin) * (mass / body.mass)
+            out[:, 13:16] = so3.rotate_back(q, w)
+            out[:, 19:22] = spin_of(body, time, q, w)
     return [
         State(row, masses_at(scene.bodies, now))
         for row, now in zip(values, time.tolist(), strict=True)

@@ -9,7 +9,7 @@ those of the stamps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 
 WRENCH_BYTES = 48  # force and torque at the end of a WrenchStamped payload
 NO_WRENCH = bytes(WRENCH_BYTES)
+_NO_TIME, _NO_VECTORS = np.empty(0), np.empty((0, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +44,8 @@ class Track:
     position, orientation      : (k, 3) [m], (k, 4) [-] xyzw, world
     twist_time                 : (j,) [s]
     velocity, angular_velocity : (j, 3) [m/s], (j, 3) [rad/s], world axes
+    wrench_time                : (w,) [s]  starts of the ticks over which a command acted
+    force, torque              : (w, 3) [N], (w, 3) [N m]  at the centre of mass, world axes
     """
 
     name: str
@@ -52,6 +55,9 @@ class Track:
     twist_time: Array
     velocity: Array
     angular_velocity: Array
+    wrench_time: Array = field(default_factory=_NO_TIME.copy)
+    force: Array = field(default_factory=_NO_VECTORS.copy)
+    torque: Array = field(default_factory=_NO_VECTORS.copy)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +93,8 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
     """
     Read the motion of every body.
 
-    samples : at most about so many instants of each body are kept, first and last among them
+    samples : at most about so many instants of each body are kept, first and last among them; of
+              the wrenches of a stretch the largest, so that a short one is not lost
     """
     bag = with_every_body(bag)
     poses = {name: t for name, t in bag.topics.items() if _is(t, 'pose', cdr.PoseStamped.TYPE)}
@@ -99,7 +106,8 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
         name for name, t in bag.topics.items() if _is(t, 'impulse', cdr.WrenchStamped.TYPE)
     }
     kept: dict[str, list[bytes]] = {name: [] for name in (*poses, *twists)}
-    seen = dict.fromkeys(kept, 0)
+    seen = dict.fromkeys((*kept, *wrenches), 0)
+    pushed: dict[str, dict[int, bytes]] = {name: {} for name in wrenches}
     commands: set[int] = set()
     touching = contact_topics(bag)
     loads: dict[str, list[tuple[float, float]]] = {name: [] for name in touching}
@@ -118,8 +126,19 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
             loads[name].append((message.log_time * 1e-9, load))
         elif name in impulses or message.data[-WRENCH_BYTES:] != NO_WRENCH:
             commands.add(message.log_time)
+        if name in wrenches:
+            stretch = seen[name] // -(-bag.counts[name] // samples)
+            before = pushed[name].get(stretch)
+            if before is None or _strength(message.data) > _strength(before):
+                pushed[name][stretch] = message.data
+            seen[name] += 1
     tracks = [
-        _track(name, kept[name], kept.get(name.removesuffix('pose') + 'twist', []))
+        track_of(
+            name,
+            kept[name],
+            kept.get(name.removesuffix('pose') + 'twist', []),
+            list(pushed.get(name.removesuffix('pose') + 'applied_wrench', {}).values()),
+        )
         for name in poses
         if kept[name]
     ]
@@ -148,9 +167,17 @@ def _is(topic: Topic, leaf: str, type_name: str) -> bool:
     return topic.name.endswith(f'/{leaf}') and topic.type == type_name
 
 
-def _track(topic: str, poses: list[bytes], twists: list[bytes]) -> Track:
+def _strength(payload: bytes) -> float:
+    """Sum of the squares of a wrench: zero for most of them, which is seen without reading."""
+    numbers = payload[-WRENCH_BYTES:]
+    return 0.0 if numbers == NO_WRENCH else float(np.sum(np.square(np.frombuffer(numbers))))
+
+
+def track_of(topic: str, poses: list[bytes], twists: list[bytes], wrenches: list[bytes]) -> Track:
+    """Read a body from the payloads of its messages; `topic` is that of its poses."""
     time, pose = _columns(cdr.PoseStamped, poses)
     twist_time, twist = _columns(cdr.TwistStamped, twists)
+    wrench_time, wrench = _columns(cdr.WrenchStamped, wrenches)
     return Track(
         topic.split('/')[-2] or topic,
         time,
@@ -159,11 +186,14 @@ def _track(topic: str, poses: list[bytes], twists: list[bytes]) -> Track:
         twist_time,
         twist[:, :3],
         twist[:, 3:],
+        wrench_time,
+        wrench[:, :3],
+        wrench[:, 3:],
     )
 
 
 def _columns(
-    kind: type[cdr.PoseStamped] | type[cdr.TwistStamped], payloads: list[bytes]
+    kind: type[cdr.PoseStamped | cdr.TwistStamped | cdr.WrenchStamped], payloads: list[bytes]
 ) -> tuple[Array, Array]:
     """Times [s] and numbers of payloads of one topic: at once where all are laid out alike."""
     width = sum(count for _, count in kind.PARTS)
@@ -195,6 +225,11 @@ def _from_zero(tracks: list[Track], bag: Bag) -> tuple[Track, ...]:
         return tuple(tracks)
     start = min(track.time[0] for track in tracks)
     return tuple(
-        replace(track, time=track.time - start, twist_time=track.twist_time - start)
+        replace(
+            track,
+            time=track.time - start,
+            twist_time=track.twist_time - start,
+            wrench_time=track.wrench_time - start,
+        )
         for track in tracks
     )

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 FLAT = 1e-3  # [-] a direction with less than this part of the extent of the motion is not drawn
 SQUEEZED = 0.2  # [-] of the widest span: a narrower one gets a scale of its own
+RESTS = 1e-3  # [-] of the scene, [-] of a quaternion: less is no motion to look at
 PLANES = ((0, 2), (0, 1), (1, 2))  # x-z first: gravity is along z
 AXES = 'xyz'
 
@@ -43,10 +44,23 @@ class Path:
     points: Array
 
 
-def draw_trajectories(figure: Figure, place: SubplotSpec, motion: RecordedMotion) -> list[str]:
-    """Draw the paths and return the names for the legend, one per body."""
+def has_trajectory(motion: RecordedMotion) -> bool:
+    """Whether a body goes anywhere, or turns, by more than round-off and the give of contacts."""
+    travel, turn = _ways(motion)
+    across = float(np.ptp(np.vstack([t.position[0] for t in motion.tracks]), axis=0).max())
+    return travel > RESTS * max(across, RESTS) or turn > RESTS
+
+
+def _ways(motion: RecordedMotion) -> tuple[float, float]:
+    """Largest travel along an axis [m] and largest change of a quaternion [-]."""
     travel = max(float(np.ptp(track.position, axis=0).max()) for track in motion.tracks)
     turn = max(float(np.ptp(track.orientation, axis=0).max()) for track in motion.tracks)
+    return travel, turn
+
+
+def draw_trajectories(figure: Figure, place: SubplotSpec, motion: RecordedMotion) -> list[str]:
+    """Draw the paths and return the names for the legend, one per body."""
+    travel, turn = _ways(motion)
     if travel > 0.0 or turn == 0.0:
         paths = [Path(track.name, track.position) for track in motion.tracks]
         _draw(figure, place, paths, title='trajectories of the centres of mass', unit='m')

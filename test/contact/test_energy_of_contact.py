@@ -73,8 +73,6 @@ def test_a_lively_box_with_friction_is_not_thrown_up_by_its_own_friction(frictio
 @pytest.mark.parametrize('friction', [0.0, 0.3, 0.8])
 @pytest.mark.parametrize('restitution', [0.0, 0.2, 0.5, 0.8])
 def test_energy_of_a_tumbling_box_rises_in_no_tick(restitution, friction):
-    if (restitution, friction) == (0.2, 0.8):
-        pytest.xfail('one tick of one of twelve throws rises by 5.5e-6 of the largest energy')
     for shape in SHAPES:
         for seed in range(3):
             sim = Simulation(thrown(shape, seed, restitution=restitution, friction=friction))
@@ -103,11 +101,56 @@ def cold_stack():
 @pytest.mark.parametrize('bodies', [corner_drop, cold_stack])
 @pytest.mark.parametrize('ms', [4.0, 1.0])
 def test_energy_of_few_bodies_rises_in_no_tick_and_less_in_shorter_ones(bodies, ms):
-    """
-    The cold stack falls with h to the 1.75, 3.5e-7 at 1 ms: a share of the passes ends at a speed.
-    """
     sim = Simulation(scene(bodies(), dt=1e-3 * ms))
-    assert largest_rise(sim, round(1000 / ms)) < FEW * (ms / 4.0) ** 1.75
+    assert largest_rise(sim, round(1000 / ms)) < FEW * (ms / 4.0) ** 2
+
+
+def begins_at_rest(count, ratio):
+    """
+    A stack of cubes that stand on each other when the scene begins; the top one has another mass.
+    """
+    cubes = [box(f'b{i}', 0.2, (0, 0, 0.1 + 0.2 * i)) for i in range(count - 1)]
+    top = box('top', 0.2, (0, 0, 0.2 * count - 0.1), mass=float(ratio))
+    return Simulation(scene([ground(material={'friction': 0.5}), *cubes, top], dt=0.004))
+
+
+@pytest.mark.parametrize(
+    ('count', 'ratio'), [(1, 1), (10, 1), (2, 10), (2, 100), (2, 1000), (2, 10_000), (10, 30)]
+)
+def test_what_stands_when_the_scene_begins_goes_on_standing(count, ratio):
+    """
+    Its loads are there before the first tick. What it sinks by is what the static sink leaves, 3 %
+    of 2 W/omega^2 at each joint and of W/(4 omega^2) at the ground, W the weight above over that
+    of a cube.
+    """
+    sim = begins_at_rest(count, ratio)
+    before, top = sim.energy(), sim.state.position[-1, 2]
+    omega = np.pi / 2 / 0.001
+    loads = [G * (ratio + i) for i in range(count)]
+    sinks = 0.03 * (2 * sum(loads[:-1]) + loads[-1] / 4) / omega**2
+    largest = before
+    for _ in range(250):
+        sim.step()
+        energy = sim.energy()
+        if ratio <= 1000:  # what rocks under 10^4 gains 2e-5
+            assert energy - before < (FEW if count < 4 else MANY) * largest
+        before = energy
+        assert sim.state.position[-1, 2] > top - 1.2 * sinks - 1e-9
+    assert np.abs(sim.state.velocity).max() < 2 * sinks + 1e-9
+    assert np.abs(sim.state.angular_velocity).max() < 1e-2
+    assert not list(sim.warnings())
+
+
+def test_what_begins_in_an_impact_has_no_load_of_its_own():
+    """
+    A cube that touches and comes with 1 m/s: its impulse is that of the impact and of its weight.
+    """
+    cube = box('b', 0.2, (0, 0, 0.1), velocity=(0, 0, -1.0))
+    sim = Simulation(scene([ground(), cube], dt=0.004))
+    sim.step()
+    pressed = np.abs(sim.contacts().impulse[:, 2].sum())
+    assert pressed == pytest.approx(1.0 + G * 0.004, rel=1e-9)
+    assert abs(sim.state.velocity[1, 2]) < 1e-9
 
 
 def test_energy_of_a_heap_and_of_a_pyramid_rises_in_no_tick():
@@ -249,3 +292,41 @@ def test_energy_of_elastic_balls_rises_in_no_tick():
     Verification case V26, of what falls and bounces.
     """
     assert largest_rise(block_of_balls(0.21, 1.0, 0.004), 250) < MANY
+
+
+def inelastic_columns():
+    """
+    Five columns of five rough balls, a centimetre apart: all but the lowest land on what lands.
+    """
+    rng = np.random.default_rng(1)
+    balls = []
+    for i in range(25):
+        place = (0.3 * (i % 5) + rng.normal() * 1e-3, rng.normal() * 1e-3, 0.11 + 0.21 * (i // 5))
+        balls.append(ball(f'b{i}', 0.1, place, mass=10.0, material={'friction': 0.5}))
+    return Simulation(scene([ground(material={'friction': 0.5}), *balls], dt=0.004))
+
+
+@pytest.mark.xfail(
+    strict=True, reason='the warm start after an impact of many at once lifts them: 1.5e-5 to 2e-5'
+)
+def test_energy_of_inelastic_balls_that_fall_onto_each_other_rises_in_no_tick():
+    assert largest_rise(inelastic_columns(), 150) < MANY
+
+
+def test_energy_of_inelastic_balls_rises_by_no_more_than_what_was_measured():
+    assert largest_rise(inelastic_columns(), 150) < 2.5e-5
+
+
+@pytest.mark.parametrize('size', [0.2, 0.02])
+def test_energy_of_boxes_that_begin_in_each_other_rises_in_no_tick(size):
+    """
+    Cubes in the air that overlap by up to half of their size: they part without being thrown.
+    """
+    rng = np.random.default_rng(10)
+    bodies = []
+    for i in range(40):
+        q = rng.normal(size=4)
+        place = (*(size * rng.uniform(-1.5, 1.5, 2)), size * (1.5 + 0.8 * i))
+        bodies.append(box(f'b{i}', size, place, q=q / np.linalg.norm(q)))
+    sim = Simulation(scene([ground(material={'friction': 0.5}), *bodies], dt=0.004))
+    assert largest_rise(sim, 60) < MANY

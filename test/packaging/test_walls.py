@@ -23,7 +23,7 @@ HEADER = ['# Copyright 2026 rigid_body_sim maintainers', '# SPDX-License-Identif
 NUMERIC = {'numpy', 'scipy'}
 PEERS = {'dartpy', 'mujoco', 'pinocchio', 'pybullet', 'pydrake', 'rapier3d'}  # in report/peers
 WALLS = {  # room -> what it may import besides the standard library and itself
-    'physics': NUMERIC | {'numba'},
+    'physics': NUMERIC | {'numba', 'llvmlite'},  # the second comes with the first
     'exact': NUMERIC,
     'recording': {'numpy', 'mcap', 'yaml', 'lz4', 'zstandard', f'{NAME}.errors'},
     'scene': {'numpy', 'yaml', 'trimesh', 'coacd', 'lxml', 'yourdfpy'}
@@ -32,10 +32,20 @@ WALLS = {  # room -> what it may import besides the standard library and itself
     | {'PIL', 'matplotlib', 'yaml', f'{NAME}.__version__', f'{NAME}.errors'}
     | {f'{NAME}.physics', f'{NAME}.exact', f'{NAME}.scene'}
     | PEERS,
+    'sweeps': {
+        'numpy',
+        'pyarrow',
+        'pandas',
+        'distributed',
+        f'{NAME}.__version__',
+        f'{NAME}.errors',
+    }
+    | {f'{NAME}.{room}' for room in ('physics', 'scene', 'recording', 'runs', 'stop_signals')}
+    | {f'{NAME}.missing_packages'},
     'testing.plugin': {'pytest', f'{NAME}.testing'},  # every pytest of an environment loads it
     'errors': set(),
 }
-SPEAK_ROS = {'ros', 'testing', 'verbs.sim_node', 'verbs.wrench_pub'}
+SPEAK_ROS = {'ros', 'testing', 'verbs.sim_node', 'verbs.view', 'verbs.wrench_pub'}
 FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go down
     'physics': (
         'errors', 'arrays', 'compile', 'vectors', 'model', 'state', 'forces', 'integration',
@@ -201,9 +211,9 @@ def test_only_the_ros_room_knows_ros_and_its_verbs_and_the_tests_of_users_know_i
     assert not those_who_import(lambda name: within(name, {f'{NAME}.ros'}), SPEAK_ROS)
 
 
-def test_nothing_leans_on_the_report_but_its_verb():
-    report = {f'{NAME}.report'}
-    assert not those_who_import(lambda name: within(name, report), {'report', 'verbs.report'})
+def test_nothing_leans_on_the_report_but_its_verb_and_the_one_that_lists_its_problems():
+    report, verbs = {f'{NAME}.report'}, {'verbs.report', 'verbs.list'}
+    assert not those_who_import(lambda name: within(name, report), {'report', *verbs})
 
 
 def test_peers_are_imported_in_their_files_alone():

@@ -15,8 +15,10 @@ from ..patience import HANGING, PATIENCE
 
 ROOT = Path(__file__).parents[2]
 WITH_NODE = ROOT / 'examples' / 'lockstep_controller.py'
-EXAMPLES = sorted({*(ROOT / 'examples').glob('*.py')} - {WITH_NODE})
-COMPILED = {'stack'}  # some hundred times slower as plain source
+EIGHT = sorted((ROOT / 'examples' / 'eight_tasks').glob('*.py'))
+EXAMPLES = [*sorted({*(ROOT / 'examples').glob('*.py')} - {WITH_NODE}), *EIGHT]
+COMPILED = {'stack', *(path.stem for path in EIGHT)}  # some hundred times slower as plain source
+MOST_LINES = 12  # of public API in each of the eight tasks
 
 
 @pytest.mark.parametrize('path', EXAMPLES, ids=lambda path: path.stem)
@@ -33,6 +35,24 @@ def test_the_example_runs_and_its_numbers_hold(path):
     )
     assert result.returncode == 0, result.stdout + result.stderr
     assert result.stdout.strip(), 'an example shows something'
+
+
+def test_each_of_the_eight_tasks_takes_at_most_twelve_lines_of_public_api():
+    assert len(EIGHT) == 8
+    for path in EIGHT:
+        tree = ast.parse(path.read_text())
+        told = [*tree.body[:1], *(node for node in ast.walk(tree) if is_no_api(node))]
+        skipped = {k for node in told for k in range(node.lineno, node.end_lineno + 1)}
+        lines = enumerate(path.read_text().splitlines(), start=1)
+        api = [line for k, line in lines if k not in skipped and line.split('#')[0].strip()]
+        assert len(api) <= MOST_LINES, f'{path.name}: {len(api)} lines'
+        assert 'rigid_body_sim.' not in path.read_text().replace('rigid_body_sim maintainers.', '')
+
+
+def is_no_api(node):
+    """Whether a statement imports, prints or judges the numbers."""
+    prints = isinstance(node, ast.Expr) and ast.unparse(node).startswith('print(')
+    return prints or isinstance(node, ast.Import | ast.ImportFrom | ast.Assert)
 
 
 def test_the_controller_in_lock_step_turns_the_satellite_of_the_node_that_its_text_starts(

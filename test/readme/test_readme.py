@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from rigid_body_sim.__main__ import main
 from rigid_body_sim.scene import load_scene
 
 from ..patience import HANGING
@@ -52,33 +53,58 @@ def test_the_scene_is_the_shipped_scene_and_loads():
 
 def test_the_scene_of_contact_loads():
     ground = '- {name: ground, shape: {type: plane, normal: [0, 0, 1]}, friction: 0.4}'
-    bodies = load_scene(yaml.safe_load(block_with('yaml', ground))).bodies
+    bodies = load_scene(block_with('yaml', ground).encode()).bodies
     assert [body.name for body in bodies][:2] == ['ground', 'box_1'] and len(bodies) == 11
 
 
 def test_the_bodies_of_the_scene_with_a_hammer_load():
-    (hammer,) = load_scene(
-        {'dt': 0.001, **yaml.safe_load(block_with('yaml', 'name: hammer'))}
-    ).bodies
+    (hammer,) = load_scene(block_with('yaml', 'name: hammer\n').encode()).bodies
     assert hammer.pivot is not None
     assert hammer.initial.position[2] < 1.0  # its head hangs down
 
 
 def test_the_python_example_runs():
-    printed = run(
-        [sys.executable, '-c', block_with('python', 'Simulation(load_scene')], folder=ROOT
-    )
+    printed = run([sys.executable, '-c', block_with('python', "integrator='dmv6'")], folder=ROOT)
     assert printed.startswith('1.0 ')
+
+
+def test_the_controller_of_the_first_minute_stops_the_satellite():
+    printed = run(
+        [sys.executable, '-c', block_with('python', 'def damper(t, state)')],
+        folder=ROOT,
+        RIGID_BODY_SIM_COMPILE='0',
+    )
+    time, *rates = map(float, printed.replace('[', ' ').replace(']', ' ').split())
+    assert time == 5.0 and max(map(abs, rates)) < 1e-3  # rad/s: from 0.05, like exp(-0.5 t / 0.35)
+
+
+@pytest.mark.parametrize('words', ['simulate bouncing_ball', 'simulate tumbling_box'])
+def test_the_first_minutes_of_students_and_of_researchers_work(
+    words, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    for line in block_with('', words).strip().splitlines():
+        command = shlex.split(line, comments=True)
+        if command[1] == '-m':
+            assert main(command[3:]) == 0, capsys.readouterr()
+        else:  # a lesson; test_lecture runs it
+            assert (ROOT / command[1]).is_file()
+    shown = capsys.readouterr().out
+    assert '  bag: ' in shown
+    if 'tumbling' in words:
+        assert 'estimated error: position' in shown and 'identical' in shown
+        assert 'no drift, to the last bit' in shown
 
 
 def test_the_commands_of_a_first_run_work(tmp_path):
     lines = block_with('', 'simulate two_bodies').strip().splitlines()
-    assert len(lines) == 6
+    assert len(lines) == 8
     for line in lines:
         words = shlex.split(line, comments=True)
         assert words[0] == 'python'
         run([sys.executable, *words[1:]], folder=tmp_path)
     assert (tmp_path / 'run.png').stat().st_size > 10_000
+    assert len((tmp_path / 'run.csv').read_text().splitlines()) == 1 + 1001  # t = 0 is one of them
 
 
 def test_the_test_of_a_controller_is_the_one_that_ships():

@@ -5,9 +5,6 @@
 from __future__ import annotations
 
 import argparse
-import base64
-import json
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -48,7 +45,10 @@ from rigid_body_sim.physics.model.shapes import (
 )
 from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.verbs import simulate, view
-from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_planes
+from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_planes, inertia_form
+from rigid_body_sim.view.page_numbers import PageNumbers
+
+from ..pages import PageOf, array_of
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -67,10 +67,17 @@ SHAPES = (
 )
 
 
-def surface(form):
+def surface(form, numbers):
     """Vertices (n, 3) and faces (m, 3) of a form."""
-    vertices = np.frombuffer(base64.b64decode(form['vertices']), '<f4').reshape(-1, 3)
-    return vertices.astype(float), np.frombuffer(base64.b64decode(form['faces']), '<u4')
+    held = numbers.joined() if isinstance(numbers, PageNumbers) else numbers
+    vertices, faces = (array_of(form[name], held) for name in ('vertices', 'faces'))
+    return vertices.reshape(-1, 3).astype(float), faces
+
+
+def drawing(*, ball=0.01, meshes_collide=True):
+    """Shapes of a page, none yet, and its numbers."""
+    numbers = PageNumbers()
+    return DrawnShapes(numbers, ball=ball, meshes_collide=meshes_collide), numbers
 
 
 def same_points(found, wanted, *, within):
@@ -79,7 +86,7 @@ def same_points(found, wanted, *, within):
     return len(found) == len(wanted) and apart.min(axis=1).max() <= within
 
 
-def same_geometry(form, kind, numbers):
+def same_geometry(form, kind, numbers, held):
     """Whether a form has the sizes by which contact knows it."""
     if kind == SPHERE:
         return form == {'type': 'sphere', 'radius': numbers[0]}
@@ -93,7 +100,7 @@ def same_geometry(form, kind, numbers):
     corners = numbers[VERTICES : VERTICES + 3 * count].reshape(-1, 3)
     # the page is in single precision; corners are of the order of 1 m
     whole = corners + numbers[CENTER : CENTER + 3]
-    return same_points(surface(form)[0], whole, within=3e-7)
+    return same_points(surface(form, held)[0], whole, within=3e-7)
 
 
 VECTORS = st.tuples(*[st.floats(-2.0, 2.0)] * 3)  # [m]
@@ -142,8 +149,8 @@ def test_each_part_is_drawn_with_the_geometry_and_the_pose_that_contact_has(
     )
     scene = Scene(name='s', dt_ns=1_000_000, bodies=(body,), contact={'mode': 'timestep'})
     colliders = Colliders.of(scene, Layout(scene))
-    drawn = DrawnShapes(ball=0.01, meshes_collide=True)
-    points = {'type': 'sphere', 'radius': 0.01}  # contact gives them no surface in a union
+    drawn, held = drawing()
+    points = {'type': 'point', 'radius': 0.01}  # contact gives them no surface in a union
     found = drawn.parts(body)
     if isinstance(shape, Union):
         found = [part for part in found if drawn.forms[part['form']] != points]
@@ -163,10 +170,10 @@ def test_each_part_is_drawn_with_the_geometry_and_the_pose_that_contact_has(
             assert isinstance(shape, Particle)
             continue
         assert same_geometry(
-            form, row[0], colliders.shape_parameters[row[collider_record.PARAMETERS] :]
+            form, row[0], colliders.shape_parameters[row[collider_record.PARAMETERS] :], held
         )
         if form['type'] == 'surface':
-            corners = pose[:3] + surface(form)[0] @ turn.T
+            corners = pose[:3] + surface(form, held)[0] @ turn.T
             farthest = np.linalg.norm(corners - stands[0], axis=1).max()
             assert reach(body) >= farthest * (1.0 - 1e-6)  # single precision of the page
 
@@ -185,14 +192,14 @@ def test_the_point_masses_of_a_body_are_drawn_where_its_axes_carry_them():
         mass=3.0,
         center_of_mass=(0.1, 0.2, 0.3),
     )
-    places = [part['at'] for part in DrawnShapes(ball=0.01, meshes_collide=True).parts(body)]
+    places = [part['at'] for part in drawing()[0].parts(body)]
     wanted = np.vstack((turn.apply(points), [0, 0, 3])) - body.center_of_mass
     assert places == pytest.approx(wanted, abs=1e-15)  # round-off
     assert reach(body) == pytest.approx(np.linalg.norm(wanted, axis=1).max(), rel=1e-15)
 
 
 def test_equal_shapes_stand_in_the_page_once():
-    drawn = DrawnShapes(ball=0.01, meshes_collide=False)
+    drawn, _ = drawing(meshes_collide=False)
     again = Mesh(CORNERS, FACES, name='another')
     for shape in (Sphere(0.5), Mesh(CORNERS, FACES), again, Sphere(0.5), Box((1.0, 1.0, 1.0))):
         parts = (Part(shape), Part(shape, position=(1.0, 0.0, 0.0)))
@@ -202,22 +209,22 @@ def test_equal_shapes_stand_in_the_page_once():
 
 @pytest.mark.parametrize('collide', [True, False])
 def test_a_hollow_mesh_is_drawn_by_its_faces_and_where_it_collides_its_hull_too(collide):
-    drawn = DrawnShapes(ball=0.01, meshes_collide=collide)
+    drawn, held = drawing(meshes_collide=collide)
     body = Body(name='b', shape=DENTED, mass=1.0)
     mesh, *hull = drawn.parts(body)
-    vertices, faces = surface(drawn.forms[mesh['form']])
+    vertices, faces = surface(drawn.forms[mesh['form']], held)
     assert np.array_equal(vertices, DENTED.vertices.astype('<f4'))
     assert np.array_equal(faces.reshape(-1, 3), DENTED.faces)
     assert [part.get('translucent', False) for part in hull] == [True] * collide
     for part in hull:
-        assert same_points(surface(drawn.forms[part['form']])[0], CORNERS, within=0.0)
+        assert same_points(surface(drawn.forms[part['form']], held)[0], CORNERS, within=0.0)
 
 
 def test_points_in_a_plane_are_drawn_although_they_span_no_solid():
     flat = ConvexHull([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    drawn = DrawnShapes(ball=0.01, meshes_collide=False)
+    drawn, held = drawing(meshes_collide=False)
     (part,) = drawn.parts(Body(name='b', shape=flat, mass=1.0))
-    assert len(surface(drawn.forms[part['form']])[0]) == 4
+    assert len(surface(drawn.forms[part['form']], held)[0]) == 4
 
 
 def test_a_plane_is_drawn_where_contact_has_it():
@@ -293,15 +300,9 @@ def page(tmp_path_factory):
     return folder / 'run.html'
 
 
-def run_of(page):
-    """The data in the page."""
-    return json.loads(re.search(r'type="application/json">(.*?)</script>', page.read_text())[1])
-
-
 def poses_of(run):
     """Positions and orientations (k, n, 7) of the bodies."""
-    numbers = np.frombuffer(base64.b64decode(run['numbers']), '<f4').astype(float)
-    return numbers.reshape(len(run['times']), len(run['bodies']), 7)
+    return np.concatenate((run.positions, run.of_bodies('orientation')), axis=2)
 
 
 def height_above(form, point):
@@ -342,10 +343,10 @@ def test_each_arrow_begins_on_the_drawn_surface_of_a_body_that_can_move(page):
     So it stays on the surface of the one; and it leaves those of two by up to half of the way
     that they slide along each other in the tick, all of it where an edge slides across an edge.
     """
-    run = run_of(page)
-    poses, starts = poses_of(run), run['contacts']['starts']
-    assert np.allclose(np.diff(run['times']), 0.002)  # [s] each tick
-    arrows = np.frombuffer(base64.b64decode(run['contacts']['arrows']), '<f4').reshape(-1, 6)
+    run = PageOf(page)
+    poses, starts = poses_of(run), run.array(run['contacts']['starts'])
+    assert np.allclose(np.diff(run.times), 0.002)  # [s] each tick
+    arrows = run.array(run['contacts']['arrows']).reshape(-1, 6)
     met = set()
     for i in range(1, len(poses)):
         for point in arrows[starts[i] : starts[i + 1], :3].astype(float):
@@ -361,17 +362,12 @@ def test_each_arrow_begins_on_the_drawn_surface_of_a_body_that_can_move(page):
 
 @pytest.mark.parametrize('instant', [0, -1])
 def test_a_browser_puts_each_part_where_contact_would_find_it(tab, page, instant):
-    run = run_of(page)
-    instant %= len(run['times'])
+    run = PageOf(page)
+    instant %= len(run.times)
     tab.open(page.as_uri())
-    matrices, distinct = tab.evaluate(f"""(() => {{
-        const time = document.getElementById('time');
-        time.value = {instant};
-        time.oninput();
-        for (const group of drawn) group.updateMatrixWorld(true);
-        const solids = drawn.map(group => group.children.filter(part => part.isMesh));
-        return [solids.map(parts => parts.map(part => part.matrixWorld.elements)),
-                new Set(solids.flat().map(part => part.geometry)).size]; }})()""")
+    tab.wait_for("document.body.dataset.state === 'ready'")
+    tab.evaluate(f'view.seek({float(run.times[instant])!r})')
+    matrices, distinct = tab.evaluate('[view.bodies.matrices(), view.bodies.forms.length]')
     assert tab.errors == []
     assert distinct == len(run['forms'])
     scene = load_scene(page.parent / 'parts.yaml', files={'hammer.urdf': LINK.encode()})
@@ -388,3 +384,26 @@ def test_a_browser_puts_each_part_where_contact_would_find_it(tab, page, instant
     assert found[:, 3, :3] == pytest.approx(wanted[:, :3], abs=1e-6)
     turns = found[:, :3, :3].transpose(0, 2, 1)
     assert turns == pytest.approx(wanted[:, 3:].reshape(-1, 3, 3), abs=1e-6)
+
+
+MOMENTS = st.tuples(*[st.floats(0.1, 3.0)] * 3)  # squares of sizes over 6, whatever they are
+
+
+@settings(max_examples=60)
+@given(squares=MOMENTS, turn=TURNS, mass=st.floats(0.1, 50.0), alike=st.booleans())
+def test_a_body_without_a_shape_is_drawn_as_a_solid_of_its_inertia(squares, turn, mass, alike):
+    a, b, c = squares
+    b = a if alike else b
+    axes = Rotation.from_quat(turn).as_matrix()
+    inertia = axes @ np.diag(mass * np.array((b + c, a + c, a + b))) @ axes.T
+    form, drawn_turn = inertia_form(mass, inertia)
+    if form['type'] == 'box':
+        x, y, z = np.square(form['size']) / 12.0  # I_x = m (y^2 + z^2) / 12
+    else:
+        x, y, z = np.square(form['radii']) / 5.0  # I_x = m (y^2 + z^2) / 5
+        assert alike or min(abs(a - b), abs(b - c), abs(c - a)) < 1e-5
+    back = Rotation.from_quat(drawn_turn).as_matrix()
+    again = back @ np.diag(mass * np.array((y + z, x + z, x + y))) @ back.T
+    # round-off, twelve digits of the largest; a side thinner than a fiftieth is drawn thicker
+    if min(x, y, z) > 0.02**2 * max(x, y, z) * 1.01:
+        assert np.allclose(again, inertia, rtol=0, atol=1e-12 * np.trace(inertia))

@@ -29,6 +29,7 @@ DT_NS = 10_000_000
 TICKS = 100
 WEIGHT = 8.0  # [N] on four corners of the box
 HIT = 30  # [tick] the ball hits the box, once, 5 N and 0.25 mm deep
+RULES = {'pairs': [{'bodies': ['box', 'ball'], 'friction': 0.1}], 'ignore': [['ground', 'ball']]}
 SCENE = b"""version: 1
 name: made_up
 dt: 0.01
@@ -76,7 +77,7 @@ def record(tmp_path):
         writer = BagWriter(
             tmp_path / name,
             topics=[*states.topics, *(touching.topics if contacts else ())],
-            manifest={'contact': json.dumps({'mode': mode}), 'dt_ns': str(DT_NS)},
+            manifest={'contact': json.dumps({**RULES, 'mode': mode}), 'dt_ns': str(DT_NS)},
             attachments={'scene.yaml': SCENE.replace(b'timestep', mode.encode())},
         )
         rest = {key: np.zeros((3, 3)) for key in ('position', 'velocity', 'angular_velocity')}

@@ -15,6 +15,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 import yaml
+from scipy.spatial.transform import Rotation
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact import ballistic, free_asymmetric_top
@@ -27,7 +28,7 @@ from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.verbs import view
 from rigid_body_sim.view.energy_history import energy_history
-from rigid_body_sim.view.picture import picture
+from rigid_body_sim.view.picture import picture, roll_pitch_yaw
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, read_motion
 
 DT_NS = 10_000_000
@@ -176,15 +177,47 @@ def test_title_axes_and_legend_name_what_is_seen(throw, tmp_path, monkeypatch):
     said = texts(seen['figure'])
     for words in ('thrown, integrator dmv6, dt = 0.01 s', 'box', 'can', 'x [m]', 'z [m]'):
         assert words in said
-    for label in ('speed [m/s]', 'angular speed [rad/s]', 'energy [J]', 'simulation time [s]'):
+    for label in ('energy [J]', 'simulation time [s]', 'velocity [m/s]: z', 'attitude [°]: roll'):
         assert label in said
+    for label in ('angular velocity [rad/s], body axes: x', 'angular momentum [kg m²/s]'):
+        assert label in said
+    assert 'commanded' not in said  # nothing was: no empty panel
 
 
 def test_of_many_bodies_ten_are_named_and_the_rest_counted(throw):
     """Fourteen bodies: no legend of fourteen lines, and no silence about the other four."""
     said = texts(drawn(throw(tuple(f'body_{i}' for i in range(14)))))
-    assert 'the first 10 of 14 bodies' in said and '4 more bodies, not named' in said
+    assert '4 more bodies, not named' in said
     assert 'body_9' in said and 'body_10' not in said
+
+
+def test_a_command_of_one_tick_is_drawn_with_its_value(throw):
+    """One newton along each axis at tick 100 of 200, also where only 30 instants are drawn."""
+    motion = read_motion(Bag(throw(pushed=(100,))), samples=30)
+    assert [track.force.max() for track in motion.tracks] == [1.0, 1.0]
+    said = texts(picture(motion, None, title='push'))
+    assert 'commanded force [N]: x' in said and 'commanded torque' not in said
+
+
+def test_roll_pitch_and_yaw_are_those_of_scipy():
+    turns = Rotation.random(200, rng=np.random.default_rng(3))
+    wanted = turns.as_euler('ZYX', degrees=True)[:, ::-1]
+    # round-off, magnified by the nearness of 90 degrees
+    np.testing.assert_allclose(roll_pitch_yaw(turns.as_quat()), wanted, atol=1e-9)
+
+
+def test_what_lies_still_has_no_empty_panels():
+    t = np.linspace(0.0, 1.0, 20)
+    still = track(
+        'box', t, np.ones((20, 3)), np.tile((0, 0, 0, 1.0), (20, 1)), *np.zeros((2, 20, 3))
+    )
+    figure = picture(
+        RecordedMotion((still,), np.empty(0)), None, title='still', caption='It rests.'
+    )
+    said = texts(figure)
+    assert 'It rests.' in said and 'position [m]: x' in said
+    for nothing in ('velocity', 'attitude', 'momentum', 'trajectories', 'drift'):
+        assert nothing not in said
 
 
 def test_bodies_that_only_turn_are_shown_by_the_paths_of_their_axes():

@@ -180,7 +180,7 @@ def test_simulate_reports_the_laws_that_are_left(as_json, verb, tmp_path):
     assert sum(points.shape[0] for _, points in clouds(tmp_path / 'a')['box_1']) >= 8 * 4
     code, out, _ = verb(*words, '-o', tmp_path / 'b')
     assert result['energy_balance']['contact'] >= 0.0 <= result['energy_balance']['defect']
-    for said in ('energy balance: change -', 'energy rise: ', 'deepest gap: -'):
+    for said in ('energy balance: change -', 'energy rise: ', 'deepest overlap: '):
         assert said in out
     assert (code, verb('bag', 'diff', tmp_path / 'a', tmp_path / 'b')[0]) == (0, 0)
 

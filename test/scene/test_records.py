@@ -102,7 +102,7 @@ def test_a_scene_that_no_file_could_hold_is_refused_with_its_path(
 
 def test_no_record_is_a_scene() -> None:
     with pytest.raises(InvalidModel, match='a Scene, such as load_scene returns'):
-        Simulation('two_bodies')  # type: ignore[arg-type]
+        Simulation(7)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize('ends', [('b', 'b'), ('world', 'world')])

@@ -60,6 +60,41 @@ def names_of(cache: Any) -> tuple[str, str, str]:
     return cache._cache_path, kept.filename_base, repr(kept.locator.get_source_stamp())
 
 
+def read_whole(path: Path, key: bytes, *, of_any_user: bool = False) -> bytes | None:
+    """
+    Give what was kept in a file under a key; None where it is not whole, or not ours.
+
+    of_any_user : it came with the package, whose modules are run whosever they are
+    """
+    try:
+        with open(path, 'rb', opener=None if of_any_user else _opened) as file:
+            content = file.read(os.fstat(file.fileno()).st_size)
+    except OSError:
+        return None
+    begin = len(MAGIC) + DIGEST_SIZE
+    payload = content[begin:]
+    whole = MAGIC + hashlib.sha256(key + payload).digest()
+    return payload if content[:begin] == whole else None
+
+
+def write_whole(path: Path, key: bytes, payload: bytes) -> None:
+    """Keep a payload under a key, if the folder takes it."""
+    with suppress(OSError):
+        handle, beside = tempfile.mkstemp(dir=path.parent, prefix='new-')
+        try:
+            with os.fdopen(handle, 'wb') as file:
+                file.write(MAGIC + hashlib.sha256(key + payload).digest() + payload)
+            Path(beside).replace(path)
+        except BaseException:
+            Path(beside).unlink(missing_ok=True)
+            raise
+
+
+def named(folder: Path, name: str, key: bytes) -> Path:
+    """Name the file that keeps what a key tells of a function."""
+    return folder / f'{name}.{hashlib.sha256(key).hexdigest()[:16]}.kernel'
+
+
 class KernelFiles:
     """
     The files of one function; stands where numba keeps an index and its files.
@@ -76,19 +111,11 @@ class KernelFiles:
     def _place(self, key: Any) -> tuple[bytes, Path]:
         """Give the text of a key and the file that it names."""
         text = f'{self._made_of} {self._name} {key!r}'.encode()
-        return text, self._folder / f'{self._name}.{hashlib.sha256(text).hexdigest()[:16]}.kernel'
+        return text, named(self._folder, self._name, text)
 
     def _payload(self, key: Any) -> bytes | None:
         text, path = self._place(key)
-        try:
-            with open(path, 'rb', opener=_opened) as file:
-                content = file.read(os.fstat(file.fileno()).st_size)
-        except OSError:
-            return None
-        begin = len(MAGIC) + DIGEST_SIZE
-        payload = content[begin:]
-        whole = MAGIC + hashlib.sha256(text + payload).digest()
-        return payload if content[:begin] == whole else None
+        return read_whole(path, text)
 
     def holds(self, key: Any) -> bool:
         """Whether there is a whole file for a key."""
@@ -107,16 +134,7 @@ class KernelFiles:
         from numba.core.serialize import dumps  # also of what pickle alone does not know
 
         text, path = self._place(key)
-        payload = dumps(data)
-        with suppress(OSError):
-            handle, beside = tempfile.mkstemp(dir=self._folder, prefix='new-')
-            try:
-                with os.fdopen(handle, 'wb') as file:
-                    file.write(MAGIC + hashlib.sha256(text + payload).digest() + payload)
-                Path(beside).replace(path)
-            except BaseException:
-                Path(beside).unlink(missing_ok=True)
-                raise
+        write_whole(path, text, dumps(data))
 
     def flush(self) -> None:
         """Forget all that was kept for the function."""

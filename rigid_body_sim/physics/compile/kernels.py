@@ -18,12 +18,18 @@ scene lacks is neither compiled nor called. A module declares its slots at its h
 and a function that names one is no kernel before `specialise` has bound it. How numba is spared
 work is in `numba_pipeline`.
 
-The compiled code is cached under a folder whose name is a digest of every kernel source, because
-numba itself does not see a change in a function that a cached kernel calls. The folder is, in this
+What Python calls is kept as an image: machine code that the next process copies into memory and
+calls (`images`), and for which it does not even import numba. What kernels call is kept as
+bitcode, for the next kernel that calls it. All of it lies under a folder whose name is a digest of
+every kernel source, because numba itself does not see a change in a function that a cached kernel
+calls. The folder is, in this
 order: $RIGID_BODY_SIM_CACHE, $NUMBA_CACHE_DIR, $XDG_CACHE_HOME/rigid_body_sim,
 ~/.cache/rigid_body_sim. One that cannot be written, belongs to another user or may be written by
 others is passed over; where none is left, kernels are compiled anew at each start: that costs
 time, not the run. Damage is found and mended, see `kernel_files`.
+
+Whoever sets numba (NUMBA_BOUNDSCHECK, NUMBA_CPU_NAME, .numba_config.yaml …) gets what numba makes
+of that, without images.
 
 $RIGID_BODY_SIM_COMPILE=0 runs the plain source. Where numba is missing it runs, too, and is warned
 of once a process: measured on one core, plain against compiled, a tick takes 70 to 300 times as
@@ -35,48 +41,29 @@ from __future__ import annotations
 
 import dis
 import hashlib
+import importlib
 import os
 import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
-from types import CodeType, FunctionType
+from types import CodeType, FrameType, FunctionType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.compile.images import Images, numba_is_set, processor, release_of
+from rigid_body_sim.physics.compile.kernel import WITHOUT, Kernel, without_numba
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, is_ours, names_of
+from rigid_body_sim.physics.compile.sources import codes, digest_of_sources
 
-try:
-    import numba
-
-    WITHOUT_NUMBA = ''
-except ImportError as _missing:  # the plain source runs instead
-    numba = None
-    WITHOUT_NUMBA = (
-        f'numba cannot be imported ({_missing}): kernels run as plain Python, with the same bits '
-        'but some 200 times slower, 700 times where bodies touch; pip install numba'
-    )
-
-_config: Any = getattr(numba, 'config', None)  # numba's settings carry no types
-
-COMPILED = (
-    numba is not None
-    and os.environ.get('RIGID_BODY_SIM_COMPILE', '1') != '0'
-    and not _config.DISABLE_JIT
-)
-
-_ROOT = Path(__file__).parents[1]  # physics
-
-
-def _source_digest() -> str:
-    digest = hashlib.sha256()
-    for path in sorted(_ROOT.rglob('*.py')):
-        digest.update(path.relative_to(_ROOT).as_posix().encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+_WANTED = os.environ.get('RIGID_BODY_SIM_COMPILE', '1') != '0'
+# releases whose inside is what `numba_pipeline` expects; another one compiles the same, slowly
+_KNOWN_INSIDE = ('0.68.',)
+SHIPPED = Path(__file__).parent / 'bitcode'
 
 
 def _cache_candidates() -> list[Path]:
@@ -101,10 +88,7 @@ def _usable(folder: Path) -> bool:
         return False
 
 
-def _choose_cache() -> Path | None:
-    if not COMPILED:
-        return None
-    digest = _source_digest()
+def _choose_cache(digest: str) -> Path | None:
     for candidate in _cache_candidates():
         folder = candidate / f'kernels-{digest}'
         if _usable(folder):
@@ -112,29 +96,55 @@ def _choose_cache() -> Path | None:
     return None
 
 
-CACHE = _choose_cache()
+def _import_numba() -> tuple[bool, str]:
+    """Import numba: whether it compiles, and why it does not."""
+    try:
+        numba: Any = importlib.import_module('numba')  # its settings carry no types
+    except ImportError as missing:  # the plain source runs instead
+        return False, without_numba(missing)
+    release_of.cache_clear()
+    return not numba.config.DISABLE_JIT, ''
 
 
-# releases whose inside is what `numba_pipeline` expects; another one compiles the same, slowly
-_KNOWN_INSIDE = ('0.68.',)
+def _set_up() -> tuple[bool, str, Path | None, Images | None]:
+    """
+    Find out what compiles and where it is kept; numba is not imported where an earlier process
+    has made images with what is installed now.
+    """
+    if not _WANTED:
+        return False, '', None, None
+    if release_of('numba') is None or numba_is_set():
+        compiles, why_not = _import_numba()
+        folder = _choose_cache(digest_of_sources()) if compiles else None
+        return compiles, why_not, folder, None
+    digest = digest_of_sources()
+    folder = _choose_cache(digest)
+    images = None
+    if processor() is not None and str(release_of('numba')).startswith(_KNOWN_INSIDE):
+        images = Images(folder, SHIPPED / f'kernels-{digest}')
+        if images.has_worked():
+            return True, '', folder, images
+    compiles, why_not = _import_numba()
+    return compiles, why_not, folder if compiles else None, images if compiles else None
+
+
+COMPILED, WITHOUT_NUMBA, CACHE, IMAGES = _set_up()
 
 
 def _jit(function: Callable[..., Any], *, inline: bool) -> Callable[..., Any]:
-    assert numba is not None
+    if str(release_of('numba')).startswith(_KNOWN_INSIDE):
+        return Kernel(function, IMAGES, CACHE, inlined=inline)
+    numba: Any = importlib.import_module('numba')
     options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'forceinline': inline}
-    if numba.__version__.startswith(_KNOWN_INSIDE):
-        from rigid_body_sim.physics.compile.numba_pipeline import Kernel
-
-        return Kernel(function, options, CACHE)
     made: Any = numba.njit(**options)(function)
     if CACHE is not None:
-        before = _config.CACHE_DIR
-        _config.CACHE_DIR = str(CACHE)  # read by numba in the next line
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(CACHE)  # read by numba in the next line
         try:
             made.enable_caching()
             _keep_whole_files(made)
         finally:
-            _config.CACHE_DIR = before
+            numba.config.CACHE_DIR = before
     return made
 
 
@@ -143,7 +153,8 @@ def _keep_whole_files(made: Any) -> None:
     Let what numba keeps of a function be checked when it is read; where its inside has no place
     for that, keep nothing.
     """
-    assert numba is not None
+    import numba
+
     kept = made._cache
     try:
         own = KernelFiles(*names_of(kept), f'numba {numba.__version__}')
@@ -209,27 +220,23 @@ def slots_of(function: FunctionType) -> dict[str, KernelSlot]:
     known = function.__globals__
     named = {name for name in _names(function.__code__) if isinstance(known.get(name), KernelSlot)}
     if named:  # a name of the code may also be that of an attribute
-        named &= set(_globals_read(function.__code__))
+        named &= _globals_read(function.__code__)
     return {name: known[name] for name in sorted(named)}
 
 
-def _codes(code: CodeType) -> Iterator[CodeType]:
-    yield code
-    for part in code.co_consts:
-        if isinstance(part, CodeType):
-            yield from _codes(part)
-
-
 def _names(code: CodeType) -> Iterator[str]:
-    for part in _codes(code):
+    for part in codes(code):
         yield from part.co_names
 
 
-def _globals_read(code: CodeType) -> Iterator[str]:
-    for part in _codes(code):
-        for instruction in dis.get_instructions(part):
-            if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME'):
-                yield instruction.argval
+@cache
+def _globals_read(code: CodeType) -> frozenset[str]:
+    return frozenset(
+        instruction.argval
+        for part in codes(code)
+        for instruction in dis.get_instructions(part)
+        if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME')
+    )
 
 
 def _want_no_slots(function: Any) -> None:
@@ -311,7 +318,7 @@ def _digest(bindings: dict[str, Any]) -> str:
     hold. Kernels of one name in two modules are two.
     """
     parts = (f'{key}={_identity(value)!r}' for key, value in sorted(bindings.items()))
-    return hashlib.sha256(','.join(parts).encode()).hexdigest()[:8]
+    return hashlib.sha256(','.join(parts).encode()).hexdigest()[:16]
 
 
 def _identity(value: Any) -> Any:
@@ -344,13 +351,24 @@ def warn_if_plain(say: Callable[[str], None] | None = None) -> None:
 
     say : takes the line; None: `warnings.warn`, for who called the caller
     """
-    if not WITHOUT_NUMBA or _told or os.environ.get('RIGID_BODY_SIM_COMPILE', '1') == '0':
+    if not WITHOUT_NUMBA or _told:
         return
     _told.append(WITHOUT_NUMBA)
     if say is None:
-        warnings.warn(WITHOUT_NUMBA, RuntimeWarning, stacklevel=3)
+        warnings.warn(WITHOUT_NUMBA, RuntimeWarning, stacklevel=_frames_of_the_package() + 1)
     else:
         say(WITHOUT_NUMBA)
+
+
+def _frames_of_the_package() -> int:
+    """Count the frames from who asks up to the first that is none of this package's."""
+    package = __name__.partition('.')[0]
+    frame: FrameType | None = sys._getframe(1)
+    count = 0
+    while frame is not None and frame.f_globals.get('__name__', '').partition('.')[0] == package:
+        frame = frame.f_back
+        count += 1
+    return count
 
 
 def left_the_numbers(error: Exception) -> bool:
@@ -358,7 +376,7 @@ def left_the_numbers(error: Exception) -> bool:
     Tell whether a plain kernel met what a compiled one passes through as infinity or NaN: a
     division by zero, an overflow, a function outside its domain. Any other error is a bug.
     """
-    if COMPILED:
+    if COMPILED and not WITHOUT:
         return False
     if isinstance(error, ZeroDivisionError | OverflowError):
         return True
@@ -369,6 +387,6 @@ def left_the_numbers(error: Exception) -> bool:
 def versions() -> dict[str, str]:
     """Name the software whose change may change a bit."""
     found = {'python': sys.version.split()[0], 'numpy': np.__version__}
-    if COMPILED and numba is not None:
-        found['numba'] = numba.__version__
+    if COMPILED:
+        found['numba'] = str(release_of('numba'))
     return found

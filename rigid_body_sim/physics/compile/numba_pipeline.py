@@ -8,11 +8,13 @@ A scene with contact is some hundred small functions, of which Python calls one.
 as if Python might call it: wraps it twice, optimises it together with all that it calls, turns it
 into machine code, and does so again for whoever calls it. Here
 
-    Kernel      what Python calls: optimised and turned into machine code as always, once, with
-                all that it calls
+    linked      what Python calls, as bitcode with all that it calls: `image_maker` makes an image
+                of it, which needs no numba any more
     _Called     what a kernel calls: its twin, made only when a kernel names it, which ends as
                 bitcode, ready to be linked into a caller
-    _Whole      the code of a kernel with all that it calls, optimised as what it is: closed
+    Kernel      what Python calls, where no image can be (`images`): optimised and turned into
+                machine code by numba, once, with all that it calls
+    _Whole      the code of such a kernel, optimised as what it is: closed; as `image_maker` does
 
 and of the work in Python before that,
 
@@ -67,10 +69,9 @@ from __future__ import annotations
 
 import gc
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -81,22 +82,26 @@ from numba.core.codegen import (
     JITCodeLibrary,
     ll,  # pyright: ignore[reportPrivateImportUsage]: llvmlite, which comes with numba
 )
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags, compile_extra
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.lowering import Lower
-from numba.core.registry import CPUDispatcher
+from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.typed_passes import BaseNativeLowering, NativeLowering
 from numba.core.types.functions import BaseFunction
 from numba.core.typing.context import Context
+from numba.core.typing.typeof import Purpose, typeof
 from numba.np import arrayobj
 
+from rigid_body_sim.physics.compile.elf import UnknownCode
+from rigid_body_sim.physics.compile.image import RETURNS
+from rigid_body_sim.physics.compile.image_maker import Bitcode, is_long
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, names_of
 
 _POWERS = {operator.pow, operator.ipow}  # of which numba knows some by their exponent
 _OPERATORS: dict[Any, Any] = {}
 
 _RELEASES = f'numba {numba.__version__} LLVM {ll.llvm_version_info}'
-LONG = 150  # [instructions] of a function that keeps its own registers; see above
 _NOT_IN_KERNELS = {
     'InlineClosureLikes',
     'NopythonRewrites',  # of array expressions
@@ -104,31 +109,68 @@ _NOT_IN_KERNELS = {
 }
 
 
+def _options(*, inlined: bool) -> dict[str, Any]:
+    options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'forceinline': inlined}
+    options |= {'nopython': True, 'boundscheck': None}
+    return options | {'_nrt': False, 'no_cfunc_wrapper': True}
+
+
 class Kernel(CPUDispatcher):
     """
-    A compiled function as Python calls it; a kernel that names it gets its twin.
+    A compiled function as Python calls it by way of numba.
 
-        options : of `numba.njit`
+        inlined : whether it is to disappear inside its caller
         folder  : keeps what is compiled, if any
     """
 
     def __init__(
-        self, function: Callable[..., Any], options: dict[str, Any], folder: Path | None
+        self, function: Callable[..., Any], folder: Path | None, *, inlined: bool
     ) -> None:
-        options = options | {'nopython': True, 'boundscheck': None}
-        options |= {'_nrt': False, 'no_cfunc_wrapper': True}
+        options = _options(inlined=inlined)
         super().__init__(function, targetoptions=options, pipeline_class=_CompilerOfKernel)
-        self._folder, self._twin = folder, None
         if folder is not None:
             self._cache = _cache_in(folder)(function)
 
-    @property
-    def _numba_type_(self) -> Any:
-        """What numba takes a global of this value for."""
-        if self._twin is None:
-            folder = self._folder and self._folder / 'called'
-            self._twin = _Called(self.py_func, self.targetoptions, folder)
-        return self._twin._numba_type_
+
+def make_ready() -> None:
+    """Let numba learn its own functions, 0.2 s: for who forks before the first kernel."""
+    target: Any = cpu_target
+    target.typing_context.refresh()
+    target.target_context.refresh()
+
+
+def twin(function: Callable[..., Any], folder: Path | None, *, inlined: bool) -> Any:
+    """Give what numba is to compile of a function that a kernel calls."""
+    return _Called(function, _options(inlined=inlined), folder and folder / 'called')
+
+
+def linked(function: Callable[..., Any], arguments: Sequence[Any], kinds: tuple[str, ...]) -> Any:
+    """
+    Compile a kernel with all that it calls, as far as to bitcode: an `image_maker.Bitcode`.
+
+    arguments : as the kernel is called with, of these kinds
+
+    UnknownCode if numba's code of a kernel is not what an image can call.
+    """
+    took = tuple(typeof(value, Purpose.argument) for value in arguments)
+    flags: Any = Flags()
+    cpu_target.options.parse_as_flags(flags, _options(inlined=False))
+    flags.no_compile = flags.no_cpython_wrapper = True
+    with global_compiler_lock:
+        made = compile_extra(
+            cpu_target.typing_context,
+            cpu_target.target_context,
+            function,
+            args=took,
+            return_type=None,
+            flags=flags,
+            locals={},
+            pipeline_class=_CompilerOfLinked,  # pyright: ignore[reportArgumentType]
+        )
+        returns = str(made.signature.return_type)
+        if returns not in RETURNS:
+            raise UnknownCode(f'{function.__name__} returns {returns}')
+        return Bitcode(made.library.whole(), made.fndesc.llvm_func_name, kinds, returns)
 
 
 class _Locator(UserProvidedCacheLocator):
@@ -334,15 +376,34 @@ class _Whole(JITCodeLibrary):
         for function in module.functions:
             if not function.is_declaration and function.linkage == ll.Linkage.linkonce_odr:
                 function.linkage = 'internal'
-                if _is_long(function):
+                if is_long(function):
                     function.add_function_attribute('noinline')
         full, builder = codegen._module_pass_manager()
         full.run(module, builder)
 
 
-def _is_long(function: Any) -> bool:
-    instructions = (one for block in function.blocks for one in block.instructions)
-    return next(islice(instructions, LONG, None), None) is not None
+class _CompilerOfLinked(_Compiler):
+    def define_pipelines(self) -> list[PassManager]:
+        state = self.state
+        state.library = _Linked(state.targetctx.codegen(), state.func_id.func_qualname)
+        return super().define_pipelines()
+
+
+class _Linked(JITCodeLibrary):
+    """A kernel with all that it calls, of which nobody here makes machine code."""
+
+    def whole(self) -> bytes:
+        """Give its bitcode; UnknownCode if it holds an address of this process."""
+        self._codegen._check_llvm_bugs()
+        module = self._final_module
+        for library in dict.fromkeys(self._linking_libraries):
+            module.link_in(library._get_module_for_linking(), preserve=True)
+        if self._reload_init or any(
+            variable.name.startswith('numba.dynamic.globals')
+            for variable in module.global_variables
+        ):
+            raise UnknownCode(f'{self.name} holds what only this process has')
+        return module.as_bitcode()
 
 
 class _CompilerOfCalled(_Compiler):

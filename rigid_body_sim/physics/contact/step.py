@@ -7,6 +7,7 @@ solve, update separation, relax (TGS-Soft); then restitution, energy, and what i
     detect:    poses, swept AABBs, pairs (broad phase), manifolds (narrow phase)
     prepare:   constraints, coloured into batches, with the impulses of the last tick (warm start)
                if a list is too short, return: nothing has changed yet
+               before the first tick: the loads of what stands
     each substep h:
         p += h/2 F, L += h/2 torque, and half the warm-start impulses: the contact impulses of the
                   last substep, but for what was a blow
@@ -16,7 +17,8 @@ solve, update separation, relax (TGS-Soft); then restitution, energy, and what i
         update separation: points, anchors and separations follow the bodies; the other half of the
                   warm-start impulses, there
         relax:    normals without push-out, and friction
-    restitution:  which returns no more energy than the impact took
+    restitution:  which returns no more energy than the impact took; what goes round on its rim
+               gives back what it has gained
     store:     impulses, for the next tick
     sleep:     islands that are at rest
 
@@ -55,7 +57,7 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.collider import BroadPhase, ColliderArrays
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.energy import account, restitution_bound
+from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.islands import sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
@@ -66,6 +68,7 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
     colouring,
+    first_loads,
     forces_of_state,
     group_record,
     impulse_cache,
@@ -94,6 +97,7 @@ REST = 1e-7  # [m/s] the same for the first `relaxations` passes after the motio
 WIDTH = slot('[-] numbers of a contact point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
+BOUNDS = slot('[-] whether gains of what rolls on a rim are bounded')
 COUPLED = slot('[-] whether a force depends on the state')
 VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
 SLEEPING = slot('[-] whether islands may sleep')
@@ -119,6 +123,7 @@ drive = slot('kernel (now, ...): puts driven bodies where they are; tells whethe
 find_works_of_drives = slot('kernel (when, ...): of driven bodies on others')
 colour_constraints = slot('kernel (body_count, ...): tells whether there was room')
 prepare_constraints = slot('kernel (now, ...): tells whether the constraints are there')
+find_first_loads = slot('kernel (now, touching, ...): what is carried when the scene begins')
 begin_energy_balance = slot('kernel (h, touching, motion, bodies)')
 solve_contacts = slot('kernel (now, touching, ...): warm start and soft normals')
 integrate_motion = slot('kernel (now, marks, ...): moves all bodies over a substep')
@@ -126,6 +131,7 @@ correct_forces = slot('kernel (time, now, touching, ...): forces of after the mo
 gather_moved_bodies = slot('kernel (now, touching, motion, bodies)')
 follow_and_relax = slot('kernel (last, now, touching, ...): separations, then relaxation')
 visit_groups = slot('kernel (index, now, ...): passes of all groups between two motions')
+take_back_gains = slot('kernel (h, touching, ...): what contact gave by its errors')
 bound_bounces = slot('kernel (touching, ...): restitution')
 store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
@@ -202,7 +208,7 @@ def _advance(
     settings, counts, saved, shape_parameters, table, local_bounds, poses, swept, local_poses,
     materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
     rows, batches, colours, open_batches, cache, island_groups, group_of, manifold_order,
-    cache_places, touching, marks, roots, impacts, sleep_states, radii, element_groups,
+    cache_places, touching, marks, roots, impacts, gains, sleep_states, radii, element_groups,
     island_roots, supported, restless, awake_in_blocks, flows, ignored, pair_material_rows,
     pivoted, drives, paths, moment, works, of_bodies,
     overlap_limits, overlaps,
@@ -235,7 +241,7 @@ def _advance(
         ),
         touching,
         marks,
-        EnergyScratch(roots, impacts),
+        EnergyScratch(roots, impacts, gains),
         SleepState(
             sleep_states, radii, element_groups, island_roots, supported, restless,
             awake_in_blocks,
@@ -304,8 +310,10 @@ def _advance_ticks(ticks, tick, h, world):
         )  # fmt: skip
         count = count_touching(motion, constraints, world.marks, world.touching, counts)
         touching = world.touching[0:count]
-        if BOUNCES:
-            begin_energy_balance(h, touching, motion, bodies)
+        find_first_loads(
+            now, touching, motion, constraints, energy, bodies, state, settings, counts
+        )
+        begin_energy_balance(h, touching, motion, bodies)
         for index in range(substeps + 1):
             if index > 0:
                 integrate_motion(now, world.marks, motion, bodies, state)
@@ -319,6 +327,7 @@ def _advance_ticks(ticks, tick, h, world):
             )  # fmt: skip
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)
+        take_back_gains(h, touching, motion, constraints, energy, bodies, settings, counts)
         spread_friction(
             counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
             constraints.batches,
@@ -544,8 +553,46 @@ def count_touching(
     return count
 
 
+def _find_first_loads(
+    now, touching, motion, constraints, energy, bodies, state, settings, counts
+):  # fmt: skip
+    """Find what is carried when the scene begins, and start from it."""
+    if FLOWS or DRIVES or now.start != 0.0:
+        return
+    rows, batches = constraints.rows, constraints.batches
+    lanes, batch_count = counts[tick_counts.LANES], counts[tick_counts.BATCHES]
+    roots, sizes = energy.roots, constraints.colours
+    for index in range(len(touching)):
+        solver_bodies.kick_and_warm_start(
+            touching[index], motion.rigid_count, 2.0 * now.substep, motion.translation,
+            motion.rotation, bodies,
+        )  # fmt: skip
+    first_loads.find_islands(batch_count, motion.body_count, touching, batches, rows, roots, sizes)
+    goes_on, passes = True, 0
+    while goes_on:
+        relax(
+            lanes, batch_count, 1.0 / now.substep, min(passes, 1), first_loads.REST, 1.0, rows,
+            batches, bodies,
+        )  # fmt: skip
+        passes += 1
+        goes_on = first_loads.wake_islands(
+            passes, batch_count, motion.body_count, touching, batches, rows, roots, sizes
+        )
+    spread_friction(lanes, batch_count, rows, batches)
+    gather_bodies(motion, bodies, state)
+    first_loads.recall_loads(
+        counts[tick_counts.MANIFOLDS], batch_count, WIDTH, motion.body_count, now.substep,
+        constraints.manifolds, batches, rows, roots, sizes, bodies,
+    )  # fmt: skip
+    prepare(
+        lanes, batch_count, settings[tick_settings.RESTITUTION_THRESHOLD], rows, batches, bodies
+    )
+
+
 def _begin_energy_balance(h, touching, motion, bodies):
-    """Start the energy balance of the bodies that touch."""
+    """Start the energy balance of the bodies that touch, where something needs it."""
+    if not (BOUNCES or BOUNDS):
+        return
     for index in range(len(touching)):
         account.begin(touching[index], bodies)
         if not COUPLED:
@@ -745,7 +792,7 @@ def _follow_and_relax(
         when = prescribed_bodies.LAST if last else prescribed_bodies.AFTER
         find_works_of_drives(when, motion, driven, constraints, bodies, counts)
         prescribed_bodies.add_works(touching, driven, bodies)
-    if BOUNCES and not COUPLED and last:
+    if (BOUNCES or BOUNDS) and not COUPLED and last:
         for place in range(len(touching)):
             body = touching[place]
             account.add_work(body, motion.translation, bodies)
@@ -790,6 +837,16 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven,
     scatter_momenta(touching, motion, bodies)
 
 
+def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings, counts):
+    """Take back what contact gave by its errors."""
+    if BOUNDS and gain_bound.bound_gains(
+        min(1.0, h / settings[tick_settings.WHOLE_TICK]), counts[tick_counts.BATCHES],
+        motion.body_count, touching, constraints.batches, constraints.rows, energy.roots,
+        energy.gains, bodies,
+    ):  # fmt: skip
+        scatter_momenta(touching, motion, bodies)
+
+
 def _store_impulses(substep, poses, constraints, counts):
     """Store what the next tick starts from."""
     impulse_cache.store_impulses(
@@ -825,10 +882,10 @@ def _put_to_sleep(
 
 _STAGES = (
     _evaluate_forces, _gather_bodies, _detect_contacts, _drive, _find_works_of_drives,
-    _colour_constraints, _prepare_constraints,
+    _colour_constraints, _prepare_constraints, _find_first_loads,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
-    _gather_moved_bodies, _follow_and_relax, _visit_groups, _bound_bounces, _store_impulses,
-    _put_to_sleep, _advance_ticks,
+    _gather_moved_bodies, _follow_and_relax, _visit_groups, _bound_bounces, _take_back_gains,
+    _store_impulses, _put_to_sleep, _advance_ticks,
 )  # fmt: skip
 
 

@@ -254,23 +254,26 @@ class ContactWorld:
         assert isinstance(self._integrator.scheme, Splitting)
         flows = bool(self.arrays.flows.size)
         pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
+        features = symmetry_features(self._kinds)
+        driven = bool(self.arrays.drives.size)
         iterations = solver(
             width=self._width,
             angular=self._angular,
             bounces=self._bounces,
             turns=bool(np.ptp(self._layout.moments, axis=1).any()) or flows,
-            **symmetry_features(self._kinds),
+            **features,
         )
         return step.tick_kernel(
             f'{self._integrator.name}_{scene}',
             WIDTH=self._width,
             ANGULAR=self._angular,
             BOUNCES=self._bounces,
+            BOUNDS=features['on_rims'] and evaluate is None and not (flows or driven),
             COUPLED=evaluate is not None,
             VELOCITY_DEPENDENT=velocity_dependent,
             SLEEPING=self._sleepers is not None,
             FLOWS=flows,
-            DRIVES=bool(self.arrays.drives.size),
+            DRIVES=driven,
             IGNORES=bool(self.arrays.ignored.size),
             PAIR_MATERIALS=bool(self.arrays.pair_material_rows.size),
             drift_rotation=self._integrator.scheme.drift_rotation,

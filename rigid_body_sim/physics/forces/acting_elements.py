@@ -77,6 +77,7 @@ class ActingElements:
         self._instants = _instants_of(scene, layout)
         self._powers: dict[str, PowerKernel] = {}
         self._evaluate: Callable[..., Any] | None = None
+        self._always = bool(self.names)  # something depends on the state whatever is commanded
         self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
     def _take_inertias(self, scene: Scene, layout: Layout) -> list[int]:
@@ -108,6 +109,11 @@ class ActingElements:
         switches = [*self._switches, *ends]
         self.schedule = Schedule(switches, self.kinks) if self.is_timed else None
 
+    def change_turning(self, table: Array) -> None:
+        """Take over other numbers for as many bodies as turn already."""
+        start = len(self._tables)
+        self.numbers[start : start + table.size] = table.reshape(-1)
+
     def bodies_at(self, places: Sequence[float], h: float) -> NDArray[np.bool_]:
         """
         Tell on which moving bodies something begins, ends or has a kink at places [tick].
@@ -127,7 +133,7 @@ class ActingElements:
     @property
     def do_nothing(self) -> bool:
         """Whether nothing at all depends on the state."""
-        return not (self.names or self.turning)
+        return not (self._always or self.turning)
 
     def chain(self) -> list[tuple[str, Any]]:
         """Give the elements of the scene, with those that no scene names, by name."""

@@ -18,6 +18,7 @@ import numpy as np
 from rigid_body_sim.physics.errors import InvalidModel
 
 NUMBERS = (int, float, np.integer, np.floating)
+USUAL = frozenset((float, np.float64))  # what they are as a rule
 COUNTS = {3: 'three', 4: 'four'}
 
 
@@ -61,6 +62,16 @@ def number(
 
 def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
     """Return so many finite numbers as floats; InvalidModel for anything else."""
+    if value.__class__ is np.ndarray and value.ndim == 1:
+        value = tuple(value.tolist()) if value.dtype == np.float64 else value
+    if (
+        value.__class__ in (tuple, list)
+        and len(value) == count
+        and USUAL.issuperset(map(type, value))
+    ):
+        made = tuple(map(float, value))
+        if all(map(math.isfinite, made)):
+            return made
     items = tuple(value) if is_list(value) else ()
     if len(items) != count or not all(map(is_number, items)):
         raise InvalidModel(

@@ -75,10 +75,14 @@ def principal_axes(inertia: ArrayLike) -> tuple[Array, Array]:
 
 def principal_moments(inertia: ArrayLike) -> Array:
     """Return the eigenvalues of a symmetric tensor (3, 3), smallest first."""
-    given = np.asarray(inertia, dtype=np.float64).tolist()
+    return np.array(moments_of(np.asarray(inertia, dtype=np.float64).tolist()))
+
+
+def moments_of(given: Rows) -> list[float]:
+    """Return the eigenvalues of a symmetric tensor given as rows, smallest first."""
     if is_diagonal(given):
-        return np.array(sorted(given[i][i] for i in range(3)))
-    return np.array(sorted(_jacobi(given)[0]))
+        return sorted(given[i][i] for i in range(3))
+    return sorted(_jacobi(given)[0])
 
 
 def is_diagonal(given: Rows) -> bool:

@@ -9,6 +9,7 @@ order of factors. Not the kernels of the integrators: this is the plain form for
 reporting and testing.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,10 @@ from rigid_body_sim.physics.model.numbers import numbers
 Array = NDArray[np.float64]
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
+_INVERSE = np.array((-1.0, -1.0, -1.0, 1.0))
 UNIT_ULPS = 4  # [ulp] a length this near to one is kept: dividing would only move the last bits
-NEARLY_UNIT = UNIT_ULPS * float(np.finfo(np.float64).eps)  # of a squared length: half as wide
+EPS = float(np.finfo(np.float64).eps)
+NEARLY_UNIT = UNIT_ULPS * EPS  # of a squared length: half as wide
 
 
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:
@@ -31,22 +34,34 @@ def multiply(p: ArrayLike, q: ArrayLike) -> Array:
     p q = (p_w q_v + q_w p_v + p_v x q_v,  p_w q_w - p_v . q_v)
         p, q : (..., 4) [-]  quaternions xyzw
     """
-    px, py, pz, pw = np.moveaxis(np.asarray(p, dtype=np.float64), -1, 0)
-    qx, qy, qz, qw = np.moveaxis(np.asarray(q, dtype=np.float64), -1, 0)
-    return np.stack(
-        (
-            pw * qx + px * qw + py * qz - pz * qy,
-            pw * qy - px * qz + py * qw + pz * qx,
-            pw * qz + px * qy - py * qx + pz * qw,
-            pw * qw - px * qx - py * qy - pz * qz,
-        ),
-        axis=-1,
-    )
+    p = np.asarray(p, dtype=np.float64)
+    q = np.asarray(q, dtype=np.float64)
+    px, py, pz, pw = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
+    qx, qy, qz, qw = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
+    x = pw * qx + px * qw + py * qz - pz * qy
+    out = np.empty((*np.shape(x), 4))
+    out[..., 0] = x
+    out[..., 1] = pw * qy - px * qz + py * qw + pz * qx
+    out[..., 2] = pw * qz + px * qy - py * qx + pz * qw
+    out[..., 3] = pw * qw - px * qx - py * qy - pz * qz
+    return out
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return a x b, (..., 3) each: the bits of np.cross, in a fifth of its time."""
+    a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
+    b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
+    x = a1 * b2 - a2 * b1
+    out = np.empty((*np.shape(x), 3))
+    out[..., 0] = x
+    out[..., 1] = a2 * b0 - a0 * b2
+    out[..., 2] = a0 * b1 - a1 * b0
+    return out
 
 
 def conjugate(q: ArrayLike) -> Array:
     """Return the inverse attitude of unit quaternions q : (..., 4) [-]: world to body."""
-    return np.asarray(q, dtype=np.float64) * np.array((-1.0, -1.0, -1.0, 1.0))
+    return np.asarray(q, dtype=np.float64) * _INVERSE
 
 
 def rotate(q: ArrayLike, v_body: ArrayLike) -> Array:
@@ -60,8 +75,8 @@ def rotate(q: ArrayLike, v_body: ArrayLike) -> Array:
     q = np.asarray(q, dtype=np.float64)
     v_body = np.asarray(v_body, dtype=np.float64)
     u, w = q[..., :3], q[..., 3:]
-    t = 2.0 * np.cross(u, v_body)
-    return v_body + w * t + np.cross(u, t)
+    t = 2.0 * _cross(u, v_body)
+    return v_body + w * t + _cross(u, t)
 
 
 def rotate_back(q: ArrayLike, v: ArrayLike) -> Array:
@@ -87,15 +102,29 @@ def normalise(q: ArrayLike) -> Array:
     scaled_length = np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True))
     with np.errstate(over='ignore'):
         length = largest * scaled_length
-    is_unit = np.abs(length - 1.0) <= UNIT_ULPS * np.finfo(np.float64).eps
+    is_unit = np.abs(length - 1.0) <= UNIT_ULPS * EPS
     return np.where(is_unit, q, scaled / scaled_length)
+
+
+def normalised(values: Any) -> tuple[float, float, float, float]:
+    """Return `normalise` of one quaternion, four finite numbers, bit for bit, as numbers."""
+    x, y, z, w = values
+    largest = max(abs(x), abs(y), abs(z), abs(w))
+    if not 0.0 < largest < math.inf:
+        x, y, z, w = normalise(values).tolist()  # refuses it
+        return x, y, z, w
+    a, b, c, d = x / largest, y / largest, z / largest, w / largest
+    scaled_length = math.sqrt(a * a + b * b + c * c + d * d)
+    if abs(largest * scaled_length - 1.0) <= UNIT_ULPS * EPS:
+        return x, y, z, w
+    return a / scaled_length, b / scaled_length, c / scaled_length, d / scaled_length
 
 
 def unit_quaternion(values: Any) -> tuple[float, float, float, float]:
     """Return the unit quaternion of four numbers of any length but zero; InvalidModel if none."""
     x, y, z, w = numbers(values, 4, unit='-')
     if not abs(x * x + y * y + z * z + w * w - 1.0) <= NEARLY_UNIT:
-        x, y, z, w = normalise((x, y, z, w)).tolist()
+        return normalised((x, y, z, w))
     return x, y, z, w
 
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.errors import blaming
 from rigid_body_sim.physics.model.rotation import IDENTITY, unit_quaternion
 from rigid_body_sim.physics.model.shapes import Shape
+from rigid_body_sim.physics.model.shown_scene import html_of, line_of
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -247,3 +248,9 @@ class Scene:
     source: bytes = b''
     origin: Origin = Origin()
     files: Mapping[str, bytes] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return line_of(self)
+
+    def _repr_html_(self) -> str:
+        return html_of(self)

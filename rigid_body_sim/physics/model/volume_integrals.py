@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel
-from rigid_body_sim.physics.model.plain_products import dot, length
+from rigid_body_sim.physics.model.plain_products import cross, dot, length
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -86,7 +86,7 @@ def hull_faces(vertices: Array) -> Faces:
         ) from error
     faces = hull.simplices.astype(np.int64)
     a, b, c = (shifted[faces[:, corner]] for corner in range(3))
-    inward = dot(np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    inward = dot(cross(b - a, c - a), hull.equations[:, :3]) < 0.0
     faces[inward] = faces[inward][:, ::-1]
     return faces
 
@@ -123,12 +123,12 @@ def need_closed(faces: Faces, *, name: str) -> None:
 
 def _volumes(corners: Array) -> Array:
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    return dot(a, np.cross(b, c)) / 6.0
+    return dot(a, cross(b, c)) / 6.0
 
 
 def _need_thickness(volume: float, corners: Array, *, name: str) -> None:
     edges = corners[:, 1:] - corners[:, :1]
-    area = 0.5 * float(np.sum(length(np.cross(edges[:, 0], edges[:, 1]))))
+    area = 0.5 * float(np.sum(length(cross(edges[:, 0], edges[:, 1]))))
     extent = float(np.max(np.abs(corners)))
     if not abs(volume) > FLAT * area * extent or not np.isfinite(volume):
         raise InvalidModel(

@@ -93,9 +93,12 @@ def scatter(
 ) -> None:
     """Write values (bodies, count) into rows, body i into block i // 64, lane i % 64."""
     view = rows(array, size, offset, values.shape[1])
-    for block in range(view.shape[0]):
-        part = values[block * LANES : (block + 1) * LANES]
-        view[block, :, : len(part)] = part.T
+    full, rest = divmod(len(values), LANES)
+    if full:
+        whole = values[: full * LANES].reshape(full, LANES, -1)
+        view[:full] = whole.transpose(0, 2, 1)
+    if rest:
+        view[full, :, :rest] = values[full * LANES :].T
 
 
 def gather(
@@ -127,8 +130,8 @@ def lanes_in(block, bodies):
 @inline
 def wide(lanes):
     """
-    Lanes up to the end of a vector of eight, but for a last one alone: what a vector leaves over is
-    done one by one, at the price of a vector each. Empty lanes hold a unit sphere at rest.
+    Lanes up to the end of a vector of eight, but for a last one alone: what a vector leaves over
+    is done one by one, at the price of a vector each. Empty lanes hold a unit sphere at rest.
 
     Eight are four at a time, twice, or eight at once, which compilers make for most processors;
     where they make four at a time, once, two to four bodies cost twice what they could.

@@ -11,10 +11,12 @@ they coincide V = 1 and no bit is touched.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.errors import InvalidModel, blaming
+from rigid_body_sim.physics.errors import InvalidModel, UnknownBody, blaming, nearest
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import check_inertia_over_time
 from rigid_body_sim.physics.model.numbers import shown
@@ -52,10 +54,19 @@ STATE_OF_TURN = ROTATION_STATE // LANES
 NAMED = 8  # bodies that an error names
 
 
+def unknown_body(name: object, names: Sequence[str]) -> UnknownBody:
+    """Say that none of the names is that, and which is near."""
+    known = ', '.join(names[:NAMED]) + (', …' if len(names) > NAMED else '')
+    near = nearest(name, names)
+    meant = '' if near is None else f'did you mean {near!r}? '
+    return UnknownBody(f'no body is named {shown(name)}; {meant}the scene has: {known}')
+
+
 class Layout:
     """
     Where each body of a scene is kept.
 
+    places     : scene index by name
     moving     : (m,)   scene index of each body in core order
     n_rigid    : the first so many of them are rigid
     moments    : (n_rigid, 3) [kg m^2]  principal moments, about the pivot of a body that has one
@@ -66,7 +77,7 @@ class Layout:
     def __init__(self, scene: Scene) -> None:
         self.bodies = scene.bodies
         self.names = tuple(body.name for body in scene.bodies)
-        self._index = {name: i for i, name in enumerate(self.names)}
+        self.places = {name: i for i, name in enumerate(self.names)}
         for i, body in enumerate(scene.bodies):
             if body.mass_flow is not None:
                 with blaming('bodies', i):
@@ -91,16 +102,18 @@ class Layout:
         for core, i in enumerate(rigid):
             with blaming('bodies', i, 'inertia'):
                 self.moments[core], self._axes[core] = principal_axes(inertia_of(scene.bodies[i]))
+        self._are_principal = bool(np.all(self._axes == np.eye(3)))
+        # plain numbers of V^T: products and sums as `times` has them, without arrays
+        self._to_principal = np.swapaxes(self._axes, 1, 2).tolist()
         self.pivoted = [core for core, i in enumerate(rigid) if scene.bodies[i].pivot is not None]
         self.principal = so3.quaternion_from_matrix(self._axes).reshape(self.n_rigid, 4)
 
     def index(self, name: str) -> int:
-        """Scene index of a body; InvalidModel for an unknown name."""
+        """Scene index of a body; UnknownBody, which is an InvalidModel, for an unknown name."""
         try:
-            return self._index[name]
+            return self.places[name]
         except (KeyError, TypeError):  # TypeError: a list or an array is no name
-            known = ', '.join(self.names[:NAMED]) + (', …' if len(self.names) > NAMED else '')
-            raise InvalidModel(f'no body is named {shown(name)}; the scene has: {known}') from None
+            raise unknown_body(name, self.names) from None
 
     def core(self, name: str) -> int:
         """Core index of a moving body; InvalidModel for an unknown or a fixed one."""
@@ -157,7 +170,14 @@ class Layout:
         core = self.core(body)
         if core >= self.n_rigid:
             raise InvalidModel(f'{body!r} is a point mass and has no axes; use the frame world')
-        return as_vector(times(self._axes[core].T, vector))
+        x, y, z = vector
+        return tuple(a * x + b * y + c * z for a, b, c in self._to_principal[core])  # type: ignore[return-value]  # three
+
+    def all_principal_axes(self, vectors: Array) -> Array:
+        """Turn a vector of each rigid body, (n_rigid, 3), as `principal_axes` turns one."""
+        if self._are_principal:
+            return vectors
+        return times(np.swapaxes(self._axes, 1, 2), vectors)
 
     def mass(self, body: str) -> tuple[float, float, float]:
         """

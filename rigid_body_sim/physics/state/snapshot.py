@@ -8,6 +8,7 @@ One compiled pass over the blocks fills one array; a `State` is views of it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +32,7 @@ from rigid_body_sim.physics.state.blocks import (
     rotated,
     rotated_back,
 )
-from rigid_body_sim.physics.state.layout import Layout
+from rigid_body_sim.physics.state.layout import Layout, unknown_body
 from rigid_body_sim.physics.vectors import add, cross, load, load_strided, scale, store, subtract
 
 Array = NDArray[np.float64]
@@ -128,23 +129,42 @@ def _put_told(row: Array, path: Array, time: float) -> None:
     row[ANGULAR_VELOCITY_BODY:MOMENTUM] = so3.rotate_back(q, spin)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class State:
     """
     The bodies of a scene at one instant: a copy, in scene order, that cannot be written to.
 
     values : (n, COLUMNS)  rows of `body`
     masses : (n,) [kg]  zero for fixed bodies; None where the mass of no body changes
+    places : scene index by name; None where nobody asks by name
+
+    `state['box']` is one body: `StateOfBody`.
     """
 
     values: Array
     masses: Array | None = None
+    places: Mapping[str, int] | None = None
 
-    def __post_init__(self) -> None:
-        self.values.setflags(write=False)  # views of it are then read-only too
+    def __init__(
+        self,
+        values: Array,
+        masses: Array | None = None,
+        places: Mapping[str, int] | None = None,
+    ) -> None:
+        values.setflags(write=False)  # views of it are then read-only too
+        # what a frozen dataclass does in three calls: a controller reads a state in every tick
+        self.__dict__.update(values=values, masses=masses, places=places)
 
     def __repr__(self) -> str:
         return f'<State of {len(self.values)} bodies: position, orientation, velocity, …>'
+
+    def __getitem__(self, name: str) -> StateOfBody:
+        """Give one body by its name; UnknownBody, which is an InvalidModel, for another name."""
+        places = self.places or {}
+        try:
+            return StateOfBody(name, self.values[places[name]])
+        except (KeyError, TypeError):  # TypeError: an array is no name
+            raise unknown_body(name, tuple(places)) from None
 
     @property
     def position(self) -> Array:
@@ -182,6 +202,59 @@ class State:
         return self.values[:, ANGULAR_MOMENTUM:COLUMNS]
 
 
+class StateOfBody:
+    """
+    One body at one instant: its row of each array of a `State`, which cannot be written to.
+
+    name : of the body
+    """
+
+    __slots__ = ('_values', 'name')
+
+    def __init__(self, name: str, values: Array) -> None:
+        self.name = name
+        self._values = values
+
+    def __repr__(self) -> str:
+        x, y, z = self.position
+        return f'<state of {self.name!r}: position ({x:.6g}, {y:.6g}, {z:.6g}) m, …>'
+
+    @property
+    def position(self) -> Array:
+        """Centre of mass (3,) [m], world."""
+        return self._values[POSITION:ORIENTATION]
+
+    @property
+    def orientation(self) -> Array:
+        """Unit quaternion (4,) [-], xyzw, body to world; (0, 0, 0, 1) for a point mass."""
+        return self._values[ORIENTATION:VELOCITY]
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity of the centre of mass (3,) [m/s], world."""
+        return self._values[VELOCITY:ANGULAR_VELOCITY]
+
+    @property
+    def angular_velocity(self) -> Array:
+        """Angular velocity (3,) [rad/s], world axes."""
+        return self._values[ANGULAR_VELOCITY:ANGULAR_VELOCITY_BODY]
+
+    @property
+    def angular_velocity_body(self) -> Array:
+        """Angular velocity (3,) [rad/s], body axes."""
+        return self._values[ANGULAR_VELOCITY_BODY:MOMENTUM]
+
+    @property
+    def momentum(self) -> Array:
+        """Momentum (3,) [kg m/s], world."""
+        return self._values[MOMENTUM:ANGULAR_MOMENTUM]
+
+    @property
+    def angular_momentum(self) -> Array:
+        """Angular momentum about its centre of mass (3,) [kg m^2/s], world axes."""
+        return self._values[ANGULAR_MOMENTUM:COLUMNS]
+
+
 class StateReader:
     """Reads the blocks of one layout."""
 
@@ -200,6 +273,7 @@ class StateReader:
         self._scene_index = argument(layout.moving)
         self._flowing = [i for i, b in enumerate(layout.bodies) if flow_of(b) is not None]
         self._bodies = layout.bodies
+        self._places = layout.places
         self._changing = [
             (core, body.inertia_over_time)
             for core, body in ((c, layout.body(c)) for c in range(layout.n_rigid))
@@ -222,18 +296,19 @@ class StateReader:
             blocks.rows(rotation, ROTATION, blocks.INVERSE_MOMENTS, 3)[block, :, lane] = (
                 1.0 / moments
             )
+        out = argument(values.reshape(-1))
         _read(
             *self._sizes,
             argument(translation),
             argument(rotation),
             self._principal,
             self._scene_index,
-            argument(values.reshape(-1)),
+            out,
         )
         if self._pivots[0]:
-            _move_to_centers(*self._pivots, argument(values.reshape(-1)))
+            _move_to_centers(*self._pivots, out)
         if not self._flowing:
-            return State(values)
+            return State(values, None, self._places)
         masses = masses_at(self._bodies, time)
         assert masses is not None
         masses.setflags(write=False)
@@ -241,4 +316,4 @@ class StateReader:
         with np.errstate(over='ignore', invalid='ignore'):  # a state on its way to infinity
             for i in self._flowing:
                 values[i, MOMENTUM:COLUMNS] *= masses[i] / self._bodies[i].mass
-        return State(values, masses)
+        return State(values, masses, self._places)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.contact.energy import impact_record
+from rigid_body_sim.physics.contact.energy import gain_record, impact_record
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -20,14 +20,16 @@ Indices = NDArray[np.int64]
 
 class EnergyScratch(NamedTuple):
     """
-    What the restitution bound writes down.
+    What the bounds write down.
 
     roots   : union-find of bodies that press on each other: first body of the group
     impacts : see `impact_record`
+    gains   : see `gain_record`
     """
 
     roots: Indices
     impacts: Array
+    gains: Array
 
 
 def make_scratch(body_count: int) -> EnergyScratch:
@@ -36,4 +38,5 @@ def make_scratch(body_count: int) -> EnergyScratch:
     return EnergyScratch(
         roots=np.zeros(size, dtype=np.int64),
         impacts=np.zeros(size * impact_record.SIZE),
+        gains=np.zeros(size * gain_record.SIZE),
     )

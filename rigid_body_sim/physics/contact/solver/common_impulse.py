@@ -95,7 +95,9 @@ def _law(
         may = (pressure > 0.0) & (constraints[lane + constraint.BOUNCES] > 0.0)
     elif SOFT:
         impulse = points[row + contact_point.NORMAL_IMPULSE]
-        mass, bias, iota = soft_law(constraints, points, lane, row, inverse_h, slop, cap)
+        mass, bias, iota = soft_law(
+            constraints, points, lane, row, separation, impulse, inverse_h, slop, cap
+        )
     else:
         impulse = points[row + contact_point.NORMAL_IMPULSE]
         is_new = points[row + contact_point.WARM_NORMAL] <= 0.0

@@ -218,8 +218,13 @@ def _solve_normals(
                 )
                 if not common_impulse.is_clamped(used, scratch):
                     break
+        rolls = False
+        if RIMS:
+            rolls = rolling_frame.find_turns(used, inverse_h, constraints, scratch, bodies)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
+            if RIMS and rolls:
+                rolling_frame.find_bends(lanes, inverse_h, constraints, points, scratch)
             if PATCHES and point_count > 1:
                 solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap)
             else:
@@ -471,7 +476,7 @@ def solver(
         'PATCHES': patches,
     }
     for rubs, kind in ((True, 'point'), (False, 'normal')):
-        solve_one, relax_one = solve.visits(rubs=rubs)
+        solve_one, relax_one = solve.visits(rubs=rubs, on_rims=on_rims)
         offered |= {
             f'solve_{kind}': solve_one,
             f'relax_{kind}': relax_one,

@@ -44,4 +44,7 @@ PRESS_22 = scratch.number('N m^2 s', 'the same times the place along the second 
 SLIDE_1 = scratch.number('-', 'friction of a patch over what presses, first tangent')
 SLIDE_2 = scratch.number('-', 'the same, second tangent')
 COMMON_CLAMPED = scratch.number('-', 'how many impulses would have become negative')
+RIM_WHOSE = scratch.number('-', 'whose rim touches: -1 of A, 1 of B, 0 none: `rolling_frame`')
+RIM_BENDS = scratch.number('m/s', 'by which a point of a rim departs from its velocity')
+RIM_ROLLS = scratch.number('-', '1: it goes round, and one point of it carries all')
 SIZE = scratch.size

@@ -316,10 +316,9 @@ def _put(active: Any, value: float, row: int, patch: Array) -> None:
 
 @inline
 def _is_stale(patch: Array, scratch: Array, lane: int) -> Any:
-    """Tell whether something else presses on a lane than when it was measured, or starts to."""
+    """Tell whether something else presses on a lane than when it was measured."""
     press = scratch[lane + lane_scratch.PRESS]
-    starts = (press > 0.0) & (not patch[lane + friction_patch.WARM_NORMAL] > 0.0)
-    return starts | (abs(press - patch[lane + friction_patch.MEASURED]) > STALE * press)
+    return abs(press - patch[lane + friction_patch.MEASURED]) > STALE * press
 
 
 @kernel

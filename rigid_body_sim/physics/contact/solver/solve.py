@@ -53,9 +53,14 @@ START = 100.0
 # that lands flat must not differ
 OPEN = 1e-12
 
+# [1/s] speed at which a deep overlap goes, at most, over `constraint.DEEP`: five radii a second.
+# Faster throws bodies apart that begin in each other
+PUSH_OUT = 1000.0
+
 LIFTS = 0.5  # [-] x from which a visit takes into account that friction lifts
 
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
+RIMS = slot('[-] whether a cylinder may touch with its rim')
 
 
 @kernel
@@ -205,8 +210,8 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 
 @inline
 def soft_law(
-    constraints: Array, points: Array, lane: int, row: int, inverse_h: float, slop: float,
-    cap: float,
+    constraints: Array, points: Array, lane: int, row: int, separation: float, impulse: float,
+    inverse_h: float, slop: float, cap: float,
 ) -> Any:  # fmt: skip
     """
     Return m sigma, bias and iota of a point of a lane, soft where the surfaces overlap.
@@ -214,10 +219,10 @@ def soft_law(
     Where the bias is that of the pace beyond what bears the load, -(iota J/(m sigma) + pace), its
     part with J cancels iota J: then iota is 0.
 
-        row : of the point
-        cap : [m/s] speed at which a deep overlap goes, at most
+        row     : of the point
+        impulse : [N s] J
+        cap     : [m/s] speed at which a deep overlap goes, at most
     """
-    separation = points[row + contact_point.SEPARATION]
     mass = points[row + contact_point.NORMAL_MASS]
     is_open = separation > OPEN
     depth = separation + slop
@@ -225,11 +230,14 @@ def soft_law(
     soft = constraints[lane + constraint.BIAS_RATE] * depth
     stiff = constraints[lane + constraint.MASS_SCALE] * mass
     iota = constraints[lane + constraint.IMPULSE_SCALE]
-    is_deep = depth < -constraints[lane + constraint.DEEP]
+    deep = constraints[lane + constraint.DEEP]
+    is_deep = depth < -deep
+    limit = PUSH_OUT * deep
+    limit = limit if limit < cap else cap
     pace = constraints[lane + constraint.PACE]
-    pace = cap if is_deep | (pace > cap) else pace
+    pace = limit if is_deep | (pace > limit) else pace
     beyond = soft + pace
-    bears = stiff * beyond + iota * points[row + contact_point.NORMAL_IMPULSE] > 0.0
+    bears = stiff * beyond + iota * impulse > 0.0
     bears = bears | (beyond > 0.0)
     bias = soft if bears else -pace
     iota = iota if bears else 0.0
@@ -253,13 +261,23 @@ def _solve_normals(
         old = points[lane + contact_point.NORMAL_IMPULSE]
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         pressed_already = scratch[lane + lane_scratch.PRESSES]
-        stiff, bias, iota = soft_law(constraints, points, lane, lane, inverse_h, slop, cap)
+        separation = points[lane + contact_point.SEPARATION]
+        beyond = old
+        if RIMS:
+            rolls = scratch[lane + lane_scratch.RIM_ROLLS]
+            separation += rolls * constraints[lane + constraint.SINK]
+            beyond -= 2.0 * rolls * points[lane + contact_point.WARM_NORMAL]
+        stiff, bias, iota = soft_law(
+            constraints, points, lane, lane, separation, beyond, inverse_h, slop, cap
+        )
+        if RIMS:
+            bias += scratch[lane + lane_scratch.RIM_BENDS]
         # half of the warm start is still to come, of what presses
         pressed = old > 0.0
         warm = points[lane + contact_point.WARM_NORMAL]
         before = old - warm if pressed else 0.0
         step = scratch[lane + lane_scratch.ACTIVE]
-        now = before - step * (stiff * (dot(normal, velocity) + bias) + iota * old)
+        now = before - step * (stiff * (dot(normal, velocity) + bias) + iota * beyond)
         now = now if now > 0.0 else 0.0
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         now = now if active else before
@@ -377,10 +395,11 @@ def _relax(
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
-def visits(*, rubs: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Make the kernels that solve and relax a point; rubs: with its friction."""
-    name = 'rubs' if rubs else 'smooth'
+def visits(*, rubs: bool, on_rims: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Make the kernels that solve and relax a point; rubs: with its friction; on_rims: a cylinder
+    may touch with its rim."""
+    name = f'{"rubs" if rubs else "smooth"}_{"rims" if on_rims else "plain"}'
     return (
-        specialise(_solve_normals, name=name, RUBS=rubs),
+        specialise(_solve_normals, name=name, RUBS=rubs, RIMS=on_rims),
         specialise(_relax, name=name, RUBS=rubs),
     )

@@ -25,12 +25,15 @@ instant, the bias is at most
     pace = PACE r h + GAIN beta l / omega_c^2       r : [m] radius of the smaller of the two
 
 and a tick lifts by some 1e-6 of the size of the body (4 ms), less as h^2 in shorter ones. A rim
-comes nearer by its own rolling: it is lifted as fast as it wants.
+has loads that change as it goes round, and no part with them.
+
+An impulse counts as a load as far as the substep has started from it: an impact is none. What
+stands when a scene begins has its load from the start (`first_loads`), so much larger than it is
+that it is not let down by what SHARE leaves, but comes to it with RATE.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
@@ -60,14 +63,27 @@ def recall(lane: int, h: float, radius: float, load: float, rows: Array) -> None
     rows[lane + constraint.SINK] = SHARE * load * compliance
     pace = PACE * radius * h + GAIN * rate * load * compliance
     is_rim = rows[lane + constraint.ROUNDNESS] < constraint.NOT_ROUND
-    rows[lane + constraint.PACE] = math.inf if is_rim else pace
+    rows[lane + constraint.PACE] = PACE * radius * h if is_rim else pace
+
+
+@inline
+def begin(lane: int, h: float, load: float, rows: Array) -> None:
+    """Give a constraint the load [m/s^2] with which a scene begins; its pace stays."""
+    pace = rows[lane + constraint.PACE]
+    recall(lane, h, 0.0, load / SHARE, rows)
+    rows[lane + constraint.PACE] += pace
 
 
 @inline
 def load_of_point(row: int, normal_impulse: float, h: float, rows: Array) -> Any:
-    """Return the load of a point over its effective mass [m/s^2]; h: substep [s]."""
+    """
+    Return the load of a point over its effective mass [m/s^2]; h: substep [s].
+
+    No more than what it started from, twice the half of it: an impact in this substep is no load.
+    """
     mass = rows[row + contact_point.NORMAL_MASS]
-    return normal_impulse / (h * mass) if mass > 0.0 else 0.0
+    lasts = min(normal_impulse, 2.0 * rows[row + contact_point.WARM_NORMAL])
+    return lasts / (h * mass) if mass > 0.0 else 0.0
 
 
 @inline

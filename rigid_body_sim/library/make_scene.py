@@ -1,0 +1,224 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A scene in Python that reads as one in YAML.
+
+    box = make_body('box', Box((0.4, 0.2, 0.1)), mass=2, position=(0, 0, 1))
+    ball = make_body('ball', Particle(), mass=0.5, position=(1, 0, 0))
+    spring = Spring('ball', 'world', b_point=(1, 0, 1), stiffness=50, rest_length=0.8)
+    scene = make_scene([box, ball], [spring], dt=1e-3, gravity=(0, 0, -9.81))
+
+What comes out are the records that `load_scene` makes (`physics.model.scene`), judged by the same
+validator; `dataclasses.replace` varies them. Words and units are those of a scene file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model import mass_properties, rotation
+from rigid_body_sim.physics.model.numbers import number, numbers
+from rigid_body_sim.physics.model.scene import (
+    Body,
+    Frame,
+    MassFlow,
+    Material,
+    Motion,
+    Pivot,
+    PrescribedMotion,
+    Scene,
+    Vector,
+)
+from rigid_body_sim.physics.model.shapes import Particle, Plane, Shape, Surface
+from rigid_body_sim.physics.model.tick_length import tick_nanoseconds
+from rigid_body_sim.physics.validation import check_record
+
+NOWHERE: Vector = (0.0, 0.0, 0.0)
+
+
+def make_body(
+    name: str,
+    shape: Shape | None = None,
+    *,
+    mass: float | None = None,
+    density: float | None = None,
+    inertia: ArrayLike | None = None,
+    center_of_mass: Sequence[float] | None = None,
+    position: Sequence[float] = NOWHERE,
+    orientation: Sequence[float] = rotation.IDENTITY,
+    velocity: Sequence[float] = NOWHERE,
+    angular_velocity: Sequence[float] | None = None,
+    angular_velocity_body: Sequence[float] | None = None,
+    fixed: bool = False,
+    restitution: float = Material.restitution,
+    friction: float = Material.friction,
+    rolling_friction: float = Material.rolling_friction,
+    torsional_friction: float = Material.torsional_friction,
+    frames: Mapping[str, Frame] | None = None,
+    pivot: Pivot | None = None,
+    mass_flow: MassFlow | None = None,
+    motion: PrescribedMotion | None = None,
+    surface_velocity: Sequence[float] = NOWHERE,
+) -> Body:
+    """
+    Make a body; its mass properties come from its shape, as those of a scene file do.
+
+    shape   : None with an inertia: a body that is not drawn; None without: a point mass
+    mass, density : [kg], [kg/m^3]  one of them; neither for a plane, fixed bodies, and shapes that
+              say their own
+    inertia : [kg m^2]  (3, 3), or the three principal moments (3,), about the centre of mass, body
+              axes, in place of that of the shape
+    center_of_mass : (3,) [m]  body coordinates, in place of that of the shape
+    position, velocity  : (3,) [m], [m/s]  of the centre of mass, world
+    orientation         : (4,) [-]  quaternion xyzw of any length but zero, body to world
+    angular_velocity, angular_velocity_body : (3,) [rad/s]  one of them: world axes, body axes
+    frames  : axes fixed to the body, by name, in which commands may be given
+    pivot   : the point about which it turns; then position and velocity follow from it
+    motion  : how it is moved, whatever acts; then it is fixed for all that acts
+
+    Raises InvalidModel for what no physics can honour; the rest is judged with the scene.
+    """
+    held = fixed or motion is not None or isinstance(shape, Plane)
+    body = Body(name, shape, mass=0.0, fixed=held, motion=motion, mass_flow=mass_flow)
+    body = _with_mass(body, mass=mass, density=density, inertia=inertia)
+    if center_of_mass is not None:
+        body = replace(body, center_of_mass=_vector('center_of_mass', center_of_mass, 'm'))
+    initial = Motion(
+        position=_vector('position', position, 'm'),
+        orientation=tuple(orientation),  # type: ignore[arg-type]  # which the record judges
+        velocity=_vector('velocity', velocity, 'm/s'),
+    )
+    spin = _spin(initial, angular_velocity, angular_velocity_body)
+    body = replace(
+        body,
+        initial=replace(initial, angular_velocity=spin),
+        material=Material(restitution, friction, rolling_friction, torsional_friction),
+        frames=dict(frames or {}),
+        surface_velocity=_vector('surface_velocity', surface_velocity, 'm/s'),
+    )
+    return body if pivot is None else _on_pivot(body, pivot)
+
+
+def make_scene(
+    bodies: Sequence[Body],
+    forces: Sequence[Any] = (),
+    *,
+    dt: float = 0.001,
+    name: str = 'scene',
+    gravity: Sequence[float] = NOWHERE,
+    integrator: str = Scene.integrator,
+    integrator_options: Mapping[str, Any] | None = None,
+    contact: Mapping[str, Any] | None = None,
+) -> Scene:
+    """
+    Make a scene of bodies and forces, and judge it.
+
+    bodies  : of `make_body`, or records of your own
+    forces  : Spring, Drag, Constant, TimeTable, Bumper, Gravity
+    dt      : [s] tick length, a whole number of nanoseconds
+    gravity : (3,) [m/s^2] world
+    contact : such as {'mode': 'timestep'}; None: bodies pass through each other
+
+    Raises InvalidModel with the path of what is wrong.
+    """
+    scene = Scene(
+        name=name,
+        dt_ns=tick_nanoseconds(dt),
+        bodies=tuple(bodies),
+        integrator=integrator,
+        integrator_options=dict(integrator_options or {}),
+        gravity=_vector('gravity', gravity, 'm/s^2'),
+        forces=tuple(forces),
+        contact=dict(contact or {'mode': 'none'}),
+    )
+    check_record(scene)
+    return scene
+
+
+def _vector(what: str, values: Any, unit: str) -> Vector:
+    given = values.tolist() if isinstance(values, np.ndarray) else values
+    try:
+        x, y, z = numbers(given, 3, unit=unit)
+    except InvalidModel as error:
+        raise InvalidModel(f'{what}: {error}') from None
+    return (x, y, z)
+
+
+def _spin(
+    initial: Motion, in_world: Sequence[float] | None, in_body: Sequence[float] | None
+) -> Vector:
+    """Return the angular velocity in world axes."""
+    if in_world is not None and in_body is not None:
+        raise InvalidModel('give angular_velocity or angular_velocity_body, and not both')
+    if in_body is None:
+        return NOWHERE if in_world is None else _vector('angular_velocity', in_world, 'rad/s')
+    spin = _vector('angular_velocity_body', in_body, 'rad/s')
+    x, y, z = rotation.rotate(initial.orientation, spin).tolist()
+    return (x, y, z)
+
+
+def _with_mass(
+    body: Body, *, mass: float | None, density: float | None, inertia: ArrayLike | None
+) -> Body:
+    if isinstance(body.shape, Plane | Surface):
+        if mass is not None or density is not None or inertia is not None:
+            raise InvalidModel(f'{body.name!r} is ground and has no mass; leave it out')
+        return body
+    tensor = None if inertia is None else _tensor(inertia)
+    if body.shape is None:
+        if density is not None:
+            raise InvalidModel(f'{body.name!r} has no shape, so no density; give its mass [kg]')
+        return replace(
+            body,
+            mass=0.0 if mass is None and body.fixed else number(mass, unit='kg'),
+            inertia=tensor,
+        )
+    if body.fixed and mass is None and density is None:
+        if isinstance(body.shape, Particle):
+            return body
+        own = mass_properties.states_its_mass(body.shape)
+        of = mass_properties.of_shape(body.shape, density=None if own else 1.0)
+        return replace(body, center_of_mass=_vector('center', of.center_of_mass, 'm'))
+    try:
+        of = mass_properties.of_shape(body.shape, mass=mass, density=density)
+    except InvalidModel as error:
+        raise InvalidModel(f'{body.name!r}: {error}') from None
+    body = replace(
+        body, mass=of.mass, center_of_mass=_vector('center_of_mass', of.center_of_mass, 'm')
+    )
+    if isinstance(body.shape, Particle):
+        return body if tensor is None else replace(body, inertia=tensor)
+    return replace(body, inertia=of.inertia if tensor is None else tensor)
+
+
+def _tensor(inertia: ArrayLike) -> np.ndarray:
+    try:
+        tensor = np.array(inertia, dtype=np.float64)
+    except (TypeError, ValueError):
+        tensor = np.zeros(0)
+    if tensor.shape == (3,):
+        return np.diag(tensor)
+    if tensor.shape != (3, 3):
+        raise InvalidModel(
+            f'inertia: got the shape {tensor.shape}; (3, 3), or three principal moments, '
+            '[kg m^2] are needed'
+        )
+    return tensor
+
+
+def _on_pivot(body: Body, pivot: Pivot) -> Body:
+    """Return the body turning about its pivot: position and velocity follow."""
+    arm = np.subtract(body.center_of_mass, pivot.point)
+    turned = rotation.rotate(body.initial.orientation, arm)
+    start = replace(
+        body.initial,
+        position=_vector('position', np.add(pivot.at, turned), 'm'),
+        velocity=_vector('velocity', np.cross(body.initial.angular_velocity, turned), 'm/s'),
+    )
+    return replace(body, pivot=pivot, initial=start)

@@ -1,0 +1,343 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+From bitcode to an image for this processor, by llvmlite alone.
+
+    Bitcode : a kernel with all that it calls, linked, not yet optimised, which names no processor
+    image   : that bitcode, optimised as one closed whole, and an entry that Python can call
+              without numba (`image`)
+
+LLVM drops the arguments that are not used, of each array five words out of seven. Left alone it
+would then make one function of all that is called once, and lose sight of what is in registers; so
+what is long stays a function (LONG).
+
+The entry fills in what numba's code expects of an array: no owner, its length, its place, its
+stride. What it leans on, the way in which numba's code takes its arguments and where numpy keeps
+what belongs to an array, is tried out with a probe before any image is trusted (`images`).
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass
+from functools import cache
+from itertools import islice
+from typing import Any
+
+import llvmlite.binding as ll
+
+from rigid_body_sim.physics.compile.elf import FlatCode, UnknownCode, flatten
+from rigid_body_sim.physics.compile.image import READ, WRITE, objects
+
+LONG = 150  # [instructions] of a function that keeps its own registers; see `numba_pipeline`
+_ENTRY = 'rigid_body_sim_entry'
+_LLVM = {'int64': 'i64', 'float64': 'double', 'bool': 'i8'}
+_SIZES = {'int64': 8, 'float64': 8, 'bool': 1}  # [B]
+# [B] where Python and numpy keep them: PyObject and PyArrayObject_fields
+_TYPE, _DATA, _AXES, _SHAPE, _DTYPE, _FLAGS = 8, 16, 24, 32, 56, 64
+_PYTHON = """
+declare ptr @PyEval_SaveThread()
+declare void @PyEval_RestoreThread(ptr)
+declare double @PyFloat_AsDouble(ptr)
+declare i64 @PyLong_AsLongLong(ptr)
+declare ptr @PyErr_Occurred()
+declare ptr @PyFloat_FromDouble(double)
+declare ptr @PyLong_FromLongLong(i64)
+declare ptr @PyBool_FromLong(i64)
+declare void @Py_IncRef(ptr)
+declare ptr @PyTuple_Pack(i64, ...)
+declare void @PyErr_SetObject(ptr, ptr)
+"""
+# how a result is kept by numba, and what is done with %value
+_RESULTS = {
+    'float64': (
+        'double',
+        '%given = call ptr @PyFloat_FromDouble(double %value)\n  ret ptr %given',
+    ),
+    'int64': (
+        'i64',
+        '%given = call ptr @PyLong_FromLongLong(i64 %value)\n  ret ptr %given',
+    ),
+    'bool': (
+        'i8',
+        '%long = zext i8 %value to i64\n  %given = call ptr @PyBool_FromLong(i64 %long)\n'
+        '  ret ptr %given',
+    ),
+    'none': ('i64', 'call void @Py_IncRef(ptr @the_none)\n  ret ptr @the_none'),
+}
+_HEAD = struct.Struct('<I')
+# of numba's helpers, which come with numba: the same in terms of the C library
+_HELPERS = {
+    'numba_frexp': """
+declare double @frexp(double, ptr)
+define linkonce_odr double @numba_frexp(double %x, ptr %exponent) {
+  %rest = fsub double %x, %x
+  %finite = fcmp oeq double %rest, 0.0
+  %other = fcmp une double %x, 0.0
+  %usual = and i1 %finite, %other
+  br i1 %usual, label %split, label %keep
+split:
+  %fraction = call double @frexp(double %x, ptr %exponent)
+  ret double %fraction
+keep:
+  store i32 0, ptr %exponent
+  ret double %x
+}
+""",
+    'numba_ldexp': """
+declare double @ldexp(double, i32)
+define linkonce_odr double @numba_ldexp(double %x, i32 %exponent) {
+  %rest = fsub double %x, %x
+  %finite = fcmp oeq double %rest, 0.0
+  %other = fcmp une double %x, 0.0
+  %usual = and i1 %finite, %other
+  %shifts = icmp ne i32 %exponent, 0
+  %moves = and i1 %usual, %shifts
+  br i1 %moves, label %scale, label %keep
+scale:
+  %scaled = call double @ldexp(double %x, i32 %exponent)
+  ret double %scaled
+keep:
+  ret double %x
+}
+""",
+}
+
+
+@dataclass(frozen=True)
+class Bitcode:
+    """
+    A kernel on its way from numba to an image.
+
+    content : linked bitcode
+    symbol  : name of the function in it
+    kinds   : of the arguments, see `image.kind_of`
+    returns : of `image.RETURNS`
+    """
+
+    content: bytes
+    symbol: str
+    kinds: tuple[str, ...]
+    returns: str
+
+    def packed(self) -> bytes:
+        """Give the bytes that are kept."""
+        head = {'symbol': self.symbol, 'kinds': self.kinds, 'returns': self.returns}
+        text = json.dumps(head, sort_keys=True).encode()
+        return _HEAD.pack(len(text)) + text + self.content
+
+    @staticmethod
+    def unpacked(content: bytes) -> Bitcode:
+        """Give what `packed` has packed; ValueError for anything else."""
+        try:
+            begin = _HEAD.size + _HEAD.unpack_from(content)[0]
+            head = json.loads(content[_HEAD.size : begin])
+            kinds = tuple(head['kinds'])
+            return Bitcode(content[begin:], head['symbol'], kinds, head['returns'])
+        except (struct.error, KeyError, TypeError) as error:
+            raise ValueError(f'no bitcode: {error!r}') from error
+
+
+def make(bitcode: Bitcode) -> FlatCode:
+    """
+    Make an image of a kernel for this processor.
+
+    UnknownCode if it holds what images cannot do; RuntimeError if it is no bitcode that this
+    release of LLVM reads.
+    """
+    machine = _machine()
+    module = ll.parse_bitcode(bitcode.content)
+    module.link_in(ll.parse_assembly(_entry(bitcode, module)))
+    declared = {f.name for f in module.functions if f.is_declaration}
+    for name in declared & _HELPERS.keys():
+        module.link_in(ll.parse_assembly(_HELPERS[name]))
+    for function in module.functions:
+        if not function.is_declaration and function.name != _ENTRY:
+            function.linkage = 'linkonce_odr'
+    _optimise(module, machine, symbol=bitcode.symbol)
+    module.verify()
+    return flatten(machine.emit_object(module), _ENTRY)
+
+
+def _entry(bitcode: Bitcode, module: Any) -> str:
+    """Write the builtin function of Python that calls the kernel, as LLVM does."""
+    writer = _Writer(bitcode)
+    wanted = ', '.join(writer.parameters)
+    function = module.get_function(bitcode.symbol)
+    found = ', '.join(str(argument.type) for argument in function.arguments)
+    if found != wanted:
+        raise UnknownCode(f'{bitcode.symbol} takes {found}, not {wanted}')
+    for i, kind in enumerate(bitcode.kinds):
+        writer.look_at(i, kind)
+    kept, given = _RESULTS[bitcode.returns]
+    known = '\n'.join(f'@{name} = external global i8' for name in objects())
+    checks, takes = '\n'.join(writer.checks), '\n'.join(writer.takes)
+    return f"""
+target triple = "{module.triple}"
+target datalayout = "{module.data_layout}"
+{known}
+{_PYTHON}
+declare i32 @"{bitcode.symbol}"({wanted})
+define ptr @{_ENTRY}(ptr %self, ptr %arguments, i64 %count) {{
+  %result = alloca i64
+  %error = alloca ptr
+  store i64 0, ptr %result
+  store ptr null, ptr %error
+  %right_count = icmp eq i64 %count, {len(bitcode.kinds)}
+  br i1 %right_count, label %begin, label %other
+begin:
+{checks}
+{takes}
+  %thread = call ptr @PyEval_SaveThread()
+  %status = call i32 @"{bitcode.symbol}"({', '.join(writer.given)})
+  call void @PyEval_RestoreThread(ptr %thread)
+  %stopped = icmp ne i32 %status, 0
+  br i1 %stopped, label %stop, label %done
+done:
+  %value = load {kept}, ptr %result
+  {given}
+stop:
+  %wide = sext i32 %status to i64
+  %number = call ptr @PyLong_FromLongLong(i64 %wide)
+  %what = call ptr (i64, ...) @PyTuple_Pack(i64 2, ptr %self, ptr %number)
+  call void @PyErr_SetObject(ptr @the_error, ptr %what)
+  ret ptr null
+failed:
+  ret ptr null
+other:
+  call void @Py_IncRef(ptr @the_other)
+  ret ptr @the_other
+}}
+"""
+
+
+class _Writer:
+    """
+    The lines that look at the arguments of a kernel.
+
+    parameters : their types as numba's code takes them
+    checks     : lines that look whether each is of its kind, and go to `other` if not
+    takes      : lines that take their values, and go to `failed` if an integer is too large
+    given      : what numba's code is called with
+    """
+
+    def __init__(self, bitcode: Bitcode) -> None:
+        self.given = ['ptr %result', 'ptr %error']  # where the result goes, and what went wrong
+        self.parameters = ['ptr', 'ptr']
+        for kind in bitcode.kinds:  # owner, parent, count, size of one, place, shape, strides
+            array = ['ptr', 'ptr', 'i64', 'i64', 'ptr', 'i64', 'i64']
+            self.parameters += array if kind.endswith('[]') else [_LLVM[kind]]
+        self.checks: list[str] = []
+        self.takes: list[str] = []
+
+    def look_at(self, i: int, kind: str) -> None:
+        """Write the lines for argument i."""
+        self.checks += [
+            f'  %at{i} = getelementptr inbounds ptr, ptr %arguments, i64 {i}',
+            f'  %o{i} = load ptr, ptr %at{i}',
+        ]
+        if kind == 'bool':
+            self.checks.append(f'  %true{i} = icmp eq ptr %o{i}, @the_true')
+            self.checks.append(f'  %false{i} = icmp eq ptr %o{i}, @the_false')
+            self._want(i, f'or i1 %true{i}, %false{i}')
+            self.takes.append(f'  %v{i} = zext i1 %true{i} to i8')
+            self.given.append(f'i8 %v{i}')
+            return
+        word = 'ndarray' if kind.endswith('[]') else kind.removesuffix('64')
+        self._field(i, 'type', 'ptr', _TYPE)
+        self._want(i, f'icmp eq ptr %type{i}, @the_{word}')
+        if kind.endswith('[]'):
+            self._look_into(i, kind)
+        elif kind == 'float64':
+            self.takes.append(f'  %v{i} = call double @PyFloat_AsDouble(ptr %o{i})')
+            self.given.append(f'double %v{i}')
+        else:
+            self.takes += [
+                f'  %v{i} = call i64 @PyLong_AsLongLong(ptr %o{i})',
+                f'  %odd{i} = icmp eq i64 %v{i}, -1',
+                f'  br i1 %odd{i}, label %ask{i}, label %well{i}',
+                f'ask{i}:',
+                f'  %wrong{i} = call ptr @PyErr_Occurred()',
+                f'  %right{i} = icmp eq ptr %wrong{i}, null',
+                f'  br i1 %right{i}, label %well{i}, label %failed',
+                f'well{i}:',
+            ]
+            self.given.append(f'i64 %v{i}')
+
+    def _look_into(self, i: int, kind: str) -> None:
+        """Write the lines for an array, of which `the_ndarray` is known to be the type."""
+        of = kind.removeprefix('constant ').removesuffix('[]')
+        flags = READ if kind.startswith('constant') else READ | WRITE
+        self._field(i, 'axes', 'i32', _AXES)
+        self._field(i, 'dtype', 'ptr', _DTYPE)
+        self._field(i, 'flags', 'i32', _FLAGS)
+        self.checks += [
+            f'  %one_axis{i} = icmp eq i32 %axes{i}, 1',
+            f'  %same_dtype{i} = icmp eq ptr %dtype{i}, @the_dtype_{of}',
+            f'  %own_flags{i} = and i32 %flags{i}, {READ | WRITE}',
+            f'  %same_flags{i} = icmp eq i32 %own_flags{i}, {flags}',
+            f'  %of_kind{i} = and i1 %one_axis{i}, %same_dtype{i}',
+        ]
+        self._want(f'{i}_inside', f'and i1 %of_kind{i}, %same_flags{i}')
+        self._field(i, 'data', 'ptr', _DATA)
+        self._field(i, 'shape', 'ptr', _SHAPE)
+        self.checks.append(f'  %n{i} = load i64, ptr %shape{i}')
+        size, count = f'i64 {_SIZES[of]}', f'i64 %n{i}'
+        self.given += ['ptr null', 'ptr null', count, size, f'ptr %data{i}', count, size]
+
+    def _field(self, i: int, name: str, kind: str, offset: int) -> None:
+        self.checks += [
+            f'  %{name}_at{i} = getelementptr inbounds i8, ptr %o{i}, i64 {offset}',
+            f'  %{name}{i} = load {kind}, ptr %{name}_at{i}',
+        ]
+
+    def _want(self, i: int | str, condition: str) -> None:
+        self.checks += [
+            f'  %fits{i} = {condition}',
+            f'  br i1 %fits{i}, label %next{i}, label %other',
+            f'next{i}:',
+        ]
+
+
+@cache
+def _machine() -> Any:
+    """Give what makes machine code for this processor."""
+    return machine_for(ll.get_host_cpu_name(), ll.get_host_cpu_features().flatten())
+
+
+def machine_for(processor: str, features: str) -> Any:
+    """Give what makes machine code that may lie anywhere; arguments as LLVM knows them."""
+    ll.initialize_native_target()
+    ll.initialize_native_asmprinter()
+    target = ll.Target.from_triple(ll.get_process_triple())
+    return target.create_target_machine(
+        cpu=processor, features=features, opt=3, reloc='pic', codemodel='small'
+    )
+
+
+def _optimise(module: Any, machine: Any, *, symbol: str) -> None:
+    """Optimise as numba does: little at first, then, what is long marked, all."""
+    options = ll.create_pipeline_tuning_options(speed_level=0)
+    options.loop_vectorization = options.slp_vectorization = False
+    builder = ll.create_pass_builder(machine, options)
+    passes = builder.getModulePassManager()
+    passes.add_loop_rotate_pass()
+    passes.add_instruction_combine_pass()
+    passes.add_jump_threading_pass()
+    passes.run(module, builder)
+    for function in module.functions:
+        if not function.is_declaration and function.linkage == ll.Linkage.linkonce_odr:
+            function.linkage = 'internal'
+            if function.name == symbol or is_long(function):
+                function.add_function_attribute('noinline')
+    options = ll.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization, options.slp_vectorization = True, False
+    builder = ll.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+
+
+def is_long(function: Any) -> bool:
+    """Tell whether a function is so long that it is to stay one."""
+    instructions = (one for block in function.blocks for one in block.instructions)
+    return next(islice(instructions, LONG, None), None) is not None

@@ -1,0 +1,23 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a group of bodies that press on each other has gained in a tick, as `gain_bound` accounts for
+it, in the row of its first body.
+"""
+
+from rigid_body_sim.physics.arrays import Record
+
+gain = Record()
+GAIN = gain.number('J', 'kinetic energy beyond that of its start and the work of forces')
+SIZE_OF_ENERGY = gain.number('J', 'of its energy, by which a gain is measured')
+BODIES = gain.number('-', 'how many they are')
+HELD = gain.number('-', 'what holds it: one of the names below')
+ON_RIM = gain.number('-', '1: some body of it presses with its rim')
+NORMAL = gain.vector('-', 'of the plane that holds it without friction')
+PART = gain.vector('J', 'T of what is scaled is (1, s, s^2) times this')
+FACTOR = gain.number('-', 's by which the momenta shrink')
+SIZE = gain.size
+
+# what cannot move touches it: not; along one normal, without friction; along several; with
+# friction
+FLOATS, ON_PLANE, IN_CORNER, RUBBED = 0.0, 1.0, 2.0, 3.0

@@ -1,0 +1,156 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The loads of what begins at rest, before the first tick of a scene.
+
+Sequential impulses learn a load over many substeps, the slower the heavier what is carried, and
+what carries it sinks meanwhile. What stands when a scene begins has its load already: the impulses
+that would hold it still for a substep, found before anything moves,
+
+    v + h F/m + sum of J M^-1 J^T >= 0 along the normals,  with friction
+
+by relaxing all contacts until nothing changes. They are recalled like those of a last tick, with
+the static sink that they come to (`static_sink`).
+
+An island in which something that presses moves along its normal is in an impact, and begins
+without loads.
+"""
+
+from __future__ import annotations
+
+from rigid_body_sim.physics.arrays import Array, Indices
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import manifold_record
+from rigid_body_sim.physics.contact.islands.union_find import find, unite
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    constraint,
+    contact_point,
+    lane_scratch,
+    solve,
+    static_sink,
+    wide_lanes,
+)
+from rigid_body_sim.physics.contact.touching import bodies_of, lane_of
+from rigid_body_sim.physics.vectors import dot
+
+REST = 1e-14  # [m/s] what a pass may still change
+VISITS = 200_000  # [-] of the constraints of an island, at most: what is left is learnt in motion
+MOVES = 0.01  # [m/s] along a normal: faster is an impact
+
+
+@inline
+def _body_of(lane: int, static: int, rows: Array) -> int:
+    """Name a body of a constraint that can move."""
+    body_a, body_b = bodies_of(lane, static, rows)
+    return body_b if body_a == static else body_a
+
+
+@kernel
+def find_islands(
+    batch_count: int, static: int, touching: Indices, batches: Indices, rows: Array,
+    roots: Indices, sizes: Indices,
+) -> None:  # fmt: skip
+    """
+    Join the bodies that contacts join; count the constraints of each island at its first, and one
+    more. A lone body has none: it finds its load in a substep.
+    """
+    for index in range(len(touching)):
+        roots[touching[index]] = touching[index]
+        sizes[touching[index]] = 0
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            body_a, body_b = bodies_of(lane, static, rows)
+            if body_a != static and body_b != static:
+                unite(body_a, body_b, roots)
+    for index in range(len(touching)):
+        if roots[touching[index]] != touching[index]:
+            sizes[find(touching[index], roots)] = 1
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            root = find(_body_of(lane, static, rows), roots)
+            sizes[root] += 1 if sizes[root] > 0 else 0
+
+
+@kernel
+def wake_islands(
+    passes: int, batch_count: int, static: int, touching: Indices, batches: Indices, rows: Array,
+    roots: Indices, sizes: Indices,
+) -> bool:  # fmt: skip
+    """
+    Let all constraints of an island be visited again where the last pass has changed one, until it
+    has had its visits; tell whether there are any. Size of an island that is settled: negative.
+    """
+    for index in range(len(touching)):
+        sizes[touching[index]] = -abs(sizes[touching[index]])
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            if rows[lane + constraint.UNSETTLED] > 0.0:
+                root = find(_body_of(lane, static, rows), roots)
+                sizes[root] = abs(sizes[root])
+    found = False
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            size = sizes[find(_body_of(lane, static, rows), roots)]
+            goes_on = size > 0 and size * passes <= VISITS
+            rows[lane + constraint.UNSETTLED] = 1.0 if goes_on else 0.0
+            found = found or goes_on
+    return found
+
+
+@kernel
+def _mark_impacts(
+    batch_count: int, width: int, static: int, batches: Indices, rows: Array, roots: Indices,
+    sizes: Indices, bodies: Array,
+) -> None:  # fmt: skip
+    """Give islands in which something that presses moves along its normal the size 0."""
+    scratch = rows[0 : lane_scratch.SIZE]
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        used = batches[batch + batch_record.LANE_COUNT]
+        constraints = rows[begin : begin + constraint.SIZE]
+        solve.gather_momenta(used, used, constraints, scratch, bodies)
+        for point in range(batches[batch + batch_record.POINT_COUNT]):
+            first = begin + constraint.SIZE + point * width
+            points = rows[first : first + width]
+            for lane in range(used):
+                arm_a, arm_b = wide_lanes.arms(points, lane)
+                velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+                normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+                presses = points[lane + contact_point.NORMAL_IMPULSE] > 0.0
+                if presses and abs(dot(normal, velocity)) > MOVES:
+                    sizes[find(_body_of(begin + lane, static, rows), roots)] = 0
+
+
+@kernel
+def recall_loads(
+    manifold_count: int, batch_count: int, width: int, static: int, h: float, manifolds: Array,
+    batches: Indices, rows: Array, roots: Indices, sizes: Indices, bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Let the constraints of islands at rest recall the impulses that were found, and their sink, and
+    the others none; bodies are as they begin.
+
+    h : [s] substep
+    """
+    _mark_impacts(batch_count, width, static, batches, rows, roots, sizes, bodies)
+    for manifold in range(manifold_count):
+        lane = lane_of(manifold, manifolds)
+        rests = sizes[find(_body_of(lane, static, rows), roots)] != 0
+        points = int(manifolds[manifold * manifold_record.SIZE + manifold_record.POINT_COUNT])
+        rows[lane + constraint.TOUCHED] = 0.0
+        load = 0.0
+        for point in range(points):
+            row = lane + constraint.SIZE + point * width
+            if not rests:
+                rows[row + contact_point.NORMAL_IMPULSE] = 0.0
+                rows[row + contact_point.TANGENT_IMPULSE_1] = 0.0
+                rows[row + contact_point.TANGENT_IMPULSE_2] = 0.0
+            mass = rows[row + contact_point.NORMAL_MASS]
+            if mass > 0.0:
+                load += rows[row + contact_point.NORMAL_IMPULSE] / (h * mass)
+        static_sink.begin(lane, h, load / points, rows)

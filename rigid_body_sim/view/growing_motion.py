@@ -1,0 +1,97 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A motion that grows: messages come in any order, instants at which all bodies are known go out.
+
+An instant is a stamp. It is whole when every body has its pose and, as far as they have topics for
+it, its twist; those that are never whole, because somebody began to listen in the middle, are left
+out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields
+from struct import Struct
+
+import numpy as np
+
+from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, track_of
+
+_STAMP = Struct('<iI')  # behind the four bytes that begin every payload
+SECOND = 10**9  # [ns]
+LEAVES = ('pose', 'twist', 'applied_wrench')
+
+
+class GrowingMotion:
+    """
+    Takes payloads, gives motions.
+
+    poses : topics of the poses of all bodies
+    others : topics of twists and applied wrenches, as far as there are any
+    """
+
+    def __init__(self, poses: Iterable[str], others: Iterable[str]) -> None:
+        self.poses = list(poses)
+        others = set(others)
+        self._twists = [name for name in map(_twist, self.poses) if name in others]
+        self._needed = len(self.poses) + len(self._twists)
+        self._waiting: dict[int, dict[str, bytes]] = {}
+        self._wrenches: dict[str, list[bytes]] = {}
+        self._last = -1
+
+    def take(self, topic: str, payload: bytes) -> None:
+        """Take a message."""
+        if topic.endswith('/applied_wrench'):
+            self._wrenches.setdefault(topic, []).append(payload)
+            return
+        sec, nanosec = _STAMP.unpack_from(payload, 4)
+        stamp = sec * SECOND + nanosec
+        if stamp > self._last:
+            self._waiting.setdefault(stamp, {})[topic] = payload
+
+    def whole(self, *, most: int) -> RecordedMotion | None:
+        """Give what is whole since the last call, thinned to so many instants; None: nothing."""
+        stamps = sorted(t for t, found in self._waiting.items() if len(found) == self._needed)
+        if not stamps:
+            return None
+        self._last = stamps[-1]
+        shown = stamps[:: -(-len(stamps) // most)]
+        if shown[-1] != stamps[-1]:
+            shown.append(stamps[-1])
+        rows = [self._waiting[stamp] for stamp in shown]
+        self._waiting = {t: found for t, found in self._waiting.items() if t > self._last}
+        wrenches, self._wrenches = self._wrenches, {}
+        return RecordedMotion(
+            tuple(
+                track_of(
+                    name,
+                    [row[name] for row in rows],
+                    [row[_twist(name)] for row in rows] if _twist(name) in self._twists else [],
+                    wrenches.get(name.removesuffix('pose') + 'applied_wrench', []),
+                )
+                for name in self.poses
+            ),
+            np.empty(0),
+        )
+
+
+def _twist(pose: str) -> str:
+    return pose.removesuffix('pose') + 'twist'
+
+
+def joined(blocks: Iterable[RecordedMotion]) -> RecordedMotion:
+    """Put motions of the same bodies one behind the other."""
+    blocks = list(blocks)
+    arrays = [field.name for field in fields(Track) if field.name != 'name']
+    tracks = zip(*(block.tracks for block in blocks), strict=True)
+    return RecordedMotion(
+        tuple(
+            Track(
+                parts[0].name,
+                *[np.concatenate([getattr(part, name) for part in parts]) for name in arrays],
+            )
+            for parts in tracks
+        ),
+        np.empty(0),
+    )

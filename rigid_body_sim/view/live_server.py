@@ -1,0 +1,218 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Serves the page of a run that goes on: a small HTTP server on the loopback of this machine.
+
+    /               the page, with all that was there when it was asked for
+    /events?after=K the blocks after the first K as server-sent events, as they come
+
+A block is what came between two looks. Nobody but this machine is served: the address is that of
+the loopback, and a request under another host name is refused.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import threading
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any, Protocol
+from urllib.parse import parse_qs, urlsplit
+
+from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.stop_signals import STOP
+from rigid_body_sim.view.growing_motion import joined
+from rigid_body_sim.view.page_record import more_of
+from rigid_body_sim.view.playback_page import live_page
+from rigid_body_sim.view.recorded_motion import RecordedMotion
+
+LOOPBACK = '127.0.0.1'
+LOOK = 0.1  # [s] between looks at what has come
+ALIVE = 5.0  # [s] between signs of life to a browser, which show that it has gone
+MOST_BLOCKS = 36_000  # that are kept: an hour; older ones are forgotten
+
+
+class Source(Protocol):
+    """
+    Where states come from.
+
+    scene, title, about : known after `begin`
+    ended               : whether nothing more will come
+    """
+
+    scene: Scene | None
+    title: str
+    about: str
+    ended: bool
+
+    def begin(self) -> RecordedMotion:
+        """Give the first block; waits for it."""
+        ...
+
+    def more(self) -> RecordedMotion | None:
+        """Give what came since, if anything."""
+        ...
+
+
+class LiveRun:
+    """What has come so far, for all browsers."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self._blocks = [source.begin()]
+        self._forgotten = 0
+        self._changed = threading.Condition()
+        self.stopped = False
+        _, self._look = live_page(self._blocks[0], source.scene, title='')
+
+    def look(self) -> None:
+        """Take what has come."""
+        block = self.source.more()
+        with self._changed:
+            if block is not None:
+                self._blocks.append(block)
+                if len(self._blocks) > MOST_BLOCKS:
+                    del self._blocks[1]  # the first holds the origins
+                    self._forgotten += 1
+            if block is not None or self.source.ended:
+                self._changed.notify_all()
+
+    def stop(self) -> None:
+        """Send everybody home."""
+        with self._changed:
+            self.stopped = True
+            self._changed.notify_all()
+
+    def page(self) -> str:
+        """Write the page of all that has come."""
+        with self._changed:
+            blocks, told = list(self._blocks), self._forgotten + len(self._blocks)
+        source = self.source
+        about = ' · '.join(filter(None, (source.about, 'live')))
+        page, _ = live_page(
+            joined(blocks), source.scene, title=source.title, about=about, told=told
+        )
+        return page
+
+    def after(self, told: int) -> tuple[int, RecordedMotion | None]:
+        """Wait for what is after the first blocks; gives their number, and None for nothing."""
+        with self._changed:
+            known = self._forgotten + len(self._blocks)
+            if known <= told and not self.ended:
+                self._changed.wait(ALIVE)
+            known = self._forgotten + len(self._blocks)
+            new = self._blocks[max(1, told - self._forgotten) :] if known > told else []
+        return known, joined(new) if new else None
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing more will come."""
+        return self.source.ended or self.stopped
+
+    def event(self, motion: RecordedMotion) -> str:
+        """Write a block as a page takes it."""
+        record, numbers = more_of(motion, self._look)
+        return json.dumps({'record': record, 'numbers': base64.b64encode(numbers).decode()})
+
+
+class _Handler(BaseHTTPRequestHandler):
+    @property
+    def _run(self) -> LiveRun:
+        assert isinstance(self.server, Server)
+        return self.server.run
+
+    def do_GET(self) -> None:
+        """Answer a browser."""
+        host = self.headers.get('Host', '').partition(':')[0]
+        address = urlsplit(self.path)
+        if host not in (LOOPBACK, 'localhost'):
+            self.send_error(HTTPStatus.FORBIDDEN, f'serves {LOOPBACK} only')
+        elif address.path == '/':
+            self._send(self._run.page().encode(), 'text/html; charset=utf-8')
+        elif address.path == '/events':
+            self._stream(parse_qs(address.query))
+        else:
+            self.send_error(HTTPStatus.NOT_FOUND)
+
+    def _send(self, content: bytes, kind: str) -> None:
+        self.send_response(HTTPStatus.OK)
+        self.send_header('Content-Type', kind)
+        self.send_header('Content-Length', str(len(content)))
+        self.send_header('Cache-Control', 'no-store')
+        self.end_headers()
+        self.wfile.write(content)
+
+    def _stream(self, query: dict[str, list[str]]) -> None:
+        told = self.headers.get('Last-Event-ID') or query.get('after', ['0'])[0]
+        if not told.isdecimal():
+            self.send_error(HTTPStatus.BAD_REQUEST, 'after: a number of blocks')
+            return
+        self.send_response(HTTPStatus.OK)
+        self.send_header('Content-Type', 'text/event-stream')
+        self.send_header('Cache-Control', 'no-store')
+        self.end_headers()
+        run, known = self._run, int(told)
+        try:
+            while True:
+                ended = run.ended
+                known, motion = run.after(known)
+                if motion is not None:
+                    self._write(f'id: {known}\ndata: {run.event(motion)}\n\n')
+                elif ended:
+                    self._write('event: end\ndata:\n\n')
+                    return
+                else:
+                    self._write(': here\n\n')
+        except OSError:  # the browser has gone
+            return
+
+    def _write(self, text: str) -> None:
+        self.wfile.write(text.encode())
+        self.wfile.flush()
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing of each request."""
+
+
+class Server(ThreadingHTTPServer):
+    """The server of one run."""
+
+    daemon_threads = True
+
+    def __init__(self, port: int, run: LiveRun) -> None:
+        self.run = run
+        super().__init__((LOOPBACK, port), _Handler)
+
+
+def serve(source: Source, *, port: int) -> int:
+    """Serve until a signal comes; returns the exit code, 0: that is how it ends."""
+    STOP.keep()
+    run = LiveRun(source)
+    try:
+        server = Server(port, run)
+    except OSError as error:
+        raise UserError(f'--port {port}: cannot be had ({error.strerror})') from error
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    print(f'http://{LOOPBACK}:{server.server_port}/  (Ctrl-C ends)', flush=True)
+    try:
+        _go_on(run)
+    finally:
+        run.stop()
+        server.shutdown()
+        server.server_close()
+    return 0
+
+
+def _go_on(run: LiveRun) -> None:
+    waiting = threading.Event()
+    while not STOP.number:
+        if not run.ended:
+            try:
+                run.look()
+            except RunError:
+                run.stop()
+                raise
+        waiting.wait(LOOK)

@@ -1,0 +1,113 @@
+// Arrows: commands, contacts, drag, drives; velocity, angular velocity and angular momentum on request.
+import * as THREE from 'three';
+import { arrowGeometry } from 'view/shapes';
+import { ARROWS } from 'view/palette';
+import { arrayOf, rotate } from 'view/run';
+
+const THICK = 0.045;                    // [-] of the usual length
+const Z = new THREE.Vector3(0, 0, 1);
+
+// As many arrows of one kind as an instant needs.
+class Quiver {
+  constructor(kind, most, usual) {
+    const material = new THREE.MeshBasicMaterial({ color: ARROWS[kind].color, depthTest: false, transparent: true, opacity: 0.9 });
+    this.mesh = new THREE.InstancedMesh(arrowGeometry(0.28, 0.4), material, Math.max(1, most));
+    this.mesh.frustumCulled = false;
+    this.mesh.renderOrder = 2;
+    this.usual = usual;
+    this.kind = kind;
+    this.clear();
+  }
+
+  clear() {
+    this.mesh.count = 0;
+  }
+
+  // start (3) [m], direction times length (3) [m]
+  add(start, along) {
+    const length = Math.hypot(...along);
+    if (!(length > 1e-3 * this.usual)) return;
+    const thick = Math.min(THICK * this.usual, 0.25 * length);
+    Quiver.turn.setFromUnitVectors(Z, Quiver.direction.fromArray(along).divideScalar(length));
+    Quiver.matrix.compose(Quiver.start.fromArray(start), Quiver.turn, Quiver.size.set(thick, thick, length));
+    this.mesh.setMatrixAt(this.mesh.count++, Quiver.matrix);
+    this.mesh.instanceMatrix.needsUpdate = true;
+  }
+}
+Object.assign(Quiver, {
+  turn: new THREE.Quaternion(), direction: new THREE.Vector3(), start: new THREE.Vector3(),
+  size: new THREE.Vector3(), matrix: new THREE.Matrix4(),
+});
+
+// Vectors of some bodies over time, drawn at a point of each: { kind, bodies, at, columns, width, series, metres }.
+class BodyArrows {
+  constructor(run, told) {
+    Object.assign(this, told);
+    this.run = run;
+    this.quiver = new Quiver(told.kind, told.bodies.length, run.arrow);
+  }
+
+  // Held between instants, as a command is: what acted over the tick that ends at the next instant.
+  show(moment, places) {
+    const { values } = this.run.series[this.series];
+    const k = this.kind.startsWith('command') && moment.s > 0 ? moment.next : moment.k;
+    const vector = [0, 0, 0], arm = [0, 0, 0];
+    this.bodies.forEach((body, i) => {
+      const from = 3 * (k * this.width + this.columns[i]);
+      for (let j = 0; j < 3; j++) vector[j] = this.metres * values[from + j];
+      const long = Math.hypot(...vector), most = 4 * this.run.arrow;
+      if (long > most) for (let j = 0; j < 3; j++) vector[j] *= most / long;
+      rotate(places[body].orientation, this.at[i], arm);
+      this.quiver.add(places[body].position.map((x, j) => x + arm[j]), vector);
+    });
+  }
+}
+
+// Contact forces of the recorded instant that is nearest: { starts, arrows, metres, longest }.
+class ContactArrows {
+  constructor(run) {
+    this.kind = 'contact';
+    this.told = run.contacts;
+    this.metres = run.contacts.metres;
+    this.starts = arrayOf(run.contacts.starts, run.buffer);
+    this.numbers = arrayOf(run.contacts.arrows, run.buffer);          // point, force
+    let most = 1;
+    for (let k = 1; k < this.starts.length; k++) most = Math.max(most, this.starts[k] - this.starts[k - 1]);
+    this.quiver = new Quiver('contact', most, run.arrow);
+  }
+
+  show(moment) {
+    const k = moment.s < 0.5 ? moment.k : moment.next;
+    for (let i = this.starts[k]; i < this.starts[k + 1]; i++) {
+      const force = this.numbers.subarray(6 * i + 3, 6 * i + 6), size = Math.hypot(...force);
+      const length = Math.min(size * this.metres, this.told.longest);
+      if (size > 0) this.quiver.add(this.numbers.subarray(6 * i, 6 * i + 3), Array.from(force, f => (f * length) / size));
+    }
+  }
+}
+
+export class Arrows {
+  constructor(run) {
+    this.sets = run.arrows.map(told => new BodyArrows(run, told));
+    if (run.contacts) this.sets.push(new ContactArrows(run));
+    this.group = new THREE.Group();
+    for (const set of this.sets) this.group.add(set.quiver.mesh);
+  }
+
+  get kinds() { return [...new Set(this.sets.map(set => set.kind))]; }
+
+  show(moment, places, visible) {
+    this.count = {};
+    for (const set of this.sets) {
+      set.quiver.clear();
+      if (visible(set.kind)) set.show(moment, places);
+      this.count[set.kind] = (this.count[set.kind] ?? 0) + set.quiver.mesh.count;
+    }
+  }
+
+  // What a usual arrow stands for, by kind, in words.
+  meaning(kind, length) {
+    const set = this.sets.find(each => each.kind === kind), worth = length / set.metres;
+    return Number.isFinite(worth) ? `${Number(worth.toPrecision(2))} ${ARROWS[kind].unit}` : '';
+  }
+}

@@ -1,0 +1,42 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+All arrays of a page in one run of bytes, so that they are compressed together and once.
+
+An entry tells the browser where an array stands: kind (f4, f8, u4: little-endian, as typed arrays
+are there), first byte, and number of values, in C order.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+ALIGNED = 8  # [byte]
+
+
+class PageNumbers:
+    """Collects arrays, equal ones once."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+        self._known: dict[tuple[str, bytes], dict[str, Any]] = {}
+        self._end = 0
+
+    def add(self, values: ArrayLike, kind: str) -> dict[str, Any]:
+        """Take an array as f4, f8 or u4 and return its entry."""
+        array = np.ascontiguousarray(values, dtype=f'<{kind}')
+        content = array.tobytes()
+        if (kind, content) not in self._known:
+            entry = {'kind': kind, 'at': self._end, 'size': int(array.size)}
+            padding = bytes(-len(content) % ALIGNED)
+            self._parts += [content, padding]
+            self._end += len(content) + len(padding)
+            self._known[kind, content] = entry
+        return self._known[kind, content]
+
+    def joined(self) -> bytes:
+        """Give all of them."""
+        return b''.join(self._parts)

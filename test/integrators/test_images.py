@@ -1,0 +1,372 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Kernels as images: the same bits as by way of numba and as plain Python, whole or not taken, and
+numba not even imported where they are at hand.
+"""
+
+import math
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.compile.elf import FlatCode, UnknownCode, flatten
+from rigid_body_sim.physics.compile.image import (
+    KernelStopped,
+    kind_of,
+    load,
+    packed,
+    unpacked,
+)
+from rigid_body_sim.physics.compile.images import Images, Wanted, release_of
+from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
+
+from ..patience import HANGING
+
+ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.skipif(
+    kernels.IMAGES is None, reason='no images here: no numba, another one, or another machine'
+)
+
+RUN = """
+import sys
+from rigid_body_sim import Simulation, load_scene
+sim = Simulation(load_scene({'dt': 0.001, 'bodies': [
+    {'name': 'b', 'mass': 1, 'shape': {'type': 'box', 'size': [1, 2, 3]},
+     'initial': {'velocity': [1, 2, 3], 'angular_velocity': [0.1, 2, 0.3]}}]}))
+sim.step(100)
+print('numba' in sys.modules, sim.state_bytes().hex())
+"""
+
+
+def run(cache, code=RUN, **environment):
+    """
+    What a program prints: whether it imported numba, and bits.
+    """
+    result = subprocess.run(
+        [sys.executable, '-c', code],
+        env=os.environ
+        | {'RIGID_BODY_SIM_CACHE': str(cache), 'PYTHONPATH': str(ROOT)}
+        | environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=HANGING,
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ''
+    return result.stdout.split()
+
+
+@pytest.fixture(scope='module')
+def cache(tmp_path_factory):
+    """A cache that one run has filled."""
+    folder = tmp_path_factory.mktemp('cache')
+    run(folder)
+    return folder
+
+
+def images_of(cache):
+    """The files of images in a cache."""
+    (folder,) = cache.iterdir()
+    return sorted(folder.glob('*.kernel'))
+
+
+def test_image_numba_and_plain_source_give_the_same_bits(cache, tmp_path):
+    ways = {
+        'image': run(cache),
+        'numba': run(tmp_path, NUMBA_OPT='3'),  # any setting of numba's
+        'plain': run(tmp_path, RIGID_BODY_SIM_COMPILE='0'),
+    }
+    assert {way: imported for way, (imported, _) in ways.items()} == {
+        'image': 'False', 'numba': 'True', 'plain': 'False',
+    }  # fmt: skip
+    assert len({bits for _, bits in ways.values()}) == 1
+
+
+def test_what_is_damaged_or_not_ours_is_made_anew(cache):
+    expected = run(cache)
+    probed, ticks = images_of(cache)
+    contents = probed.read_bytes(), ticks.read_bytes()
+    ticks.write_bytes(contents[1][:-1])
+    probed.chmod(0o666)
+    assert run(cache)[1] == expected[1]
+    assert (probed.read_bytes(), ticks.read_bytes()) == contents
+    assert run(cache) == expected  # mended: without numba again
+
+
+def test_a_cache_that_cannot_be_written_costs_time_and_no_bit(cache, tmp_path):
+    blocked = tmp_path / 'file'
+    blocked.write_text('not a folder')
+    nowhere = dict.fromkeys(('NUMBA_CACHE_DIR', 'XDG_CACHE_HOME', 'HOME'), str(blocked))
+    assert run(blocked, **nowhere)[1] == run(cache)[1]
+
+
+def test_two_processes_at_once_make_the_same_images(cache, tmp_path):
+    got = []
+    both = [threading.Thread(target=lambda: got.append(run(tmp_path)[1])) for _ in range(2)]
+    for one in both:
+        one.start()
+    for one in both:
+        one.join()
+    assert got == [run(cache)[1]] * 2
+    assert [path.name for path in images_of(tmp_path)] == [p.name for p in images_of(cache)]
+    assert run(tmp_path)[0] == 'False'
+
+
+def test_numba_that_broke_since_leaves_what_is_kept_and_says_so_of_the_rest(cache, tmp_path):
+    release = release_of('numba')
+    (tmp_path / f'numba-{release}.dist-info').mkdir()
+    (tmp_path / 'numba').mkdir()
+    (tmp_path / 'numba/__init__.py').write_text("raise ImportError('needs another numpy')")
+    broken = {'PYTHONPATH': f'{tmp_path}:{ROOT}'}
+    expected = run(cache)
+    assert run(cache, **broken) == expected
+    (probed,) = [path for path in images_of(cache) if path.name.startswith('probe.')]
+    folder = tmp_path / probed.parent.name
+    folder.mkdir(mode=0o700)
+    (folder / probed.name).write_bytes(probed.read_bytes())  # and of the kernels none
+    (folder / probed.name).chmod(0o600)
+    caught = 'import warnings\nwith warnings.catch_warnings(record=True) as said:\n'
+    caught += ''.join(f'    {line}\n' for line in RUN.splitlines())
+    caught += "print(*(w.message for w in said), sep='|')"
+    _, bits, *warned = run(tmp_path, caught, **broken)
+    assert bits == expected[1]
+    warned = ' '.join(warned)
+    assert warned.startswith('numba cannot be imported (needs another numpy)')
+    assert warned.count('numba cannot be imported') == 1
+
+
+# ----- one kernel
+
+
+@pytest.fixture(scope='module')
+def images(tmp_path_factory):
+    """Images in a folder of their own, which trust themselves."""
+    found = Images(tmp_path_factory.mktemp('images'), None)
+    assert found.is_trusted()
+    return found
+
+
+def of_probe():
+    return Wanted(probe, PROBED, probe_arguments())
+
+
+def made(images, function, *arguments):
+    return images.find(Wanted(function, tuple(map(kind_of, arguments)), arguments))
+
+
+def test_the_probe_comes_to_what_its_source_does(images):
+    image = images.kept(of_probe())
+    assert agrees(image)
+
+    def without(*arguments):
+        return image(*arguments[:-1], arguments[-1] / 3.0)  # as if it took one for another
+
+    assert not agrees(without)
+
+
+@given(st.data())
+def test_a_changed_bit_a_cut_or_another_file_makes_an_image_absent(images, data):
+    path, _ = of_probe().image_file(images.folder)
+    content = path.read_bytes()
+    damaged = bytearray(content)
+    at = data.draw(st.integers(0, len(content) - 1))
+    if data.draw(st.booleans()):
+        damaged[at] ^= 1 << data.draw(st.integers(0, 7))
+    else:
+        del damaged[at:]
+    try:
+        path.write_bytes(damaged)
+        assert images.kept(of_probe()) is None
+    finally:
+        path.write_bytes(content)
+    other, _ = Wanted(total.py_func, PROBED, ()).image_file(images.folder)
+    other.write_bytes(content)
+    other.chmod(0o600)
+    assert images.kept(Wanted(total.py_func, PROBED, ())) is None
+
+
+def test_images_that_fail_the_probe_are_not_used(tmp_path, monkeypatch):
+    found = Images(tmp_path, None)
+    monkeypatch.setattr('rigid_body_sim.physics.compile.images.agrees', lambda _: False)
+    assert not found.is_trusted()
+    assert list(tmp_path.glob('*.kernel')) == []
+    assert made(found, count, 3) is None
+    assert not found.has_worked()
+
+
+def count(n):
+    return n + 1
+
+
+def is_more(x, n):
+    return x > n
+
+
+def nothing(a):
+    a[0] = 2.0
+
+
+def functions_of_libm(x):
+    mantissa, exponent = math.frexp(x)
+    whole = math.sin(x) + math.cos(x) + math.exp(x) + math.atan2(x, 2.0)
+    return whole + mantissa + exponent + math.ldexp(x, 3) + math.pow(abs(x), 0.3)
+
+
+def test_integers_truth_and_nothing_come_back_as_they_are(images):
+    image = made(images, count, 3)
+    for n in (0, -2, 2**53 + 1, 2**63 - 2, -(2**63)):
+        assert image(n) == n + 1
+    with pytest.raises(OverflowError):
+        image(2**63)
+    more = made(images, is_more, 1.0, 3)
+    assert (more(4.0, 3), more(3.0, 3)) == (True, False)
+    a = np.zeros(1)
+    assert made(images, nothing, a)(a) is None
+    assert a[0] == 2.0
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False, min_value=-700.0, max_value=700.0))
+def test_functions_of_the_c_library_have_the_bits_of_pythons(images, x):
+    assert made(images, functions_of_libm, 1.0)(x) == functions_of_libm(x)
+
+
+def test_what_an_image_does_not_take_it_refuses_untouched(images):
+    a = np.zeros(3)
+    image = made(images, nothing, a)
+    read_only = a.view()
+    read_only.flags.writeable = False
+    others = (
+        a.tolist(), memoryview(a), a.reshape(1, 3), np.zeros(6)[::2], np.zeros(3, dtype='f4'),
+        np.zeros(3, dtype='>f8'), np.zeros(3, dtype=np.int64), read_only, None, 1.0,
+        np.frombuffer(bytes(25), np.uint8)[1:].view(np.float64),
+    )  # fmt: skip
+    assert [image(other) for other in others] == [NotImplemented] * len(others)
+    assert image() is image(a, a) is NotImplemented
+    assert not a.any()
+    with pytest.raises(TypeError):
+        image(a=a)
+
+
+def test_a_kernel_goes_by_way_of_numba_where_no_image_takes_its_arguments():
+    two = np.zeros((2, 2))
+    assert total(two[:, 0]) == 0.0
+    assert total(np.ones(3)) == 3.0
+    assert total((1.0, 2.0)) == 3.0
+    assert total(np.ones(3, dtype='f4')) == 3.0
+    assert total(np.ones(3)) == 3.0
+
+
+@kernels.kernel
+def total(a):
+    sum_of = 0.0
+    for i in range(len(a)):
+        sum_of += a[i]
+    return sum_of
+
+
+def test_a_kernel_that_stops_raises_and_names_itself(images):
+    with pytest.raises(KernelStopped, match=r'probe\.probe: stopped with status'):
+        images.kept(of_probe())(*probe_arguments(-1.0))
+
+
+def test_other_threads_run_while_an_image_does(images):
+    image = made(images, long_sum, 1)
+    beats, done = [], threading.Event()
+
+    def beat():
+        while not done.is_set():
+            beats.append(time.monotonic())
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=beat)
+    thread.start()
+    begin = time.monotonic()
+    image(3 * 10**8)
+    end = time.monotonic()
+    done.set()
+    thread.join()
+    inside = [t for t in beats if begin < t < end]
+    assert len(inside) > 3  # with the lock held: at most one at either end
+
+
+def long_sum(n):
+    x = 0.1
+    for i in range(n):
+        x = x * 0.999 + i
+    return x
+
+
+def test_an_image_holds_no_reference_and_leaks_none(images):
+    a, image = np.zeros(5), made(images, total.py_func, np.zeros(5))
+    big = 10.0**300
+    before = sys.getrefcount(a), sys.getrefcount(big), sys.getrefcount(NotImplemented)
+    for _ in range(1000):
+        image(a)
+        image(big)
+    after = sys.getrefcount(a), sys.getrefcount(big), sys.getrefcount(NotImplemented)
+    assert after == before
+
+
+# ----- the format
+
+
+@given(st.binary(max_size=400))
+def test_bytes_that_are_no_image_are_refused(content):
+    with pytest.raises(ValueError):
+        unpacked(content)
+
+
+@pytest.mark.parametrize('content', [b'', b'MZ' + bytes(98), b'\x7fELF\x02\x01' + bytes(94)])
+def test_what_is_no_object_file_of_this_machine_is_refused(content):
+    with pytest.raises(UnknownCode):
+        flatten(content, 'entry')
+
+
+def test_an_image_without_its_c_function_is_not_loaded():
+    flat = unpacked(packed(FlatCode(bytes(16), 0, {'no_such_function': 8}, [])))
+    with pytest.raises(OSError, match='no_such_function'):
+        load(flat, 'f')
+
+
+def test_the_key_of_an_image_knows_constants_code_and_what_is_called():
+    def key(function, kinds=('float64',)):
+        return Wanted(function, kinds, ()).image_file(Path())[1]
+
+    def scaled(factor, inner):
+        names = {'FACTOR': factor, 'inner': inner, '__name__': 'given'}
+        source = 'def outer(x):\n    return FACTOR * inner(x)\n'
+        exec(source, names)
+        return names['outer']
+
+    def one(x):
+        return x
+
+    def two(x):
+        return 2 * x
+
+    keys = [key(scaled(*given)) for given in ((2.0, one), (2.0, two), (3.0, one), (2, one))]
+    assert len({*keys, key(scaled(2.0, one), ('int64',))}) == 5
+    assert keys[0] == key(scaled(2.0, one))
+
+
+def test_releases_are_found_without_importing(monkeypatch):
+    import llvmlite
+
+    for package, release in (('numpy', np.__version__), ('llvmlite', llvmlite.__version__)):
+        monkeypatch.delitem(sys.modules, package)
+        release_of.cache_clear()
+        assert release_of(package) == release
+        monkeypatch.undo()
+    release_of.cache_clear()
+    assert release_of('no_such_package') is None

@@ -1,0 +1,93 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""One call that holds wrenches on all bodies is a call for each of them, to the bit."""
+
+import numpy as np
+import pytest
+
+from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.scene import load_scene
+
+BODIES = [
+    {'name': 'plate', 'shape': {'type': 'box', 'size': [1, 0.5, 0.3]}, 'mass': 1},
+    {'name': 'wall', 'shape': {'type': 'box', 'size': [1, 1, 1]}, 'fixed': True},
+    {'name': 'ball', 'shape': {'type': 'sphere', 'radius': 0.1}, 'mass': 2},
+    {'name': 'stone', 'shape': {'type': 'particle'}, 'mass': 0.5},
+]
+SCENE = load_scene({'name': 'four', 'dt': 0.01, 'bodies': BODIES})
+FORCE = np.array([[1, 2, 3], [0, 0, 0], [-1, 0.5, 0], [0, 0, -2]], dtype=float)
+TORQUE = np.array([[0.1, 0, -0.2], [0, 0, 0], [0, 0, 0.3], [0, 0, 0]], dtype=float)
+
+
+@pytest.mark.parametrize('frame', ['world', 'body'])
+def test_it_is_a_call_for_each_body_to_the_bit(frame):
+    force = FORCE * [[1], [1], [1], [frame == 'world']]
+    at_once, one_by_one = Simulation(SCENE), Simulation(SCENE)
+    for simulation in (at_once, one_by_one):
+        simulation.hold('plate', 'force', force=(0, 0, 1), until=5)  # another source stays
+    at_once.set_wrenches(force=force, torque=TORQUE, frame=frame)
+    for i, body in enumerate(SCENE.bodies):
+        if not body.fixed:
+            axes = 'world' if body.name == 'stone' else frame
+            one_by_one.set_wrench(body.name, force=force[i], torque=TORQUE[i], frame=axes)
+    assert at_once.held_slots == one_by_one.held_slots
+    for _ in range(2):
+        at_once.step(4)
+        one_by_one.step(4)
+        assert at_once.state_bytes() == one_by_one.state_bytes()
+        assert np.array_equal(at_once.applied_wrench(), one_by_one.applied_wrench())
+
+
+def test_it_replaces_what_it_held_and_lets_go_of_all_without_arguments():
+    simulation = Simulation(SCENE)
+    simulation.set_wrenches(force=FORCE, torque=TORQUE)
+    simulation.set_wrenches(force=2 * FORCE)
+    force, torque = simulation.applied_wrench()
+    assert np.array_equal(force, 2 * FORCE) and not torque.any()
+    force = simulation.applied_wrench()[0]
+    simulation.set_wrench('ball', force=(7, 0, 0))  # one of them may be changed alone
+    assert simulation.applied_wrench()[0][2].tolist() == [7, 0, 0]
+    assert np.array_equal(simulation.applied_wrench()[0][0], force[0])
+    simulation.set_wrenches()
+    assert not np.any(simulation.applied_wrench()) and not simulation.held_slots
+
+
+def test_what_is_given_is_copied():
+    simulation, force = Simulation(SCENE), FORCE.copy()
+    simulation.set_wrenches(force=force)
+    force[:] = 99
+    assert np.array_equal(simulation.applied_wrench()[0], FORCE)
+
+
+@pytest.mark.parametrize(
+    ('asked', 'reason'),
+    [
+        ({'force': FORCE[:3]}, r'of shape \(3, 3\); allowed: an array \(4, 3\)'),
+        ({'force': FORCE.T}, r'of shape \(3, 4\)'),
+        ({'torque': 'abc'}, "torque 'abc'"),
+        ({'force': FORCE + [[0], [1], [0], [0]]}, "'wall' is fixed"),
+        ({'torque': TORQUE + [[0], [0], [0], [1]]}, "'stone': torque .* on a point mass"),
+        ({'force': FORCE, 'frame': 'body'}, "'stone' is a point mass and has no axes"),
+        ({'force': FORCE * [[1], [0], [np.nan], [1]]}, "'ball': force"),
+        ({'force': FORCE, 'frame': 'nose'}, "frame 'nose'; allowed: 'world', 'body'"),
+        ({'force': FORCE, 'frame': None}, 'frame None'),
+    ],
+)
+def test_what_cannot_be_held_is_refused_by_its_body_and_changes_nothing(asked, reason):
+    simulation = Simulation(SCENE)
+    simulation.set_wrenches(force=FORCE)
+    with pytest.raises(InvalidModel, match=reason):
+        simulation.set_wrenches(**asked)
+    assert np.array_equal(simulation.applied_wrench()[0], FORCE)
+
+
+def test_a_time_is_run_in_whole_ticks_or_refused():
+    simulation = Simulation(SCENE)
+    simulation.run_for(0.25)
+    simulation.run_for(0)
+    assert simulation.tick == 25
+    for seconds in (0.005, -1, np.nan, np.inf, 'x', True, 1 / 3):
+        with pytest.raises(InvalidModel, match='run_for: '):
+            simulation.run_for(seconds)
+    assert simulation.tick == 25

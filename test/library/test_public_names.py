@@ -1,0 +1,126 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What `import rigid_body_sim as rbs` offers: names, rotations, notebooks, an environment."""
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import rigid_body_sim as rbs
+from rigid_body_sim import rotation
+
+RANDOM = np.random.default_rng(3)
+
+
+def test_every_public_name_is_there_before_it_is_asked_for():
+    code = (
+        'import sys, rigid_body_sim as r; '
+        'print(len(set(r.__all__) - set(dir(r))), "numpy" in sys.modules)'
+    )
+    said = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert said.stdout.split() == ['0', 'False']
+    for name in dir(rbs):
+        assert getattr(rbs, name) is not None
+
+
+def test_the_package_is_imported_in_a_tenth_of_a_second():
+    code = (
+        'import time; t = time.process_time(); import rigid_body_sim; '
+        'print(time.process_time() - t)'
+    )
+    spent = [
+        float(subprocess.run([sys.executable, '-c', code], capture_output=True, check=True).stdout)
+        for _ in range(3)
+    ]
+    assert min(spent) < 0.1  # s of processor time
+
+
+def test_rotations_are_those_of_scipy():
+    vectors = RANDOM.normal(size=(2, 5, 3))
+    p, q = rotation.exp(vectors)
+    assert np.allclose(Rotation.from_quat(p).as_rotvec(), _shortest(vectors[0]), atol=1e-14)
+    together = (Rotation.from_quat(p) * Rotation.from_quat(q)).as_matrix()
+    assert np.allclose(rotation.matrix(rotation.multiply(p, q)), together, atol=1e-14)
+    v = RANDOM.normal(size=(5, 3))
+    assert np.allclose(rotation.rotate(q, v), Rotation.from_quat(q).apply(v), atol=1e-14)
+    assert np.allclose(rotation.rotate_back(q, rotation.rotate(q, v)), v, atol=1e-14)
+    assert np.allclose(rotation.multiply(q, rotation.inverse(q)), rotation.IDENTITY, atol=1e-15)
+    assert np.allclose(rotation.from_scipy(rotation.as_scipy(q)), q)
+
+
+def _shortest(vectors):
+    return Rotation.from_rotvec(vectors).as_rotvec()
+
+
+@pytest.mark.parametrize('size', [1e-300, 1e-12, 1e-6, 1e-3, 1.0, 3.14])
+def test_log_undoes_exp_to_the_last_digits_however_small_the_turn(size):
+    axis = np.array([0.6, -0.48, 0.64])
+    vector = size * axis
+    assert np.allclose(rotation.log(rotation.exp(vector)), vector, rtol=4e-15, atol=0)
+    assert np.allclose(rotation.log(-rotation.exp(vector)), vector, rtol=4e-15, atol=0)
+
+
+def test_log_takes_every_shape_and_refuses_what_is_no_attitude():
+    assert rotation.log(np.zeros((2, 0, 4))).shape == (2, 0, 3)
+    assert rotation.log(rotation.exp(np.zeros((2, 3, 3)))).shape == (2, 3, 3)
+    assert rotation.log((0, 0, 0, 2)).tolist() == [0, 0, 0]
+    for wrong in ((1, 2, 3), 1.0, (0, 0, 0, 0), (0, 0, 0, np.nan)):
+        with pytest.raises(rbs.InvalidModel):
+            rotation.log(wrong)
+
+
+def test_scenes_and_simulations_tell_of_themselves():
+    scene, sim = rbs.load_scene('two_bodies'), rbs.Simulation('two_bodies')
+    assert repr(scene).startswith(
+        "<Scene 'two_bodies': 2 bodies (box, ball), forces: drag, spring"
+    )
+    assert '<td>box</td><td>Box</td><td>2</td>' in scene._repr_html_()
+    assert '<td>ball</td>' in sim._repr_html_() and 'tick 0' in sim._repr_html_()
+    odd = rbs.make_scene([rbs.make_body('a', mass=1)], name='<script>alert(1)</script>')
+    assert '<script>' not in odd._repr_html_() + rbs.Simulation(odd)._repr_html_()
+
+
+def test_a_notebook_plays_a_run_in_a_frame_of_its_own(run, bag, tab, tmp_path):
+    html = run._repr_html_()
+    assert html.count('<iframe') == 1 and 'srcdoc=' in html and len(html) < 1_500_000
+    assert 'http://' not in html.replace('http://www.w3.org', '')
+    file = tmp_path / 'cell.html'
+    file.write_text(f'<!doctype html><meta charset="utf-8"><body>{html}</body>')
+    tab.open(file.as_uri())
+    ready = "document.querySelector('iframe').contentDocument?.querySelectorAll('canvas').length"
+    end = time.monotonic() + 60
+    while not (tab.evaluate(ready) or 0) > 1 and time.monotonic() < end:
+        time.sleep(0.2)
+    assert tab.evaluate(ready) > 1  # the bodies, and the plots beside them
+    assert 'srcdoc=' in rbs.open_bag(bag)._repr_html_()
+
+
+def test_the_environment_passes_the_check_of_gymnasium():
+    from gymnasium.utils.env_checker import check_env
+
+    def start(rng):
+        return {'angular_velocity': rng.normal(0, 0.1, 3)}
+
+    env = rbs.BodyEnv('satellite', 'satellite', torque=0.5, every=0.1, duration=1, start=start)
+    check_env(env, skip_render_check=True)
+    check_env(rbs.BodyEnv('satellite', 'beacon', force=1), skip_render_check=True)
+    runs = []
+    for _ in range(2):
+        observation, _ = env.reset(seed=7)
+        rows = [observation]
+        truncated = False
+        while not truncated:
+            observation, reward, terminated, truncated, _ = env.step(-5 * rows[-1][10:])
+            rows.append(observation)
+            assert reward <= 0 and not terminated
+        runs.append(np.array(rows))
+    assert runs[0].tobytes() == runs[1].tobytes() and len(runs[0]) == 11
+    assert np.abs(runs[0][-1, 10:]).max() < 0.2 * np.abs(runs[0][0, 10:]).max()
+    with pytest.raises(rbs.InvalidModel, match='one at least is commanded'):
+        rbs.BodyEnv('satellite', 'satellite')
+    with pytest.raises(rbs.InvalidModel, match='of a point mass a force alone'):
+        rbs.BodyEnv('satellite', 'beacon', torque=1)

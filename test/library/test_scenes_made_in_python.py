@@ -1,0 +1,132 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A scene made in Python is the one that the same words in a file make, and has a text too."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import rigid_body_sim as rbs
+from rigid_body_sim.scene.shipped_scenes import shipped_scenes
+from rigid_body_sim.scene.writing import difference, mapping_of, with_text
+
+from .conftest import same_bits
+
+SPIN, ATTITUDE = [0.1, 0.2, 0.3], [0.1, 0.2, 0.3, 0.9]
+
+
+def test_records_are_those_of_the_reader():
+    box = {'name': 'box', 'shape': {'type': 'box', 'size': [0.4, 0.2, 0.1]}, 'density': 250,
+           'friction': 0.3, 'frames': {'nose': {'position': [0.2, 0, 0]}},
+           'initial': {'position': [0, 0, 1], 'orientation': ATTITUDE,
+                       'angular_velocity_body': SPIN}}  # fmt: skip
+    drone = {'name': 'drone', 'mass': 1, 'inertia': {'ixx': 1, 'iyy': 2, 'izz': 2.5}}
+    spring = {'type': 'spring', 'a': 'drone', 'b': 'world', 'b_point': [1, 0, 1], 'stiffness': 50}
+    ground = {'name': 'ground', 'shape': {'type': 'plane', 'normal': [0, 0, 1]}}
+    mode = {'mode': 'timestep'}
+    written = rbs.load_scene(
+        {'name': 'three', 'dt': 0.002, 'gravity': [0, 0, -9.81], 'contact': mode,
+         'bodies': [box, drone, ground], 'forces': [spring]}
+    )  # fmt: skip
+    made = rbs.make_scene(
+        [
+            rbs.make_body(
+                'box',
+                rbs.Box((0.4, 0.2, 0.1)),
+                density=250,
+                friction=0.3,
+                position=(0, 0, 1),
+                orientation=ATTITUDE,
+                angular_velocity_body=SPIN,
+                frames={'nose': rbs.Frame((0.2, 0, 0))},
+            ),
+            rbs.make_body('drone', mass=1, inertia=(1, 2, 2.5)),
+            rbs.make_body('ground', rbs.Plane((0, 0, 1))),
+        ],
+        [rbs.Spring('drone', 'world', b_point=(1, 0, 1), stiffness=50)],
+        dt=0.002,
+        name='three',
+        gravity=(0, 0, -9.81),
+        contact=mode,
+    )
+    assert difference(made, written) is None
+    a, b = rbs.Simulation(made), rbs.Simulation(written)
+    assert a.state_bytes() == b.state_bytes()
+
+
+def test_a_pendulum_hangs_where_that_of_the_file_hangs():
+    written = rbs.load_scene('pendulum').bodies[0]
+    made = rbs.make_body(
+        written.name,
+        written.shape,
+        mass=written.mass,
+        orientation=written.initial.orientation,
+        pivot=written.pivot,
+    )
+    assert difference(made.initial, written.initial) is None
+
+
+@pytest.mark.parametrize('name', sorted(shipped_scenes().keys() - {'sea_bed', 'pile_of_1000'}))
+def test_every_shipped_scene_can_be_written_and_read_to_the_bit(name):
+    scene = rbs.load_scene(name)
+    written = with_text(replace(scene, source=b''))
+    assert difference(scene, written) is None and written.source
+
+
+def test_triangles_are_written_as_the_text_had_them():
+    scene = replace(rbs.load_scene('sea_bed'), gravity=(0.0, 0.0, -1.0))
+    written = with_text(scene)
+    assert difference(scene, written) is None
+    with pytest.raises(rbs.InvalidModel, match='no scene file can say it'):
+        with_text(replace(scene, source=b''))
+
+
+def test_what_no_file_can_say_is_refused_by_its_place():
+    body = replace(rbs.make_body('a', rbs.Sphere(0.1), mass=1), shape_position=(0.1, 0, 0))
+    with pytest.raises(rbs.InvalidModel, match=r'bodies\[0\].shape_position: no scene file'):
+        mapping_of(rbs.make_scene([body]))
+
+
+@pytest.mark.parametrize(
+    ('make', 'reason'),
+    [
+        (lambda: rbs.make_body('a', rbs.Box((1, 1, 1))), 'mass'),
+        (lambda: rbs.make_body('a', rbs.Box((1, 1, 1)), mass=-1), 'mass'),
+        (lambda: rbs.make_body('a', rbs.Box((1, 1, 1)), mass=1, density=1), 'mass'),
+        (lambda: rbs.make_body('a', mass=1, inertia=np.eye(2)), r'shape \(2, 2\)'),
+        (lambda: rbs.make_body('a', mass=1, position=(0, 0)), 'position: got'),
+        (lambda: rbs.make_body('a', mass=1, position=(0, 0, np.nan)), 'position: got'),
+        (lambda: rbs.make_body('a', rbs.Plane((0, 0, 1)), mass=1), 'ground and has no mass'),
+        (lambda: rbs.make_body('a'), 'finite number'),
+        (
+            lambda: rbs.make_body(
+                'a', mass=1, inertia=(1, 1, 1), angular_velocity=SPIN, angular_velocity_body=SPIN
+            ),
+            'not both',
+        ),
+        (lambda: rbs.make_scene([]), 'at least one body'),
+        (lambda: rbs.make_scene([rbs.make_body('a', mass=1)] * 2), "name 'a' is taken"),
+        (lambda: rbs.make_scene([rbs.make_body('a', mass=1, inertia=(1, 1, 5))]), 'triangle'),
+        (lambda: rbs.make_scene([rbs.make_body('a', mass=1)], dt=1 / 3), 'nanoseconds'),
+        (
+            lambda: rbs.make_scene(
+                [rbs.make_body('ball', mass=1)], [rbs.Spring('bal', 'world', stiffness=1)]
+            ),
+            "did you mean 'ball'",
+        ),
+    ],
+)
+def test_what_no_physics_can_honour_is_refused(make, reason):
+    with pytest.raises(rbs.InvalidModel, match=reason):
+        make()
+
+
+def test_a_scene_of_records_runs_saves_and_comes_back(tmp_path):
+    ball = rbs.make_body('ball', mass=0.5, position=(1, 0, 0))
+    scene = rbs.make_scene([ball], [rbs.Spring('ball', 'world', stiffness=50)], name='swing')
+    run = rbs.simulate(scene, 0.1, every=0.01)
+    run.save(tmp_path / 'bag')
+    other = rbs.open_bag(tmp_path / 'bag')
+    assert other.scene.name == 'swing'
+    assert same_bits(other['ball'].position, run['ball'].position)

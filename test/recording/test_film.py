@@ -1,0 +1,90 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""A run as a film: frames of the page in a real browser, at the times they stand for."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from rigid_body_sim.errors import UserError
+from rigid_body_sim.verbs import simulate, view
+from rigid_body_sim.view.film import FilmSettings
+
+from .. import chromium
+
+needs_browser = pytest.mark.skipif(chromium.find() is None, reason='no Chromium here')
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    """Half a second of a spinning disc."""
+    path = tmp_path_factory.mktemp('film') / 'bag'
+    parser = argparse.ArgumentParser()
+    simulate.add_arguments(parser)
+    words = ['symmetric_top', '-o', str(path), '--duration', '0.5', '--json']
+    assert simulate.run(parser.parse_args(words)) == 0
+    return path
+
+
+def drawn(bag, output, *words):
+    parser = argparse.ArgumentParser()
+    view.add_arguments(parser)
+    return view.run(parser.parse_args([str(bag), '-o', str(output), *words]))
+
+
+@needs_browser
+def test_a_gif_has_a_frame_for_each_of_its_times_and_the_body_turns_in_it(bag, tmp_path):
+    """0.5 s at a tenth of the speed and 2 frames a second: 11 frames, played for 5.5 s."""
+    words = ('--size', '200x160', '--fps', '2', '--speed', '0.1', '--dark')
+    assert drawn(bag, tmp_path / 'run.gif', *words) == 0
+    with Image.open(tmp_path / 'run.gif') as film:
+        assert (film.size, film.n_frames, film.info['duration']) == ((200, 160), 11, 500)
+        frames = []
+        for place in range(film.n_frames):
+            film.seek(place)
+            frames.append(np.asarray(film.convert('RGB'), dtype=float))
+    assert frames[0][:20, -20:].mean() < 60  # dark ground
+    body = (slice(20, 130), slice(60, 140))
+    changes = [np.abs(a[body] - b[body]).max() for a, b in itertools.pairwise(frames)]
+    assert min(changes) > 30  # 1 rad from frame to frame: its pattern is somewhere else each time
+
+
+@needs_browser
+@pytest.mark.skipif(shutil.which('ffmpeg') is None, reason='no ffmpeg here')
+def test_an_mp4_lasts_as_long_as_was_asked_for(bag, tmp_path):
+    words = ('--size', '200x160', '--fps', '10', '--speed', '0.5')
+    assert drawn(bag, tmp_path / 'run.mp4', *words) == 0
+    asked = ['ffprobe', '-v', 'error', '-show_entries', 'format=duration', '-of', 'csv=p=0']
+    told = subprocess.run([*asked, str(tmp_path / 'run.mp4')], capture_output=True, check=True)
+    assert float(told.stdout) == pytest.approx(1.1, abs=0.01)  # eleven frames of 0.1 s
+
+
+def test_what_is_missing_is_said_with_its_cure(bag, tmp_path, monkeypatch):
+    monkeypatch.setenv('PATH', str(tmp_path))  # neither a browser nor ffmpeg
+    with pytest.raises(UserError, match='drawn by a browser, and none is here: apt-get'):
+        drawn(bag, tmp_path / 'run.gif')
+    browser = tmp_path / chromium.NAMES[0]
+    browser.write_text('#!/bin/sh\n')
+    browser.chmod(0o755)
+    with pytest.raises(UserError, match=r'ffmpeg.*apt-get install ffmpeg; or give run\.gif'):
+        drawn(bag, tmp_path / 'run.mp4')
+
+
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        ({'size': (201, 160)}, 'even numbers of pixels'),
+        ({'rate': 0.0}, '1 to 120 frames'),
+        ({'speed': float('nan')}, '--speed nan'),
+    ],
+)
+def test_other_settings_are_refused(words, said):
+    with pytest.raises(UserError, match=said):
+        FilmSettings(**words)

@@ -1,0 +1,141 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""What was compiled beforehand is not compiled again, whether it is an image or bitcode."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rigid_body_sim.physics.compile import image_maker, kernels
+from rigid_body_sim.physics.compile.images import Images, Wanted, processor
+from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
+
+from ..patience import HANGING
+
+ROOT = Path(__file__).parents[2]
+pytestmark = pytest.mark.skipif(
+    kernels.IMAGES is None, reason='no images here: no numba, another one, or another machine'
+)
+SCENE = """
+version: 1
+name: ball
+dt: 0.01
+bodies: [{name: ball, shape: {type: particle}, mass: 1}]
+"""
+
+
+def warm_up(cache, *words, **environment):
+    return subprocess.run(
+        [sys.executable, '-m', 'rigid_body_sim', 'warm-up', *words],
+        env=os.environ
+        | {'RIGID_BODY_SIM_CACHE': str(cache), 'PYTHONPATH': str(ROOT)}
+        | environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=HANGING,
+    )
+
+
+def test_a_scene_is_compiled_once_and_leaves_an_image_and_bitcode(tmp_path):
+    scene, cache, bitcode = tmp_path / 'ball.yaml', tmp_path / 'cache', tmp_path / 'bitcode'
+    scene.write_text(SCENE)
+    first = warm_up(cache, str(scene), '--bitcode', str(bitcode))
+    assert first.returncode == 0, first.stderr
+    assert ' kernels made, ' in first.stdout
+    (of_sources,) = cache.iterdir()
+    images = {path.name.partition('.')[0] for path in of_sources.glob('*.kernel')}
+    assert images >= {'probe', 'splitting'}
+    (shipped,) = bitcode.iterdir()
+    assert shipped.name == of_sources.name
+    kept = list(shipped.iterdir())
+    assert {path.name.partition('.')[0] for path in kept} == images
+    assert all(path.stat().st_mode & 0o444 == 0o444 for path in kept)  # for who installs it
+
+    again = warm_up(cache, str(scene), str(scene))  # each in a process
+    assert again.returncode == 0, again.stderr
+    assert [line.partition(': ')[2].partition(',')[0] for line in again.stdout.splitlines()] == [
+        'ready before',
+        'ready before',
+    ]
+
+
+def test_what_cannot_be_made_ready_is_said_before_anything_is(tmp_path):
+    for words, environment, said in (
+        (['no_such', 'free_fall'], {}, 'no such file'),
+        (['free_fall'], {'RIGID_BODY_SIM_COMPILE': '0'}, 'nothing is compiled here'),
+        (['free_fall', '-j', '0'], {}, 'must be 1 or more'),
+    ):
+        done = warm_up(tmp_path, *words, **environment)
+        assert (done.returncode, done.stdout) == (2, '')
+        (line,) = done.stderr.splitlines()
+        assert said in line
+
+
+@pytest.fixture(scope='module')
+def shipped(tmp_path_factory):
+    """A folder of bitcode, with that of the probe and of a kernel."""
+    folder = tmp_path_factory.mktemp('shipped')
+    maker = Images(tmp_path_factory.mktemp('made'), None)
+    maker.save_to(folder)
+    assert maker.find(wanted()) is not None
+    return maker, folder
+
+
+def wanted():
+    return Wanted(third, ('float64',), (1.0,))
+
+
+def third(x):
+    return x / 3.0
+
+
+def test_an_image_made_of_shipped_bitcode_is_that_made_by_numba(shipped, tmp_path, monkeypatch):
+    maker, folder = shipped
+
+    def asked(*_):
+        raise AssertionError('numba was asked')
+
+    monkeypatch.setattr('rigid_body_sim.physics.compile.numba_pipeline.linked', asked)
+    user = Images(tmp_path, folder)
+    assert user.has_worked()  # so that nobody imports numba to see whether it compiles
+    assert user.find(wanted())(0.1) == 0.1 / 3.0
+    for one in (wanted(), Wanted(probe, PROBED, probe_arguments())):
+        assert one.image_file(user.folder)[0].read_bytes() == (
+            one.image_file(maker.folder)[0].read_bytes()
+        )
+
+
+@pytest.mark.parametrize('part', [0, 40, -1])
+def test_damaged_bitcode_counts_as_absent(shipped, tmp_path, monkeypatch, part):
+    _, folder = shipped
+    other = tmp_path / 'shipped'
+    other.mkdir()
+    for path in folder.iterdir():
+        content = bytearray(path.read_bytes())
+        content[part] ^= 4
+        (other / path.name).write_bytes(content)
+    asked = []
+    linked = 'rigid_body_sim.physics.compile.numba_pipeline.linked'
+    monkeypatch.setattr(linked, lambda *_: asked.append(1) or give_up())
+
+    def give_up():
+        raise RuntimeError
+
+    assert Images(tmp_path, other).find(wanted()) is None
+    assert asked
+
+
+def test_bitcode_names_no_processor_and_gives_the_same_on_a_lesser_one(shipped, monkeypatch):
+    maker, _ = shipped
+    bitcode = maker.bitcode(Wanted(probe, PROBED, probe_arguments()))
+    assert b'target-cpu' not in bitcode.content
+    for level in ('x86-64', 'x86-64-v2', 'x86-64-v3'):
+        if level == 'x86-64-v3' and 'avx2' not in str(processor()):
+            continue
+        machine = image_maker.machine_for(level, '')
+        monkeypatch.setattr(image_maker, '_machine', lambda machine=machine: machine)
+        assert agrees(Images(None, maker.shipped).make(Wanted(probe, PROBED, ())))
