@@ -40,6 +40,7 @@ from rigid_body_sim.physics.contact.solver import (
 
 STARTING_ITERATIONS = 20  # at most, of a batch on which friction of a face starts
 COMMON_ITERATIONS = 6  # at most, of the common impulse, where it is clamped
+BALL_PASSES = 4  # at most, over normals of balls: they turn nothing, and settle sooner
 RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at rest
 
 WIDTH = slot('[-] numbers of a point')
@@ -77,6 +78,17 @@ def _points(number: int, batches: Indices) -> Any:
     batch = number * batch_record.SIZE
     first = batches[batch + batch_record.BEGIN] + constraint.SIZE
     return batches[batch + batch_record.POINT_COUNT], first
+
+
+@inline
+def _goes_on(
+    number: int, used: int, number_of_pass: int, constraints: Array, batches: Indices
+) -> bool:
+    """Tell whether a batch is visited in a pass after the first."""
+    kind = batches[number * batch_record.SIZE + batch_record.KIND]
+    if kind == batch_record.BALLS and number_of_pass >= BALL_PASSES:
+        return False
+    return solve.any_unsettled(used, constraints)
 
 
 @inline
@@ -175,14 +187,16 @@ def _prepare(
 
 
 def _solve_normals(
-    lanes_at_once: int, count: int, inverse_h: float, slop: float, cap: float, first_pass: bool,
-    rest: float, rows: Array, batches: Indices, bodies: Array,
+    lanes_at_once: int, count: int, inverse_h: float, slop: float, cap: float, number_of_pass: int,
+    rest: float, step: float, rows: Array, batches: Indices, bodies: Array,
 ) -> bool:  # fmt: skip
     """
     Solve the soft normals of all batches, before the motion; tell whether something has changed.
 
-    first_pass : visit all; else those in which the last pass has changed something
-    rest       : [m/s] change of a velocity that is left alone
+    number_of_pass : of the first, 0: visit all; else those in which the last pass has changed
+                     something, of balls only BALL_PASSES times
+    rest : [m/s] change of a velocity that is left alone
+    step : [-] see `solve.gather_unsettled`; of passes after the first
     """
     scratch = rows[0 : lane_scratch.SIZE]
     any_changed = False
@@ -190,11 +204,12 @@ def _solve_normals(
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
-        if not first_pass and not solve.any_unsettled(used, constraints):
+        if number_of_pass > 0 and not _goes_on(number, used, number_of_pass, constraints, batches):
             continue
-        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
-        if not first_pass:
-            solve.skip_settled(used, constraints, scratch)
+        if number_of_pass == 0:
+            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        else:
+            solve.gather_unsettled(lanes, used, step, constraints, scratch, bodies)
         if PATCHES and point_count > 1:
             points = rows[first : first + MOST * WIDTH]
             for iteration in range(COMMON_ITERATIONS):
@@ -278,15 +293,17 @@ def _update_separation(
 
 
 def _relax(
-    lanes_at_once: int, count: int, inverse_h: float, first_pass: bool, rest: float, rows: Array,
-    batches: Indices, bodies: Array,
+    lanes_at_once: int, count: int, inverse_h: float, number_of_pass: int, rest: float,
+    step: float, rows: Array, batches: Indices, bodies: Array,
 ) -> bool:  # fmt: skip
     """
     Relax normals and friction of all batches, after the motion; tell whether it has changed
     something.
 
-    first_pass : visit all; else those in which the last pass has changed something
-    rest       : [m/s] change of a velocity that is left alone
+    number_of_pass : of the first, 0: visit all; else those in which the last pass has changed
+                     something, of balls only BALL_PASSES times
+    rest : [m/s] change of a velocity that is left alone
+    step : [-] see `solve.gather_unsettled`; of passes after the first
     """
     scratch = rows[0 : lane_scratch.SIZE]
     any_changed = False
@@ -294,11 +311,12 @@ def _relax(
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
-        if not first_pass and not solve.any_unsettled(used, constraints):
+        if number_of_pass > 0 and not _goes_on(number, used, number_of_pass, constraints, batches):
             continue
-        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
-        if not first_pass:
-            solve.skip_settled(used, constraints, scratch)
+        if number_of_pass == 0:
+            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        else:
+            solve.gather_unsettled(lanes, used, step, constraints, scratch, bodies)
         begin, end = _face(first, WIDTH)
         patch = rows[begin:end]
         several = PATCHES and point_count > 1

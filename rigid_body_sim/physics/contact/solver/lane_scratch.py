@@ -29,7 +29,10 @@ CORE_SPIN_B = scratch.vector('rad/s', 'angular velocity of the core of B')
 RIM_AXIS = scratch.vector('-', 'axis of the body of revolution whose rim touches, or zeros')
 ROUNDING = scratch.number('1/s^2', 'how its lowest point goes round, see `approach`')
 PRESSES = scratch.number('-', '1: some point presses')
-ACTIVE = scratch.number('-', '1: the lane is visited; what is settled is not visited again')
+ACTIVE = scratch.number(
+    '-', 'of the impulse that would mend a normal alone, what a visit gives; 0: nothing is changed'
+)
+VISITED = scratch.number('-', '1: the bodies of the lane have been fetched')
 LARGEST_CHANGE = scratch.number('N s', 'largest change of an impulse in this pass')
 STARTS = scratch.number('-', '1: friction that starts has changed by more than settles')
 PRESS = scratch.number('N s', 'along the normal of all points: see `patch_friction`')

@@ -81,6 +81,27 @@ def gather_inverse_masses(used: int, constraints: Array, bodies: Array) -> None:
             ]
 
 
+@inline
+def _gather_lane(lane: int, constraints: Array, scratch: Array, bodies: Array) -> None:
+    """Fetch the momenta of the bodies of a lane."""
+    body_a = int(constraints[lane + constraint.BODY_A])
+    body_b = int(constraints[lane + constraint.BODY_B])
+    inverse_mass_a = constraints[lane + constraint.INVERSE_MASS_A]
+    inverse_mass_b = constraints[lane + constraint.INVERSE_MASS_B]
+    for axis in range(3):
+        row = lane + LANES * axis
+        scratch[row + lane_scratch.RELATIVE_VELOCITY] = (
+            inverse_mass_b * bodies[body_b + solver_bodies.MOMENTUM + axis]
+            - inverse_mass_a * bodies[body_a + solver_bodies.MOMENTUM + axis]
+        )
+        scratch[row + lane_scratch.ANGULAR_MOMENTUM_A] = bodies[
+            body_a + solver_bodies.ANGULAR_MOMENTUM + axis
+        ]
+        scratch[row + lane_scratch.ANGULAR_MOMENTUM_B] = bodies[
+            body_b + solver_bodies.ANGULAR_MOMENTUM + axis
+        ]
+
+
 @kernel
 def gather_momenta(
     lanes: int, used: int, constraints: Array, scratch: Array, bodies: Array
@@ -91,29 +112,40 @@ def gather_momenta(
         scratch[lane + lane_scratch.PRESSES] = 0.0
         scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
         scratch[lane + lane_scratch.ACTIVE] = 1.0
+        scratch[lane + lane_scratch.VISITED] = 1.0
     for lane in range(used):
-        body_a = int(constraints[lane + constraint.BODY_A])
-        body_b = int(constraints[lane + constraint.BODY_B])
-        inverse_mass_a = constraints[lane + constraint.INVERSE_MASS_A]
-        inverse_mass_b = constraints[lane + constraint.INVERSE_MASS_B]
-        for axis in range(3):
-            row = lane + LANES * axis
-            scratch[row + lane_scratch.RELATIVE_VELOCITY] = (
-                inverse_mass_b * bodies[body_b + solver_bodies.MOMENTUM + axis]
-                - inverse_mass_a * bodies[body_a + solver_bodies.MOMENTUM + axis]
-            )
-            scratch[row + lane_scratch.ANGULAR_MOMENTUM_A] = bodies[
-                body_a + solver_bodies.ANGULAR_MOMENTUM + axis
-            ]
-            scratch[row + lane_scratch.ANGULAR_MOMENTUM_B] = bodies[
-                body_b + solver_bodies.ANGULAR_MOMENTUM + axis
-            ]
+        _gather_lane(lane, constraints, scratch, bodies)
+
+
+@kernel
+def gather_unsettled(
+    lanes: int, used: int, step: float, constraints: Array, scratch: Array, bodies: Array
+) -> None:
+    """
+    Do what `gather_momenta` does for the lanes that the last pass has changed; let the others
+    stand still.
+
+    step : [-] of the impulse along a normal that would mend its point alone, what a visit gives
+    """
+    for lane in range(lanes):
+        wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
+        scratch[lane + lane_scratch.PRESSES] = 0.0
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
+        scratch[lane + lane_scratch.ACTIVE] = 0.0
+        scratch[lane + lane_scratch.VISITED] = 0.0
+    for lane in range(used):
+        if constraints[lane + constraint.UNSETTLED] > 0.0:
+            scratch[lane + lane_scratch.ACTIVE] = step
+            scratch[lane + lane_scratch.VISITED] = 1.0
+            _gather_lane(lane, constraints, scratch, bodies)
 
 
 @kernel
 def scatter_momenta(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
     """Give the bodies of a batch what a pass has changed."""
     for lane in range(used):
+        if scratch[lane + lane_scratch.VISITED] == 0.0:
+            continue
         body_a = int(constraints[lane + constraint.BODY_A])
         body_b = int(constraints[lane + constraint.BODY_B])
         for axis in range(3):
@@ -135,13 +167,6 @@ def any_unsettled(used: int, constraints: Array) -> bool:
     for lane in range(used):
         found = found or constraints[lane + constraint.UNSETTLED] > 0.0
     return found
-
-
-@inline
-def skip_settled(used: int, constraints: Array, scratch: Array) -> None:
-    """Let the lanes stand still that the last pass left at rest."""
-    for lane in range(used):
-        scratch[lane + lane_scratch.ACTIVE] = constraints[lane + constraint.UNSETTLED]
 
 
 @inline
@@ -251,7 +276,8 @@ def _solve_normals(
         pressed = old > 0.0
         warm = points[lane + contact_point.WARM_NORMAL]
         before = old - warm if pressed else 0.0
-        now = before - stiff * (dot(normal, velocity) + bias) - iota * beyond
+        step = scratch[lane + lane_scratch.ACTIVE]
+        now = before - step * (stiff * (dot(normal, velocity) + bias) + iota * beyond)
         now = now if now > 0.0 else 0.0
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         now = now if active else before
@@ -329,7 +355,7 @@ def _relax(
             slide_1 = scratch[lane + lane_scratch.SLIDE_1]
             slide_2 = scratch[lane + lane_scratch.SLIDE_2]
         mass = _with_slide(mass, slide_1, slide_2, points, lane)
-        new = old - mass * (dot(normal, velocity) + bias)
+        new = old - scratch[lane + lane_scratch.ACTIVE] * mass * (dot(normal, velocity) + bias)
         new = new if new > 0.0 else 0.0
         # what touches in the next substep bounces there: at the end of a tick here is too early
         waits = is_open & (constraints[lane + constraint.RESTITUTION] > 0.0) & (old <= 0.0)
