@@ -152,7 +152,7 @@ def test_the_picture_draws_what_each_body_carries(record):
 
 def test_the_picture_says_how_to_record_contacts(record):
     _, said = drawn_texts(record(contacts=False))
-    assert 'contacts were not recorded' in said and 'simulate --contacts' in said
+    assert 'ontacts were not recorded' in said and 'simulate --contacts' in said
     _, said = drawn_texts(record(contacts=False, mode='none', name='free'))
     assert 'contact' not in said
 

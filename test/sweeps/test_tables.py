@@ -84,7 +84,8 @@ def test_a_worker_that_is_killed_loses_no_run(undisturbed, tmp_path):
 
     def kill_one(done, _runs):
         children = psutil.Process().children()
-        workers = [c for c in children if 'sweeps.worker' in ' '.join(c.cmdline())]
+        workers = [c for c in children if c.status() != psutil.STATUS_ZOMBIE]
+        workers = [c for c in workers if 'sweeps.worker' in ' '.join(c.cmdline())]
         if done >= 1 and workers and not killed:
             killed.append(workers[0].pid)
             os.kill(workers[0].pid, signal.SIGKILL)

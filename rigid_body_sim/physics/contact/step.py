@@ -87,8 +87,8 @@ Indices = NDArray[np.int64]
 # last one has changed by more than STRUCK. What they leave of an impact, or of a heavy load, sinks
 # in over a substep, and is lifted again with a gain of energy.
 PASSES = 10
-STRUCK = 1.5e-3  # [m/s] more lets heaps gain energy, less costs time
-STEP = 1.7  # [-] over-relaxation of those passes (SOR); with 1 they leave four times as much
+STRUCK = 1e-3  # [m/s] more lets heaps gain energy, less costs time
+STEP = 1.7  # [-] over-relaxation of those passes where balls meet (SOR)
 REST = 1e-7  # [m/s] the same for the first `relaxations` passes after the motion; more lets stacks
 # tremble
 

@@ -126,6 +126,8 @@ def gather_unsettled(
     stand still.
 
     step : [-] of the impulse along a normal that would mend its point alone, what a visit gives
+           of balls, whose normals turn nothing; 1 elsewhere: by more, bodies that tumble gain
+           energy
     """
     for lane in range(lanes):
         wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
@@ -135,7 +137,9 @@ def gather_unsettled(
         scratch[lane + lane_scratch.VISITED] = 0.0
     for lane in range(used):
         if constraints[lane + constraint.UNSETTLED] > 0.0:
-            scratch[lane + lane_scratch.ACTIVE] = step
+            whose = constraints[lane + constraint.ROUNDNESS]
+            of_balls = whose == constraint.TWO_BALLS or whose == constraint.BALL_ON_FIXED
+            scratch[lane + lane_scratch.ACTIVE] = step if of_balls else 1.0
             scratch[lane + lane_scratch.VISITED] = 1.0
             _gather_lane(lane, constraints, scratch, bodies)
 
