@@ -104,16 +104,16 @@ def shorten(simulation, **lengths):
 
 def watch_pieces(simulation, watch):
     """
-    Tell into how many pieces a tick of contact is cut, before it is.
+    Tell the lengths of the pieces into which a tick of contact is cut, for each that is.
     """
     of_scene = contact(simulation)
-    in_pieces = of_scene._advance_fast
+    in_pieces = of_scene.in_pieces
 
-    def watched(*arguments):
-        watch()
-        return in_pieces(*arguments)
+    def watched(h, lengths, advance):
+        watch(lengths)
+        return in_pieces(h, lengths, advance)
 
-    of_scene._advance_fast = watched
+    of_scene.in_pieces = watched
 
 
 def flows(simulation):

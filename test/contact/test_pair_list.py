@@ -240,19 +240,19 @@ class Watched:
         self.simulation = Simulation(scene(bodies))
         self.world = inside.world(self.simulation)
         self.made = self.cut = 0
-        self._pieces = 1
+        self._last = self.simulation.dt  # [s] of the last piece of a tick
         inside.watch_pieces(self.simulation, self._watch_pieces)
 
-    def _watch_pieces(self):
-        self._pieces = int(self.world.counts[tick_counts.PIECES])
+    def _watch_pieces(self, lengths):
+        self._last = lengths[-1]
         self.cut += 1
 
     def step(self, ticks):
         world, counts = self.world, self.world.counts
         for _ in range(ticks):
-            self._pieces = 1
+            self._last = self.simulation.dt
             self.simulation.step()
-            h = self.simulation.dt / self._pieces
+            h = self._last
             found = world.pair_ids[: counts[tick_counts.PAIRS]].tolist()
             n, planes = int(counts[tick_counts.COLLIDERS]), int(counts[tick_counts.PLANES])
             arrays = (

@@ -176,7 +176,17 @@ def test_what_a_controller_raises_goes_on_with_what_was_reached():
     assert sim.tick == 50 and not sim.held_slots
 
 
-def test_an_interrupt_goes_on_with_what_was_reached_and_can_be_saved(tmp_path):
+@pytest.fixture
+def ctrl_c():
+    """
+    Ctrl-C raises, also where the suite was started in the background, which ignores it.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_goes_on_with_what_was_reached_and_can_be_saved(tmp_path, ctrl_c):
     def until_late(t, state):
         if t > 0.2:
             os.kill(os.getpid(), signal.SIGINT)

@@ -30,7 +30,7 @@ bodies: [{name: ball, shape: {type: particle}, mass: 1}]
 def warm_up(cache, *words, **environment):
     return subprocess.run(
         [sys.executable, '-m', 'rigid_body_sim', 'warm-up', *words],
-        env=os.environ
+        env={k: v for k, v in os.environ.items() if k != 'RIGID_BODY_SIM_COMPILE'}
         | {'RIGID_BODY_SIM_CACHE': str(cache), 'PYTHONPATH': str(ROOT)}
         | environment,
         capture_output=True,
