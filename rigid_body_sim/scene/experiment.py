@@ -134,8 +134,9 @@ class ReadBodies:
 
     def remember(self, contents: Sequence[Any], name: str, files: Files) -> None:
         """Read entries that will come again; what is refused will be refused then."""
+        bodies = Value({'bodies': list(contents)}, document.Document(name, None))
         for place, content in enumerate(contents):
-            item = Value(content, document.Document(name, None), ('bodies', place))
+            item = bodies.below(('bodies', place))
             with suppress(UserError):
                 self._known[id(content)] = (content, tuple(read_bodies(item, files)))
 

@@ -37,7 +37,8 @@ def on_terminal(*words: str, folder: Path, **environment: str) -> tuple[str, str
         [sys.executable, '-m', 'rigid_body_sim', *words],
         cwd=folder,
         env={k: v for k, v in os.environ.items() if k != 'RIGID_BODY_SIM_COMPILE'}
-        | {'PYTHONPATH': str(ROOT)} | environment,
+        | {'PYTHONPATH': str(ROOT)}
+        | environment,
         stdout=subprocess.PIPE,
         stderr=theirs,
         text=True,
