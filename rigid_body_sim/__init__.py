@@ -181,8 +181,8 @@ def __getattr__(name: str):
         value = getattr(import_module(f'{__name__}.{_MODULES[name]}'), name)
         globals()[name] = value
         return value
-    from difflib import get_close_matches
+    from rigid_body_sim.physics.errors import nearest
 
-    near = get_close_matches(name, __all__, n=1) if not name.startswith('_') else []
-    cure = f'; did you mean {near[0]!r}?' if near else ''
+    near = None if name.startswith('_') else nearest(name, __all__)
+    cure = '' if near is None else f'; did you mean {near!r}?'
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}{cure}')

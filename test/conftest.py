@@ -69,3 +69,18 @@ def tab(tmp_path_factory):
         pytest.skip('no Chromium here: apt-get install chromium, and the pages are tested too')
     with chromium.page(tmp_path_factory.mktemp('browser')) as tab:
         yield tab
+
+
+@pytest.fixture
+def verb(capsys):
+    """
+    Call a verb in this process; give exit code, standard output and standard error.
+    """
+    from rigid_body_sim.__main__ import main
+
+    def call(*words):
+        code = main([str(word) for word in words])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return call

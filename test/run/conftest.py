@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim.__main__ import main
-
 from ..patience import HANGING
 
 ROOT = Path(__file__).parents[2]
@@ -22,18 +20,6 @@ COMMANDS = """time,body,kind,frame,fx,fy,fz,tx,ty,tz
 0.15,ball,impulse,world,0.3,0,0,0,0,0
 0.203,box,wrench,world,0,0,0,0,0,0
 """
-
-
-@pytest.fixture
-def verb(capsys):
-    """Call a verb in this process; give exit code, standard output and standard error."""
-
-    def call(*words):
-        code = main([str(word) for word in words])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
 
 
 @pytest.fixture

@@ -109,9 +109,12 @@ def test_what_numba_compiles_meanwhile_is_counted(
     monkeypatch.setattr(sys.stderr, 'isatty', lambda: True, raising=False)
     with CompileNote(2, shown=True) as note:
         note.compiling('squares')
-        time.sleep(0.1)  # it looks for numba every hundredth of a second
+        seen, end = '', time.monotonic() + HANGING
+        while 'squares' not in seen and time.monotonic() < end:  # it looks for numba, then shows
+            time.sleep(0.005)
+            seen += capsys.readouterr().err
+        assert 'squares' in seen
         numba.njit(lambda x: x * x)(2.0)
         assert 'compiling, once per machine' in note.text() and '(1 of some 2' in note.text()
-    assert 'squares' in capsys.readouterr().err
     numba.njit(lambda x: x + x)(2.0)
     assert '(1 of some 2' in note.text()  # nobody counts any more

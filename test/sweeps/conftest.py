@@ -9,8 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim.__main__ import main
-
 ROOT = Path(__file__).parents[2]
 
 
@@ -36,18 +34,6 @@ def scene(*, integrator='dmv6', dt=0.01, bodies=None, **more):
         'bodies': bodies or [tumbler, ball],
         **more,
     }
-
-
-@pytest.fixture
-def verb(capsys):
-    """Call a verb in this process; give exit code, standard output and standard error."""
-
-    def call(*words):
-        code = main([str(word) for word in words])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
 
 
 @pytest.fixture
