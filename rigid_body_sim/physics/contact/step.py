@@ -68,6 +68,7 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
     colouring,
+    common_pressure,
     forces_of_state,
     group_record,
     impulse_cache,
@@ -310,8 +311,9 @@ def _advance_ticks(ticks, tick, h, world):
         count = count_touching(motion, constraints, world.marks, world.touching, counts)
         touching = world.touching[0:count]
         find_first_loads(
-            now, touching, motion, constraints, energy, bodies, state, settings, counts
-        )
+            now, touching, motion, colliders.table, constraints, energy, bodies, state, settings,
+            counts,
+        )  # fmt: skip
         begin_energy_balance(h, touching, motion, bodies)
         for index in range(substeps + 1):
             if index > 0:
@@ -517,6 +519,9 @@ def _prepare_constraints(
         count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses,
         constraints.order, constraints.places, manifolds, cache, rows,
     )  # fmt: skip
+    common_pressure.share_pressure(
+        count, WIDTH, colliders.table, manifolds, rows, bodies, constraints.places
+    )
     if FLOWS:
         variable_mass.find_mass_scale(now.start + 0.5 * now.h, flows)
         variable_mass.scale_to_present_mass(flows, bodies)
@@ -553,7 +558,7 @@ def count_touching(
 
 
 def _find_first_loads(
-    now, touching, motion, constraints, energy, bodies, state, settings, counts
+    now, touching, motion, table, constraints, energy, bodies, state, settings, counts
 ):  # fmt: skip
     """Find what is carried when the scene begins, and start from it."""
     if FLOWS or DRIVES or now.start != 0.0:
@@ -582,6 +587,10 @@ def _find_first_loads(
     first_loads.recall_loads(
         counts[tick_counts.MANIFOLDS], batch_count, WIDTH, motion.body_count, now.substep,
         constraints.manifolds, batches, rows, roots, sizes, bodies,
+    )  # fmt: skip
+    common_pressure.share_pressure(
+        counts[tick_counts.MANIFOLDS], WIDTH, table, constraints.manifolds, rows, bodies,
+        constraints.places,
     )  # fmt: skip
     prepare(
         lanes, batch_count, settings[tick_settings.RESTITUTION_THRESHOLD], rows, batches, bodies
