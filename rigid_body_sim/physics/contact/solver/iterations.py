@@ -178,12 +178,9 @@ def _prepare(
             warm_start.start_tick(lanes, constraints, points, scratch)
             if ANGULAR:
                 warm_start.start_tick_angular(lanes, constraints, points, scratch)
-        warm_start.scatter(
-            used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
-            scratch, bodies,
-        )  # fmt: skip
-        solve.gather_inverse_masses(used, constraints, bodies)
-        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        warm_start.scatter(solver_bodies.WARM_IMPULSE, constraints, scratch, bodies)
+        solve.gather_inverse_masses(constraints, bodies)
+        solve.gather_momenta(lanes, constraints, scratch, bodies)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             prepare.effective_masses(lanes, constraints, points)
@@ -223,9 +220,9 @@ def _solve_normals(
         if number_of_pass > 0 and not _goes_on(number, used, number_of_pass, constraints, batches):
             continue
         if number_of_pass == 0:
-            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
         else:
-            solve.gather_unsettled(lanes, used, step, constraints, scratch, bodies)
+            solve.gather_unsettled(lanes, step, constraints, scratch, bodies)
         if PATCHES and point_count > 1:
             points = rows[first : first + MOST * WIDTH]
             solve_all_in_common(lanes, used, constraints, points, scratch, inverse_h, slop, cap)
@@ -249,7 +246,7 @@ def _solve_normals(
                 patch_friction.take_back(lanes, constraints, patch, scratch)
         points = rows[first : first + WIDTH]
         any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
-        solve.scatter_momenta(used, constraints, scratch, bodies)
+        solve.scatter_momenta(constraints, scratch, bodies)
         solve.mark_carried(used, constraints, scratch, bodies)
     return any_changed
 
@@ -267,16 +264,15 @@ def _update_separation(
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
         if TURNS:
-            solve.gather_inverse_masses(used, constraints, bodies)
+            solve.gather_inverse_masses(constraints, bodies)
         warm_start.clear(lanes, scratch)
+        separation.gather_motion(constraints, scratch, bodies)
         if batches[number * batch_record.SIZE + batch_record.KIND] == batch_record.BALLS:
             points = rows[first : first + WIDTH]
-            separation.gather_relative_motion(used, constraints, scratch, bodies)
             separation.update_balls(lanes, constraints, points, scratch)
             if ANGULAR:
                 rolling_friction.apply_second_half(lanes, constraints, points, scratch)
         else:
-            separation.gather_motion(used, constraints, scratch, bodies)
             if RIMS:
                 rolling_frame.turn_rims(used, constraints, scratch, bodies)
             begin, end = _face(first, WIDTH)
@@ -297,10 +293,7 @@ def _update_separation(
                     rolling_friction.apply_second_half(lanes, constraints, points, scratch)
             if several:
                 patch_friction.apply_second_half(lanes, constraints, patch, scratch)
-        warm_start.scatter(
-            used, solver_bodies.MOMENTUM, solver_bodies.ANGULAR_MOMENTUM, constraints, scratch,
-            bodies,
-        )  # fmt: skip
+        warm_start.scatter(solver_bodies.MOMENTUM, constraints, scratch, bodies)
 
 
 def _relax(
@@ -325,9 +318,9 @@ def _relax(
         if number_of_pass > 0 and not _goes_on(number, used, number_of_pass, constraints, batches):
             continue
         if number_of_pass == 0:
-            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
         else:
-            solve.gather_unsettled(lanes, used, step, constraints, scratch, bodies)
+            solve.gather_unsettled(lanes, step, constraints, scratch, bodies)
         begin, end = _face(first, WIDTH)
         patch = rows[begin:end]
         several = PATCHES and point_count > 1
@@ -358,7 +351,7 @@ def _relax(
         points = rows[first : first + WIDTH]
         any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
         solve.mark_touched(used, constraints)
-        solve.scatter_momenta(used, constraints, scratch, bodies)
+        solve.scatter_momenta(constraints, scratch, bodies)
     return any_changed
 
 
@@ -368,7 +361,7 @@ def _start_substep(
     """Add up the warm start of the next substep."""
     scratch = rows[0 : lane_scratch.SIZE]
     for number in range(count):
-        used, lanes = _lanes(number, lanes_at_once, batches)
+        _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
         warm_start.clear(lanes, scratch)
@@ -386,10 +379,7 @@ def _start_substep(
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
             patch_friction.start_substep(lanes, constraints, patch, scratch)
-        warm_start.scatter(
-            used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
-            scratch, bodies,
-        )  # fmt: skip
+        warm_start.scatter(solver_bodies.WARM_IMPULSE, constraints, scratch, bodies)
 
 
 def _apply_restitution(
@@ -403,7 +393,7 @@ def _apply_restitution(
             used, lanes = _lanes(number, lanes_at_once, batches)
             point_count, first = _points(number, batches)
             constraints = rows[first - constraint.SIZE : first]
-            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
                 points = rows[first : first + MOST * WIDTH]
                 restore_all_in_common(lanes, used, constraints, points, scratch, 0.0, 0.0, 0.0)
@@ -421,7 +411,7 @@ def _apply_restitution(
                     friction_patch.RESTITUTION_1, True, rows,
                 )  # fmt: skip
                 patch_friction.apply_restitution(lanes, constraints, patch, scratch)
-            solve.scatter_momenta(used, constraints, scratch, bodies)
+            solve.scatter_momenta(constraints, scratch, bodies)
             for lane in range(used):
                 change = max(change, scratch[lane_scratch.LARGEST_CHANGE + lane])
         if not change > 0.0:
