@@ -42,12 +42,12 @@ INTEGRATOR = Integrator(
     keeps='L to the last bit and energy to rounding without torque; energy without drift while '
     'forces depend on position',
     stability='h |omega| <= 4 (free rotation, from 2 on the drifts are divided); springs: h omega '
-    '<= 2.5; drag: h k <= 2.78',
+    '<= 3.46, where a force depends on velocity 2.58; drag: h k <= 2.78',
     source='Suzuki, Phys. Lett. A 201 (1995) 425; Chin, Phys. Lett. A 226 (1997) 344, 4A; '
     'Nyström, Acta Soc. Sci. Fenn. 50 (1925)',
     scheme=ForceGradient(moser_veselov.drift(6)),
     coefficients=moser_veselov.coefficients(6),
     options={'drift': Option('dmv6', choices=('dmv6', 'exact'))},
     configure=configure,
-    limits=Limits(rotation=4.0, oscillation=2.5, relaxation=2.78),
+    limits=Limits(rotation=4.0, oscillation=3.46, oscillation_with_velocity=2.58, relaxation=2.78),
 )
