@@ -54,6 +54,8 @@ LEFT = 0.1  # [-] of what the last extrapolation changed, for what is left
 ALTERNATING = 12  # differences: they leave of the power what changes sign from tick to tick
 QUARTER = 0.25  # [-] of the difference to ticks twice as long: what a kink leaves, nothing more
 
+QUIET = np.errstate(over='ignore', invalid='ignore')  # a run about to diverge says so itself
+
 # sums of a meter, a row of one number for each of commands, drives and dissipation
 CLOSED, CLOSED_ERROR, PIECES, PIECES_ERROR, SUM, HEAD, HEAD_ERROR, SWING, LARGEST = range(9)
 
@@ -130,6 +132,7 @@ class WorkMeter:
         self._sums[:] = sums
         self._rows[: len(rows)] = rows
 
+    @QUIET
     def cut(self) -> None:
         """End the stretch: from here on the power is another, or the motion is."""
         if self._count:
@@ -151,6 +154,7 @@ class WorkMeter:
         """Whether a command acted so far."""
         return self.powers.was_commanded
 
+    @QUIET
     def work(self) -> tuple[Array, Array]:
         """Work so far, and how wrong its quadrature may be, (SUMS,) and (SUMS,) [J]."""
         found = self._sums[:PIECES].copy()
@@ -158,6 +162,7 @@ class WorkMeter:
             found += self._of_stretch()
         return found[0], found[1]
 
+    @QUIET
     def follow(
         self, motion: Motion, ticks: int, tick: float, h: float, *, to_the_end: bool
     ) -> bool:
