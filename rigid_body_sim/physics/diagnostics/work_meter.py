@@ -30,7 +30,8 @@ Source: Hildebrand, Introduction to Numerical Analysis, sections 5.8 and 3.10.
 from __future__ import annotations
 
 import math
-from functools import cache
+from collections.abc import Callable
+from functools import cache, wraps
 from itertools import pairwise
 from typing import Any, Protocol
 
@@ -54,8 +55,6 @@ LEFT = 0.1  # [-] of what the last extrapolation changed, for what is left
 ALTERNATING = 12  # differences: they leave of the power what changes sign from tick to tick
 QUARTER = 0.25  # [-] of the difference to ticks twice as long: what a kink leaves, nothing more
 
-QUIET = np.errstate(over='ignore', invalid='ignore')  # a run about to diverge says so itself
-
 # sums of a meter, a row of one number for each of commands, drives and dissipation
 CLOSED, CLOSED_ERROR, PIECES, PIECES_ERROR, SUM, HEAD, HEAD_ERROR, SWING, LARGEST = range(9)
 
@@ -78,6 +77,17 @@ class Motion(Protocol):
     def return_to(self, snapshot: Any) -> None:
         """Put back what `snapshot` gave."""
         ...
+
+
+def _quiet(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a method print no warnings of numpy: a run about to diverge says so itself."""
+
+    @wraps(method)
+    def quietly(*arguments: Any, **options: Any) -> Any:
+        with np.errstate(over='ignore', invalid='ignore'):
+            return method(*arguments, **options)
+
+    return quietly
 
 
 class WorkMeter:
@@ -132,7 +142,7 @@ class WorkMeter:
         self._sums[:] = sums
         self._rows[: len(rows)] = rows
 
-    @QUIET
+    @_quiet
     def cut(self) -> None:
         """End the stretch: from here on the power is another, or the motion is."""
         if self._count:
@@ -154,7 +164,7 @@ class WorkMeter:
         """Whether a command acted so far."""
         return self.powers.was_commanded
 
-    @QUIET
+    @_quiet
     def work(self) -> tuple[Array, Array]:
         """Work so far, and how wrong its quadrature may be, (SUMS,) and (SUMS,) [J]."""
         found = self._sums[:PIECES].copy()
@@ -162,7 +172,7 @@ class WorkMeter:
             found += self._of_stretch()
         return found[0], found[1]
 
-    @QUIET
+    @_quiet
     def follow(
         self, motion: Motion, ticks: int, tick: float, h: float, *, to_the_end: bool
     ) -> bool:
