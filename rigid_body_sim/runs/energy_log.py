@@ -112,19 +112,32 @@ class EnergyLog:
         if in_springs in self._warned_of:
             return
         self._warned_of.add(in_springs)
-        name = simulation.integrator.name
-        said = (
-            f'the scene gained {gain:.2g} J by {simulation.time:g} s, though no command and no '
-            f'drive acts; up to {balance.tolerated:.2g} J would be truncation'
-        )
-        if in_springs:
-            self._warn(
-                f'{said}; nearly all of it stands in springs that a step of {name} does not '
-                'resolve: what their ends are apart at the ticks is an error of position, not an '
-                'energy that a body has; judge the run by its motion, or take a shorter dt'
+        self._warn(
+            gain_words(
+                gain,
+                time=simulation.time,
+                tolerated=balance.tolerated,
+                integrator=simulation.integrator.name,
+                in_springs=in_springs,
             )
-        else:
-            self._warn(f'{said}; {name} brought it in: take a shorter dt or another integrator')
+        )
+
+
+def gain_words(
+    gain: float, *, time: float, tolerated: float, integrator: str, in_springs: bool
+) -> str:
+    """Warn of a passive scene that gained so much energy [J] by a time [s]."""
+    said = (
+        f'the scene gained {gain:.2g} J by {time:g} s, though no command and no '
+        f'drive acts; up to {tolerated:.2g} J would be truncation'
+    )
+    if not in_springs:
+        return f'{said}; {integrator} brought it in: take a shorter dt or another integrator'
+    return (
+        f'{said}; nearly all of it stands in springs that a step of {integrator} does not '
+        'resolve: what their ends are apart at the ticks is an error of position, not an '
+        'energy that a body has; judge the run by its motion, or take a shorter dt'
+    )
 
 
 def balance_json(balance: EnergyBalance) -> str:
