@@ -59,9 +59,11 @@ start_point = slot('kernel (lanes, constraints, points, scratch): starts a subst
 start_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 restore_point = slot('kernel (lanes, constraints, points, scratch): applies restitution')
 restore_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
-solve_in_common = slot('kernel (lanes, starts, ...): soft normals, what is common')
-relax_in_common = slot('kernel (lanes, starts, ...): the same after the motion')
-restore_in_common = slot('kernel (lanes, starts, ...): the same of restitution')
+solve_all_in_common = slot('kernel (lanes, used, ...): soft normals, what is common')
+relax_all_in_common = slot('kernel (lanes, used, ...): the same after the motion')
+restore_all_in_common = slot('kernel (lanes, used, ...): the same of restitution')
+find_stirring = slot('kernel (lanes, ...): which lanes have something in common')
+solve_in_common = slot('kernel (lanes, starts, ...): what is common')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -97,6 +99,20 @@ def _face(first: int, width: int) -> Any:
     """Where the friction of a batch of several points begins and ends: see `friction_patch`."""
     begin = first + MOST * width
     return begin, begin + friction_patch.SIZE
+
+
+def _all_in_common(
+    lanes: int, used: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
+    slop: float, cap: float,
+) -> None:  # fmt: skip
+    """Solve what the points of a batch have in common, until no impulse is clamped."""
+    find_stirring(lanes, constraints, points, scratch, inverse_h, slop, cap)
+    if not common_impulse.any_stirs(used, scratch):
+        return
+    for iteration in range(COMMON_ITERATIONS):
+        solve_in_common(lanes, iteration == 0, constraints, points, scratch, inverse_h, slop, cap)
+        if not common_impulse.is_clamped(used, scratch):
+            break
 
 
 @kernel
@@ -165,12 +181,9 @@ def _prepare(
             warm_start.start_tick(lanes, constraints, points, scratch)
             if ANGULAR:
                 warm_start.start_tick_angular(lanes, constraints, points, scratch)
-        warm_start.scatter(
-            used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
-            scratch, bodies,
-        )  # fmt: skip
-        solve.gather_inverse_masses(used, constraints, bodies)
-        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        warm_start.scatter(solver_bodies.WARM_IMPULSE, constraints, scratch, bodies)
+        solve.gather_inverse_masses(constraints, bodies)
+        solve.gather_momenta(lanes, constraints, scratch, bodies)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             prepare.effective_masses(lanes, constraints, points)
@@ -210,17 +223,12 @@ def _solve_normals(
         if number_of_pass > 0 and not _goes_on(number, used, number_of_pass, constraints, batches):
             continue
         if number_of_pass == 0:
-            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
         else:
-            solve.gather_unsettled(lanes, used, step, constraints, scratch, bodies)
+            solve.gather_unsettled(lanes, step, constraints, scratch, bodies)
         if PATCHES and point_count > 1:
             points = rows[first : first + MOST * WIDTH]
-            for iteration in range(COMMON_ITERATIONS):
-                solve_in_common(
-                    lanes, iteration == 0, constraints, points, scratch, inverse_h, slop, cap
-                )
-                if not common_impulse.is_clamped(used, scratch):
-                    break
+            solve_all_in_common(lanes, used, constraints, points, scratch, inverse_h, slop, cap)
         rolls = False
         if RIMS:
             rolls = rolling_frame.find_turns(used, inverse_h, constraints, scratch, bodies)
@@ -241,7 +249,7 @@ def _solve_normals(
                 patch_friction.take_back(lanes, constraints, patch, scratch)
         points = rows[first : first + WIDTH]
         any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
-        solve.scatter_momenta(used, constraints, scratch, bodies)
+        solve.scatter_momenta(constraints, scratch, bodies)
         solve.mark_carried(used, constraints, scratch, bodies)
     return any_changed
 
@@ -259,16 +267,15 @@ def _update_separation(
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
         if TURNS:
-            solve.gather_inverse_masses(used, constraints, bodies)
+            solve.gather_inverse_masses(constraints, bodies)
         warm_start.clear(lanes, scratch)
+        separation.gather_motion(constraints, scratch, bodies)
         if batches[number * batch_record.SIZE + batch_record.KIND] == batch_record.BALLS:
             points = rows[first : first + WIDTH]
-            separation.gather_relative_motion(used, constraints, scratch, bodies)
             separation.update_balls(lanes, constraints, points, scratch)
             if ANGULAR:
                 rolling_friction.apply_second_half(lanes, constraints, points, scratch)
         else:
-            separation.gather_motion(used, constraints, scratch, bodies)
             if RIMS:
                 rolling_frame.turn_rims(used, constraints, scratch, bodies)
             begin, end = _face(first, WIDTH)
@@ -289,10 +296,7 @@ def _update_separation(
                     rolling_friction.apply_second_half(lanes, constraints, points, scratch)
             if several:
                 patch_friction.apply_second_half(lanes, constraints, patch, scratch)
-        warm_start.scatter(
-            used, solver_bodies.MOMENTUM, solver_bodies.ANGULAR_MOMENTUM, constraints, scratch,
-            bodies,
-        )  # fmt: skip
+        warm_start.scatter(solver_bodies.MOMENTUM, constraints, scratch, bodies)
 
 
 def _relax(
@@ -317,20 +321,15 @@ def _relax(
         if number_of_pass > 0 and not _goes_on(number, used, number_of_pass, constraints, batches):
             continue
         if number_of_pass == 0:
-            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
         else:
-            solve.gather_unsettled(lanes, used, step, constraints, scratch, bodies)
+            solve.gather_unsettled(lanes, step, constraints, scratch, bodies)
         begin, end = _face(first, WIDTH)
         patch = rows[begin:end]
         several = PATCHES and point_count > 1
         if several:
             points = rows[first : first + MOST * WIDTH]
-            for iteration in range(COMMON_ITERATIONS):
-                relax_in_common(
-                    lanes, iteration == 0, constraints, points, scratch, inverse_h, 0.0, 0.0
-                )
-                if not common_impulse.is_clamped(used, scratch):
-                    break
+            relax_all_in_common(lanes, used, constraints, points, scratch, inverse_h, 0.0, 0.0)
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.clear_moments(lanes, scratch)
@@ -357,7 +356,7 @@ def _relax(
         points = rows[first : first + WIDTH]
         any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
         solve.mark_touched(used, constraints)
-        solve.scatter_momenta(used, constraints, scratch, bodies)
+        solve.scatter_momenta(constraints, scratch, bodies)
     return any_changed
 
 
@@ -367,7 +366,7 @@ def _start_substep(
     """Add up the warm start of the next substep."""
     scratch = rows[0 : lane_scratch.SIZE]
     for number in range(count):
-        used, lanes = _lanes(number, lanes_at_once, batches)
+        _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
         warm_start.clear(lanes, scratch)
@@ -385,10 +384,7 @@ def _start_substep(
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
             patch_friction.start_substep(lanes, constraints, patch, scratch)
-        warm_start.scatter(
-            used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
-            scratch, bodies,
-        )  # fmt: skip
+        warm_start.scatter(solver_bodies.WARM_IMPULSE, constraints, scratch, bodies)
 
 
 def _apply_restitution(
@@ -402,15 +398,10 @@ def _apply_restitution(
             used, lanes = _lanes(number, lanes_at_once, batches)
             point_count, first = _points(number, batches)
             constraints = rows[first - constraint.SIZE : first]
-            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
                 points = rows[first : first + MOST * WIDTH]
-                for iteration in range(COMMON_ITERATIONS):
-                    restore_in_common(
-                        lanes, iteration == 0, constraints, points, scratch, 0.0, 0.0, 0.0
-                    )
-                    if not common_impulse.is_clamped(used, scratch):
-                        break
+                restore_all_in_common(lanes, used, constraints, points, scratch, 0.0, 0.0, 0.0)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
@@ -425,7 +416,7 @@ def _apply_restitution(
                     friction_patch.RESTITUTION_1, True, rows,
                 )  # fmt: skip
                 patch_friction.apply_restitution(lanes, constraints, patch, scratch)
-            solve.scatter_momenta(used, constraints, scratch, bodies)
+            solve.scatter_momenta(constraints, scratch, bodies)
             for lane in range(used):
                 change = max(change, scratch[lane_scratch.LARGEST_CHANGE + lane])
         if not change > 0.0:
@@ -497,7 +488,11 @@ def solver(
             f'restore_{kind}': restitution.visit(rubs=rubs),
         }
     for kind in ('solve', 'relax', 'restore'):
-        offered[f'{kind}_in_common'] = common_impulse.visit(kind, width)
+        stirring, in_common = common_impulse.visit(kind, width)
+        offered[f'{kind}_all_in_common'] = specialise(
+            _all_in_common, name=f'{kind}_{width}', find_stirring=stirring,
+            solve_in_common=in_common,
+        )  # fmt: skip
     passes = {
         'prepare': _prepare,
         'solve_normals': _solve_normals,
