@@ -193,7 +193,7 @@ def transfer(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small function for which LLVM is told how: see `lane_transfers`."""
     if not COMPILED or not str(release_of('numba')).startswith(_KNOWN_INSIDE):
         return inline(function)
-    return Transfer(function, IMAGES, CACHE, inlined=True)
+    return Transfer(function, IMAGES, CACHE, inlined=True, widest=False)
 
 
 class KernelSlot:
