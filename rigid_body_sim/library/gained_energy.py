@@ -13,10 +13,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.diagnostics.energy_balance import OVERLAP, ROUNDING, TOO_MUCH
+from rigid_body_sim.physics.diagnostics.energy_balance import (
+    NOT_IN_MOTION,
+    OVERLAP,
+    ROUNDING,
+    TOO_MUCH,
+    words_for_gain,
+)
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.state.snapshot import State
-from rigid_body_sim.runs.energy_log import NOT_IN_MOTION, gain_words
 
 Array = NDArray[np.float64]
 
@@ -61,10 +66,10 @@ def gain_warning(
         return None
     at = int(np.flatnonzero(known)[worst])
     stored = invariants.stored_energy(states[at]) - invariants.stored_energy(states[0])
-    return gain_words(
+    return words_for_gain(
         gain,
+        tolerated,
         time=float(time[rows[at]]),
-        tolerated=tolerated,
         integrator=integrator,
         in_springs=stored > NOT_IN_MOTION * gain,
     )

@@ -18,13 +18,16 @@ from dataclasses import asdict
 
 import numpy as np
 
-from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
+from rigid_body_sim.physics.diagnostics.energy_balance import (
+    NOT_IN_MOTION,
+    EnergyBalance,
+    words_for_gain,
+)
 from rigid_body_sim.physics.simulation import Simulation
 
 ROWS = 256  # of the history: more than a picture shows
 COLUMNS = ('time', 'change', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact',
            'defect')  # fmt: skip
-NOT_IN_MOTION = 0.9  # [-] share of a gain that springs hold, from which on it is no motion
 
 
 class EnergyLog:
@@ -113,31 +116,14 @@ class EnergyLog:
             return
         self._warned_of.add(in_springs)
         self._warn(
-            gain_words(
+            words_for_gain(
                 gain,
+                balance.tolerated,
                 time=simulation.time,
-                tolerated=balance.tolerated,
                 integrator=simulation.integrator.name,
                 in_springs=in_springs,
             )
         )
-
-
-def gain_words(
-    gain: float, *, time: float, tolerated: float, integrator: str, in_springs: bool
-) -> str:
-    """Warn of a passive scene that gained so much energy [J] by a time [s]."""
-    said = (
-        f'the scene gained {gain:.2g} J by {time:g} s, though no command and no '
-        f'drive acts; up to {tolerated:.2g} J would be truncation'
-    )
-    if not in_springs:
-        return f'{said}; {integrator} brought it in: take a shorter dt or another integrator'
-    return (
-        f'{said}; nearly all of it stands in springs that a step of {integrator} does not '
-        'resolve: what their ends are apart at the ticks is an error of position, not an '
-        'energy that a body has; judge the run by its motion, or take a shorter dt'
-    )
 
 
 def balance_json(balance: EnergyBalance) -> str:
