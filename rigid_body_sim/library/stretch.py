@@ -65,7 +65,8 @@ class Stretch:
         self._first, self._last, self._per = simulation.tick, simulation.tick + ticks, per
         self._choices = len(simulation.choices)
         self._start = simulation.__getstate__()
-        self._begun = time.process_time()
+        simulation.prepare()
+        self._begun = time.process_time()  # what is compiled once is not of the run
         count, bodies = ticks // per + 1, len(simulation.scene.bodies)
         self._values = _room((count, bodies, COLUMNS))
         self._wrench = _room((2, count, bodies, 3))

@@ -147,7 +147,7 @@ def _recover(arguments: argparse.Namespace) -> int:
         return 0
     until = '' if found.last_tick is None else f' up to tick {found.last_tick}'
     print(f'{arguments.output}: {found.messages} messages{until}, {found.dropped} dropped')
-    print(f'{arguments.bag}: {found.problem or "was whole"}')
+    print(f'{arguments.bag}: {found.problem or "all its messages are there"}')
     return 0
 
 
