@@ -70,8 +70,8 @@ CHUNK = 1000  # [tick] between two copies of the state, to which a run returns t
 CHUNK_IN_CONTACT = 20_000
 
 
-# what a step began from: tick, what `Stepper._snapshot` gave (None: `_moving_rows` have it), what
-# the caller wants back beside, the work done by then
+# what a step began from: tick, what `Stepper._snapshot` gave (or of that nothing, or the contact
+# alone: `_moving_rows` have the motion), what the caller wants back beside, the work done by then
 Undo = tuple[int, tuple[Any, ...] | None, Any, Any]
 
 
@@ -199,27 +199,31 @@ class Stepper:
 
     def _begin_ticks(self) -> Undo:
         """
-        Do what `begin` does for ticks of free bodies, into arrays that the next ticks use again:
-        the rows that a tick changes and no others.
+        Do what `begin` does, into arrays that the next ticks use again: of free bodies the rows
+        that a tick changes and no others.
         """
         if self._moving_rows is None:
             return self.begin()
         if self._keep is None:
+            sizes = np.array([kept.shape[1] for kept, _ in self._moving_rows], dtype=np.int64)
             kept = (argument(kept.reshape(-1)) for kept, _ in self._moving_rows)
-            self._keep = prepared(keep_motion, (), (*self._arguments[:METHOD], *kept))
+            last = (*self._arguments[:METHOD], argument(sizes), *kept)
+            self._keep = prepared(keep_motion, (), last)
         self._keep()
-        self.undo = undo = (self.tick, None, None, None)
+        of_contact = None if self.contact is None else (self.contact.snapshot(),)
+        self.undo = undo = (self.tick, of_contact, None, None)
         return undo
 
     def _rows_that_move(self) -> list[tuple[Array, Array]] | None:
         """
-        Pair what a tick changes with a place for a copy; None where more belongs to the state.
+        Pair what a tick changes with a place for a copy; None where the integrator remembers more.
         """
-        if self.contact is not None or self._integrator.remembers is not None:
+        if self._integrator.remembers is not None:
             return None
+        is_free = self.contact is None
         heads = (
-            self.translation.reshape(-1, TRANSLATION)[:, :TRANSLATION_STATE],
-            self.rotation.reshape(-1, ROTATION)[:, :ROTATION_STATE],
+            self.translation.reshape(-1, TRANSLATION)[:, : TRANSLATION_STATE if is_free else None],
+            self.rotation.reshape(-1, ROTATION)[:, : ROTATION_STATE if is_free else None],
         )
         return [(np.array(head), head) for head in heads]
 
@@ -234,9 +238,11 @@ class Stepper:
         """Return to what `begin` noted, if the work broke off; can itself be broken off."""
         if self.undo is not None:
             self.tick, arrays, _, mark = self.undo
-            if arrays is None:
+            if arrays is None or len(arrays) == 1:
                 for kept, now in self._moving_rows or ():
                     now[...] = kept
+                if arrays is not None:
+                    self.contact.return_to(arrays[0])
             else:
                 self._return_to(arrays)
             if self.work is not None and mark is not None:
