@@ -78,6 +78,14 @@ def _put_one(core, fx, fy, fz, tx, ty, tz, n_rigid, weights, translation, rotati
 
 
 @kernel
+def _put_row(number, fx, fy, fz, tx, ty, tz, table):
+    """Write what turns with a body into its row of the table; no zero is negative."""
+    row = COLUMNS * number
+    store(table, row + TURNING_FORCE, (fx + 0.0, fy + 0.0, fz + 0.0))
+    store(table, row + TURNING_TORQUE, (tx + 0.0, ty + 0.0, tz + 0.0))
+
+
+@kernel
 def _put_all(forces, torques, n_moving, n_rigid, weights, translation, rotation):
     """Write what is held by all bodies, and their weights, into their lanes."""
     for core in range(n_moving):
@@ -230,6 +238,7 @@ class HeldWrenches:
         self._asked: dict[bool, tuple[Rows, Callable[..., Any]]] = {}  # by whether it turns
         self._blocks: tuple[Any, Any] = (None, None)  # into whose lanes `_writer` writes
         self._writer: Callable[..., Any] = _put_one
+        self._row_writer: tuple[Any, Callable[..., Any]] = (None, _put_row)  # of which table
         self._table = np.zeros((0, COLUMNS))
         self._slots: dict[tuple[int, str], Slot] = {}
         self._rows: Rows | None = None  # then there are no other slots
@@ -524,6 +533,13 @@ class HeldWrenches:
         write = prepared(_put_one, (0, *NOTHING), (self._layout.n_rigid, *arrays))
         self._writer, self._blocks = write, (translation, rotation)
 
+    def _put_row(self, row: int, asked: Sequence[float]) -> None:
+        """Write what turns with a body into its row of the table."""
+        if self._row_writer[0] is not self._table:
+            write = prepared(_put_row, (0, *NOTHING), (argument(self._table.reshape(-1)),))
+            self._row_writer = self._table, write
+        self._row_writer[1](row, *asked)
+
     def _write_all(self, translation: Array, rotation: Array) -> None:
         force, torque, table = self.sums()
         with np.errstate(over='ignore', invalid='ignore'):
@@ -576,8 +592,14 @@ class HeldWrenches:
             sources = all_sources.get(core)
             if sources is not None and len(sources) == 1:  # as a rule
                 slot = slots.get((core, sources[0]))
-                if slot is not None and not slot.turns_with_body and core not in places:
-                    put_one(core, *slot.force, *slot.torque)
+                row = places.get(core)
+                if slot is not None and slot.turns_with_body is (row is not None):
+                    asked = (*slot.force, *slot.torque)
+                    if row is None:
+                        put_one(core, *asked)
+                    else:
+                        put_one(core, *NOTHING)
+                        self._put_row(row, asked)
                     continue
             held, turning = self._sums_of(core)
             if turning is not None or core in places:
@@ -587,7 +609,7 @@ class HeldWrenches:
             return
         if all(row is not None and core in places for core, row in rows_of.items()):
             for core, row in rows_of.items():
-                self._table[places[core], TURNING_FORCE:] = row
+                self._put_row(places[core], row or NOTHING)
         else:
             self._table, self._turning = self.sums()[2], None
 
