@@ -699,6 +699,11 @@ class Stepper:
         block, lane = divmod(core, LANES)
         return rows(self.rotation, ROTATION, ORIENTATION, 4)[block, :, lane].copy()
 
+    @property
+    def start(self) -> tuple[Array, Array]:
+        """Blocks of translation and rotation at the start of the scene."""
+        return self._start[0], self._start[1]
+
     def reset(self) -> None:
         """Return to the start of the scene."""
         self._return_to(self._start)
