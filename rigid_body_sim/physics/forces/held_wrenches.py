@@ -268,6 +268,13 @@ class HeldWrenches:
         )
 
     @property
+    def acts(self) -> bool:
+        """Whether anything is asked of any body."""
+        if self._rows is None:
+            return bool(self._slots)
+        return bool(self._rows.force.any() or self._rows.torque.any())
+
+    @property
     def turns(self) -> bool:
         """Whether one of them turns with its body."""
         if self._rows is not None:
