@@ -390,7 +390,8 @@ class Simulation:
             if work is not None and acting is not None:
                 work.powers.hold(acting)
             self._held.written(table)
-            self._commanded |= bool(self._held.slots)
+            if not self._commanded:
+                self._commanded = self._held.acts
             self._held_changed = False
 
     def _drop_expired(self) -> None:

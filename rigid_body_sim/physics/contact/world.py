@@ -23,9 +23,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.compile.kernels import prepared
 from rigid_body_sim.physics.contact import step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     collider_record,
+    deep_overlaps,
     manifold_record,
     material_record,
 )
@@ -147,7 +149,7 @@ class ContactWorld:
     def recall(self, numbers: Array) -> None:
         """Restore what `remembered` gave; without numbers nothing is known of any contact."""
         if self._sleepers is not None:
-            end = size_in_use(numbers) if len(numbers) else 0
+            end = size_in_use(np.array(numbers)) if len(numbers) else 0
             self._sleepers.recall(numbers[end:])
             numbers = numbers[:end]
         self._overlaps = {}
@@ -285,6 +287,8 @@ class ContactWorld:
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
         """Give a kernel of the ticks the call of a scheme; its workspace is not needed."""
 
+        made: list[Any] = [None, None, None, compiled]  # of which arrays, and the kernel with them
+
         def advance(
             ticks: int, tick: float, h: float, n_moving: int, n_rigid: int, translation: Any,
             rotation: Any, method: Any, _workspace: Any, elements: Any, ranges: Any,
@@ -292,7 +296,14 @@ class ContactWorld:
             given = (n_moving, n_rigid, translation, rotation, method, elements, ranges)
 
             def call(ticks: int, tick: float, h: float) -> float:
-                return compiled(ticks, tick, h, *given, *self.arrays.arguments)
+                arrays = self.arrays.arguments
+                if made[0] is not method or made[1] is not elements or made[2] is not arrays:
+                    last = (*given, *arrays)
+                    made[:] = method, elements, arrays, prepared(compiled, (ticks, tick, h), last)
+                status = made[3](ticks, tick, h)
+                if status is NotImplemented:  # a tick of another kind
+                    status = compiled(ticks, tick, h, *given, *arrays)
+                return status
 
             return self._advance(call, ticks, tick, h, (translation, rotation))
 
@@ -310,7 +321,8 @@ class ContactWorld:
         done = 0
         while True:
             status = call(ticks - done, tick + done, h)
-            take_overlaps(self.arrays.overlaps, self._overlaps)
+            if self.arrays.overlaps[deep_overlaps.COUNT]:
+                take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += int(counts[tick_counts.DONE])
                 self._is_read, self._pieces, self._h = True, [], h
