@@ -103,6 +103,7 @@ class Simulation:
         check_record(scene)
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
+        self._dt = self.dt_ns / 1e9
         self.integrator, plan = choose.resolve(
             scene,
             integrator,
@@ -229,7 +230,7 @@ class Simulation:
     @property
     def dt(self) -> float:
         """Tick length [s]."""
-        return self.dt_ns / 1e9
+        return self._dt
 
     @property
     def state(self) -> State:
@@ -261,6 +262,7 @@ class Simulation:
             if name != self.integrator.name:
                 other = Stepper(self.scene, self._layout, choose.integrator_of(name, options))
                 other.prepare(commands_in_body_axes=commands_in_body_axes, progress=progress)
+        self._held.prepare(self._stepper.translation, self._stepper.rotation)
         if progress is not None:
             progress('reading states')
         _ = self.state
@@ -284,22 +286,26 @@ class Simulation:
                 raise SimulationBusy
             if stepper.undo is not None:
                 self._return()
-            end, watch, held = stepper.tick + _whole(ticks), self.watch, self._held
-            while stepper.tick < end:
+            tick, watch, held = stepper.tick, self.watch, self._held
+            end = tick + _whole(ticks)
+            while tick < end:
                 if watch is not None:
-                    watch.meet(stepper.tick, self._read_state)
-                if self._held_changed or held.no_end_before <= stepper.tick:
+                    watch.meet(tick, self._read_state)
+                if self._held_changed or held.no_end_before <= tick:
                     self._take_held()
-                chunk = min(end, held.no_end_before) - stepper.tick
+                stop = end if end < held.no_end_before else held.no_end_before
+                chunk = stop - tick
                 if watch is not None:
-                    chunk = int(min(chunk, watch.next_tick - stepper.tick))
+                    chunk = int(min(chunk, watch.next_tick - tick))
                 self._read = None
-                if self._loses_mass and self._out_of_mass[0] <= self.scene_time + chunk * self.dt:
+                if self._loses_mass and self._out_of_mass[0] <= self.scene_time + chunk * self._dt:
                     chunk = self._ticks_with_mass()
-                done = stepper.advance(chunk, self._scene_tick, self.dt)
+                first = self._scene_tick if self._start_ns else tick
+                done = stepper.advance(chunk, first, self._dt)
+                tick = stepper.tick
                 if watch is not None:
-                    watch.follow(stepper.tick)
-                if done < chunk and not (watch is not None and watch.rescue(stepper.tick)):
+                    watch.follow(tick)
+                if done < chunk and not (watch is not None and watch.rescue(tick)):
                     raise self._diverged()
         except BaseException:  # no call before the last one: an interrupt could come after it
             if 'thread' in stepping and stepping['thread'] == me:
@@ -379,12 +385,11 @@ class Simulation:
             acting = None if work is None else self._held.acting()
             if work is not None and acting is not None and not work.powers.holds(acting):
                 self._stepper.cut_work()
-            self._stepper.set_held(
-                self._held.write(self._stepper.translation, self._stepper.rotation)
-            )
+            table = self._held.write(self._stepper.translation, self._stepper.rotation)
+            table = self._stepper.set_held(table)
             if work is not None and acting is not None:
                 work.powers.hold(acting)
-            self._held.written()
+            self._held.written(table)
             self._commanded |= bool(self._held.slots)
             self._held_changed = False
 
@@ -500,7 +505,7 @@ class Simulation:
         self._settle()
         core, linear, angular, frame = self._held.checked(body, linear, angular, frame)
         if frame != 'world':
-            self._layout.principal_axes(body, linear)  # refuses a point mass
+            self._layout.principal_axes_of(core, linear)  # refuses a point mass
             q = self.state.orientation[self._layout.index(body)]
             linear = as_vector(so3.rotate(q, linear))
             angular = as_vector(so3.rotate(q, angular))
@@ -925,6 +930,8 @@ class Simulation:
 
 def _whole(ticks: object) -> int:
     """Return a number of ticks; InvalidModel unless it is whole and at least 0."""
+    if ticks.__class__ is int and ticks >= 0:  # type: ignore[operator]  # it is an int
+        return ticks  # type: ignore[return-value]
     try:
         count = operator.index(ticks)  # type: ignore[arg-type]  # which is what it tells
     except TypeError:
