@@ -15,10 +15,12 @@ import yaml
 
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.images import Images
+from rigid_body_sim.physics.contact import step
 from rigid_body_sim.physics.contact import world as world_module
-from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
+from rigid_body_sim.physics.contact.collision.collider import BOX, PLANE, SPHERE
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.solver.iterations import solver
+from rigid_body_sim.physics.contact.world import ContactWorld
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
 from rigid_body_sim.physics.forces.tables import stacked
@@ -26,6 +28,8 @@ from rigid_body_sim.physics.integration import integrators
 from rigid_body_sim.scene import document
 
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
+USUAL_PAIRS = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, PLANE})
+FORCES_BESIDE_CONTACT = ('constant', 'drag', 'gravity', 'spring', 'time')
 
 
 def stepper(simulation):
@@ -219,22 +223,56 @@ def compile_apart(patch):
     patch.setattr(numba_pipeline.Kernel, 'compile', compile_apart)
 
 
-def know_all_pairs(patch):
+def share_kernels(patch):
     """
-    Let the kernel of each scene of contact know all pairs of shapes but those with ground of
-    triangles, which only scenes with some know, also those that cannot meet in it, and unequal
-    moments: scenes of other shapes then share one kernel. The pairs change no
-    bit; the inverse inertia of a cube or ball, turned in each substep, its last ones.
+    Let scenes of contact share a few kernels, which know more than each scene needs: what is free
+    all pairs of shapes but those with ground of triangles; what feels forces, sleeps or is driven
+    those of balls, boxes and planes, and some forces with no element of them; what bounces or
+    resists rolling the other too, and rules of pairs. None of that changes a bit
+    (`contact/test_same_bits.py`) but one: the inverse inertia of a cube or ball is turned in each
+    substep, as that of any body.
 
     patch : pytest's monkeypatch
     """
-    own_pairs = Colliders.pairs
+    made, compiled, knows = ContactWorld._compile, step.tick_kernel, ActingElements.__init__
 
-    def pairs(colliders):
-        return tuple(sorted({*PAIRS, *own_pairs(colliders)}))
+    def compile_shared(self, scene, evaluate, velocity_dependent):
+        is_free = evaluate is None and self._sleepers is None and not self.arrays.drives.size
+        known = PAIRS if is_free else USUAL_PAIRS
+        self._kinds = tuple(sorted({*known, *self._kinds}))
+        advance = made(self, scene, evaluate, velocity_dependent)
+        # of forces over time, which may be known and not there, only kernels of scenes with some
+        # get a tick that is no whole number
+        return lambda ticks, tick, *others: advance(ticks, float(tick), *others)
 
-    patch.setattr(Colliders, 'pairs', pairs)
+    def tick_kernel(name, **bindings):
+        rules = {'IGNORES': True, 'PAIR_MATERIALS': True} if bindings['BOUNCES'] else {}
+        return compiled(name, **{**bindings, **rules})
+
+    def knowing(self, scene, layout):
+        knows(self, scene, layout)
+        if scene.contact.get('mode', 'none') != 'none':
+            _know(self, FORCES_BESIDE_CONTACT, scene, layout)
+
+    patch.setattr(ContactWorld, '_compile', compile_shared)
+    patch.setattr(ContactWorld, '_angular', _Lively('angular'), raising=False)
+    patch.setattr(ContactWorld, '_bounces', _Lively('bounces'), raising=False)
+    patch.setattr(step, 'tick_kernel', tick_kernel)
     patch.setattr(world_module, 'solver', lambda **features: solver(**{**features, 'turns': True}))
+    patch.setattr(ActingElements, '__init__', knowing)
+
+
+class _Lively:
+    """Whether something bounces or resists rolling, in place of one of both."""
+
+    def __init__(self, name):
+        self._name = name
+
+    def __set__(self, world, value):
+        vars(world)[self._name] = value
+
+    def __get__(self, world, of=None):
+        return vars(world).get('angular', False) or vars(world).get('bounces', False)
 
 
 def know_forces(patch, *kinds):
@@ -248,12 +286,20 @@ def know_forces(patch, *kinds):
 
     def knowing(self, scene, layout):
         made(self, scene, layout)
-        if self._types:
-            self._types = [kind for kind in FORCES if kind in (*self._types, *kinds)]
-            _, self._ranges, self._switches = stacked(scene.forces, self._types, layout)
-            self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
+        _know(self, kinds, scene, layout)
 
     patch.setattr(ActingElements, '__init__', knowing)
+
+
+def _know(elements, kinds, scene, layout):
+    """
+    Let what acts in a scene know more kinds of forces.
+    """
+    if not elements._types or elements._ranges_of_inertia:
+        return
+    elements._types = [kind for kind in FORCES if kind in (*elements._types, *kinds)]
+    _, elements._ranges, elements._switches = stacked(scene.forces, elements._types, layout)
+    elements.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
 
 def values_by_nodes(text):

@@ -24,7 +24,7 @@ import sys; sys.path[:0] = sys.argv[1], sys.argv[1] + '/..'
 import inside, pytest
 from touching import heap, scene
 from rigid_body_sim.physics.simulation import Simulation
-inside.know_all_pairs(pytest.MonkeyPatch())
+inside.share_kernels(pytest.MonkeyPatch())
 sim = Simulation(scene(heap(3)))
 sim.step(100)
 print(sim.state_bytes().hex())
@@ -42,7 +42,7 @@ import numpy as np
 def solid(name, shape, x, turn):
     return Body(name, shape, 1.0, inertia=np.diag([.002, .002, .003]),
                 initial=motion((x, 0, 0.1), q=(0.3, 0.1, 0.2, 0.9273618495495703), turn=turn))
-inside.know_all_pairs(pytest.MonkeyPatch())
+inside.share_kernels(pytest.MonkeyPatch())
 sim = Simulation(scene([
     ground(), box('floor', 0.1, (0, 0, -0.05), fixed=True),
     solid('coin', Cylinder(0.08, 0.01), 0.0, (2.0, 9.0, 1.0)),
@@ -108,10 +108,10 @@ def test_compiled_and_plain_kernels_give_the_same_bits(script):
     assert runs[0] == runs[1]
 
 
-def test_pairs_that_cannot_meet_change_no_bit(monkeypatch):
+def test_pairs_that_cannot_meet_change_no_bit(request):
     knows_all = Simulation(scene(heap(6)))
     knows_all.step(300)
-    monkeypatch.undo()
+    request.getfixturevalue('own_kernels')
     knows_its_own = Simulation(scene(heap(6)))
     knows_its_own.step(300)
     assert knows_its_own.state_bytes() == knows_all.state_bytes()
