@@ -6,6 +6,7 @@ private there, so that a change inside is followed here and nowhere else.
 """
 
 import argparse
+import fcntl
 import gc
 import os
 import sys
@@ -94,6 +95,13 @@ def world(simulation):
     The arrays of the contact of a simulation.
     """
     return contact(simulation).arrays
+
+
+def known_pairs(simulation):
+    """
+    The pairs of types that the kernel of a simulation knows.
+    """
+    return contact(simulation)._kinds
 
 
 def shorten(simulation, **lengths):
@@ -210,7 +218,13 @@ def compile_apart(patch):
     made, compiled = Images.make, numba_pipeline.Kernel.compile
 
     def make_apart(self, wanted):
-        in_child(made, self, wanted)
+        if self.folder is None:
+            return made(self, wanted)
+        path, _ = wanted.image_file(self.folder)
+        with path.with_suffix('.lock').open('w') as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # another worker may be making it
+            if self.kept(wanted) is None:
+                in_child(made, self, wanted)
         return self.kept(wanted) or made(self, wanted)
 
     def compile_apart(self, signature):
