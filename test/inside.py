@@ -18,7 +18,7 @@ from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.images import Images
 from rigid_body_sim.physics.contact import step
 from rigid_body_sim.physics.contact import world as world_module
-from rigid_body_sim.physics.contact.collision.collider import BOX, PLANE, SPHERE
+from rigid_body_sim.physics.contact.collision.collider import BOX, PLANE, SPHERE, SURFACE
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.world import ContactWorld
@@ -30,7 +30,9 @@ from rigid_body_sim.scene import document
 
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
 USUAL_PAIRS = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, PLANE})
-FORCES_BESIDE_CONTACT = ('constant', 'drag', 'gravity', 'spring', 'time')
+GROUND_PAIRS = tuple((kind, SURFACE) for kind in range(PLANE))
+USUAL_FORCES = {'constant', 'drag', 'spring'}  # those of test_compiled_is_plain
+FORCES_BESIDE_CONTACT = {*USUAL_FORCES, 'gravity', 'time'}
 
 
 def stepper(simulation):
@@ -239,10 +241,10 @@ def compile_apart(patch):
 
 def share_kernels(patch):
     """
-    Let scenes of contact share a few kernels, which know more than each scene needs: what is free
-    all pairs of shapes but those with ground of triangles; what feels forces, sleeps or is driven
-    those of balls, boxes and planes, and some forces with no element of them; what bounces or
-    resists rolling the other too, and rules of pairs. None of that changes a bit
+    Let scenes share a few kernels, which know more than each scene needs: some kinds of forces
+    with no element of them; where bodies touch, all pairs of shapes, with ground of triangles or
+    without, but what feels forces, sleeps or is driven those of balls, boxes and planes; what
+    bounces or resists rolling the other too, and rules of pairs. None of that changes a bit
     (`contact/test_same_bits.py`) but one: the inverse inertia of a cube or ball is turned in each
     substep, as that of any body.
 
@@ -252,7 +254,8 @@ def share_kernels(patch):
 
     def compile_shared(self, scene, evaluate, velocity_dependent):
         is_free = evaluate is None and self._sleepers is None and not self.arrays.drives.size
-        known = PAIRS if is_free else USUAL_PAIRS
+        has_ground = any(SURFACE in pair for pair in self._kinds)
+        known = GROUND_PAIRS if has_ground else PAIRS if is_free else USUAL_PAIRS
         self._kinds = tuple(sorted({*known, *self._kinds}))
         advance = made(self, scene, evaluate, velocity_dependent)
         # of forces over time, which may be known and not there, only kernels of scenes with some
@@ -267,6 +270,8 @@ def share_kernels(patch):
         knows(self, scene, layout)
         if scene.contact.get('mode', 'none') != 'none':
             _know(self, FORCES_BESIDE_CONTACT, scene, layout)
+        elif {*self._types} <= USUAL_FORCES:
+            _know(self, USUAL_FORCES, scene, layout)
 
     patch.setattr(ContactWorld, '_compile', compile_shared)
     patch.setattr(ContactWorld, '_angular', _Lively('angular'), raising=False)
@@ -287,22 +292,6 @@ class _Lively:
 
     def __get__(self, world, of=None):
         return vars(world).get('angular', False) or vars(world).get('bounces', False)
-
-
-def know_forces(patch, *kinds):
-    """
-    Let the kernel of each scene with forces know these kinds of forces too, with no element of
-    them: scenes of other forces then share one kernel, which gives each the same bits.
-
-    patch : pytest's monkeypatch
-    """
-    made = ActingElements.__init__
-
-    def knowing(self, scene, layout):
-        made(self, scene, layout)
-        _know(self, kinds, scene, layout)
-
-    patch.setattr(ActingElements, '__init__', knowing)
 
 
 def _know(elements, kinds, scene, layout):
