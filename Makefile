@@ -6,6 +6,7 @@ PYTEST_ARGS ?=
 # Two workers: which tests each of them gets says test/conftest.py.
 WORKERS := -p hypothesispytest -p xdist -n 2
 REPORT_ARGS ?=
+BENCH_ARGS ?=
 
 # The package is run from this tree. A foreign PYTHONPATH counts only where a ROS 2 is sourced.
 export PYTHONPATH := $(ROOT)$(if $(ROS_DISTRO),:$(PYTHONPATH))
@@ -25,7 +26,7 @@ export ROS_DOMAIN_ID := $(shell echo $$((1 + $$$$ % 100)))
 # Plugins of a sourced ROS belong to another pytest.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
 
-.PHONY: help venv demo test test-stability test-bounds coverage lint bench bench-accept bench-all docs report report-peers document wheel clean
+.PHONY: help venv demo test test-stability test-bounds coverage lint bench bench-all docs report report-peers document wheel clean
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(ROOT)/Makefile
 
@@ -73,11 +74,8 @@ wheel: venv  ## a wheel with bitcode of all shipped scenes: its first start need
 document: report-peers  ## docs/speed_against_error.md anew, from a report beside other engines
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim.report.markdown report_output docs/speed_against_error.md
 
-bench: venv  ## has anything become slower? Compares with benchmark/figures.json
-	@cd $(ROOT) && $(PYTHON) benchmark/guard.py
-
-bench-accept: venv  ## take what is measured now for benchmark/figures.json
-	@cd $(ROOT) && $(PYTHON) benchmark/guard.py --accept
+bench: venv  ## has anything become slower than in the commit before? BENCH_ARGS=REVISION for another one
+	@cd $(ROOT) && $(PYTHON) benchmark/two_checkouts.py $(BENCH_ARGS)
 
 bench-all: venv  ## the figures that tests must not judge: costs, start-up, real-time behaviour
 	@cd $(ROOT) && $(PYTHON) benchmark/run.py

@@ -11,10 +11,13 @@ notebook, and it asks no network for anything.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from html import escape
 
 import numpy as np
 
+from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.library import account
 from rigid_body_sim.library.run_arrays import RunArrays
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.recording.bag_reader import Bag
@@ -30,7 +33,10 @@ MOST_ROWS = 50  # of a table
 
 def page_of_run(run: RunArrays) -> str:
     """Write the page of a run: HTML that plays it in a browser, without network."""
-    motion = _motion(run)
+    motion, ending = _motion(run), None
+    if account.is_affordable(run):
+        with suppress(RunError, UserError):  # what else a page shows is not less true
+            ending = account.ending_of(run)
     about = [f'integrator {run.integrator}' * bool(run.integrator)]
     about += [f'dt = {run.dt:g} s' * bool(run.integrator), run.problem]
     return playback_page(
@@ -38,14 +44,14 @@ def page_of_run(run: RunArrays) -> str:
         run.scene,
         title='run' if run.scene is None else run.scene.name,
         about=', '.join(filter(None, about)),
-        energy=None if run.scene is None else energy_history(run.scene, motion),
+        energy=None if run.scene is None else energy_history(run.scene, motion, ending=ending),
         bag=None if run.path is None else Bag(run.path),
     )
 
 
 def html_of_run(run: RunArrays) -> str:
     """Put the page of a run into a frame, with its text above."""
-    lines = escape(repr(run))
+    lines = escape(account.summary_of(run) if len(run.time) else repr(run))
     if not len(run.time):
         return f'<pre>{lines}</pre>'
     return (

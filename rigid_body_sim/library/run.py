@@ -13,11 +13,38 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
+
 __all__ = ['WHOLE', 'BodyRun', 'Origin', 'Run']
 
 
 class Run(RunArrays):
     __doc__ = RunArrays.__doc__
+
+    @property
+    def energy_balance(self) -> EnergyBalance | None:
+        """
+        What commands, drives, dampers, contact and the method did to the energy [J]: the record of
+        `simulate --json`; None where a bag tells none.
+
+            change = work_of_commands + work_of_drives - dissipation - contact + defect
+
+        A run in memory is made again for it when it is first asked for, which takes about twice as
+        long as the run did. Raises RunError where it then comes out otherwise, see `Run.save`.
+        """
+        from rigid_body_sim.library import account  # only who asks for it waits
+
+        return account.balance_of(account.ending_of(self))
+
+    def summary(self) -> str:
+        """
+        Say what the run is, how it ended, what became of its energy, and its warnings.
+
+        A run that took long says nothing of its energy until `energy_balance` was asked for.
+        """
+        from rigid_body_sim.library import account  # only who asks for it waits
+
+        return account.summary_of(self)
 
     def _repr_html_(self) -> str:
         from rigid_body_sim.library import notebook  # only who asks for it waits

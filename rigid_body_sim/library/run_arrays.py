@@ -147,6 +147,7 @@ class RunArrays:
     _masses: Array | None = field(repr=False, default=None)
     _ticks: tuple[int, int, int] | None = field(repr=False, default=None)
     _origin: Origin | None = field(repr=False, default=None)
+    _cost: float = field(repr=False, default=0.0)  # [s] of processor time that it took
 
     def __post_init__(self) -> None:
         for array in (self.time, self._values, self._wrench, self._masses):

@@ -17,6 +17,7 @@ Wrench(…, frame='right')]}`.
 
 from __future__ import annotations
 
+import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -25,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.library.gained_energy import gain_warning
 from rigid_body_sim.library.run import WHOLE, Origin, Run
 from rigid_body_sim.physics.errors import InvalidModel, SimulationBusy, SimulationDiverged
 from rigid_body_sim.physics.model.named_frames import RESERVED_FRAMES, SEPARATOR
@@ -63,12 +65,14 @@ class Stretch:
         self._first, self._last, self._per = simulation.tick, simulation.tick + ticks, per
         self._choices = len(simulation.choices)
         self._start = simulation.__getstate__()
+        self._begun = time.process_time()
         count, bodies = ticks // per + 1, len(simulation.scene.bodies)
         self._values = _room((count, bodies, COLUMNS))
         self._wrench = _room((2, count, bodies, 3))
         self._masses: Array | None = None
         self._rows = 0
         self._commands: list[Any] = []
+        self._is_controlled = False
         self._asked: dict[tuple[str, str], str] = {}  # (body, slot) -> frame
         self._index = {body.name: i for i, body in enumerate(simulation.scene.bodies)}
         self.warnings: list[str] = list(simulation.scene_warnings)
@@ -77,6 +81,7 @@ class Stretch:
     def follow(self, controller: Controller | None, on_row: Callable[[int], None]) -> None:
         """Advance to the end; `on_row` is called with the ticks done after each row."""
         simulation, per = self.simulation, self._per
+        self._is_controlled = controller is not None
         applied = np.array(simulation.applied_wrench())
         self._keep(simulation.state, applied)
         look_every = max(1, len(self._values) // LOOKS)
@@ -211,9 +216,28 @@ class Stretch:
             self._warned.setdefault(violation.kind, set()).update(violation.bodies)
             self.warnings.append(violation.text)
 
+    def _warn_of_gain(self) -> None:
+        """Look whether the method brought energy in, where nothing else could."""
+        simulation, rows = self.simulation, self._rows
+        if self._is_controlled or np.any(self._wrench[:, :rows]):
+            return
+        times: Array = np.multiply(self._first + self._per * np.arange(rows), simulation.dt)
+        masses = None if self._masses is None else self._masses[:rows]
+        told = gain_warning(
+            simulation.invariants,
+            times,
+            self._values[:rows],
+            masses,
+            meets=simulation.has_contact,
+            integrator=simulation.integrator.name,
+        )
+        if told is not None:
+            self.warnings.append(told)
+
     def run(self, end_reason: str, problem: str = '') -> Run:
         """Give what was reached."""
         simulation, rows = self.simulation, self._rows
+        self._warn_of_gain()
         self.warnings += simulation.overlap_warnings.values()
         per, dt_ns = self._per, simulation.dt_ns
         ticks = self._first + per * np.arange(rows, dtype=np.int64)
@@ -244,6 +268,7 @@ class Stretch:
                 simulation.choices[self._choices :],
                 simulation.state_bytes(),
             ),
+            _cost=time.process_time() - self._begun,
         )
 
 

@@ -31,7 +31,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
-from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance, EnergyLedger
+from rigid_body_sim.physics.diagnostics.energy_balance import (
+    NOT_IN_MOTION,
+    EnergyBalance,
+    EnergyLedger,
+    PassiveEnergy,
+    overlap_energy,
+    words_for_gain,
+)
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.diagnostics.orthogonality import orthogonality_defect
 from rigid_body_sim.physics.diagnostics.point_motion import PointMotion, motion_of
@@ -96,6 +103,7 @@ class Simulation:
         check_record(scene)
         self.scene = scene
         self.dt_ns = scene.dt_ns if dt is None else tick_nanoseconds(dt)
+        self._dt = self.dt_ns / 1e9
         self.integrator, plan = choose.resolve(
             scene,
             integrator,
@@ -117,6 +125,9 @@ class Simulation:
         self.stability = StabilityWatch(scene, self._layout, self.integrator, self.dt)
         self._read: State | None = None
         self._ledger: EnergyLedger | None = None
+        self._passive: tuple[PassiveEnergy, float] | None = None  # and what was stored then [J]
+        self._from_start = True  # whether steps alone led here
+        self._commanded = False
         self._held_changed = True
         self._start_ns = 0  # when the scene began: tick 0, or the last reset
         self._out_of_mass = min(
@@ -219,7 +230,7 @@ class Simulation:
     @property
     def dt(self) -> float:
         """Tick length [s]."""
-        return self.dt_ns / 1e9
+        return self._dt
 
     @property
     def state(self) -> State:
@@ -251,6 +262,7 @@ class Simulation:
             if name != self.integrator.name:
                 other = Stepper(self.scene, self._layout, choose.integrator_of(name, options))
                 other.prepare(commands_in_body_axes=commands_in_body_axes, progress=progress)
+        self._held.prepare(self._stepper.translation, self._stepper.rotation)
         if progress is not None:
             progress('reading states')
         _ = self.state
@@ -274,22 +286,26 @@ class Simulation:
                 raise SimulationBusy
             if stepper.undo is not None:
                 self._return()
-            end, watch, held = stepper.tick + _whole(ticks), self.watch, self._held
-            while stepper.tick < end:
+            tick, watch, held = stepper.tick, self.watch, self._held
+            end = tick + _whole(ticks)
+            while tick < end:
                 if watch is not None:
-                    watch.meet(stepper.tick, self._read_state)
-                if self._held_changed or held.no_end_before <= stepper.tick:
+                    watch.meet(tick, self._read_state)
+                if self._held_changed or held.no_end_before <= tick:
                     self._take_held()
-                chunk = min(end, held.no_end_before) - stepper.tick
+                stop = end if end < held.no_end_before else held.no_end_before
+                chunk = stop - tick
                 if watch is not None:
-                    chunk = int(min(chunk, watch.next_tick - stepper.tick))
+                    chunk = int(min(chunk, watch.next_tick - tick))
                 self._read = None
-                if self._loses_mass and self._out_of_mass[0] <= self.scene_time + chunk * self.dt:
+                if self._loses_mass and self._out_of_mass[0] <= self.scene_time + chunk * self._dt:
                     chunk = self._ticks_with_mass()
-                done = stepper.advance(chunk, self._scene_tick, self.dt)
+                first = self._scene_tick if self._start_ns else tick
+                done = stepper.advance(chunk, first, self._dt)
+                tick = stepper.tick
                 if watch is not None:
-                    watch.follow(stepper.tick)
-                if done < chunk and not (watch is not None and watch.rescue(stepper.tick)):
+                    watch.follow(tick)
+                if done < chunk and not (watch is not None and watch.rescue(tick)):
                     raise self._diverged()
         except BaseException:  # no call before the last one: an interrupt could come after it
             if 'thread' in stepping and stepping['thread'] == me:
@@ -326,6 +342,7 @@ class Simulation:
         try:
             undo = self._stepper.begin((self._start_ns, self._held.slots))
             yield
+            self._compare_energy_from_here()
             self._held_changed = True
             self._read = None
             self._stepper.end(undo)
@@ -345,6 +362,7 @@ class Simulation:
         self._settle()
         self._stepper.undo = mark
         self._return()
+        self._compare_energy_from_here()
 
     def _ticks_with_mass(self) -> int:
         """Count the whole ticks before a body is out of mass; SimulationDiverged if none."""
@@ -367,12 +385,12 @@ class Simulation:
             acting = None if work is None else self._held.acting()
             if work is not None and acting is not None and not work.powers.holds(acting):
                 self._stepper.cut_work()
-            self._stepper.set_held(
-                self._held.write(self._stepper.translation, self._stepper.rotation)
-            )
+            table = self._held.write(self._stepper.translation, self._stepper.rotation)
+            table = self._stepper.set_held(table)
             if work is not None and acting is not None:
                 work.powers.hold(acting)
-            self._held.written()
+            self._held.written(table)
+            self._commanded |= bool(self._held.slots)
             self._held_changed = False
 
     def _drop_expired(self) -> None:
@@ -487,7 +505,7 @@ class Simulation:
         self._settle()
         core, linear, angular, frame = self._held.checked(body, linear, angular, frame)
         if frame != 'world':
-            self._layout.principal_axes(body, linear)  # refuses a point mass
+            self._layout.principal_axes_of(core, linear)  # refuses a point mass
             q = self.state.orientation[self._layout.index(body)]
             linear = as_vector(so3.rotate(q, linear))
             angular = as_vector(so3.rotate(q, angular))
@@ -498,6 +516,7 @@ class Simulation:
             self._stepper.cut_work()
             before = self._kinetic_energy_of(core)
         self._read = None
+        self._compare_energy_from_here()
         self._stepper.apply_impulse(core, ratio * np.array(linear), ratio * np.array(angular))
         if work is not None:
             work.add_work(COMMANDS, self._kinetic_energy_of(core) - before)
@@ -691,7 +710,10 @@ class Simulation:
 
     def _energies(self) -> tuple[float, float]:
         """Kinetic and potential energy now [J]."""
-        state = self.state
+        return self._energies_of(self.state)
+
+    def _energies_of(self, state: State) -> tuple[float, float]:
+        """Kinetic and potential energy of a state [J]."""
         with np.errstate(all='ignore'):  # a run about to diverge
             return self.invariants.kinetic_energy(state), self.invariants.potential_energy(state)
 
@@ -731,14 +753,55 @@ class Simulation:
     def warnings(self) -> list[str]:
         """
         Say what is wrong with the scene, where the present state is beyond a limit of the
-        integrator, and which bodies have overlapped by more than a tenth of the smaller, a line
-        each.
+        integrator, which bodies have overlapped by more than a tenth of the smaller, and whether
+        a scene that nobody drives has gained energy by now, a line each.
+
+        Energy is looked at when this is called, and compared with the lowest of the calls before
+        and of the start of the scene (after an impulse, `restore` and the like: of the first call
+        since). `keep_energy_balance` knows more.
         """
         return [
             *self.scene_warnings,
             *(x.text for x in self.stability.check(self.state)),
             *self.overlap_warnings.values(),
+            *self._gain_warnings(),
         ]
+
+    def _gain_warnings(self) -> list[str]:
+        """Warn of energy that came from nowhere."""
+        if self._commanded or self.invariants.is_driven:
+            return []
+        if self._passive is None:
+            self._passive = self._begin_passive()
+        seen, stored = self._passive
+        energies = self._energies()
+        seen.look(*energies)
+        gain, tolerated = seen.gain, seen.tolerated(*energies)
+        if gain <= tolerated:
+            return []
+        return [
+            words_for_gain(
+                gain,
+                tolerated,
+                time=self.time,
+                integrator=self.integrator.name,
+                in_springs=self.stored_energy() - stored > NOT_IN_MOTION * gain,
+            )
+        ]
+
+    def _compare_energy_from_here(self) -> None:
+        """Forget the energies before: what follows is another motion."""
+        self._passive, self._from_start, self._commanded = None, False, False
+
+    def _begin_passive(self) -> tuple[PassiveEnergy, float]:
+        """Begin to look at the energy, where the scene begins if steps alone led here."""
+        state = self.state
+        if self._from_start:
+            state = self._reader.read(*self._stepper.start, time=0.0)
+        weight = float(np.linalg.norm(self.invariants.weight()))
+        overlap = overlap_energy(weight) if self.has_contact else 0.0
+        seen = PassiveEnergy(*self._energies_of(state), overlap=overlap)
+        return seen, self.invariants.stored_energy(state)
 
     @property
     def overlap_warnings(self) -> dict[tuple[int, int], str]:
@@ -867,6 +930,8 @@ class Simulation:
 
 def _whole(ticks: object) -> int:
     """Return a number of ticks; InvalidModel unless it is whole and at least 0."""
+    if ticks.__class__ is int and ticks >= 0:  # type: ignore[operator]  # it is an int
+        return ticks  # type: ignore[return-value]
     try:
         count = operator.index(ticks)  # type: ignore[arg-type]  # which is what it tells
     except TypeError:

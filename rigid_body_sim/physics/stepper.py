@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import argument, left_the_numbers
+from rigid_body_sim.physics.compile.kernels import argument, left_the_numbers, prepared
 from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
 from rigid_body_sim.physics.diagnostics.work_meter import WorkMeter
 from rigid_body_sim.physics.errors import SimulationBusy
@@ -54,6 +54,7 @@ from rigid_body_sim.physics.state.blocks import (
     TRANSLATION_STATE,
     blocks,
     gather,
+    keep_motion,
     rows,
     scatter,
 )
@@ -105,6 +106,7 @@ class Stepper:
         if self.contact is not None:
             self._chunk = max(1, min(CHUNK, CHUNK_IN_CONTACT // max(1, layout.n_moving)))
         self._moving_rows = self._rows_that_move()
+        self._keep: Callable[[], Any] | None = None  # copies them
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         # methods that differ in how they turn bodies share one kernel where nothing turns
@@ -121,6 +123,8 @@ class Stepper:
         self._workspaces: dict[float, Array] = {}  # the last few, by step
         self._free: Callable[..., Any] | None = None
         self._coupled: Callable[..., Any] | None = None
+        self._call: Callable[[int, float, float], Any] = _nothing_yet
+        self._called: tuple[Any, Any] = (None, None)  # kernel and arguments of `_call`
         self._take_arguments()
 
     def _method_rows(self) -> Array:
@@ -200,8 +204,10 @@ class Stepper:
         """
         if self._moving_rows is None:
             return self.begin()
-        for kept, now in self._moving_rows:
-            kept[...] = now
+        if self._keep is None:
+            kept = (argument(kept.reshape(-1)) for kept, _ in self._moving_rows)
+            self._keep = prepared(keep_motion, (), (*self._arguments[:METHOD], *kept))
+        self._keep()
         self.undo = undo = (self.tick, None, None, None)
         return undo
 
@@ -215,7 +221,7 @@ class Stepper:
             self.translation.reshape(-1, TRANSLATION)[:, :TRANSLATION_STATE],
             self.rotation.reshape(-1, ROTATION)[:, :ROTATION_STATE],
         )
-        return [(np.empty(head.shape), head) for head in heads if head.size]
+        return [(np.array(head), head) for head in heads]
 
     def end(self, undo: Undo, ticks: int = 0) -> None:
         """Count the ticks that were done since `begin`; SimulationBusy if another began too."""
@@ -324,15 +330,17 @@ class Stepper:
             *self._elements.arguments,
         )
 
-    def set_held(self, table: Array) -> None:
+    def set_held(self, table: Array) -> Array:
         """
         Take over what is held: `table` turns with the bodies, the rest is in the blocks already.
+
+        returns : where the table lies from now on
         """
-        if not (table.size or self._turning):
-            return
+        if table is self._elements.table:
+            return table
         if len(table) == self._turning:
             self._elements.change_turning(table)
-            return
+            return self._elements.table
         self._elements.set_turning(table)
         self._take_arguments()
         held = rows(self.translation, TRANSLATION, HELD_FORCE, 3)  # as the free kernel wants them
@@ -340,6 +348,7 @@ class Stepper:
         held = rows(self.rotation, ROTATION, HELD_TORQUE, 3)
         rows(self.rotation, ROTATION, TORQUE, 3)[:] = held
         self._turning = len(table)  # last: an interrupt before it lets all be done again
+        return self._elements.table
 
     def _free_kernel(self) -> Callable[..., Any]:
         if self._free is None:
@@ -393,19 +402,21 @@ class Stepper:
 
     def _ready_workspace(self, h: float) -> None:
         """Work out what the integrator wants to know of the scene at this step."""
-        if self._integrator.plan is not None and h != self._workspace_step:
-            made = self._workspaces.get(h)
-            if made is None:
-                made = self._integrator.plan(self._scene, self._layout, h)
-            self._workspaces = {**dict([*self._workspaces.items()][-3:]), h: made}
-            self._workspace = made
-            workspace = argument(self._workspace)
-            self._arguments = (
-                *self._arguments[:WORKSPACE],
-                workspace,
-                *self._arguments[WORKSPACE + 1 :],
-            )
+        if self._integrator.plan is None:
             self._workspace_step = h
+            return
+        made = self._workspaces.get(h)
+        if made is None:
+            made = self._integrator.plan(self._scene, self._layout, h)
+        self._workspaces = {**dict([*self._workspaces.items()][-3:]), h: made}
+        self._workspace = made
+        workspace = argument(self._workspace)
+        self._arguments = (
+            *self._arguments[:WORKSPACE],
+            workspace,
+            *self._arguments[WORKSPACE + 1 :],
+        )
+        self._workspace_step = h
 
     def prepare(
         self, *, commands_in_body_axes: bool, progress: Callable[[str], None] | None
@@ -424,6 +435,7 @@ class Stepper:
                 progress(text)
             self._ready_workspace(1.0)
             kernel()(0, 0.0 if self.is_timed else 0, 1.0, *self._arguments)
+        self.end(self._begin_ticks())
 
     def advance(self, ticks: int, tick: float, h: float) -> int:
         """
@@ -434,7 +446,9 @@ class Stepper:
                   state is the last good one
         """
         elements = self._elements
-        kernel = self._free_kernel() if elements.do_nothing else self._coupled_kernel()
+        kernel = self._free if elements.do_nothing else self._coupled
+        if kernel is None:
+            kernel = self._free_kernel() if elements.do_nothing else self._coupled_kernel()
         if self.contact is not None:
             self.contact.take_tick(h / self._substeps)
         if elements.schedule is None:
@@ -519,11 +533,12 @@ class Stepper:
         """
         done, n = 0, self._substeps
         while done < ticks:
-            chunk = min(self._chunk, ticks - done)
-            before = self.begin() if self.work is not None else self._begin_ticks()
+            chunk = ticks - done if ticks - done < self._chunk else self._chunk
             if self.work is None:
+                before = self._begin_ticks()
                 well = self.steps(kernel, n * chunk, n * (tick + done), h / n)
             else:
+                before = self.begin()
                 last = to_the_end and done + chunk == ticks
                 well = self._go(kernel, chunk, tick + done, h, to_the_end=last)
             if not well:
@@ -557,11 +572,20 @@ class Stepper:
 
     def steps(self, kernel: Callable[..., Any], count: int, first: float, h: float) -> bool:
         """Make steps of the method of a length [s], the first beginning at first * h."""
-        self._ready_workspace(h)
+        if h != self._workspace_step:
+            self._ready_workspace(h)
+        if self._called[0] is not kernel or self._called[1] is not self._arguments:
+            call = prepared(kernel, (count, first, h), self._arguments)
+            called = (kernel, self._arguments)
+            self.__dict__.update(_call=call, _called=called)  # one call of C: both or neither
         try:
-            status = kernel(count, first, h, *self._arguments)
+            status = self._call(count, first, h)
+            if status is NotImplemented:
+                status = kernel(count, first, h, *self._arguments)
+            if status == 0.0:
+                return True
             self.cause = self._integrator.failure if status == DID_NOT_CONVERGE else ''
-            return status == 0.0
+            return False
         except (ArithmeticError, ValueError) as error:
             if not left_the_numbers(error):
                 raise
@@ -620,9 +644,19 @@ class Stepper:
         block, lane = divmod(core, LANES)
         return rows(self.rotation, ROTATION, ORIENTATION, 4)[block, :, lane].copy()
 
+    @property
+    def start(self) -> tuple[Array, Array]:
+        """Blocks of translation and rotation at the start of the scene."""
+        return self._start[0], self._start[1]
+
     def reset(self) -> None:
         """Return to the start of the scene."""
         self._return_to(self._start)
+
+
+def _nothing_yet(_count: int, _first: float, _h: float) -> Any:
+    """Stand for a kernel with its arguments before there is one."""
+    return NotImplemented
 
 
 class _Motion:

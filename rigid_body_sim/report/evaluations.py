@@ -6,6 +6,8 @@ How often a method asks for forces or for the right-hand side in one step, read 
     splitting             : kicks that are not zero; the last of a step and the first of the next
                             share one; twice as many where a force depends on velocity, from order
                             two on; none in a scene whose forces depend on nothing
+    force gradient        : three, the last of a step shared with the next; four where a force
+                            depends on velocity
     Runge–Kutta           : its stages
     exact propagator      : none
     linearly implicit     : one
@@ -18,6 +20,7 @@ from __future__ import annotations
 from typing import Any
 
 from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.schemes.force_gradient import ForceGradient
 from rigid_body_sim.physics.integration.schemes.implicit.linearly_implicit import LinearlyImplicit
 from rigid_body_sim.physics.integration.schemes.implicit.midpoint import ImplicitMidpoint
 from rigid_body_sim.physics.integration.schemes.lie_group import LieRungeKutta4
@@ -36,8 +39,10 @@ def evaluations_per_step(integrator: Integrator, scene: Scene) -> int | None:
     coupled = bool(scene.forces) or any(
         body.pivot is not None or flow_of(body) is not None for body in scene.bodies
     )
+    damped = any(force.depends_on_velocity() for force in scene.forces)
+    if isinstance(scheme, ForceGradient):
+        return scheme.evaluations(velocity_dependent=damped) if coupled else 0
     if isinstance(scheme, Splitting):
-        damped = any(force.depends_on_velocity() for force in scene.forces)
         return _of_splitting(scheme, damped=damped) if coupled else 0
     if isinstance(scheme, RungeKutta):
         return len(scheme.b)

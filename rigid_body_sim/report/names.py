@@ -4,12 +4,10 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 
 from rigid_body_sim.errors import UserError
-
-LIKENESS = 0.5  # [-] from which a name is taken for a slip of another
+from rigid_body_sim.physics.errors import nearest
 
 
 def chosen(
@@ -25,8 +23,8 @@ def chosen(
         return names
     for name in given:
         if name not in names:
-            near = difflib.get_close_matches(name, names, n=1, cutoff=LIKENESS)
-            cure = f'did you mean {near[0]!r}? ' if near else ''
+            near = nearest(name, names)
+            cure = '' if near is None else f'did you mean {near!r}? '
             raise UserError(
                 f'{option}: {what} {name!r} is unknown; {cure}allowed: {", ".join(sorted(names))}'
             )

@@ -17,12 +17,12 @@ are not in the list: both are counted and told.
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import nearest
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.runs.commands import Command
@@ -95,8 +95,8 @@ def _target(name: str, known: Mapping[str, tuple[str, str]], namespace: str) -> 
     if absolute in known:
         return known[absolute]
     relative = [topic.removeprefix(f'{namespace}/') for topic in known]
-    near = difflib.get_close_matches(name.removeprefix('~/'), relative, n=1)
-    hint = f'; did you mean {near[0]}?' if near else f'; such as {relative[0]}'
+    near = nearest(name.removeprefix('~/'), relative)
+    hint = f'; such as {relative[0]}' if near is None else f'; did you mean {near}?'
     raise _unusable(name, f'no body of the scene takes commands there{hint}')
 
 

@@ -9,7 +9,6 @@ exit code 2 before anything moves.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -20,6 +19,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.errors import nearest
 from rigid_body_sim.runs.viewing import EVERY_BODY, MARKER_RATE
 
 LARGEST = 1e9  # upper end of ranges that have no natural one
@@ -355,8 +355,8 @@ def strangers(given: Sequence[str]) -> list[str]:
     for name in given:
         if name in known or name.partition('.')[0] in _BUILT_IN:
             continue
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f'; did you mean {near[0]}?' if near else ''
+        near = nearest(name, known)
+        hint = '' if near is None else f'; did you mean {near}?'
         warnings.append(f'parameter {name} is not one of this node and has no effect{hint}')
     return warnings
 

@@ -41,6 +41,7 @@ KINDS = {
     'pose': cdr.PoseStamped.TYPE,
     'twist': cdr.TwistStamped.TYPE,
     'applied_wrench': cdr.WrenchStamped.TYPE,
+    'contacts': cdr.PointCloud2.TYPE,
 }
 
 
@@ -87,7 +88,7 @@ class StateListener:
         if self.scene is not None:  # scene order, which colours follow
             order = {body.name: place for place, body in enumerate(self.scene.bodies)}
             poses.sort(key=lambda name: order.get(name.split('/')[-2], len(order)))
-        self._motion = GrowingMotion(poses, topics)
+        self._motion = GrowingMotion(poses, topics, late=True)
         for name in topics:
             kind = conversions.MESSAGE_TYPES[KINDS[name.rpartition('/')[2]]]
             self._node.create_subscription(

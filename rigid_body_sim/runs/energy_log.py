@@ -18,13 +18,16 @@ from dataclasses import asdict
 
 import numpy as np
 
-from rigid_body_sim.physics.diagnostics.energy_balance import EnergyBalance
+from rigid_body_sim.physics.diagnostics.energy_balance import (
+    NOT_IN_MOTION,
+    EnergyBalance,
+    words_for_gain,
+)
 from rigid_body_sim.physics.simulation import Simulation
 
 ROWS = 256  # of the history: more than a picture shows
 COLUMNS = ('time', 'change', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact',
            'defect')  # fmt: skip
-NOT_IN_MOTION = 0.9  # [-] share of a gain that springs hold, from which on it is no motion
 
 
 class EnergyLog:
@@ -112,19 +115,15 @@ class EnergyLog:
         if in_springs in self._warned_of:
             return
         self._warned_of.add(in_springs)
-        name = simulation.integrator.name
-        said = (
-            f'the scene gained {gain:.2g} J by {simulation.time:g} s, though no command and no '
-            f'drive acts; up to {balance.tolerated:.2g} J would be truncation'
-        )
-        if in_springs:
-            self._warn(
-                f'{said}; nearly all of it stands in springs that a step of {name} does not '
-                'resolve: what their ends are apart at the ticks is an error of position, not an '
-                'energy that a body has; judge the run by its motion, or take a shorter dt'
+        self._warn(
+            words_for_gain(
+                gain,
+                balance.tolerated,
+                time=simulation.time,
+                integrator=simulation.integrator.name,
+                in_springs=in_springs,
             )
-        else:
-            self._warn(f'{said}; {name} brought it in: take a shorter dt or another integrator')
+        )
 
 
 def balance_json(balance: EnergyBalance) -> str:

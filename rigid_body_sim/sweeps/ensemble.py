@@ -24,11 +24,12 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.missing_packages import missing
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.numbers import shown
-from rigid_body_sim.sweeps import packs, table
+from rigid_body_sim.sweeps import DONE, GROUPS, packs, table
 from rigid_body_sim.sweeps.executors import Answer, Executor, Here, Processes, Task
+from rigid_body_sim.sweeps.nursery import Nursery
 from rigid_body_sim.sweeps.parts import Parts
-from rigid_body_sim.sweeps.plan import GROUPS, Sweep, plan_sweep
-from rigid_body_sim.sweeps.rows import DONE, Row, failed_row, rows_of
+from rigid_body_sim.sweeps.plan import Sweep, plan_sweep
+from rigid_body_sim.sweeps.rows import Row, failed_row, rows_of
 
 LASTS = 2.0  # [s] of a task: what is lost at most when a process is killed
 FIRST_PACK = 256  # [-] runs of the first task where they share a simulation
@@ -83,15 +84,20 @@ def cores() -> int:
 
 
 def make_executor(
-    sweep: Sweep, *, workers: int, scheduler: str | None, saw: Callable[[float], None]
+    sweep: Sweep,
+    *,
+    workers: int,
+    scheduler: str | None,
+    saw: Callable[[float], None],
+    nursery: Nursery | None = None,
 ) -> Executor:
-    """Choose who makes the runs."""
+    """Choose who makes the runs; nursery: where workers come from, if it has been started."""
     if scheduler is not None:
         need('distributed')
         from rigid_body_sim.sweeps.cluster import Cluster
 
         return Cluster(sweep, scheduler)
-    return Here(sweep, saw) if workers == 1 else Processes(sweep, workers, saw)
+    return Here(sweep, saw) if workers == 1 else Processes(sweep, workers, saw, nursery)
 
 
 def run_all(
@@ -102,6 +108,7 @@ def run_all(
     workers: int,
     scheduler: str | None = None,
     progress: Progress = lambda _done, _runs: None,
+    nursery: Nursery | None = None,
 ) -> Outcome:
     """
     Make all runs that are missing.
@@ -118,15 +125,23 @@ def run_all(
         progress(work.done + under_way, sweep.runs)
 
     here = workers == 1 or work.packs  # side by side most sweeps are done before processes start
-    executor = make_executor(sweep, workers=1 if here else workers, scheduler=scheduler, saw=saw)
+    count = 1 if here else workers
+    executor = make_executor(sweep, workers=count, scheduler=scheduler, saw=saw, nursery=nursery)
+
+    def hand_out() -> None:
+        while (size := work.size()) and executor.wants(work.seconds_left()):
+            executor.submit(work.next_task(size))
+
     try:
         while work.is_left:
             if isinstance(executor, Here) and workers > 1 and work.is_long:
-                executor = Processes(sweep, workers, saw)
-            while (size := work.size()) and executor.wants(work.seconds_left()):
-                executor.submit(work.next_task(size))
-            for answer in executor.wait(WAITS):
-                work.take(answer)
+                executor = Processes(sweep, workers, saw, nursery)
+            hand_out()
+            made = [(answer, work.take(answer)) for answer in executor.wait(WAITS)]
+            if not isinstance(executor, Here):
+                hand_out()  # nobody waits for the disk
+            for answer, rows in made:
+                work.keep(rows, answer.notes)
             progress(work.done + executor.under_way(), sweep.runs)
     finally:
         executor.close()
@@ -203,30 +218,33 @@ class _Work:
         self._begun[task] = time.monotonic()
         return task
 
-    def take(self, answer: Answer) -> None:
-        """Keep what was made; what was not is to be done again."""
+    def take(self, answer: Answer) -> list[Row]:
+        """Give the rows that were made, to be kept; what was not is to be done again."""
         task = answer.task
         first, end = task
         took = time.monotonic() - self._begun.pop(task)
-        rows = answer.rows
-        if rows is None:
-            self._tries[task] = self._tries.get(task, 0) + 1
-            if self._tries[task] < TRIES:
-                self._again.append(task)
-                return
-            if end - first > 1:
-                middle = (first + end) // 2
-                for half in ((first, middle), (middle, end)):
-                    self._tries[half] = TRIES - 1
-                    self._again.append(half)
-                return
-            rows = [failed_row(self._sweep, first, f'{answer.died}, and so did another one')]
-        else:
+        if answer.rows is not None:
             took = took if math.isnan(answer.cost) else answer.cost
             self._pace, self._answers = took / (end - first), self._answers + 1
-        self._keep(rows)
-        self.outcome.take(rows, answer.notes)
-        self.done += end - first
+            return answer.rows
+        self._tries[task] = self._tries.get(task, 0) + 1
+        if self._tries[task] < TRIES:
+            self._again.append(task)
+        elif end - first > 1:
+            middle = (first + end) // 2
+            for half in ((first, middle), (middle, end)):
+                self._tries[half] = TRIES - 1
+                self._again.append(half)
+        else:
+            return [failed_row(self._sweep, first, f'{answer.died}, and so did another one')]
+        return []
+
+    def keep(self, rows: list[Row], notes: Sequence[str]) -> None:
+        """Keep rows and count them."""
+        if rows:
+            self._keep(rows)
+            self.outcome.take(rows, notes)
+            self.done += len(rows)
 
 
 def _share_simulations(sweep: Sweep, missing: Sequence[Task]) -> bool:
@@ -249,6 +267,7 @@ def to_file(
     workers: int,
     scheduler: str | None = None,
     progress: Progress = lambda _done, _runs: None,
+    nursery: Nursery | None = None,
 ) -> Outcome:
     """
     Make a sweep into a Parquet file; what a process that was killed had done is taken over.
@@ -261,7 +280,13 @@ def to_file(
     try:
         missing = [] if parts.is_finished else parts.missing()
         outcome = run_all(
-            sweep, missing, parts.add, workers=workers, scheduler=scheduler, progress=progress
+            sweep,
+            missing,
+            parts.add,
+            workers=workers,
+            scheduler=scheduler,
+            progress=progress,
+            nursery=nursery,
         )
         parts.finish()
     finally:

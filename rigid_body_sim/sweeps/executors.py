@@ -9,13 +9,10 @@ back, in any order, their rows, or why there are none. What it does changes no b
 
 from __future__ import annotations
 
-import json
 import math
 import os
-import subprocess
-import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, Pipe, wait
@@ -23,23 +20,15 @@ from typing import Any, Protocol
 
 from rigid_body_sim.errors import RunError
 from rigid_body_sim.sweeps import worker
+from rigid_body_sim.sweeps.nursery import Gone, Nursery, how_ended
 from rigid_body_sim.sweeps.plan import Sweep
 from rigid_body_sim.sweeps.rows import Row, rows_of
 
 Task = tuple[int, int]  # first run, behind the last
 
-WORTH_A_PROCESS = 1.0  # [s] of work that is left: less is done before another one has started
+WORTH_A_PROCESS = 0.1  # [s] of work that is left: less is done before another one is at it
 AT_ONCE = 2  # [-] processes that start before it is known how long the work is
 COMPILES_WITHIN = 2.0  # [s] until others start although nothing is done yet
-THREADS = (
-    'OMP_NUM_THREADS',
-    'OPENBLAS_NUM_THREADS',
-    'MKL_NUM_THREADS',
-    'NUMBA_NUM_THREADS',
-    'VECLIB_MAXIMUM_THREADS',
-    'NUMEXPR_NUM_THREADS',
-)
-ONE_THREAD = dict.fromkeys(THREADS, '1')
 
 
 @dataclass(frozen=True)
@@ -133,26 +122,16 @@ class Here:
 class _Worker:
     """One process that makes runs."""
 
-    def __init__(self, sweep: Sweep) -> None:
+    def __init__(self, sweep: Sweep, nursery: Nursery) -> None:
         self.connection, theirs = Pipe()
         lifeline, self._lifeline = os.pipe()
-        numbers = (theirs.fileno(), lifeline)
-        program = (
-            f'import sys; sys.path[:] = {json.dumps(sys.path)}; '
-            f'from {worker.__name__} import main; main{numbers}'
-        )
+        self._nursery = nursery
         try:
-            self.process = subprocess.Popen(
-                [sys.executable, '-c', program],
-                pass_fds=numbers,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                env={**os.environ, **ONE_THREAD},
-                start_new_session=True,  # Ctrl-C on a terminal is for who asks
-            )
-        except OSError as error:
+            self._pid = nursery.fork((theirs.fileno(), lifeline))
+        except BaseException:
             os.close(self._lifeline)
-            raise RunError(f'no worker process can be started: {error.strerror}') from error
+            self.connection.close()
+            raise
         finally:
             theirs.close()
             os.close(lifeline)
@@ -168,11 +147,14 @@ class _Worker:
     def why_gone(self) -> str:
         """Say how the process ended."""
         try:
-            code = self.process.wait(5.0)
-        except subprocess.TimeoutExpired:
+            code = self._nursery.status(self._pid)
+        except Gone:
+            return (
+                f'the worker process ended, and so did who started it ({self._nursery.why_gone()})'
+            )
+        if code is None:
             return 'the worker process closed its connection'
-        how = f'signal {-code}' if code < 0 else f'exit code {code}'
-        return f'the worker process ended ({how})'
+        return how_ended(code)
 
     def close(self) -> None:
         """End the process, whatever it does."""
@@ -181,8 +163,6 @@ class _Worker:
         with suppress(OSError):
             os.close(self._lifeline)
         self._lifeline = -1
-        self.process.kill()
-        self.process.wait()
 
 
 class Processes:
@@ -194,16 +174,41 @@ class Processes:
     kernels (`rows`).
     """
 
-    def __init__(self, sweep: Sweep, count: int, saw: Callable[[float], None]) -> None:
+    def __init__(
+        self,
+        sweep: Sweep,
+        count: int,
+        saw: Callable[[float], None],
+        nursery: Nursery | None = None,
+    ) -> None:
         self._sweep, self._count, self._saw = sweep, count, saw
         self._begun = time.monotonic()
         self._workers: list[_Worker] = []
+        self._nursery = nursery or _nursery_for(sweep)
+        self._has_begun = False
         try:
             for _ in range(min(AT_ONCE, count, sweep.runs)):
-                self._workers.append(_Worker(sweep))
+                self._workers.append(self._new())
         except BaseException:
             self.close()
             raise
+
+    def _new(self) -> _Worker:
+        """Start a worker; where nobody can any more, somebody who can."""
+        with suppress(Gone):
+            return _Worker(self._sweep, self._nursery)
+        if not self._has_begun:  # the next one would end as this one did
+            raise self._cannot_start()
+        self._nursery.close()
+        self._nursery = _nursery_for(self._sweep)
+        try:
+            return _Worker(self._sweep, self._nursery)
+        except Gone:
+            raise self._cannot_start() from None
+
+    def _cannot_start(self) -> RunError:
+        why = self._nursery.why_gone()
+        return RunError(f'no worker process can be started: {why} before it began')
 
     def _free(self) -> _Worker | None:
         return next((w for w in self._workers if w.task is None), None)
@@ -220,7 +225,7 @@ class Processes:
     def submit(self, task: Task) -> None:
         one = self._free()
         if one is None:
-            one = _Worker(self._sweep)
+            one = self._new()
             self._workers.append(one)
         one.task, one.share = task, 0.0
         one.send(task)
@@ -241,7 +246,7 @@ class Processes:
         except (EOFError, OSError):
             return self._lost(one)
         if kind == worker.READY:
-            one.is_ready = True
+            one.is_ready = self._has_begun = True
         elif kind == worker.UNLIKE:
             raise RunError(what)
         elif kind == worker.SHARE and one.task is not None:
@@ -269,6 +274,13 @@ class Processes:
     def close(self) -> None:
         while self._workers:
             self._workers.pop().close()
+        self._nursery.close()
+
+
+def _nursery_for(sweep: Sweep) -> Nursery:
+    contact = sweep.content.get('contact')
+    mode = contact.get('mode', 'none') if isinstance(contact, Mapping) else 'none'
+    return Nursery(meeting=mode != 'none')
 
 
 def _last_line(text: str) -> str:

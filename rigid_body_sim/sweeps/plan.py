@@ -31,10 +31,9 @@ from rigid_body_sim.scene import document, load_scene
 from rigid_body_sim.scene.experiment import ReadBodies, scene_of_content
 from rigid_body_sim.scene.files import Files
 from rigid_body_sim.scene.writing import with_text
-from rigid_body_sim.sweeps import scene_keys
+from rigid_body_sim.sweeps import GROUPS, scene_keys
 from rigid_body_sim.sweeps.distributions import Distribution, Listed, Spec, spec_of, stream_of
 
-GROUPS = ('last', 'extremes', 'energy')  # what a row may hold beside what was varied
 LOOKS = 100  # [-] at extremes and energy, over a run, unless told otherwise
 MOST_RUNS = 10**12  # [-] more have no end
 LONGEST = 2.0**31  # [s], as of recordings

@@ -34,7 +34,7 @@ from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.physics.state.snapshot import State
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene import load_scene
-from rigid_body_sim.sweeps import packs
+from rigid_body_sim.sweeps import DIVERGED, DONE, FAILED, REFUSED, packs
 from rigid_body_sim.sweeps.looks import (
     Looks,
     QuietEnergies,
@@ -44,7 +44,6 @@ from rigid_body_sim.sweeps.looks import (
 )
 from rigid_body_sim.sweeps.plan import LOOKS, Sweep, code_digest
 
-DONE, REFUSED, DIVERGED, FAILED = 'done', 'refused', 'diverged', 'failed'
 MOST_TICKS = 2**40  # [-] of a run: years of work
 MOST_EVICTED = 8  # [-] runs taken out of a pack one by one; then it costs less to make all alone
 MOST_WARNINGS = 8  # [-] lines in one row

@@ -18,26 +18,21 @@ from typing import Any
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import choose_from, path_text
 from rigid_body_sim.scene.document import Path
-from rigid_body_sim.scene.grammar import SCENE
+from rigid_body_sim.scene.grammar import INITIAL, SCENE, SPINS, ZERO
 
 _STEP = re.compile(r'\.?([A-Za-z_][A-Za-z0-9_]*)|\[(\d{1,9})\]')
 NOT_VARIED = ('version', 'name')
 ALTERNATIVES = {  # what stands at a place in place of another
-    'angular_velocity': 'angular_velocity_body',
-    'angular_velocity_body': 'angular_velocity',
+    **dict(zip(SPINS, reversed(SPINS), strict=True)),
     'mass': 'density',
     'density': 'mass',
 }
-ABSENT = {  # what a key holds where a scene does not give it
-    'gravity': [0.0, 0.0, 0.0],
-    'position': [0.0, 0.0, 0.0],
-    'velocity': [0.0, 0.0, 0.0],
-    'angular_velocity': [0.0, 0.0, 0.0],
-    'angular_velocity_body': [0.0, 0.0, 0.0],
-    'center_of_mass': [0.0, 0.0, 0.0],
-    'orientation': [0.0, 0.0, 0.0, 1.0],
+ABSENT = {  # what a list of numbers holds where a scene does not give it
+    'gravity': SCENE.keys['gravity'].default,
+    **{key: INITIAL.keys[key].default or ZERO for key in INITIAL.keys},
+    'center_of_mass': ZERO,
 }
-ABSENT_KEYS = {'contact': {'mode': 'none'}}  # what a mapping holds that is not there
+ABSENT_KEYS = {'contact': SCENE.keys['contact'].default}  # what a mapping holds that is not there
 NAMED = 'integrator'  # `integrator: rk45` is short for `integrator: {name: rk45}`
 
 __all__ = ['parse', 'path_text', 'replaced', 'value_at']

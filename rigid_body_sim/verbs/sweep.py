@@ -16,20 +16,22 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import sys
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
-
-from tqdm import tqdm
+from typing import TYPE_CHECKING, Any
 
 from rigid_body_sim.errors import RunError, UserError
-from rigid_body_sim.recording.new_output import check_new
 from rigid_body_sim.stop_signals import STOP, say
-from rigid_body_sim.sweeps import ensemble
-from rigid_body_sim.sweeps.plan import GROUPS, Sweep, plan_sweep
-from rigid_body_sim.sweeps.rows import DIVERGED, DONE, REFUSED
+from rigid_body_sim.sweeps import DIVERGED, DONE, GROUPS, REFUSED
+from rigid_body_sim.sweeps.nursery import Nursery
+
+if TYPE_CHECKING:  # what takes time to import is, where it is needed
+    from rigid_body_sim.sweeps.ensemble import Outcome
+    from rigid_body_sim.sweeps.plan import Sweep
 
 SUMMARY = 'run a scene many times with keys that differ; one Parquet row a run'
 PROGRESS_EVERY = 0.2  # [s] wall
@@ -96,6 +98,43 @@ def run(arguments: argparse.Namespace) -> int:
     Sweep; exit code 0, 1 if no run came to its end, or that of the signal that stopped it.
     """
     STOP.stage = 'before a run was made'
+    with _nursery(arguments) as nursery:
+        return _run(arguments, nursery)
+
+
+@contextmanager
+def _nursery(arguments: argparse.Namespace) -> Iterator[Nursery | None]:
+    """
+    Start what workers come from while the plan is still made, where they are likely to be needed.
+
+    A scene in which bodies meet is not packed (`packs`); a guess that fails costs half a second of
+    processor time, or as much of waiting.
+    """
+    alone = arguments.workers == 1 or arguments.only is not None or arguments.scheduler is not None
+    if alone or arguments.output is None or not _seems_to_have_contact(arguments.scene):
+        yield None
+        return
+    nursery = Nursery(meeting=True)
+    try:
+        yield nursery
+    finally:
+        nursery.close()
+
+
+def _seems_to_have_contact(scene: str) -> bool:
+    from rigid_body_sim.scene.shipped_scenes import find_scene
+
+    try:
+        text = find_scene(scene).read_text(encoding='utf-8')
+    except (UserError, OSError, ValueError):  # told when the scene is read
+        return False
+    return re.search(r'^contact:', text, re.MULTILINE) is not None
+
+
+def _run(arguments: argparse.Namespace, nursery: Nursery | None) -> int:
+    from rigid_body_sim.sweeps import ensemble
+    from rigid_body_sim.sweeps.plan import plan_sweep
+
     plan = plan_sweep(
         arguments.scene,
         _vary(arguments.vary),
@@ -126,6 +165,7 @@ def run(arguments: argparse.Namespace) -> int:
             workers=workers,
             scheduler=arguments.scheduler,
             progress=bar.show,
+            nursery=nursery,
         )
     STOP.keep()
     return _report(plan, arguments, outcome, wall=time.monotonic() - began)
@@ -154,9 +194,11 @@ class _Bar:
     """How far the sweep is: on a terminal, and in the words of a signal that ends it."""
 
     def __init__(self, plan: Sweep, *, quiet: bool) -> None:
-        self._bar = tqdm(
-            total=plan.runs, unit='run', disable=quiet or not sys.stderr.isatty(), leave=False
-        )
+        self._bar: Any = None
+        if not quiet and sys.stderr.isatty():
+            from tqdm import tqdm
+
+            self._bar = tqdm(total=plan.runs, unit='run', leave=False)
         self._due = 0.0
         self._is_first = True
 
@@ -166,7 +208,7 @@ class _Bar:
             f'after {int(done)} of {runs} runs; what is done is kept, and the same command goes '
             'on from there'
         )
-        if self._bar.disable or time.monotonic() < self._due:
+        if self._bar is None or time.monotonic() < self._due:
             return
         self._due = time.monotonic() + PROGRESS_EVERY
         if self._is_first:  # those of an earlier process say nothing of the pace of this one
@@ -178,12 +220,11 @@ class _Bar:
         return self
 
     def __exit__(self, *_exception: object) -> None:
-        self._bar.close()
+        if self._bar is not None:
+            self._bar.close()
 
 
-def _report(
-    plan: Sweep, arguments: argparse.Namespace, outcome: ensemble.Outcome, *, wall: float
-) -> int:
+def _report(plan: Sweep, arguments: argparse.Namespace, outcome: Outcome, *, wall: float) -> int:
     for note in outcome.notes:
         say(f'rigid_body_sim sweep: {note}')
     failed, made = outcome.failed, outcome.made
@@ -222,6 +263,9 @@ def _runs(count: int) -> str:
 
 def _only(plan: Sweep, arguments: argparse.Namespace) -> int:
     """Make one run again; with --bag into a bag that replays."""
+    from rigid_body_sim.recording.new_output import check_new
+    from rigid_body_sim.sweeps import ensemble
+
     number = arguments.only
     if not 0 <= number < plan.runs:
         raise UserError(f'--only {number}; allowed: a run from 0 to {plan.runs - 1}')

@@ -21,7 +21,7 @@ Where an instant has more contacts than fit into a page, the largest are kept.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 LARGEST = 16_000_000  # [byte] of arrows in one page
 BYTES_PER_ARROW = 24
 USUAL = 0.9  # [-] share of the forces that are no longer than the usual arrow
+MOST_LIVE = 1000  # [-] arrows of an instant of a run that goes on
 LONGEST = 4.0  # [-] usual arrows: an impact would hide all else
 
 
@@ -90,15 +91,36 @@ def read_arrows(bag: Bag, times: Array, places: Mapping[str, int]) -> ContactArr
         instant = instants.get(message.log_time)
         if instant is None:
             continue
-        points = read_points(message.data)
         place = places.get(topics[message.topic], -1)
-        others = points[:, OTHER].astype(np.int64)
-        twice = np.isin(others, list(told)) & (others > place)
-        surface = points[:, POINT] + 0.5 * points[:, GAP, None] * points[:, NORMAL]
-        found[instant].append(np.hstack((surface, points[:, FORCE]))[~twice])
-    room = max(1, LARGEST // (BYTES_PER_ARROW * max(1, len(times))))
+        found[instant].append(_arrows(read_points(message.data), place, told))
+    return _largest(found, max(1, LARGEST // (BYTES_PER_ARROW * max(1, len(times)))))
+
+
+def arrows_of(touching: Sequence[Mapping[str, Array]], places: Mapping[str, int]) -> ContactArrows:
+    """
+    Give the arrows of what bodies were told of at some instants.
+
+    touching : as `RecordedMotion` has it;   places : of each body in the scene, by name
+    """
+    found = []
+    for told in touching:
+        own = {places.get(body, -1) for body in told}
+        found.append([_arrows(rows, places.get(body, -1), own) for body, rows in told.items()])
+    return _largest(found, MOST_LIVE)
+
+
+def _arrows(points: Array, place: int, told: set[int]) -> Array:
+    """Arrows (k, 6) of the contacts of a body, but of those that another body tells too."""
+    others = points[:, OTHER].astype(np.int64)
+    twice = np.isin(others, list(told)) & (others > place)
+    surface = points[:, POINT] + 0.5 * points[:, GAP, None] * points[:, NORMAL]
+    return np.hstack((surface, points[:, FORCE]))[~twice]
+
+
+def _largest(found: Sequence[Sequence[Array]], room: int) -> ContactArrows:
+    """Put the arrows of all instants together, of each as many as there is room for."""
     kept, left = [np.zeros((0, 6))], 0
-    starts = np.zeros(len(times) + 1, dtype=np.int64)
+    starts = np.zeros(len(found) + 1, dtype=np.int64)
     for i, parts in enumerate(found):
         arrows = np.concatenate([np.zeros((0, 6)), *parts])
         if len(arrows) > room:

@@ -21,12 +21,13 @@ from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import along
 from rigid_body_sim.physics.model.scene import Body, Scene
-from rigid_body_sim.physics.model.variable_mass import mass_at, masses_at
+from rigid_body_sim.physics.model.variable_mass import flow_of, mass_at, masses_at
 from rigid_body_sim.physics.state.snapshot import COLUMNS, State
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
 
 Array = NDArray[np.float64]
 
+MOST_NUMBERS = 4_000_000  # [-] of states at once
 IN_BAG = ('time', 'work_of_commands', 'work_of_drives', 'dissipation', 'contact', 'defect')
 
 
@@ -114,6 +115,33 @@ def energy_history(
         invariants.energy_must_not_rise,
         balance_history(ending),
     )
+
+
+def energies_of(scene: Scene, motion: RecordedMotion, time: Array) -> tuple[Array, Array] | None:
+    """
+    Kinetic and potential energy (k,) [J] of a run that goes on, at some of its instants.
+
+    None where a body is missing, poses and twists do not come together, or masses and inertias
+    change: nobody knows when such a run was last reset.
+    """
+    tracks = {track.name: track for track in motion.tracks}
+    whole = motion.tracks[0].time
+    if not all(body.fixed or body.name in tracks for body in scene.bodies):
+        return None
+    if any(flow_of(body) or body.mass_flow or body.inertia_over_time for body in scene.bodies):
+        return None
+    for track in tracks.values():
+        if not (np.array_equal(track.time, whole) and np.array_equal(track.twist_time, whole)):
+            return None
+    invariants = Invariants(scene)
+    kinetic, potential = np.empty(len(time)), np.empty(len(time))
+    at_once = max(1, MOST_NUMBERS // (COLUMNS * len(scene.bodies)))
+    for first in range(0, len(time), at_once):
+        states = _states(scene, tracks, time[first : first + at_once])
+        for k, state in enumerate(states, first):
+            kinetic[k] = invariants.kinetic_energy(state)
+            potential[k] = invariants.potential_energy(state)
+    return kinetic, potential
 
 
 def _drift(invariants: Invariants, states: list[State], time: Array, command_time: Array) -> Array:

@@ -5,7 +5,8 @@ A motion that grows: messages come in any order, instants at which all bodies ar
 
 An instant is a stamp. It is whole when every body has its pose and, as far as they have topics for
 it, its twist; those that are never whole, because somebody began to listen in the middle, are left
-out.
+out. Contacts are told of bodies that have some, before the states of their tick: who hears them
+in another order (`late`) waits for a later instant before one goes out.
 """
 
 from __future__ import annotations
@@ -15,12 +16,17 @@ from dataclasses import fields
 from struct import Struct
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rigid_body_sim.analysis.recorded_contacts import read_points
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, track_of
+
+Array = NDArray[np.float64]
 
 _STAMP = Struct('<iI')  # behind the four bytes that begin every payload
 SECOND = 10**9  # [ns]
-LEAVES = ('pose', 'twist', 'applied_wrench')
+CONTACTS = 'contacts'
+LEAVES = ('pose', 'twist', 'applied_wrench', CONTACTS)
 
 
 class GrowingMotion:
@@ -28,16 +34,21 @@ class GrowingMotion:
     Takes payloads, gives motions.
 
     poses : topics of the poses of all bodies
-    others : topics of twists and applied wrenches, as far as there are any
+    others : topics of twists, applied wrenches and contacts, as far as there are any
+    late   : whether contacts may come behind the states of their tick
     """
 
-    def __init__(self, poses: Iterable[str], others: Iterable[str]) -> None:
+    def __init__(self, poses: Iterable[str], others: Iterable[str], *, late: bool = False) -> None:
         self.poses = list(poses)
         others = set(others)
         self._twists = [name for name in map(_twist, self.poses) if name in others]
         self._needed = len(self.poses) + len(self._twists)
         self._waiting: dict[int, dict[str, bytes]] = {}
         self._wrenches: dict[str, list[bytes]] = {}
+        self._tells_contacts = any(name.endswith(f'/{CONTACTS}') for name in others)
+        self._contacts: dict[int, dict[str, bytes]] = {}
+        self._late = late and self._tells_contacts
+        self._newest = -1  # whole instant at the last call
         self._last = -1
 
     def take(self, topic: str, payload: bytes) -> None:
@@ -47,12 +58,17 @@ class GrowingMotion:
             return
         sec, nanosec = _STAMP.unpack_from(payload, 4)
         stamp = sec * SECOND + nanosec
-        if stamp > self._last:
+        if topic.endswith(f'/{CONTACTS}'):
+            if stamp > self._last:
+                self._contacts.setdefault(stamp, {})[topic] = payload
+        elif stamp > self._last:
             self._waiting.setdefault(stamp, {})[topic] = payload
 
     def whole(self, *, most: int) -> RecordedMotion | None:
         """Give what is whole since the last call, thinned to so many instants; None: nothing."""
         stamps = sorted(t for t, found in self._waiting.items() if len(found) == self._needed)
+        if self._late and stamps and stamps[-1] != self._newest:
+            self._newest = stamps.pop()  # its contacts may be on the way: at the next call
         if not stamps:
             return None
         self._last = stamps[-1]
@@ -62,6 +78,8 @@ class GrowingMotion:
         rows = [self._waiting[stamp] for stamp in shown]
         self._waiting = {t: found for t, found in self._waiting.items() if t > self._last}
         wrenches, self._wrenches = self._wrenches, {}
+        touching = tuple(self._touching(stamp) for stamp in shown)
+        self._contacts = {t: found for t, found in self._contacts.items() if t > self._last}
         return RecordedMotion(
             tuple(
                 track_of(
@@ -73,7 +91,13 @@ class GrowingMotion:
                 for name in self.poses
             ),
             np.empty(0),
+            touching=touching if self._tells_contacts else None,
         )
+
+    def _touching(self, stamp: int) -> dict[str, Array]:
+        """Read the contacts of an instant, by body."""
+        told = self._contacts.get(stamp, {})
+        return {topic.split('/')[-2]: read_points(payload) for topic, payload in told.items()}
 
 
 def _twist(pose: str) -> str:
@@ -94,4 +118,7 @@ def joined(blocks: Iterable[RecordedMotion]) -> RecordedMotion:
             for parts in tracks
         ),
         np.empty(0),
+        touching=None
+        if blocks[0].touching is None
+        else tuple(each for block in blocks for each in block.touching or ()),
     )

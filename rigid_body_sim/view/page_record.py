@@ -11,6 +11,7 @@ What the page of a run holds: the record that its scripts read (`page/run.js`), 
         angular_momentum           (k, n, 3) f4 [kg m^2/s]  about the centre of mass, world
         force, torque              (k, n, 3) f4 [N], [N m]  commanded, world axes
         arrows_0, ...              (k, m, 3) f4  of each set of arrows
+        kinetic, potential, total  (k,)      f8 [J], of a run that goes on
     bodies, forms, planes, ties    what is drawn, see `drawn_shapes` and `drawn_forces`
     arrows, contacts               which vectors are drawn, how long, and where
     curves                         plots of all bodies together: energies and drifts
@@ -31,10 +32,10 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.model import shapes
 from rigid_body_sim.physics.model.scene import Body, Scene
 from rigid_body_sim.recording.bag_reader import Bag
-from rigid_body_sim.view.contact_arrows import read_arrows
+from rigid_body_sim.view.contact_arrows import arrows_of, read_arrows
 from rigid_body_sim.view.drawn_forces import ArrowSet, RecordedStates, drawn_ties, force_arrows
 from rigid_body_sim.view.drawn_shapes import DrawnShapes, drawn_bounds, drawn_planes, drawn_reach
-from rigid_body_sim.view.energy_history import EnergyHistory, spin_of
+from rigid_body_sim.view.energy_history import EnergyHistory, energies_of, spin_of
 from rigid_body_sim.view.line_styles import COLORS, color_places
 from rigid_body_sim.view.page_numbers import PageNumbers
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
@@ -68,6 +69,7 @@ class Look:
     scene   : None where nobody knows it
     spins   : whether angular momenta are told
     wrenches : whether commands are
+    energies, contacts : whether they are
     """
 
     names: list[str]
@@ -75,6 +77,8 @@ class Look:
     scene: Scene | None
     spins: bool
     wrenches: bool
+    energies: bool = False
+    contacts: bool = False
 
 
 def page_record(
@@ -104,8 +108,12 @@ def page_record(
     spins = bool(bodies) and len(names) <= MOST_SPINS and set(names) <= set(bodies)
     states = _states(motion, times)
     sets = force_arrows(scene, places, states, idle=live)
-    look = Look(names, first, scene, spins, wrenches)
-    series = _series(motion, times, states, sets, look)
+    energies = energies_of(scene, motion, times) if live and scene is not None else None
+    told = _touching(motion, times) if live else None
+    look = Look(
+        names, first, scene, spins, wrenches, energies is not None, contacts=told is not None
+    )
+    series = _series(motion, times, states, sets, look) | _energies(energies)
     drawn = DrawnShapes(numbers, ball=sizes.ball, meshes_collide=_collides(scene))
     colors = color_places(names, scene)
     record = {
@@ -118,8 +126,10 @@ def page_record(
         'ties': drawn_ties(scene, places, sizes.arrow),
         'arrow': sizes.arrow,
         'arrows': _arrows(series, sets, names, bodies, sizes.arrow),
-        'contacts': _contacts(bag, times, bodies, numbers, sizes.arrow),
-        'curves': [] if energy is None else _curves(energy, numbers),
+        'contacts': _contacts(bag, times, bodies, numbers, sizes.arrow)
+        if told is None
+        else arrows_of(told, _places(scene)).drawn(numbers, sizes.arrow),
+        'curves': _live_curves(look) if energy is None else _curves(energy, numbers),
         'live': live,
         'series': _packed(series, numbers),
     }
@@ -134,7 +144,47 @@ def more_of(motion: RecordedMotion, look: Look) -> tuple[dict[str, Any], bytes]:
     places = {name: place for place, name in enumerate(look.names)}
     sets = force_arrows(look.scene, places, states, idle=True)
     series = _series(motion, times, states, sets, look)
-    return {'series': _packed(series, numbers)}, numbers.joined()
+    record: dict[str, Any] = {}
+    if look.energies:
+        assert look.scene is not None
+        series |= _energies(energies_of(look.scene, motion, times))
+    if look.contacts:
+        arrows = arrows_of(motion.touching or (), _places(look.scene))
+        record['contacts'] = arrows.drawn(numbers, 0.0)
+    return record | {'series': _packed(series, numbers)}, numbers.joined()
+
+
+def _touching(motion: RecordedMotion, times: Array) -> list[Mapping[str, Array]] | None:
+    """What bodies were told of contacts at some of the instants."""
+    if motion.touching is None:
+        return None
+    return [motion.touching[k] for k in np.searchsorted(motion.tracks[0].time, times)]
+
+
+def _places(scene: Scene | None) -> dict[str, int]:
+    return {} if scene is None else {body.name: i for i, body in enumerate(scene.bodies)}
+
+
+ENERGIES = {'kinetic': COLORS[0], 'potential': COLORS[1], 'total': 'var(--ink)'}
+
+
+def _energies(energies: tuple[Array, Array] | None) -> dict[str, Array]:
+    """Series of the energies."""
+    if energies is None:
+        return {}
+    kinetic, potential = energies
+    return {'kinetic': kinetic, 'potential': potential, 'total': kinetic + potential}
+
+
+def _live_curves(look: Look) -> list[dict[str, Any]]:
+    """Give the plots of series that grow."""
+    if not look.energies:
+        return []
+    curves = [
+        {'name': name, 'values': name, 'color': color, 'dash': [6, 4] * (name == 'total')}
+        for name, color in ENERGIES.items()
+    ]
+    return [{'title': 'energy', 'unit': 'J', 'time': 'time', 'curves': curves}]
 
 
 BYTES_PER_BODY = 4 * 22  # and instant, in one page
@@ -222,7 +272,7 @@ def _commands(track: Track, times: Array) -> Array:
 
 
 def _packed(series: Mapping[str, Array], numbers: PageNumbers) -> dict[str, Any]:
-    kinds = {'time': 'f8'}
+    kinds = dict.fromkeys(('time', *ENERGIES), 'f8')
     return {
         name: numbers.add(values, kinds.get(name, 'f4')) | {'width': int(values[0].size)}
         for name, values in series.items()

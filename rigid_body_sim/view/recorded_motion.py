@@ -9,6 +9,7 @@ those of the stamps.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -82,11 +83,14 @@ class RecordedMotion:
     command_time : (c,) [s]  starts of the ticks on which a command acted, ascending
     loads        : what touching others exerts, by body; empty: not recorded; None: bodies pass
                    through each other
+    touching     : of a run that goes on: at each instant the contacts that each body was told of,
+                   rows as `recording.contact_packing` has them; None: no topic tells contacts
     """
 
     tracks: tuple[Track, ...]
     command_time: Array
     loads: dict[str, Load] | None = None
+    touching: tuple[Mapping[str, Array], ...] | None = None
 
 
 def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:

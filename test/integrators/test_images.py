@@ -26,8 +26,16 @@ from rigid_body_sim.physics.compile.image import (
     load,
     packed,
     unpacked,
+    with_last,
 )
-from rigid_body_sim.physics.compile.images import Images, Wanted, release_of
+from rigid_body_sim.physics.compile.images import (
+    Images,
+    Wanted,
+    numba_is_set,
+    processor,
+    release_of,
+)
+from rigid_body_sim.physics.compile.kernel import Kernel
 from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
 
 from ..patience import HANGING
@@ -95,7 +103,8 @@ def test_image_numba_and_plain_source_give_the_same_bits(cache, tmp_path):
 
 def test_what_is_damaged_or_not_ours_is_made_anew(cache):
     expected = run(cache)
-    probed, ticks = images_of(cache)
+    _kept, probed, ticks = images_of(cache)
+    assert probed.name.startswith('probe.')
     contents = probed.read_bytes(), ticks.read_bytes()
     ticks.write_bytes(contents[1][:-1])
     probed.chmod(0o666)
@@ -239,6 +248,44 @@ def test_integers_truth_and_nothing_come_back_as_they_are(images):
 @given(st.floats(allow_nan=False, allow_infinity=False, min_value=-700.0, max_value=700.0))
 def test_functions_of_the_c_library_have_the_bits_of_pythons(images, x):
     assert made(images, functions_of_libm, 1.0)(x) == functions_of_libm(x)
+
+
+def test_last_arguments_at_hand_are_looked_at_as_the_others_are(images):
+    a, n = np.zeros(3), 3
+    image = made(images, nothing, a)
+    hung = with_last(image, [a])
+    assert hung() is None
+    assert a[0] == 2.0
+    assert hung(a) is NotImplemented
+    for other in (a.tolist(), a.astype(int), 1.0, None):
+        assert with_last(image, [other])() is NotImplemented
+    more = made(images, is_more, 1.0, n)
+    assert (with_last(more, [n])(4.0), with_last(more, [n])(3.0)) == (True, False)
+    assert with_last(more, [n])(4) is NotImplemented  # an integer, where a float was
+
+
+def test_a_prepared_kernel_is_the_kernel(images):
+    for way in (Kernel(is_more, images, None, inlined=False, widest=True), is_more):
+        of_three = kernels.prepared(way, (1.0,), (3,))
+        assert [of_three(x) for x in (4.0, 3.0)] == [way(4.0, 3), way(3.0, 3)] == [True, False]
+
+
+def test_images_know_for_which_processor_they_were_made(tmp_path, monkeypatch):
+    names, found = set(), Images(tmp_path, None)
+    bitcode = found.bitcode(of_probe())
+    monkeypatch.setattr(found, 'bitcode', lambda _: bitcode)
+    try:
+        for name in ('x86-64', 'nehalem'):
+            monkeypatch.setenv('NUMBA_CPU_NAME', name)
+            monkeypatch.setenv('NUMBA_CPU_FEATURES', '')
+            processor.cache_clear()
+            assert not numba_is_set()
+            assert found.kept(of_probe()) is None
+            assert agrees(found.make(of_probe()))
+            names.add(of_probe().image_file(tmp_path)[0])
+    finally:
+        processor.cache_clear()
+    assert len(names) == 2
 
 
 def test_what_an_image_does_not_take_it_refuses_untouched(images):

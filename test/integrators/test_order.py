@@ -41,6 +41,7 @@ FREE_STEPS = {
 }
 FREE_STEPS_OF = {  # closer to round-off: six drifts a step, large coefficients
     'blanes_moan4': (0.5, 0.32),
+    'force_gradient4': (0.32, 0.16),  # two drifts a step
     'rk8': (0.4, 0.32),
 }
 # from order 16 on truncation lies below round-off at every step the method takes undivided

@@ -3,6 +3,8 @@
 """A run as arrays is what stepping by hand gives; controllers, ends, what may not be written."""
 
 import copy
+import dataclasses
+import json
 import os
 import pickle
 import signal
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 
 import rigid_body_sim as rbs
+from rigid_body_sim.errors import RunError
 from rigid_body_sim.physics.errors import SimulationBusy
 
 from ..patience import PATIENCE
@@ -295,3 +298,52 @@ def test_auto_runs_and_its_bag_replays(tmp_path):
         run = rbs.simulate('two_bodies', 0.3, integrator='auto', controller=lambda t, s: push)
     run.save(tmp_path / 'bag')
     assert main(['replay', str(tmp_path / 'bag')]) == 0
+
+
+@pytest.mark.parametrize('scene', ['spring_ball', 'bouncing_ball', 'rocket'])
+def test_the_energy_balance_is_that_of_the_verb_and_of_the_bag_to_the_bit(scene, tmp_path, verb):
+    run = rbs.simulate(scene, 0.48)
+    code, out, _ = verb('simulate', scene, '-o', tmp_path / 'bag', '--duration', 0.48, '--json')
+    assert code == 0
+    assert dataclasses.asdict(run.energy_balance) == json.loads(out)['energy_balance']
+    back = rbs.open_bag(tmp_path / 'bag')
+    assert back.energy_balance == run.energy_balance
+    assert back.summary().splitlines()[1] == run.summary().splitlines()[1]
+
+
+def test_the_energy_balance_of_commands_closes_with_what_the_energy_did(run):
+    balance = run.energy_balance
+    assert balance.work_of_commands != 0.0 and balance.gain is None
+    # the works are integrals known to `uncertainty`; energies of some 1e-3 J, read to round-off
+    assert balance.change == pytest.approx(run.energy[-1] - run.energy[0], abs=1e-15)
+    accounted = balance.work_of_commands + balance.work_of_drives - balance.dissipation
+    assert balance.change - accounted == pytest.approx(balance.defect, abs=1e-15)
+    assert 'commands' in run.summary() and 'commands' in run._repr_html_().partition('<iframe')[0]
+
+
+def test_a_run_that_took_long_is_not_made_again_unasked(run):
+    slow = dataclasses.replace(run, _cost=100.0)
+    assert 'run.energy_balance makes the run again for it, some 100 s' in slow.summary()
+    assert slow.energy_balance == run.energy_balance
+    assert 'commands' in slow.summary()  # now it is known
+
+
+def test_what_changes_a_run_behind_its_back_leaves_no_balance():
+    sim = rbs.Simulation('satellite')
+
+    def push(_t, _state):
+        sim.apply_impulse('beacon', linear=(1, 0, 0))
+
+    run = sim.run(0.1, controller=push)
+    with pytest.raises(RunError, match='the run ends in another state'):
+        _ = run.energy_balance
+    assert 'energy balance: not known' in run.summary()
+
+
+@pytest.mark.parametrize(('method', 'gains'), [('explicit_euler', True), ('dmv6', False)])
+def test_a_passive_run_that_gains_energy_says_so_as_the_verb_does(method, gains):
+    with warnings.catch_warnings(record=True):
+        warnings.simplefilter('always')
+        run = rbs.simulate('oscillator', 3, integrator=method)
+    assert any('the scene gained' in text for text in run.warnings) == gains
+    assert run.energy_balance.gains == gains

@@ -5,18 +5,23 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import http.client
 import threading
 
 import numpy as np
 import pytest
 
+from rigid_body_sim.analysis.recorded_contacts import read_points
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording.bag_reader import Bag
+from rigid_body_sim.scene import load_scene
 from rigid_body_sim.verbs import simulate, view
 from rigid_body_sim.view import live_server
 from rigid_body_sim.view.bag_follower import BagFollower
-from rigid_body_sim.view.growing_motion import joined
+from rigid_body_sim.view.contact_arrows import read_arrows
+from rigid_body_sim.view.energy_history import energy_history
+from rigid_body_sim.view.growing_motion import GrowingMotion, joined
 from rigid_body_sim.view.recorded_motion import read_motion
 
 DURATION = 4.0  # [s]
@@ -113,6 +118,84 @@ def test_a_browser_sees_the_run_grow_and_end(tab, written, tmp_path):
         assert not tab.evaluate("document.getElementById('live').checked")
         assert tab.errors == []
         assert 'Content' not in _answer(server, 'evil.example')
+    finally:
+        run.stop()
+        server.shutdown()
+        server.server_close()
+
+
+@pytest.fixture(scope='module')
+def touching(tmp_path_factory):
+    """The bytes of a run in which bodies meet, with its contacts, and its bag."""
+    path = tmp_path_factory.mktemp('touching') / 'bag'
+    parser = argparse.ArgumentParser()
+    simulate.add_arguments(parser)
+    words = ['rolling_sphere', '-o', str(path), '--duration', '1', '--json', '--contacts']
+    assert simulate.run(parser.parse_args(words)) == 0
+    return next(path.glob('*.mcap')).read_bytes(), Bag(path)
+
+
+def test_energies_and_contact_forces_grow_with_the_run_as_the_whole_bag_has_them(
+    tab, touching, tmp_path
+):
+    content, bag = touching
+    writing = Writing(tmp_path, content)
+    writing.up_to(0.2)
+    with live_page_of(BagFollower(writing.path)) as (run, address):
+        tab.open(address)
+        tab.wait_for("document.body.dataset.state === 'ready' && document.body.dataset.live")
+        for part in (0.3, 0.6, 1.0):
+            writing.up_to(part)
+            run.look()
+        tab.wait_for("document.body.dataset.live === 'ended'")
+        grown = tab.evaluate("""({
+            times: [...view.run.times], starts: [...view.arrows.sets.at(-1).starts],
+            forces: [...view.arrows.sets.at(-1).numbers],
+            energies: ['kinetic', 'potential', 'total'].map(x => [...view.run.series[x].values]),
+            titles: [...document.querySelectorAll('figure .title')].map(x => x.textContent) })""")
+        struck = int(np.flatnonzero(np.diff(grown['starts']))[0])
+        tab.evaluate(f'view.seek({grown["times"][struck]})')
+        assert tab.evaluate('view.arrows.count.contact') >= 1
+        assert 'contact force' in tab.evaluate("document.getElementById('legend').innerText")
+        assert tab.errors == []
+    times = np.array(grown['times'])
+    whole = read_arrows(bag, times, {'ground': 0, 'ball': 1})
+    assert grown['starts'] == whole.starts.tolist() and whole.starts[-1] > 0
+    assert np.array_equal(grown['forces'], whole.arrows.astype('f4').ravel())
+    kinetic, potential, total = np.array(grown['energies'])
+    scene = load_scene('rolling_sphere')
+    history = energy_history(scene, read_motion(bag, samples=10**6))
+    rows = np.searchsorted(history.time, times)
+    assert np.array_equal(kinetic, history.kinetic[rows])
+    assert np.array_equal(potential, history.potential[rows])
+    assert np.array_equal(total, kinetic + potential)
+    assert 'energy [J]' in grown['titles']
+
+
+def test_a_state_waits_for_the_contacts_that_come_behind_it(touching):
+    """Topics of a node come in any order: contacts behind the states of their tick too."""
+    _, bag = touching
+    names = ['/ball/pose', '/ground/pose', '/ball/twist', '/ground/twist', '/ball/contacts']
+    messages = sorted(bag.messages(names), key=lambda m: (m.log_time, names.index(m.topic)))
+    growing, found = GrowingMotion(names[:2], names, late=True), []
+    for message in messages:
+        growing.take(message.topic, message.data)
+        found.append(growing.whole(most=25))
+    found.append(growing.whole(most=25))
+    motion = joined([each for each in found if each is not None])
+    assert motion.tracks[0].time[-1] == messages[-1].log_time * 1e-9
+    told = sum(len(rows) for each in motion.touching for rows in each.values())
+    assert told == sum(len(read_points(m.data)) for m in bag.messages(names[4:])) > 0
+
+
+@contextlib.contextmanager
+def live_page_of(source):
+    """Serve a source; gives the run and its address."""
+    run = live_server.LiveRun(source)
+    server = live_server.Server(0, run)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield run, f'http://127.0.0.1:{server.server_port}/'
     finally:
         run.stop()
         server.shutdown()

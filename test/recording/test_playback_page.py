@@ -230,6 +230,7 @@ def test_every_body_is_in_view_at_the_start_and_nothing_is_outside_its_frame(
     assert tab.errors == []
 
 
+SECONDS = {'pile_of_1000': 0.1}  # [s] in place of one: a thousand boxes take long
 SCENES = sorted(path.stem for path in (Path(__file__).parents[2] / 'config/scenes').glob('*.yaml'))
 
 
@@ -237,9 +238,10 @@ SCENES = sorted(path.stem for path in (Path(__file__).parents[2] / 'config/scene
 @pytest.mark.parametrize('scene', SCENES)
 def test_every_shipped_scene_is_seen_whole_in_all_sizes_and_themes(tab, tmp_path, scene):
     """Also after a second: where bodies leave, the camera goes with them."""
+    end = SECONDS.get(scene, 1.0)
     parser = argparse.ArgumentParser()
     simulate.add_arguments(parser)
-    words = [scene, '-o', str(tmp_path / 'bag'), '--duration', '1', '--json']
+    words = [scene, '-o', str(tmp_path / 'bag'), '--duration', str(end), '--json']
     assert simulate.run(parser.parse_args(words)) == 0
     parser = argparse.ArgumentParser()
     view.add_arguments(parser)
@@ -251,7 +253,7 @@ def test_every_shipped_scene_is_seen_whole_in_all_sizes_and_themes(tab, tmp_path
     for width, height in ((1280, 900), (390, 844)):
         tab.resize(width, height)
         tab.settle()
-        for time in (0.0, 1.0):
+        for time in (0.0, end):
             tab.evaluate(f'view.seek({time})')
             tab.evaluate('view.theme.toggle()')
             seen = tab.evaluate(SEEN)
@@ -384,6 +386,102 @@ def test_the_camera_keeps_up_upright_and_goes_with_what_leaves(opened):
     for time in (0.0, 0.5, 1.0):
         tab.evaluate(f'view.seek({time})')
         assert tab.evaluate(SEEN)['hidden'] == []
+
+
+CAMERA = """(() => {
+    view.draw();
+    const { camera, controls } = view.stage;
+    return { at: camera.position.toArray(), target: controls.target.toArray(),
+        away: view.stage.zoom, // 1: as far as all needs, seen from there
+        up: camera.matrixWorld.elements[2] }; })()"""
+
+
+@pytest.fixture
+def phone(tab, page):
+    """The page on a phone that is touched."""
+    size = {'width': 390, 'height': 844, 'deviceScaleFactor': 1, 'mobile': True}
+    tab.open('about:blank')
+    tab.open(f'{page.as_uri()}#paused')
+    tab.ask('Emulation.setDeviceMetricsOverride', **size)
+    tab.ask('Emulation.setTouchEmulationEnabled', enabled=True, maxTouchPoints=2)
+    tab.wait_for(READY)
+    tab.settle()
+    yield tab
+    tab.ask('Emulation.setTouchEmulationEnabled', enabled=False)
+    tab.resize(1280, 900)
+
+
+def middle(tab, element):
+    """Where a finger meets an element of the page that is scrolled to its top."""
+    x, y = tab.evaluate(f"""(() => {{
+        scrollTo(0, 0);
+        const box = document.getElementById('{element}').getBoundingClientRect();
+        return [box.left + 0.5 * box.width, box.top + 0.5 * box.height]; }})()""")
+    return x, min(y, 800)
+
+
+def touch(tab, *ways, steps=5):
+    """Put fingers down, move each along its way [(x, y), (x, y)], and lift them."""
+    for k in range(steps + 1):
+        points = [
+            {'x': a[0] + k / steps * (b[0] - a[0]), 'y': a[1] + k / steps * (b[1] - a[1]), 'id': i}
+            for i, (a, b) in enumerate(ways)
+        ]
+        kind = 'touchMove' if k else 'touchStart'
+        tab.ask('Input.dispatchTouchEvent', type=kind, touchPoints=points)
+        tab.settle()
+    tab.ask('Input.dispatchTouchEvent', type='touchEnd', touchPoints=[])
+    tab.settle()
+    return tab.evaluate(CAMERA)
+
+
+def test_one_finger_turns_two_fingers_come_nearer_and_shift(phone):
+    x, y = middle(phone, 'stage')
+    before = phone.evaluate(CAMERA)
+    turned = touch(phone, [(x - 60, y), (x + 60, y + 40)])
+    assert not np.allclose(turned['at'], before['at'], rtol=0, atol=0.1)
+    assert before['away'] == 1.0 and turned['away'] == pytest.approx(1.0, rel=1e-9)
+    assert np.allclose(turned['target'], before['target'], rtol=0, atol=1e-9)
+    assert abs(turned['up']) < 1e-12  # upright: the world's z has no component to the side
+    nearer = touch(phone, [(x - 30, y), (x - 80, y)], [(x + 30, y), (x + 80, y)])
+    assert nearer['away'] < 0.7 * turned['away']
+    away = touch(phone, [(x - 80, y), (x - 40, y)], [(x + 80, y), (x + 40, y)])
+    assert away['away'] > 1.4 * nearer['away']
+    shifted = touch(phone, [(x - 30, y), (x - 30, y + 80)], [(x + 30, y), (x + 30, y + 80)])
+    assert shifted['away'] == pytest.approx(away['away'], rel=0.01)
+    assert np.linalg.norm(np.subtract(shifted['target'], away['target'])) > 0.5  # m
+    assert phone.errors == []
+
+
+def test_a_tap_selects_the_body_under_the_finger(phone, run):
+    box = [body['name'] for body in run['bodies']].index('box')
+    at = phone.evaluate(f"""(() => {{
+        const seen = view.stage.project(view.bodies.places[{box}].position);
+        const stage = document.getElementById('stage').getBoundingClientRect();
+        return [stage.left + seen.x, stage.top + seen.y]; }})()""")
+    assert phone.evaluate('view.chosen') != box
+    touch(phone, [at, at], steps=1)
+    assert phone.evaluate('view.chosen') == box
+
+
+def test_a_finger_scrolls_and_zooms_the_page_everywhere_but_in_the_picture(phone):
+    def swiped(element):
+        x, y = middle(phone, element)
+        touch(phone, [(x, y), (x, y - 40)])
+        return phone.evaluate('scrollY')
+
+    def pinched(element):
+        x, y = middle(phone, element)
+        touch(phone, [(x - 20, y), (x - 80, y)], [(x + 20, y), (x + 80, y)])
+        return phone.evaluate('visualViewport.scale')
+
+    before = phone.evaluate(CAMERA)['at']
+    assert swiped('caption') > 20 and swiped('panel') > 20
+    assert phone.evaluate(CAMERA)['at'] == pytest.approx(before, rel=1e-9)
+    assert swiped('stage') == 0
+    assert phone.evaluate(CAMERA)['at'] != pytest.approx(before, rel=1e-2)
+    assert pinched('stage') == 1.0
+    assert pinched('caption') > 1.2
 
 
 def test_a_page_in_a_frame_of_another_page_works_too(tab, page, tmp_path):

@@ -17,6 +17,7 @@ METHODS = (
     'semi_implicit_euler',
     'dmv6',
     'blanes_moan4',
+    'force_gradient4',
     'linearly_implicit',
     'linear_propagator',
     'rk4',

@@ -5,30 +5,40 @@ The live page of a running node: what it publishes arrives, in scene order, with
 """
 
 import time
+from contextlib import contextmanager
 
 import numpy as np
 
 from rigid_body_sim.ros.state_listener import StateListener
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.view.growing_motion import joined
+from rigid_body_sim.view.page_record import page_record
 
+from ..pages import array_of
 from ..patience import PATIENCE
+
+
+@contextmanager
+def heard(node, instants):
+    """Motion of so many instants of a node, and who listened."""
+    with StateListener(node.namespace) as listener:
+        blocks = [listener.begin()]
+        deadline = time.monotonic() + PATIENCE
+        while sum(len(block.tracks[0].time) for block in blocks) < instants:
+            assert time.monotonic() < deadline
+            block = listener.more()
+            if block is not None:
+                blocks.append(block)
+        yield joined(blocks), listener
 
 
 def test_the_states_of_a_node_arrive_with_its_scene(start_node, meet):
     node = start_node()
     meet(node).be_known()
-    with StateListener(node.namespace) as listener:
-        blocks = [listener.begin()]
-        deadline = time.monotonic() + PATIENCE
-        while sum(len(block.tracks[0].time) for block in blocks) < 20:
-            assert time.monotonic() < deadline
-            block = listener.more()
-            if block is not None:
-                blocks.append(block)
+    with heard(node, 20) as (motion, listener):
         scene = load_scene(node.folder / 'laboratory.yaml')
         assert listener.scene is not None and listener.title == scene.name
-    motion = joined(blocks)
+    assert motion.touching is None  # it publishes no contacts
     assert [track.name for track in motion.tracks] == [body.name for body in scene.bodies]
     for track, body in zip(motion.tracks, scene.bodies, strict=True):
         assert np.array_equal(track.time, track.twist_time)
@@ -36,3 +46,23 @@ def test_the_states_of_a_node_arrive_with_its_scene(start_node, meet):
         assert np.all(ticks > 0.5) and np.allclose(ticks, np.round(ticks), atol=1e-6)
         # nothing pushes anybody: all stay, to the bit, where the scene puts them
         assert np.all(track.position == body.initial.position)
+
+
+def test_energies_and_contact_forces_of_a_node_are_in_the_page(start_node, meet):
+    """A ball that rolls on the ground is pushed up by its weight, 1 kg times 9.81 m/s^2."""
+    node = start_node(scene='rolling_sphere', publish_contacts='true')
+    meet(node).be_known()
+    with heard(node, 20) as (motion, listener):
+        record, numbers, look = page_record(motion, listener.scene, live=True)
+    assert look.energies and look.contacts
+    assert [curve['values'] for curve in record['curves'][0]['curves']] == [
+        'kinetic', 'potential', 'total',
+    ]  # fmt: skip
+    starts = array_of(record['contacts']['starts'], numbers)
+    forces = array_of(record['contacts']['arrows'], numbers).reshape(-1, 6)[:, 3:]
+    touching = np.diff(starts)[1:]  # nothing pressed before the first tick
+    assert len(starts) == len(motion.tracks[0].time) + 1 and np.all(touching == 1)
+    # it neither rises nor sinks by more than the ground gives way in its first instants
+    assert np.allclose(forces[-10:, 2], 9.81, rtol=1e-3)
+    height = array_of(record['series']['potential'], numbers)
+    assert np.allclose(height, height[0], rtol=1e-4)  # overlap of some micrometres of 0.1 m

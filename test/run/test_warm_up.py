@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim.physics.compile import image_maker, kernels
+from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.images import Images, Wanted, processor
 from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
 
@@ -136,6 +136,6 @@ def test_bitcode_names_no_processor_and_gives_the_same_on_a_lesser_one(shipped, 
     for level in ('x86-64', 'x86-64-v2', 'x86-64-v3'):
         if level == 'x86-64-v3' and 'avx2' not in str(processor()):
             continue
-        machine = image_maker.machine_for(level, '')
-        monkeypatch.setattr(image_maker, '_machine', lambda machine=machine: machine)
+        monkeypatch.setenv('NUMBA_CPU_NAME', level)
+        monkeypatch.setenv('NUMBA_CPU_FEATURES', '')
         assert agrees(Images(None, maker.shipped).make(Wanted(probe, PROBED, ())))

@@ -46,7 +46,14 @@ OURS = {
     'rk45' + MATRIX: (4.0, 4.0, 4.0, 4.0),
     'sdirk2': (0.2, 0.125, 0.2, 0.32),
     **dict.fromkeys(
-        ('blanes_moan4', 'linearly_implicit', 'rk45', 'taylor16', *PUBLISHED_UNDIVIDED),
+        (
+            'blanes_moan4',
+            'force_gradient4',
+            'linearly_implicit',
+            'rk45',
+            'taylor16',
+            *PUBLISHED_UNDIVIDED,
+        ),
         (4.0, 4.0, 4.0, 4.0),
     ),
     **dict.fromkeys(('dmv6', 'dmv8'), (4.0, 4.0, 4.0, 4.0)),
@@ -166,6 +173,50 @@ SPLITTINGS = sorted(
     n for n, m in INTEGRATORS.items() if hasattr(m.scheme, 'kicks') and hasattr(m.scheme, 'drifts')
 )
 TABLEAUX = ['rk4', 'rk8']
+
+
+def forward_step(x, v, *, stiffness, rate, with_velocity):
+    """One step of force_gradient4 with h = 1 on r'' = -stiffness r - rate r', by its page."""
+
+    def force(x, v):
+        return -stiffness * x - rate * v
+
+    k1 = force(x, v)
+    v1 = v + k1 / 6
+    x1 = x + v1 / 2
+    if with_velocity:
+        k2 = force(x1 + k1 / 24, v + k1 / 2)
+        k3 = force(x1 + k1 / 24, v + k2 / 2)
+        v2 = v1 + (k2 + k3) / 3
+        x2 = x1 + v2 / 2
+        return x2, v2 + force(x2 + (2 * k3 - k1 - k2) / 6, v + k3) / 6
+    v2 = v1 + 2 / 3 * force(x1 + force(x1, v) / 24, v)
+    x2 = x1 + v2 / 2
+    return x2, v2 + force(x2, v) / 6
+
+
+def growth_of_forward_step(stiffness, rate, *, with_velocity):
+    """Largest eigenvalue of a step of force_gradient4."""
+    settings = {'stiffness': stiffness, 'rate': rate, 'with_velocity': with_velocity}
+    columns = [forward_step(x, v, **settings) for x, v in ((1.0, 0.0), (0.0, 1.0))]
+    return max(abs(np.linalg.eigvals(np.array(columns).T)))
+
+
+def test_force_gradient_is_stable_up_to_its_limits_and_not_beyond():
+    limits = INTEGRATORS['force_gradient4'].limits
+    for limit, growth in (
+        (limits.oscillation, lambda x: growth_of_forward_step(x * x, 0.0, with_velocity=False)),
+        (
+            limits.oscillation_with_velocity,
+            lambda x: growth_of_forward_step(x * x, 0.0, with_velocity=True),
+        ),
+        (limits.relaxation, lambda x: growth_of_forward_step(0.0, x, with_velocity=True)),
+    ):
+        # 1e-7: the double eigenvalue 1 is found to the root of rounding
+        assert all(growth(x) < 1.0 + 1e-7 for x in np.arange(0.01, limit, 0.01))
+        assert growth(1.01 * limit) > 1.001
+
+
 GROWING = ['explicit_euler', 'midpoint']
 
 

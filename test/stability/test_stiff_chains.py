@@ -58,3 +58,56 @@ def test_a_damped_hinge_within_the_limit_gains_nothing():
     for _ in range(5):
         sim.step(20)
         assert sim.energy() <= start + 1e-9  # [J] of some 1e-3 J moved by then
+
+
+def thrown_chain(*, dt):
+    """Two points, the first on a stiff spring to the world, the second on one to the first."""
+    first = {'position': [-0.33203, -0.56157, 0.17279], 'velocity': [-0.0614, 0.40653, -0.98929]}
+    second = {'position': [-0.31504, -0.46033, 0.10317], 'velocity': [0.88790, -0.08949, -0.01403]}
+    stiff = {'type': 'spring', 'stiffness': 6.091848e6}
+    return load_scene(
+        {
+            'version': 1,
+            'name': 'thrown_chain',
+            'dt': dt,
+            'gravity': [0, 0, -9.81],
+            'bodies': [
+                {'name': 'a', 'shape': {'type': 'particle'}, 'mass': 0.18125, 'initial': first},
+                {'name': 'b', 'shape': {'type': 'particle'}, 'mass': 0.45117, 'initial': second},
+            ],
+            'forces': [
+                stiff | {'a': 'a', 'b': 'world', 'rest_length': 0.67487},
+                stiff | {'a': 'b', 'b': 'a', 'rest_length': 0.12403},
+            ],
+        }
+    )
+
+
+def test_a_passive_scene_that_gains_is_warned_of_when_it_is_looked_at(monkeypatch):
+    """No limit of sdirk2 forbids this step, h omega = 500; it throws the chain all the same."""
+    inside.know_forces(monkeypatch, 'constant', 'drag', 'spring')
+    sim = Simulation(thrown_chain(dt=0.055), integrator='sdirk2')
+    assert sim.warnings() == []
+    start = sim.energy()
+    sim.step(25)
+    assert sim.energy() > start + 10.0  # 0.3 J are in the motion
+    (text,) = sim.warnings()
+    assert 'gained' in text and 'sdirk2 brought it in' in text
+    late = Simulation(thrown_chain(dt=0.055), integrator='sdirk2')
+    late.step(25)  # whoever asks only now is told too
+    assert late.warnings() == [text]
+    late.apply_impulse('a', linear=(0, 0, 1))  # energy brought in is no gain
+    assert late.warnings() == []
+
+
+def test_a_passive_scene_within_its_limits_and_a_driven_one_are_not_warned_of(monkeypatch):
+    inside.know_forces(monkeypatch, 'constant', 'drag', 'spring')
+    sim = Simulation(thrown_chain(dt=2e-5), integrator='dmv6')  # h omega = 0.2
+    for _ in range(10):
+        sim.step(20)
+        assert sim.warnings() == []
+    sim.set_wrench('a', force=(0, 0, 100))
+    sim.step(100)
+    assert sim.warnings() == []
+    sim.reset()
+    assert sim.warnings() == []

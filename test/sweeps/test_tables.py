@@ -79,20 +79,36 @@ def test_a_dask_cluster_makes_the_same_bytes_also_when_a_worker_dies(undisturbed
     assert (tmp_path / 'killed.parquet').read_bytes() == undisturbed
 
 
-def test_a_worker_that_is_killed_loses_no_run(undisturbed, tmp_path):
-    killed = []
+@pytest.mark.parametrize('who', [['worker'], ['nursery', 'worker']])
+def test_a_process_that_is_killed_loses_no_run(undisturbed, tmp_path, who):
+    seen, killed = {}, []
 
     def kill_one(done, _runs):
-        children = psutil.Process().children()
-        workers = [c for c in children if c.status() != psutil.STATUS_ZOMBIE]
-        workers = [c for c in workers if 'sweeps.worker' in ' '.join(c.cmdline())]
-        if done >= 1 and workers and not killed:
-            killed.append(workers[0].pid)
-            os.kill(workers[0].pid, signal.SIGKILL)
+        for nursery in psutil.Process().children():
+            for one in nursery.children():
+                seen.update(nursery=nursery, worker=one)
+        if done >= 1 and seen and len(killed) < len(who):
+            killed.append(seen[who[len(killed)]])
+            killed[-1].send_signal(signal.SIGKILL)
 
     path = tmp_path / 'runs.parquet'
     assert made(alone(), path, workers=2, progress=kill_one) == undisturbed
-    assert killed
+    assert len(killed) == len(who)
+
+
+def test_who_asks_and_is_killed_leaves_no_process(tmp_path, started):
+    path = tmp_path / 'scene.yaml'
+    path.write_text(json.dumps(scene(contact={'mode': 'timestep'})))
+    words = ('--vary', 'tumbler.mass=uniform:1:3', '--runs', 500, '--duration', 1000, '-j', 2)
+    process = started(path, *words, '-o', tmp_path / 'runs.parquet')
+    deadline, family = time.monotonic() + PATIENCE, []
+    while len(family) < 3:  # the nursery and two workers
+        assert time.monotonic() < deadline and process.poll() is None, process.stderr.read()
+        family = psutil.Process(process.pid).children(recursive=True)
+        time.sleep(0.01)
+    process.kill()
+    _gone, alive = psutil.wait_procs(family, timeout=PATIENCE)
+    assert all(p.status() == psutil.STATUS_ZOMBIE for p in alive), alive
 
 
 class _Fragile:

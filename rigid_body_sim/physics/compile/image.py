@@ -15,6 +15,9 @@ has done nothing. That it knows where Python and numpy keep what it looks at is 
 release of them (`images.Images.is_trusted`). A kernel that stops with an error raises
 KernelStopped.
 
+Its last arguments can be at hand already (`with_last`): they hang on the function, in a tuple
+behind its name, and are looked at in each call as the others are.
+
 What is loaded here is trusted as code: `kernel_files` sees to it that it is whole and ours.
 """
 
@@ -32,7 +35,7 @@ import numpy as np
 
 from rigid_body_sim.physics.compile.elf import FlatCode
 
-FORMAT = 1
+FORMAT = 2
 RETURNS = ('float64', 'int64', 'bool', 'none')
 READ, WRITE = 0x101, 0x400  # flags of an array: contiguous and aligned; writeable
 _WORD = struct.Struct('<q')
@@ -149,11 +152,26 @@ def load(flat: FlatCode, name: str) -> Callable[..., Any]:
     """
     place = _placed(flat) + flat.entry
     method = _Method(name.encode(), place, _WITH_ARRAY_OF_ARGUMENTS, None)
-    _KEPT.append(method)
+    made = _function(method, (name,))
+    _METHODS[made] = method  # never given back: nobody knows who holds its address
+    return made
+
+
+def with_last(image: Callable[..., Any], last: Sequence[Any]) -> Callable[..., Any]:
+    """
+    Give an image with its last arguments at hand: it is called with the others.
+
+    A call looks at 60 arrays that hang on it in less time than Python needs to list them.
+    """
+    return _function(_METHODS[image], (image.__name__, *last))
+
+
+def _function(method: _Method, owned: tuple[Any, ...]) -> Callable[..., Any]:
+    """Make a builtin function that has a tuple with its name and its last arguments."""
     make = ctypes.pythonapi.PyCFunction_NewEx
     make.restype = ctypes.py_object
     make.argtypes = (ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p)
-    return make(ctypes.addressof(method), name, None)
+    return make(ctypes.addressof(method), owned, None)
 
 
 @cache
@@ -193,3 +211,4 @@ def _placed(flat: FlatCode) -> int:
 
 
 _KEPT: list[Any] = []
+_METHODS: dict[Callable[..., Any], _Method] = {}

@@ -10,8 +10,9 @@ of a kind is trusted, a probe is made in the same way and called (`_is_trusted`)
 which numba's code takes its arguments is numba's own.
 
 None in place of an image means: by way of numba, see `kernels`. So it is where the system is not
-Linux on x86-64, where numba was given settings (NUMBA_BOUNDSCHECK, NUMBA_CPU_NAME …), and for a
-kernel whose arguments or result an image cannot take.
+Linux on x86-64, where numba was given settings (NUMBA_BOUNDSCHECK, NUMBA_OPT …), and for a kernel
+whose arguments or result an image cannot take. For which processor code is made can be said as to
+numba (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES): images know for which one they were made.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib.util import find_spec
 from pathlib import Path
@@ -37,7 +38,8 @@ from rigid_body_sim.physics.compile.kernel_files import named, read_whole, write
 from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
 from rigid_body_sim.physics.compile.sources import digest_of
 
-_HARMLESS = {'NUMBA_CACHE_DIR', 'NUMBA_NUM_THREADS', 'NUMBA_THREADING_LAYER'}
+_TOLD = ('NUMBA_CPU_NAME', 'NUMBA_CPU_FEATURES')
+_HARMLESS = {'NUMBA_CACHE_DIR', 'NUMBA_NUM_THREADS', 'NUMBA_THREADING_LAYER', *_TOLD}
 _PROCESSOR = ('vendor_id', 'cpu family', 'model', 'stepping', 'flags')
 _MAKING = threading.RLock()
 Image = Callable[..., Any]  # see `image`
@@ -74,7 +76,9 @@ def release_of(package: str) -> str | None:
 
 @cache
 def processor() -> str | None:
-    """Tell this processor from others; None: images are not for it."""
+    """
+    Tell this processor, and what is told of it, from others; None: images are not for it.
+    """
     if sys.platform != 'linux' or platform.machine() != 'x86_64' or sys.maxsize < 2**32:
         return None
     if sys.implementation.name != 'cpython' or object.__basicsize__ != _HEAD_OF_OBJECTS:
@@ -86,7 +90,10 @@ def processor() -> str | None:
         return None
     lines = (line.partition(':') for line in first.splitlines())
     found = {key.strip(): value.strip() for key, _, value in lines}
-    return None if 'flags' not in found else repr([found.get(key) for key in _PROCESSOR])
+    told = [os.environ.get(name) for name in _TOLD]
+    if 'flags' not in found:
+        return None
+    return repr([*(found.get(key) for key in _PROCESSOR), *told])
 
 
 def _releases() -> str:
@@ -102,11 +109,13 @@ class Wanted:
     function  : plain
     kinds     : of its arguments, see `image.kind_of`
     arguments : such as it is called with
+    widest    : see `image_maker.Bitcode`
     """
 
     function: Any
     kinds: tuple[str, ...]
     arguments: tuple[Any, ...]
+    widest: bool = True
 
     @property
     def name(self) -> str:
@@ -198,6 +207,7 @@ class Images:
         from rigid_body_sim.physics.compile.numba_pipeline import linked
 
         found = linked(wanted.function, wanted.arguments, wanted.kinds)
+        found = replace(found, widest=wanted.widest)
         if self.shipped is not None and self._saves:
             path, key = wanted.bitcode_file(self.shipped)
             write_whole(path, key, lzma.compress(found.packed()))

@@ -14,7 +14,7 @@ Whoever compiles a kernel that names another one takes its twin (`_numba_type_`)
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import update_wrapper
 from pathlib import Path
 from types import FunctionType
@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid_body_sim.physics.compile.image import kinds_of, usual
+from rigid_body_sim.physics.compile.image import kinds_of, usual, with_last
 from rigid_body_sim.physics.compile.images import Image, Images, Wanted
 
 
@@ -33,6 +33,7 @@ class Kernel:
     images  : where its images come from; None: numba runs it
     folder  : where numba keeps what it compiles, if anywhere
     inlined : whether it is to disappear inside its caller
+    widest  : see `image_maker.Bitcode`
     """
 
     def __init__(
@@ -42,13 +43,14 @@ class Kernel:
         folder: Path | None,
         *,
         inlined: bool,
+        widest: bool,
     ) -> None:
         assert isinstance(function, FunctionType)
         update_wrapper(self, function)
         self.py_func = function
         self.__qualname__ = function.__qualname__
         self._images = None if function.__defaults__ or function.__kwdefaults__ else images
-        self._folder, self._inlined = folder, inlined
+        self._folder, self._inlined, self._widest = folder, inlined, widest
         self._found: dict[tuple[str, ...], Image | None] = {}
         self._last: Image = _unknown
         self._by_numba: Any = None
@@ -86,12 +88,21 @@ class Kernel:
         if kinds is None or self._images is None:
             return self.by_numba
         if kinds not in self._found:
-            self._found[kinds] = self._images.find(Wanted(self.py_func, kinds, arguments))
+            wanted = Wanted(self.py_func, kinds, arguments, self._widest)
+            self._found[kinds] = self._images.find(wanted)
         image = self._found[kinds]
         if image is None:
             return self.by_numba
         self._last = image
         return lambda *these: image(*map(usual, these))
+
+    def prepared(self, first: Sequence[Any], last: Sequence[Any]) -> Callable[..., Any]:
+        """Give the kernel with its last arguments at hand: see `kernels.prepared`."""
+        arguments = (*first, *last)
+        kinds = None if self._images is None else kinds_of(arguments)
+        self._found_for(arguments)
+        image = None if kinds is None else self._found[kinds]
+        return behind(self, last) if image is None else with_last(image, last)
 
     def __call__(self, *arguments: Any) -> Any:
         """Run the kernel."""
@@ -99,6 +110,11 @@ class Kernel:
         if got is NotImplemented:
             return self._found_for(arguments)(*arguments)
         return got
+
+
+def behind(call: Callable[..., Any], last: Sequence[Any]) -> Callable[..., Any]:
+    """Give what puts these arguments behind those that it is called with."""
+    return lambda *first: call(*first, *last)
 
 
 def _unknown(*_arguments: Any) -> Any:

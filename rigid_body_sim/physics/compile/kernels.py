@@ -28,8 +28,8 @@ order: $RIGID_BODY_SIM_CACHE, $NUMBA_CACHE_DIR, $XDG_CACHE_HOME/rigid_body_sim,
 others is passed over; where none is left, kernels are compiled anew at each start: that costs
 time, not the run. Damage is found and mended, see `kernel_files`.
 
-Whoever sets numba (NUMBA_BOUNDSCHECK, NUMBA_CPU_NAME, .numba_config.yaml …) gets what numba makes
-of that, without images.
+Whoever sets numba (NUMBA_BOUNDSCHECK, NUMBA_OPT, .numba_config.yaml …) gets what numba makes of
+that, without images; NUMBA_CPU_NAME and NUMBA_CPU_FEATURES hold for images too.
 
 $RIGID_BODY_SIM_COMPILE=0 runs the plain source. Where numba is missing it runs, too, and is warned
 of once a process: measured on one core, plain against compiled, a tick takes 70 to 300 times as
@@ -46,7 +46,7 @@ import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import CodeType, FrameType, FunctionType
@@ -56,7 +56,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.images import Images, numba_is_set, processor, release_of
-from rigid_body_sim.physics.compile.kernel import WITHOUT, Kernel, without_numba
+from rigid_body_sim.physics.compile.kernel import WITHOUT, Kernel, behind, without_numba
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, is_ours, names_of
 from rigid_body_sim.physics.compile.sources import codes, digest_of_sources
 
@@ -131,9 +131,9 @@ def _set_up() -> tuple[bool, str, Path | None, Images | None]:
 COMPILED, WITHOUT_NUMBA, CACHE, IMAGES = _set_up()
 
 
-def _jit(function: Callable[..., Any], *, inline: bool) -> Callable[..., Any]:
+def _jit(function: Callable[..., Any], *, inline: bool, widest: bool = True) -> Callable[..., Any]:
     if str(release_of('numba')).startswith(_KNOWN_INSIDE):
-        return Kernel(function, IMAGES, CACHE, inlined=inline)
+        return Kernel(function, IMAGES, CACHE, inlined=inline, widest=widest)
     numba: Any = importlib.import_module('numba')
     options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'forceinline': inline}
     made: Any = numba.njit(**options)(function)
@@ -167,10 +167,14 @@ def _keep_whole_files(made: Any) -> None:
     kept._cache_file = own
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a kernel (lazily, at its first call), or return it as it is."""
+def kernel(function: Callable[..., Any], *, widest: bool = True) -> Callable[..., Any]:
+    """
+    Compile a kernel (lazily, at its first call), or return it as it is.
+
+    widest : whether it is to use the widest vectors of a processor, whatever LLVM prefers
+    """
     _want_no_slots(function)
-    return _jit(function, inline=False) if COMPILED else function
+    return _jit(function, inline=False, widest=widest) if COMPILED else function
 
 
 def inline(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -277,6 +281,7 @@ def specialise(
     *,
     name: str,
     inlined: bool = False,
+    widest: bool = True,
     offered: Mapping[str, Any] | None = None,
     **bindings: Any,
 ) -> Callable[..., Any]:
@@ -286,6 +291,7 @@ def specialise(
         function : plain Python function whose source names slots
         name     : tells this kernel from the others made of the same source
         inlined  : let it disappear inside its caller, see `inline`
+        widest   : see `kernel`
         offered  : constants of a whole family of functions, of which this one takes those that it
                    names
         bindings : what else it names, by name: constants, tuples of constants, or kernels
@@ -304,7 +310,7 @@ def specialise(
     bound.__qualname__ = unique
     bound.__module__ = function.__module__
     bound.__doc__ = function.__doc__
-    made = inline(bound) if inlined else kernel(bound)
+    made = inline(bound) if inlined else kernel(bound, widest=widest)
     _MADE[function.__module__, unique] = made
     return made
 
@@ -330,6 +336,22 @@ def _identity(value: Any) -> Any:
 def plain(function: Callable[..., Any]) -> FunctionType:
     """Return the Python source function of a kernel."""
     return getattr(function, 'py_func', function)
+
+
+def prepared(
+    call: Callable[..., Any], first: Sequence[Any], last: Sequence[Any]
+) -> Callable[..., Any]:
+    """
+    Give a kernel with its last arguments at hand, to be called with the others, again and again.
+
+        call  : kernel, or what has a `prepared` of its own
+        first : such as it will be called with; nothing is run, but what is needed is compiled
+
+    Called with first arguments of other kinds (an integer where a float was) it has done nothing
+    and gives NotImplemented.
+    """
+    prepare = getattr(call, 'prepared', None)
+    return behind(call, last) if prepare is None else prepare(first, last)
 
 
 def argument(array: NDArray[Any]) -> Any:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid_body_sim.physics.compile.image import KernelStopped, kinds_of
+from rigid_body_sim.physics.compile.image import KernelStopped, kinds_of, with_last
 
 _PLACES = 5
 _STOP = -1.0
@@ -50,6 +50,10 @@ def agrees(image: Callable[..., Any]) -> bool:
         return False
     for i, one in enumerate(given):  # of another kind than was taken
         if image(*given[:i], str(one), *given[i + 1 :]) is not NotImplemented:
+            return False
+    for count in range(len(given)):
+        prepared = with_last(image, given[count:])
+        if prepared(*given[:count]) != probe(*expected) or prepared(*given) is not NotImplemented:
             return False
     if not all(np.array_equal(a, b) for a, b in zip(given, expected, strict=True)):
         return False

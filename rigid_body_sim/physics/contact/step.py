@@ -893,4 +893,4 @@ def tick_kernel(name: str, **bindings: Any) -> Callable[..., Any]:
     offered = dict(bindings)
     for stage in _STAGES:
         offered[stage.__name__[1:]] = specialise(stage, name=name, inlined=True, offered=offered)
-    return specialise(_advance, name=name, offered=offered)
+    return specialise(_advance, name=name, widest=False, offered=offered)

@@ -25,7 +25,7 @@ moment is seen as defect, and gone with it.)
 
 In a passive scene, without command and drive, the energy must not rise. `gain` is how far it did,
 above its lowest value before; `gains` says whether that is more than a method within its limits
-does.
+does. `PassiveEnergy` says so of a run that keeps no balance: it needs nothing but looks.
 """
 
 from __future__ import annotations
@@ -46,6 +46,7 @@ Array = NDArray[np.float64]
 # spring at h omega = 0.3 within 1 % of its swing: less is truncation, more is a run gone wrong.
 TOO_MUCH = 0.01  # [-] of the largest kinetic energy and change of potential energy
 OVERLAP = 1e-3  # [m] where bodies meet, heaps sink and rise by less while they come to rest
+NOT_IN_MOTION = 0.9  # [-] share of a gain that springs hold, from which on it is no motion
 ROUNDING = 1e-15  # [-] of kinetic and potential energy: of reading them, not of the run
 
 
@@ -81,16 +82,85 @@ class EnergyBalance:
         return self.gain is not None and self.gain > self.tolerated
 
 
-@dataclass
-class _Seen:
-    """What the looks so far met [J]."""
+class PassiveEnergy:
+    """
+    The energy that looks at a run met, and how far it rose.
 
-    kinetic: float
-    lowest_potential: float
-    highest_potential: float
-    lowest: float = 0.0  # change of the energy
-    gain: float = 0.0
-    lowest_rest: float = 0.0  # change less works, where bodies meet
+    kinetic, potential : [J] where it begins
+    overlap            : [J] that overlap of bodies that meet may explain
+
+    gain    : [J] how far the energy rose above its lowest value before
+    largest : [J] kinetic energy
+    """
+
+    def __init__(self, kinetic: float, potential: float, *, overlap: float = 0.0) -> None:
+        self._begin = (kinetic, potential)
+        self._overlap = overlap
+        self._potentials = (potential, potential)
+        self._lowest = 0.0
+        self.largest = kinetic
+        self.gain = 0.0
+
+    def change(self, kinetic: float, potential: float) -> float:
+        """Change of the energy since the begin [J]."""
+        return (kinetic - self._begin[0]) + (potential - self._begin[1])
+
+    def look(self, kinetic: float, potential: float) -> None:
+        """Take the energies of now [J] into the lowest and the largest."""
+        if not (math.isfinite(kinetic) and math.isfinite(potential)):
+            return
+        low, high = self._potentials
+        self._potentials = (min(low, potential), max(high, potential))
+        self.largest = max(self.largest, kinetic)
+        self.gain = self.gain_by(kinetic, potential)
+        self._lowest = min(self._lowest, self.change(kinetic, potential))
+
+    def gain_by(self, kinetic: float, potential: float) -> float:
+        """Give the gain with the energies of now [J]."""
+        return max(self.gain, self.change(kinetic, potential) - self._lowest)
+
+    def moved(self, kinetic: float, potential: float) -> float:
+        """Largest kinetic energy or change of potential energy, with those of now [J]."""
+        low, high = self._potentials
+        return max(self.largest, kinetic, max(high, potential) - min(low, potential))
+
+    def rounding(self, kinetic: float, potential: float) -> float:
+        """How wrong the reading of the energies may be, with those of now [J]."""
+        largest = max(self.largest, kinetic)
+        return ROUNDING * (largest + abs(potential) + abs(self._begin[1]))
+
+    def tolerated(self, kinetic: float, potential: float) -> float:
+        """Gain that truncation and overlap may explain, with the energies of now [J]."""
+        rounding = self.rounding(kinetic, potential)
+        return TOO_MUCH * self.moved(kinetic, potential) + rounding + self._overlap
+
+
+def overlap_energy(weight: float) -> float:
+    """Energy that overlap may hold where bodies meet [J], of the weight of all that moves [N]."""
+    return OVERLAP * weight
+
+
+def words_for_gain(
+    gain: float, tolerated: float, *, time: float, integrator: str, in_springs: bool
+) -> str:
+    """
+    Warn of a gain in one line.
+
+        gain, tolerated : [J]
+        time            : [s]
+        in_springs      : whether nearly all of it (NOT_IN_MOTION) is in what force elements store
+    """
+    said = (
+        f'the scene gained {gain:.2g} J by {time:g} s, though no command and no '
+        f'drive acts; up to {tolerated:.2g} J would be truncation'
+    )
+    if in_springs:
+        return (
+            f'{said}; nearly all of it stands in springs that a step of {integrator} does not '
+            'resolve: what their ends are apart at the ticks is an error of position, not an '
+            'energy that a body has; judge the run by its motion, or take a shorter dt'
+        )
+    return f'{said}; {integrator} brought it in: take a shorter dt or another integrator'
 
 
 class EnergyLedger:
@@ -118,33 +188,26 @@ class EnergyLedger:
     ) -> None:
         self._meter = meter
         self._work_done = works
-        self._begin = (kinetic, potential)
         self._meets = meets
         self._driven = driven
-        self._overlap = OVERLAP * weight if meets else 0.0
-        self._seen = _Seen(kinetic, potential, potential)
+        overlap = overlap_energy(weight) if meets else 0.0
+        self._seen = PassiveEnergy(kinetic, potential, overlap=overlap)
+        self._lowest_rest = 0.0  # change less works, where bodies meet [J]
 
     @property
     def is_passive(self) -> bool:
         """Whether nothing brought energy in so far."""
         return not (self._driven or self._meter.was_commanded)
 
-    def _change(self, kinetic: float, potential: float) -> float:
-        return (kinetic - self._begin[0]) + (potential - self._begin[1])
-
     def look(self, kinetic: float, potential: float) -> None:
         """Take the energies of now [J] into the lowest and the largest."""
         if not (math.isfinite(kinetic) and math.isfinite(potential)):
             return
-        seen, change = self._seen, self._change(kinetic, potential)
-        seen.kinetic = max(seen.kinetic, kinetic)
-        seen.lowest_potential = min(seen.lowest_potential, potential)
-        seen.highest_potential = max(seen.highest_potential, potential)
-        seen.gain = max(seen.gain, change - seen.lowest)
-        seen.lowest = min(seen.lowest, change)
+        self._seen.look(kinetic, potential)
         if self._meets:
             commands, drives, taken, _ = self._works()
-            seen.lowest_rest = min(seen.lowest_rest, change - (commands + drives - taken))
+            rest = self._seen.change(kinetic, potential) - (commands + drives - taken)
+            self._lowest_rest = min(self._lowest_rest, rest)
 
     def _works(self) -> tuple[float, float, float, float]:
         """Work of commands and drives, what was dissipated, and how wrong they may be [J]."""
@@ -154,16 +217,13 @@ class EnergyLedger:
 
     def balance(self, kinetic: float, potential: float) -> EnergyBalance:
         """Draw the balance with the energies of now [J]; the looks stay as they are."""
-        seen, change = self._seen, self._change(kinetic, potential)
+        seen = self._seen
+        change = seen.change(kinetic, potential)
         commands, drives, taken, error = self._works()
         rest = change - (commands + drives - taken)
-        contact = max(0.0, -min(seen.lowest_rest, rest)) if self._meets else 0.0
+        contact = max(0.0, -min(self._lowest_rest, rest)) if self._meets else 0.0
         defect = rest + contact
-        largest = max(seen.kinetic, kinetic)
-        span = max(seen.highest_potential, potential) - min(seen.lowest_potential, potential)
-        moved = max(largest, span)
-        turnover = max(moved, abs(commands), abs(drives), taken)
-        rounding = ROUNDING * (largest + abs(potential) + abs(self._begin[1]))
+        turnover = max(seen.moved(kinetic, potential), abs(commands), abs(drives), taken)
         return EnergyBalance(
             change=change,
             work_of_commands=commands,
@@ -171,9 +231,9 @@ class EnergyLedger:
             dissipation=taken,
             contact=contact,
             defect=defect,
-            uncertainty=error + rounding,
+            uncertainty=error + seen.rounding(kinetic, potential),
             relative=0.0 if defect == 0.0 else abs(defect) / turnover if turnover else math.inf,
             turnover=turnover,
-            gain=max(seen.gain, change - seen.lowest) if self.is_passive else None,
-            tolerated=TOO_MUCH * moved + rounding + self._overlap,
+            gain=seen.gain_by(kinetic, potential) if self.is_passive else None,
+            tolerated=seen.tolerated(kinetic, potential),
         )

@@ -130,7 +130,7 @@ class StabilityWatch:
             moments = self._layout.moments
             spread = moments.max(axis=1) / moments.min(axis=1) - 1.0
             rotation[: len(moments)] /= np.minimum(spread, 1.0)
-        oscillation = np.full(n, limits.oscillation)
+        oscillation = np.full(n, self._oscillation)
         if limits.resists:
             rates = self.rates(state)
             damped = self._h * rates['oscillation'] ** 2 <= rates['relaxation'] * ROUNDING
@@ -141,6 +141,14 @@ class StabilityWatch:
             'oscillation': oscillation,
             'relaxation': np.full(n, limits.relaxation),
         }
+
+    @cached_property
+    def _oscillation(self) -> float:
+        """The limit of springs that are not bent."""
+        limits = self._integrator.limits
+        if any(force.depends_on_velocity() for force in self._scene.forces):
+            return limits.oscillation_with_velocity or limits.oscillation
+        return limits.oscillation
 
     @cached_property
     def _least_inertia(self) -> dict[int, float]:

@@ -30,7 +30,8 @@ Source: Hildebrand, Introduction to Numerical Analysis, sections 5.8 and 3.10.
 from __future__ import annotations
 
 import math
-from functools import cache
+from collections.abc import Callable
+from functools import cache, wraps
 from itertools import pairwise
 from typing import Any, Protocol
 
@@ -76,6 +77,17 @@ class Motion(Protocol):
     def return_to(self, snapshot: Any) -> None:
         """Put back what `snapshot` gave."""
         ...
+
+
+def _quiet(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a method print no warnings of numpy: a run about to diverge says so itself."""
+
+    @wraps(method)
+    def quietly(*arguments: Any, **options: Any) -> Any:
+        with np.errstate(over='ignore', invalid='ignore'):
+            return method(*arguments, **options)
+
+    return quietly
 
 
 class WorkMeter:
@@ -130,6 +142,7 @@ class WorkMeter:
         self._sums[:] = sums
         self._rows[: len(rows)] = rows
 
+    @_quiet
     def cut(self) -> None:
         """End the stretch: from here on the power is another, or the motion is."""
         if self._count:
@@ -151,6 +164,7 @@ class WorkMeter:
         """Whether a command acted so far."""
         return self.powers.was_commanded
 
+    @_quiet
     def work(self) -> tuple[Array, Array]:
         """Work so far, and how wrong its quadrature may be, (SUMS,) and (SUMS,) [J]."""
         found = self._sums[:PIECES].copy()
@@ -158,6 +172,7 @@ class WorkMeter:
             found += self._of_stretch()
         return found[0], found[1]
 
+    @_quiet
     def follow(
         self, motion: Motion, ticks: int, tick: float, h: float, *, to_the_end: bool
     ) -> bool:

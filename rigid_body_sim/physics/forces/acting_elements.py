@@ -78,6 +78,7 @@ class ActingElements:
         self._powers: dict[str, PowerKernel] = {}
         self._evaluate: Callable[..., Any] | None = None
         self._always = bool(self.names)  # something depends on the state whatever is commanded
+        self.do_nothing = not self._always
         self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
     def _take_inertias(self, scene: Scene, layout: Layout) -> list[int]:
@@ -93,9 +94,12 @@ class ActingElements:
     def set_turning(self, table: Array) -> None:
         """Take over the table of what is held and turns with the bodies."""
         self.turning = len(table)
+        self.do_nothing = not (self._always or self.turning)
         flows = np.array(self._flows, dtype=np.float64).reshape(-1)
         last = len(self._tables) + table.size
         self.numbers = np.concatenate((self._tables, table.reshape(-1), flows))
+        held = self.numbers[len(self._tables) : last]
+        self.table = held.reshape(-1, held_body_wrench.COLUMNS)
         ranges = [*self._ranges, len(self._tables), len(table)]
         if self.pivots.count and self._types:
             ranges = [*self._ranges_of_pivots, *ranges]
@@ -111,8 +115,7 @@ class ActingElements:
 
     def change_turning(self, table: Array) -> None:
         """Take over other numbers for as many bodies as turn already."""
-        start = len(self._tables)
-        self.numbers[start : start + table.size] = table.reshape(-1)
+        self.table[:] = table
 
     def bodies_at(self, places: Sequence[float], h: float) -> NDArray[np.bool_]:
         """
@@ -129,11 +132,6 @@ class ActingElements:
         names = [*self._types, *([variable_mass.NAME] if self._flows else [])]
         names += [inertia_over_time.NAME] if self._ranges_of_inertia else []
         return names + ([pivot.NAME] if self.pivots.count else [])
-
-    @property
-    def do_nothing(self) -> bool:
-        """Whether nothing at all depends on the state."""
-        return not (self._always or self.turning)
 
     def chain(self) -> list[tuple[str, Any]]:
         """Give the elements of the scene, with those that no scene names, by name."""

@@ -14,15 +14,16 @@ about the centre of mass.
 
 from __future__ import annotations
 
-import math
 import operator
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.compile.kernels import argument, inline, kernel, prepared
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.forces.elements import held_body_wrench
 from rigid_body_sim.physics.forces.power import HELD
@@ -32,33 +33,23 @@ from rigid_body_sim.physics.model.named_frames import (
     at_center,
     frame_of,
 )
-from rigid_body_sim.physics.model.numbers import checked_vector, numbers, shown
+from rigid_body_sim.physics.model.numbers import FLOATS, checked_vector, shown, vector
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state.blocks import (
     FORCE,
-    FX,
-    FY,
-    FZ,
     HELD_FORCE,
     HELD_TORQUE,
-    HX,
-    HY,
-    HZ,
-    KX,
-    KY,
-    KZ,
     LANES,
     ROTATION,
     TORQUE,
     TRANSLATION,
-    TX,
-    TY,
-    TZ,
+    at,
     rows,
     scatter,
 )
 from rigid_body_sim.physics.state.layout import Layout
+from rigid_body_sim.physics.vectors import add, load, store, store_strided
 
 Array = NDArray[np.float64]
 
@@ -66,6 +57,96 @@ SOURCES = ('force', 'torque', 'wrench')
 FOREVER = 2**62  # [tick]
 NOTHING = (0.0,) * 6  # force [N] and torque [N m]
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
+LARGEST = sys.float_info.max
+BODY, RIGID = held_body_wrench.BODY, held_body_wrench.RIGID
+TURNING_FORCE, TURNING_TORQUE = held_body_wrench.FORCE, held_body_wrench.TORQUE
+COLUMNS = held_body_wrench.COLUMNS
+
+
+@kernel
+def _put_one(core, fx, fy, fz, tx, ty, tz, n_rigid, weights, translation, rotation):
+    """Write what is held by one body, and its weight, into its lane."""
+    force = add((fx, fy, fz), load(weights, 3 * core))
+    place = at(core, TRANSLATION)
+    store_strided(translation, place + HELD_FORCE, LANES, force)
+    store_strided(translation, place + FORCE, LANES, force)
+    if core < n_rigid:
+        place = at(core, ROTATION)
+        store_strided(rotation, place + HELD_TORQUE, LANES, (tx, ty, tz))
+        store_strided(rotation, place + TORQUE, LANES, (tx, ty, tz))
+
+
+@kernel
+def _put_all(forces, torques, n_moving, n_rigid, weights, translation, rotation):
+    """Write what is held by all bodies, and their weights, into their lanes."""
+    for core in range(n_moving):
+        force = add(load(forces, 3 * core), load(weights, 3 * core))
+        place = at(core, TRANSLATION)
+        store_strided(translation, place + HELD_FORCE, LANES, force)
+        store_strided(translation, place + FORCE, LANES, force)
+    for core in range(n_rigid):
+        torque = load(torques, 3 * core)
+        place = at(core, ROTATION)
+        store_strided(rotation, place + HELD_TORQUE, LANES, torque)
+        store_strided(rotation, place + TORQUE, LANES, torque)
+
+
+@inline
+def _is_asked(vectors, i):
+    return vectors[3 * i] != 0.0 or vectors[3 * i + 1] != 0.0 or vectors[3 * i + 2] != 0.0
+
+
+@kernel
+def _take_rows(given_force, given_torque, scene_index, still, n_rigid, turns, axes, force, torque):
+    """
+    Copy rows in scene order into rows in core order: as they are, where they turn with the bodies
+    in principal axes. Return how many numbers are not as they may be; then nothing is copied.
+    """
+    wrong = 0
+    for i in range(len(given_force)):
+        if not (abs(given_force[i]) <= LARGEST and abs(given_torque[i]) <= LARGEST):
+            wrong += 1
+    for number in range(len(still)):
+        i = still[number]
+        if _is_asked(given_force, i) or _is_asked(given_torque, i):
+            wrong += 1
+    for core in range(n_rigid, len(scene_index)):
+        i = scene_index[core]
+        if _is_asked(given_torque, i) or (turns == 1 and _is_asked(given_force, i)):
+            wrong += 1
+    if wrong > 0:
+        return wrong
+    for core in range(len(scene_index)):
+        i = scene_index[core]
+        for k in range(3):
+            if turns == 0 or core >= n_rigid:
+                force[3 * core + k] = given_force[3 * i + k] + 0.0  # no zero is negative
+                torque[3 * core + k] = given_torque[3 * i + k] + 0.0
+            else:
+                x, y, z = (
+                    axes[9 * core + 3 * k],
+                    axes[9 * core + 3 * k + 1],
+                    axes[9 * core + 3 * k + 2],
+                )
+                a, b, c = load(given_force, 3 * i)
+                force[3 * core + k] = x * a + y * b + z * c + 0.0
+                a, b, c = load(given_torque, 3 * i)
+                torque[3 * core + k] = x * a + y * b + z * c + 0.0
+    return wrong
+
+
+@kernel
+def _list_turning(forces, torques, n_rigid, table):
+    """List the rigid bodies of which something is asked, as `held_body_wrench` has them."""
+    count = 0
+    for core in range(n_rigid):
+        if _is_asked(forces, core) or _is_asked(torques, core):
+            row = COLUMNS * count
+            table[row + BODY] = table[row + RIGID] = float(core)
+            store(table, row + TURNING_FORCE, load(forces, 3 * core))
+            store(table, row + TURNING_TORQUE, load(torques, 3 * core))
+            count += 1
+    return count
 
 
 class Slot(NamedTuple):
@@ -109,12 +190,11 @@ class Rows:
 
     def sums(self) -> tuple[Array, Array, Array]:
         """Give what `HeldWrenches.sums` gives of these slots."""
-        columns = held_body_wrench.COLUMNS
         if not self.turns_with_body:
-            return self.force.copy(), self.torque.copy(), np.zeros((0, columns))
+            return self.force.copy(), self.torque.copy(), np.zeros((0, COLUMNS))
         bodies = self.acting()
-        table = np.zeros((len(bodies), columns))
-        table[:, held_body_wrench.BODY] = table[:, held_body_wrench.RIGID] = bodies
+        table = np.zeros((len(bodies), COLUMNS))
+        table[:, BODY] = table[:, RIGID] = bodies
         table[:, held_body_wrench.FORCES] = self.force[bodies]
         table[:, held_body_wrench.TORQUES] = self.torque[bodies]
         return np.zeros_like(self.force), np.zeros_like(self.torque), table
@@ -136,15 +216,18 @@ class HeldWrenches:
         for core in range(layout.n_moving):
             if flow_of(layout.body(core)) is not None:
                 self._weight[core] = 0.0  # `elements.variable_mass` adds it after its own factor
-        self._weights = self._weight.tolist()
         self._records = [layout.body(core) for core in range(layout.n_moving)]
+        self._cores = {record.name: core for core, record in enumerate(self._records)}
         self._still = np.setdiff1d(np.arange(len(layout.bodies)), layout.moving)
-        self._is_in_order = np.array_equal(layout.moving, np.arange(len(layout.bodies)))
-        self._table = np.zeros((0, held_body_wrench.COLUMNS))
+        self._nothing = np.zeros((len(layout.bodies), 3))
+        self._shape = self._nothing.shape
+        self._asked: dict[bool, tuple[Rows, Callable[..., Any]]] = {}  # by whether it turns
+        self._writers: dict[str, tuple[Any, Any, Callable[..., Any]]] = {}  # blocks, who writes
+        self._table = np.zeros((0, COLUMNS))
         self._slots: dict[tuple[int, str], Slot] = {}
         self._rows: Rows | None = None  # then there are no other slots
         self._sources: dict[int, tuple[str, ...]] = {}  # of each body, in the order of adding
-        self._ending = FOREVER  # [tick] no slot ends before
+        self.no_end_before = FOREVER  # [tick] no slot ends before; `next_expiry`, or earlier
         self._is_exact = True  # whether one ends then
         self._changed: set[int] | None = None  # bodies since the last `write`; None: any
         self._turning: dict[int, int] | None = {}  # core index: its row of `_table`; None: look
@@ -163,7 +246,7 @@ class HeldWrenches:
             _slots=dict(slots),
             _rows=None,
             _sources={core: tuple(names) for core, names in sources.items()},
-            _ending=min((slot.until for slot in slots.values()), default=FOREVER),
+            no_end_before=min((slot.until for slot in slots.values()), default=FOREVER),
             _is_exact=True,
             _changed=None,
         )
@@ -185,24 +268,25 @@ class HeldWrenches:
         Raises InvalidModel for an unknown or fixed body, an unknown frame, anything but finite
         numbers, a torque on a point mass.
         """
-        core = self._layout.core(body)
-        record = self._records[core]
-        if frame.__class__ is not str or frame != 'world':
-            frame = frame_of(record, frame)
         try:
-            pushed, turned = numbers(force, 3, unit='N'), numbers(torque, 3, unit='N m')
-        except InvalidModel:  # told with the name of the body
+            core = self._cores[body]
+        except (KeyError, TypeError):
+            core = self._layout.core(body)  # says what is wrong
+        if frame.__class__ is not str or (frame != 'world' and frame != 'body'):
+            frame = frame_of(self._records[core], frame)
+        pushed, turned = vector(force), vector(torque)
+        if pushed is None or turned is None:
             pushed = checked_vector(f'command to {body!r}', 'force', force)
             turned = checked_vector(f'command to {body!r}', 'torque', torque)
-        force, torque = cast(Vector, pushed), cast(Vector, turned)
+        force, torque = pushed, turned
         if core >= self._layout.n_rigid and any(torque):
             raise InvalidModel(
                 f'command to {body!r}: torque {torque} on a point mass, which has no orientation; '
                 'give a force only, or give the body a shape with extent'
             )
-        if frame in record.frames:
+        if frame not in RESERVED_FRAMES:
             try:
-                force, torque = at_center(record.frames[frame], force, torque)
+                force, torque = at_center(self._records[core].frames[frame], force, torque)
             except InvalidModel as error:
                 raise InvalidModel(f'command to {body!r} in frame {frame!r}: {error}') from None
         return core, force, torque, frame
@@ -212,40 +296,41 @@ class HeldWrenches:
     ) -> None:
         """Put what one source asks of a body into its slot; see `Simulation.hold`."""
         core, force, torque, frame = self.checked(body, force, torque, frame)
-        if not isinstance(source, str) or source not in SOURCES:
+        if source.__class__ is not str or source not in SOURCES:
             raise InvalidModel(
                 f'command to {body!r}: source {shown(source)}; allowed: {", ".join(SOURCES)}'
             )
-        if not isinstance(until, int | np.integer):
+        if until.__class__ is not int and not isinstance(until, int | np.integer):
             raise InvalidModel(f'command to {body!r}: until {shown(until)}; a tick is needed')
         in_body = frame != 'world'
         if in_body:
-            force = self._layout.principal_axes(body, force)
-            torque = self._layout.principal_axes(body, torque)
-        if frame not in RESERVED_FRAMES:
-            source += SEPARATOR + frame
+            force = self._layout.principal_axes_of(core, force)
+            torque = self._layout.principal_axes_of(core, torque)
+            if frame != 'body':
+                source += SEPARATOR + frame
         if self._rows is not None:
             self.slots = self._rows.slots()
         if self._changed is not None:
             self._changed.add(core)  # before it is so: an interrupt may come in between
-        if not (any(force) or any(torque)):
+        if force == NO_VECTOR and torque == NO_VECTOR:
             self._drop(core, source)
             return
-        before = self._slots.get((core, source))
+        key = core, source
+        before = self._slots.get(key)
         if before is None:
             known = {*self._sources.get(core, ()), source}
             self._sources[core] = tuple(sorted(known, key=lambda name: _place((core, name))))
-        elif before.until == self._ending != FOREVER:
+        elif before.until == self.no_end_before != FOREVER:
             self._is_exact = False
-        if until < self._ending:
-            self._ending, self._is_exact = until, True
-        self._slots[core, source] = Slot(force, torque, in_body, until)
+        if until < self.no_end_before:
+            self.no_end_before, self._is_exact = until, True
+        self._slots[key] = Slot(force, torque, in_body, until)
 
     def _drop(self, core: int, source: str) -> None:
         """Forget a slot, if there is one."""
         slot = self._slots.pop((core, source), None)
         if slot is not None:
-            self._is_exact &= slot.until != self._ending or self._ending == FOREVER
+            self._is_exact &= slot.until != self.no_end_before or self.no_end_before == FOREVER
             left = tuple(name for name in self._sources[core] if (core, name) in self._slots)
             if left:
                 self._sources[core] = left
@@ -259,66 +344,82 @@ class HeldWrenches:
                 f"commands to all bodies: frame {shown(frame)}; allowed: 'world', 'body'; a frame "
                 'of one body is for set_wrench'
             )
-        layout, turns = self._layout, frame != 'world'
+        turns = frame != 'world'
+        asked, take = self._asked.get(turns) or self._make_rows(turns)
+        others = {}
+        if self._rows is None and self._slots:
+            others = {key: slot for key, slot in self._slots.items() if key[1] != 'wrench'}
+        self._changed = None  # before it is so: an interrupt may come in between
+        pushed, turned = self._flat(force), self._flat(torque)
+        if pushed is None or turned is None or take(pushed, turned):
+            pushed, turned = self._checked_rows(force, torque, turns=turns)
+            take(argument(pushed.reshape(-1)), argument(turned.reshape(-1)))
+        if others:
+            self.slots = {**others, **asked.slots()}
+        elif self._rows is not asked:
+            self.__dict__.update(
+                _slots={}, _rows=asked, _sources={}, no_end_before=FOREVER, _is_exact=True
+            )  # one call of C: no interrupt comes between
+
+    def _make_rows(self, turns: bool) -> tuple[Rows, Callable[..., Any]]:
+        """Make what keeps the rows of one kind, and what takes them over, all or none."""
+        layout = self._layout
+        made = Rows(np.zeros((layout.n_moving, 3)), np.zeros((layout.n_moving, 3)), turns)
+        kept = (argument(made.force.reshape(-1)), argument(made.torque.reshape(-1)))
+        still, axes = argument(self._still), argument(layout.to_principal)
+        last = (argument(layout.moving), still, layout.n_rigid, int(turns), axes, *kept)
+        nothing = argument(self._nothing.reshape(-1))
+        self._asked[turns] = made, prepared(_take_rows, (nothing, nothing), last)
+        return self._asked[turns]
+
+    def _flat(self, values: Any) -> Any:
+        """Give rows of numbers, or zeros for None, as kernels take them; None: ask further."""
+        if values is None:
+            values = self._nothing
+        if values.__class__ is not np.ndarray or values.dtype is not FLOATS:
+            return None
+        return argument(values.reshape(-1)) if values.shape == self._shape else None
+
+    def _checked_rows(self, force: Any, torque: Any, *, turns: bool) -> tuple[Array, Array]:
+        """Return (n, 3) numbers in scene order that the bodies may be asked for."""
+        layout = self._layout
         pushed, turned = (
             self._rows_of(name, values) for name, values in (('force', force), ('torque', torque))
         )
-        points = slice(layout.n_rigid, None)
-        has_points = layout.n_rigid < layout.n_moving
-        if has_points and (turned[points].any() or (turns and pushed[points].any())):
+        points = layout.moving[layout.n_rigid :]
+        if turned[points].any() or (turns and pushed[points].any()):
             asked = np.abs(turned) + np.abs(pushed) if turns else np.abs(turned)
-            core = layout.n_rigid + int(np.argmax(asked[points].any(axis=1)))
-            self.checked(layout.body(core).name, pushed[core], turned[core], 'world')
-            layout.principal_axes(layout.body(core).name, NO_VECTOR)
-        if turns:
-            rigid = slice(layout.n_rigid)
-            pushed[rigid] = layout.all_principal_axes(pushed[rigid]) + 0.0
-            turned[rigid] = layout.all_principal_axes(turned[rigid]) + 0.0
-        asked_of_all = Rows(pushed, turned, turns)
-        others = {}
-        if self._rows is None:
-            others = {key: slot for key, slot in self._slots.items() if key[1] != 'wrench'}
-        if others:
-            self.slots = {**others, **asked_of_all.slots()}
-            return
-        self.__dict__.update(
-            _slots={},
-            _rows=asked_of_all,
-            _sources={},
-            _ending=FOREVER,
-            _is_exact=True,
-            _changed=None,
-        )  # one call of C: no interrupt comes between
+            index = int(points[np.argmax(asked[points].any(axis=1))])
+            name = layout.names[index]
+            self.checked(name, pushed[index], turned[index], 'world')
+            layout.principal_axes(name, NO_VECTOR)
+        return pushed, turned
 
     def _rows_of(self, name: str, values: Any) -> Array:
-        """Return (m, 3) finite numbers in core order of (n, 3) in scene order; None: zeros."""
+        """Return (n, 3) finite numbers in scene order; None: zeros."""
         layout = self._layout
-        count = len(layout.bodies)
         if values is None:
-            return np.zeros((layout.n_moving, 3))
+            return self._nothing
         try:
             given = np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError):
             given = np.zeros(0)
-        if given.shape != (count, 3):
+        if given.shape != self._shape:
             raise InvalidModel(
                 f'commands to all bodies: {name} {shown(values)} of shape {np.shape(given)}; '
-                f'allowed: an array ({count}, 3), a row for each body in the order of the scene, '
+                f'allowed: an array {self._shape}, a row for each body in the order of the scene, '
                 'or None'
             )
-        with np.errstate(over='ignore', invalid='ignore'):
-            is_finite = math.isfinite(np.add.reduce(given, axis=None))  # or beyond the numbers
-        if not is_finite or (self._still.size and given[self._still].any()):
-            wrong = ~np.isfinite(given).all(axis=1)
-            wrong[self._still] |= given[self._still].any(axis=1)
-            if wrong.any():
-                row = int(np.argmax(wrong))
-                self.checked(layout.names[row], given[row], NO_VECTOR, 'world')  # says the reason
-        return (given if self._is_in_order else given[layout.moving]) + 0.0  # no zero is negative
+        wrong = ~np.isfinite(given).all(axis=1)
+        wrong[self._still] |= given[self._still].any(axis=1)
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            self.checked(layout.names[row], given[row], NO_VECTOR, 'world')  # says the reason
+        return np.ascontiguousarray(given) + 0.0  # no zero is negative
 
     def drop_expired(self, tick: int) -> bool:
         """Let go of what ends before this tick; tell whether there was any."""
-        if self._ending > tick:
+        if self.no_end_before > tick:
             return False
         expired = [key for key, slot in self._slots.items() if slot.until <= tick]
         if self._changed is not None:
@@ -329,19 +430,14 @@ class HeldWrenches:
         return bool(expired)
 
     def _find_end(self) -> None:
-        self._ending = min((slot.until for slot in self._slots.values()), default=FOREVER)
+        self.no_end_before = min((slot.until for slot in self._slots.values()), default=FOREVER)
         self._is_exact = True
-
-    @property
-    def no_end_before(self) -> int:
-        """A tick [tick] before which no slot ends; `next_expiry`, or earlier, without a search."""
-        return self._ending
 
     def next_expiry(self) -> int:
         """First tick on which a slot ends."""
         if not self._is_exact:
             self._find_end()
-        return self._ending
+        return self.no_end_before
 
     def sums(self) -> tuple[Array, Array, Array]:
         """
@@ -360,7 +456,7 @@ class HeldWrenches:
             force[core], torque[core] = held[:3], held[3:]
             if row is not None:
                 turning.append([core, core, *row])
-        table = np.array(turning, dtype=np.float64).reshape(-1, held_body_wrench.COLUMNS)
+        table = np.array(turning, dtype=np.float64).reshape(-1, COLUMNS)
         return force, torque, table
 
     def _sums_of(self, core: int) -> tuple[Sequence[float], Sequence[float] | None]:
@@ -369,7 +465,13 @@ class HeldWrenches:
         or None.
         """
         held, turning = NOTHING, None
-        for source in self._sources.get(core, ()):
+        sources = self._sources.get(core, ())
+        slot = self._slots.get((core, sources[0])) if len(sources) == 1 else None
+        if slot is not None:  # as a rule: the same sum in one go
+            (fx, fy, fz), (tx, ty, tz) = slot.force, slot.torque
+            one = (0.0 + fx, 0.0 + fy, 0.0 + fz, 0.0 + tx, 0.0 + ty, 0.0 + tz)
+            return (NOTHING, one) if slot.turns_with_body else (one, None)
+        for source in sources:
             slot = self._slots.get((core, source))
             if slot is None:  # an interrupt came while it was put or dropped
                 continue
@@ -395,15 +497,41 @@ class HeldWrenches:
         Write what is held in world axes, gravity with it, into the blocks, for the bodies whose
         commands changed since `written`; return the table of what turns.
         """
-        if self._changed is None:
-            self._write_all(translation, rotation)
-        else:
+        if self._changed is not None:
             self._write_bodies(self._changed, translation, rotation)
+        elif self._rows is not None:
+            self._write_rows(self._rows, translation, rotation)
+        else:
+            self._write_all(translation, rotation)
         return self._table
 
-    def written(self) -> None:
-        """Note that what `write` gave has arrived: until then an interrupt lets all be redone."""
-        self._changed = set()
+    def written(self, table: Array) -> None:
+        """
+        Note that what `write` gave has arrived: until then an interrupt lets all be redone.
+
+        table : where what turns lies now
+        """
+        self._table, self._changed = table, set()
+
+    def prepare(self, translation: Array, rotation: Array) -> None:
+        """Compile what writes the commands to single bodies into these blocks."""
+        self._writer('_put_one', translation, rotation)
+
+    def _writer(self, name: str, translation: Array, rotation: Array) -> Callable[..., Any]:
+        """Give what writes into the lanes of these blocks: `_put_one` or `_put_all`."""
+        made = self._writers.get(name)
+        if made is None or made[0] is not translation or made[1] is not rotation:
+            n_moving, n_rigid = self._layout.n_moving, self._layout.n_rigid
+            arrays = [
+                argument(array) for array in (self._weight.reshape(-1), translation, rotation)
+            ]
+            if name == '_put_one':
+                write = prepared(_put_one, (0, *NOTHING), (n_rigid, *arrays))
+            else:
+                nothing = argument(np.zeros(3 * n_moving))
+                write = prepared(_put_all, (nothing, nothing), (n_moving, n_rigid, *arrays))
+            self._writers[name] = made = (translation, rotation, write)
+        return made[2]
 
     def _write_all(self, translation: Array, rotation: Array) -> None:
         force, torque, table = self.sums()
@@ -418,30 +546,39 @@ class HeldWrenches:
                 rows(array, size, total, 3)[:] = rows(array, size, held, 3)
         self._table, self._turning = table, None
 
+    def _write_rows(self, asked: Rows, translation: Array, rotation: Array) -> None:
+        """Do what `_write_all` does, for what is asked of all at once."""
+        force, torque = argument(asked.force.reshape(-1)), argument(asked.torque.reshape(-1))
+        put_all = self._writer('_put_all', translation, rotation)
+        if not asked.turns_with_body:
+            put_all(force, torque)
+            self._table, self._turning = self._table[:0], {}
+            return
+        nothing = argument(np.zeros(asked.force.size))
+        put_all(nothing, nothing)
+        table = np.zeros((self._layout.n_rigid, COLUMNS))
+        count = _list_turning(force, torque, self._layout.n_rigid, argument(table.reshape(-1)))
+        self._table, self._turning = table[:count], None
+
     def _write_bodies(self, changed: set[int], translation: Array, rotation: Array) -> None:
+        if not changed:
+            return
+        put_one = self._writer('_put_one', translation, rotation)
         rows_of: dict[int, Sequence[float] | None] = {}
         places = self._turning
         if places is None:
-            cores = self._table[:, held_body_wrench.BODY].astype(int).tolist()
+            cores = self._table[:, BODY].astype(int).tolist()
             places = self._turning = {core: row for row, core in enumerate(cores)}
         for core in changed:
-            (*force, tx, ty, tz), turning = self._sums_of(core)
+            held, turning = self._sums_of(core)
             if turning is not None or core in places:
                 rows_of[core] = turning
-            wx, wy, wz = self._weights[core]
-            fx, fy, fz = force[0] + wx, force[1] + wy, force[2] + wz
-            k = core // LANES * TRANSLATION + core % LANES
-            translation[k + HX] = translation[k + FX] = fx
-            translation[k + HY] = translation[k + FY] = fy
-            translation[k + HZ] = translation[k + FZ] = fz
-            if core < self._layout.n_rigid:
-                k = core // LANES * ROTATION + core % LANES
-                rotation[k + KX] = rotation[k + TX] = tx
-                rotation[k + KY] = rotation[k + TY] = ty
-                rotation[k + KZ] = rotation[k + TZ] = tz
+            put_one(core, *held)
+        if not rows_of:
+            return
         if all(row is not None and core in places for core, row in rows_of.items()):
             for core, row in rows_of.items():
-                self._table[places[core], held_body_wrench.FORCE :] = row
+                self._table[places[core], TURNING_FORCE:] = row
         else:
             self._table, self._turning = self.sums()[2], None
 

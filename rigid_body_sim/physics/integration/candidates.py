@@ -31,24 +31,27 @@ class Price:
 
     body        : [ns] of each body, beside the forces
     evaluations : of the forces
+    with_velocity : the same where a force depends on velocity; 0: as many
     solves      : systems of linear equations, one unknown for each way a body can move
     """
 
     body: float
     evaluations: int
     solves: int = 0
+    with_velocity: int = 0
 
 
 SOLVE = 450.0  # [ns] of a body, one solution with its derivatives
 PRICES = {
     'linear_propagator': Price(10.0, 0),
-    'dmv6': Price(14.0, 1),
+    'dmv6': Price(14.0, 1, with_velocity=2),
     'rk4': Price(17.0, 4),
-    'dmv10': Price(18.0, 1),
+    'dmv10': Price(18.0, 1, with_velocity=2),
+    'force_gradient4': Price(35.0, 3, with_velocity=4),
     'rk45': Price(60.0, 6),
     'rk8': Price(110.0, 12),
     'blanes_moan4': Price(120.0, 6),
-    'exact_rotor': Price(500.0, 1),
+    'exact_rotor': Price(500.0, 1, with_velocity=2),
     'linearly_implicit': Price(100.0, 2, 1),
     'implicit_midpoint': Price(100.0, 6, 3),
     'sdirk2': Price(200.0, 12, 6),
@@ -143,8 +146,7 @@ def price_of_step(name: str, scene: Scene) -> float:
     """Nominal cost of one step of a scene [ns]."""
     price, bodies = PRICES[name], len(scene.bodies)
     terms = len(scene.forces) + sum(body.pivot is not None for body in scene.bodies)
-    return (
-        price.body * bodies
-        + EVALUATION * price.evaluations * terms
-        + SOLVE * price.solves * bodies
-    )
+    evaluations = price.evaluations
+    if price.with_velocity and any(force.depends_on_velocity() for force in scene.forces):
+        evaluations = price.with_velocity
+    return price.body * bodies + EVALUATION * evaluations * terms + SOLVE * price.solves * bodies

@@ -31,6 +31,8 @@ class Limits:
                   rest length, or holds a body off its centre of mass. The largest step that kept
                   the energy of random chains (`benchmark/stiff_chains.py`)
     resists     : that the latter holds: damping c >= h k makes such a spring stable
+    oscillation_with_velocity : [rad] `oscillation` in a scene where a force depends on velocity,
+                  of a method that makes its steps otherwise there
     relaxation  : [-] h k of linear drag, v' = -k v, up to which v does not grow: |R(-z)| <= 1
     """
 
@@ -38,6 +40,7 @@ class Limits:
     gyroscopic: bool = False
     matrix: float | None = None
     oscillation: float = math.inf
+    oscillation_with_velocity: float | None = None
     bent: float = math.inf
     resists: bool = False
     relaxation: float = math.inf

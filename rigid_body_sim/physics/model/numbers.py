@@ -19,6 +19,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 
 NUMBERS = (int, float, np.integer, np.floating)
 USUAL = frozenset((float, np.float64))  # what they are as a rule
+FLOATS = np.dtype(np.float64)
 COUNTS = {3: 'three', 4: 'four'}
 
 
@@ -77,6 +78,27 @@ def numbers(value: Any, count: int, *, unit: str) -> tuple[float, ...]:
             f'got {shown(value)}; {COUNTS.get(count, count)} finite numbers [{unit}] are needed'
         )
     return tuple(map(float, items))
+
+
+def vector(value: Any) -> tuple[float, float, float] | None:
+    """
+    Return three finite floats of a tuple, a list or an array as a controller gives them; None for
+    anything else, which may still be three numbers: see `numbers`.
+    """
+    kind = value.__class__
+    if kind is np.ndarray:
+        if value.dtype is not FLOATS or value.shape != (3,):
+            return None
+        x, y, z = value.tolist()
+    elif (kind is tuple or kind is list) and len(value) == 3:
+        x, y, z = value
+        if not x.__class__ is y.__class__ is z.__class__ is float:
+            if not USUAL.issuperset((x.__class__, y.__class__, z.__class__)):
+                return None
+            x, y, z = float(x), float(y), float(z)
+    else:
+        return None
+    return (x, y, z) if math.isfinite(x + y + z) else None
 
 
 def checked_vector(said: str, name: str, values: Any) -> tuple[float, float, float]:

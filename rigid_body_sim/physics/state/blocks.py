@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
-from rigid_body_sim.physics.compile.kernels import inline
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.vectors import add_strided, load_strided, scale
 
 LANES = 64  # [-] bodies in a block
@@ -137,6 +137,23 @@ def wide(lanes):
     where they make four at a time, once, two to four bodies cost twice what they could.
     """
     return lanes if lanes % 8 == 1 else (lanes + 7) // 8 * 8
+
+
+@kernel
+def keep_motion(n_moving, n_rigid, translation, rotation, kept_translation, kept_rotation):
+    """Copy what a tick of free bodies changes: the first rows of each block, lanes in use."""
+    for block in range(block_count(n_moving)):
+        lanes = lanes_in(block, n_moving)
+        for row in range(0, TRANSLATION_STATE, LANES):
+            now, kept = block * TRANSLATION + row, block * TRANSLATION_STATE + row
+            for lane in range(lanes):
+                kept_translation[kept + lane] = translation[now + lane]
+    for block in range(block_count(n_rigid)):
+        lanes = lanes_in(block, n_rigid)
+        for row in range(0, ROTATION_STATE, LANES):
+            now, kept = block * ROTATION + row, block * ROTATION_STATE + row
+            for lane in range(lanes):
+                kept_rotation[kept + lane] = rotation[now + lane]
 
 
 @inline

@@ -71,6 +71,7 @@ class Layout:
     n_rigid    : the first so many of them are rigid
     moments    : (n_rigid, 3) [kg m^2]  principal moments, about the pivot of a body that has one
     principal  : (n_rigid, 4) [-]       quaternion of V, principal to body axes
+    to_principal : (9 n_rigid,) [-]     V^T, row by row
     pivoted    : core indices of the bodies that turn about a pivot
     """
 
@@ -102,9 +103,10 @@ class Layout:
         for core, i in enumerate(rigid):
             with blaming('bodies', i, 'inertia'):
                 self.moments[core], self._axes[core] = principal_axes(inertia_of(scene.bodies[i]))
-        self._are_principal = bool(np.all(self._axes == np.eye(3)))
         # plain numbers of V^T: products and sums as `times` has them, without arrays
-        self._to_principal = np.swapaxes(self._axes, 1, 2).tolist()
+        turned = np.swapaxes(self._axes, 1, 2)
+        self._to_principal = turned.tolist()
+        self.to_principal = np.ascontiguousarray(turned).reshape(-1)
         self.pivoted = [core for core, i in enumerate(rigid) if scene.bodies[i].pivot is not None]
         self.principal = so3.quaternion_from_matrix(self._axes).reshape(self.n_rigid, 4)
 
@@ -167,17 +169,16 @@ class Layout:
 
     def principal_axes(self, body: str, vector: Vector) -> Vector:
         """Turn a vector from the axes of a body into its principal axes."""
-        core = self.core(body)
-        if core >= self.n_rigid:
-            raise InvalidModel(f'{body!r} is a point mass and has no axes; use the frame world')
-        x, y, z = vector
-        return tuple(a * x + b * y + c * z for a, b, c in self._to_principal[core])  # type: ignore[return-value]  # three
+        return self.principal_axes_of(self.core(body), vector)
 
-    def all_principal_axes(self, vectors: Array) -> Array:
-        """Turn a vector of each rigid body, (n_rigid, 3), as `principal_axes` turns one."""
-        if self._are_principal:
-            return vectors
-        return times(np.swapaxes(self._axes, 1, 2), vectors)
+    def principal_axes_of(self, core: int, vector: Vector) -> Vector:
+        """Turn a vector from the axes of a body, given by its core index, into principal axes."""
+        if core >= self.n_rigid:
+            name = self.body(core).name
+            raise InvalidModel(f'{name!r} is a point mass and has no axes; use the frame world')
+        x, y, z = vector
+        (a, b, c), (d, e, f), (g, h, i) = self._to_principal[core]
+        return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
     def mass(self, body: str) -> tuple[float, float, float]:
         """

@@ -8,14 +8,16 @@ One compiled pass over the blocks fills one array; a `State` is views of it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.arrays import Record
-from rigid_body_sim.physics.compile.kernels import argument, kernel
+from rigid_body_sim.physics.compile.kernels import argument, kernel, prepared
 from rigid_body_sim.physics.model import prescribed_motion
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import moments_at
@@ -47,6 +49,16 @@ MOMENTUM = body.vector('kg m/s', 'world axes')
 ANGULAR_MOMENTUM = body.vector('kg m^2/s', 'about the centre of mass, world axes')
 COLUMNS = body.size
 
+# columns of each, of all bodies: made once, as a controller reads them in every tick
+_EDGES = (
+    POSITION, ORIENTATION, VELOCITY, ANGULAR_VELOCITY, ANGULAR_VELOCITY_BODY, MOMENTUM,
+    ANGULAR_MOMENTUM, COLUMNS,
+)  # fmt: skip
+(
+    _POSITION, _ORIENTATION, _VELOCITY, _ANGULAR_VELOCITY, _ANGULAR_VELOCITY_BODY, _MOMENTUM,
+    _ANGULAR_MOMENTUM,
+) = ((slice(None), slice(begin, end)) for begin, end in pairwise(_EDGES))  # fmt: skip
+
 pivoted = Record()
 INDEX = pivoted.number('-', 'scene index')
 ARM = pivoted.vector('m', 'from the pivot to the centre of mass, body axes')
@@ -57,7 +69,7 @@ QUATERNION = 4  # numbers of one
 
 
 @kernel
-def _read(n_moving, n_rigid, translation, rotation, principal, scene_index, out):
+def _read(out, n_moving, n_rigid, translation, rotation, principal, scene_index):
     for i in range(n_moving):
         k = at(i, TRANSLATION)
         row = int(scene_index[i]) * COLUMNS
@@ -169,37 +181,37 @@ class State:
     @property
     def position(self) -> Array:
         """Centres of mass (n, 3) [m], world."""
-        return self.values[:, POSITION:ORIENTATION]
+        return self.values[_POSITION]
 
     @property
     def orientation(self) -> Array:
         """Unit quaternions (n, 4) [-], xyzw, body to world; (0, 0, 0, 1) for point masses."""
-        return self.values[:, ORIENTATION:VELOCITY]
+        return self.values[_ORIENTATION]
 
     @property
     def velocity(self) -> Array:
         """Velocities of the centres of mass (n, 3) [m/s], world."""
-        return self.values[:, VELOCITY:ANGULAR_VELOCITY]
+        return self.values[_VELOCITY]
 
     @property
     def angular_velocity(self) -> Array:
         """Angular velocities (n, 3) [rad/s], world axes."""
-        return self.values[:, ANGULAR_VELOCITY:ANGULAR_VELOCITY_BODY]
+        return self.values[_ANGULAR_VELOCITY]
 
     @property
     def angular_velocity_body(self) -> Array:
         """Angular velocities (n, 3) [rad/s], body axes."""
-        return self.values[:, ANGULAR_VELOCITY_BODY:MOMENTUM]
+        return self.values[_ANGULAR_VELOCITY_BODY]
 
     @property
     def momentum(self) -> Array:
         """Momenta (n, 3) [kg m/s], world."""
-        return self.values[:, MOMENTUM:ANGULAR_MOMENTUM]
+        return self.values[_MOMENTUM]
 
     @property
     def angular_momentum(self) -> Array:
         """Angular momenta about the own centres of mass (n, 3) [kg m^2/s], world axes."""
-        return self.values[:, ANGULAR_MOMENTUM:COLUMNS]
+        return self.values[_ANGULAR_MOMENTUM]
 
 
 class StateOfBody:
@@ -269,8 +281,10 @@ class StateReader:
             if body.motion is not None
         ]
         self._sizes = (layout.n_moving, layout.n_rigid)
+        self._is_filled = layout.n_rigid == len(layout.bodies)  # every number is written
         self._principal = argument(layout.principal.ravel())
         self._scene_index = argument(layout.moving)
+        self._last: tuple[Any, Any, Callable[..., Any]] = (None, None, _read)  # blocks and reader
         self._flowing = [i for i, b in enumerate(layout.bodies) if flow_of(b) is not None]
         self._bodies = layout.bodies
         self._places = layout.places
@@ -287,7 +301,7 @@ class StateReader:
 
     def read(self, translation: Array, rotation: Array, *, time: float) -> State:
         """Read the state of all bodies, `time` [s] after the start of the scene."""
-        values = self._still.copy()
+        values = np.empty_like(self._still) if self._is_filled else self._still.copy()
         for i, path in self._told:
             _put_told(values[i], path, time)
         for core, law in self._changing:
@@ -297,14 +311,13 @@ class StateReader:
                 1.0 / moments
             )
         out = argument(values.reshape(-1))
-        _read(
-            *self._sizes,
-            argument(translation),
-            argument(rotation),
-            self._principal,
-            self._scene_index,
-            out,
-        )
+        of_translation, of_rotation, read = self._last
+        if of_translation is not translation or of_rotation is not rotation:
+            blocks_of_both = (argument(translation), argument(rotation))
+            last = (*self._sizes, *blocks_of_both, self._principal, self._scene_index)
+            read = prepared(_read, (out,), last)
+            self._last = (translation, rotation, read)
+        read(out)
         if self._pivots[0]:
             _move_to_centers(*self._pivots, out)
         if not self._flowing:

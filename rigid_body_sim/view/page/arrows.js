@@ -4,6 +4,8 @@ import { arrowGeometry } from 'view/shapes';
 import { ARROWS } from 'view/palette';
 import { arrayOf, rotate } from 'view/run';
 
+const RECENT = 250;                     // instants whose contacts say how long an arrow is, while a run goes on
+const USUAL = 0.9;                      // [-] share of the vectors that are no longer than the usual arrow
 const THICK = 0.045;                    // [-] of the usual length
 const Z = new THREE.Vector3(0, 0, 1);
 
@@ -11,11 +13,25 @@ const Z = new THREE.Vector3(0, 0, 1);
 class Quiver {
   constructor(kind, most, usual) {
     const material = new THREE.MeshBasicMaterial({ color: ARROWS[kind].color, depthTest: false, transparent: true, opacity: 0.9 });
-    this.mesh = new THREE.InstancedMesh(arrowGeometry(0.28, 0.4), material, Math.max(1, most));
-    this.mesh.frustumCulled = false;
-    this.mesh.renderOrder = 2;
+    this.group = new THREE.Group();
+    this.material = material;
     this.usual = usual;
     this.kind = kind;
+    this.room(Math.max(1, most));
+  }
+
+  // Makes room for so many arrows; those that were there are forgotten.
+  room(most) {
+    if (this.most >= most) return;
+    this.most = most;
+    if (this.mesh) {
+      this.group.remove(this.mesh);
+      this.mesh.dispose();
+    }
+    this.mesh = new THREE.InstancedMesh(Quiver.arrow, this.material, most);
+    this.mesh.frustumCulled = false;
+    this.mesh.renderOrder = 2;
+    this.group.add(this.mesh);
     this.clear();
   }
 
@@ -35,6 +51,7 @@ class Quiver {
   }
 }
 Object.assign(Quiver, {
+  arrow: arrowGeometry(0.28, 0.4),
   turn: new THREE.Quaternion(), direction: new THREE.Vector3(), start: new THREE.Vector3(),
   size: new THREE.Vector3(), matrix: new THREE.Matrix4(),
 });
@@ -45,6 +62,16 @@ class BodyArrows {
     Object.assign(this, told);
     this.run = run;
     this.quiver = new Quiver(told.kind, told.bodies.length, run.arrow);
+  }
+
+  // While a run goes on: as long as a usual arrow is what only a tenth of the last exceed.
+  scale() {
+    const { values } = this.run.series[this.series], sizes = [];
+    for (let i = Math.max(0, values.length - 3 * this.width * RECENT); i < values.length; i += 3) {
+      const size = Math.hypot(values[i], values[i + 1], values[i + 2]);
+      if (size > 0) sizes.push(size);
+    }
+    this.metres = scaled(this.run.arrow, sizes) ?? this.metres;
   }
 
   // Held between instants, as a command is: what acted over the tick that ends at the next instant.
@@ -74,6 +101,24 @@ class ContactArrows {
     let most = 1;
     for (let k = 1; k < this.starts.length; k++) most = Math.max(most, this.starts[k] - this.starts[k - 1]);
     this.quiver = new Quiver('contact', most, run.arrow);
+    this.arrow = run.arrow;
+    run.grownContacts.push((told, buffer) => this.grow(arrayOf(told.starts, buffer), arrayOf(told.arrows, buffer)));
+  }
+
+  // What comes while a run goes on, behind what is there.
+  grow(starts, numbers) {
+    const before = this.starts[this.starts.length - 1];
+    this.starts = joined(this.starts, starts.slice(1).map(start => start + before));
+    this.numbers = joined(this.numbers, numbers);
+    let most = 1;
+    for (let k = 1; k < starts.length; k++) most = Math.max(most, starts[k] - starts[k - 1]);
+    this.quiver.room(most);
+  }
+
+  scale() {
+    const first = this.starts[Math.max(0, this.starts.length - RECENT)], sizes = [];
+    for (let i = first; i < this.starts[this.starts.length - 1]; i++) sizes.push(Math.hypot(...this.numbers.subarray(6 * i + 3, 6 * i + 6)));
+    this.metres = scaled(this.arrow, sizes) ?? this.metres;
   }
 
   show(moment) {
@@ -86,12 +131,30 @@ class ContactArrows {
   }
 }
 
+// Metres for each unit, so that a usual arrow stands for what only a tenth exceed; undefined: there is nothing.
+function scaled(arrow, sizes) {
+  sizes.sort((a, b) => a - b);
+  const usual = sizes[Math.floor(USUAL * (sizes.length - 1))];
+  return usual > 0 ? arrow / usual : undefined;
+}
+
+function joined(a, b) {
+  const both = new a.constructor(a.length + b.length);
+  both.set(a);
+  both.set(b, a.length);
+  return both;
+}
+
 export class Arrows {
   constructor(run) {
     this.sets = run.arrows.map(told => new BodyArrows(run, told));
     if (run.contacts) this.sets.push(new ContactArrows(run));
     this.group = new THREE.Group();
-    for (const set of this.sets) this.group.add(set.quiver.mesh);
+    for (const set of this.sets) this.group.add(set.quiver.group);
+  }
+
+  scale() {
+    for (const set of this.sets) set.scale();
   }
 
   get kinds() { return [...new Set(this.sets.map(set => set.kind))]; }

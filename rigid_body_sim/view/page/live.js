@@ -11,6 +11,7 @@ export function listen(view) {
     view.player.grown();
     if (performance.now() - laid < FRESH) return;
     laid = performance.now();
+    view.arrows?.scale();
     view.choose(view.chosen);
   };
   source.addEventListener('end', () => {

@@ -29,6 +29,7 @@ export class Run {
     this.series = {};
     for (const [name, entry] of Object.entries(record.series))
       this.series[name] = new Series(arrayOf(entry, buffer), entry.width);
+    this.grownContacts = [];            // who takes contacts that come while a run goes on
     this.origins = record.bodies.map(body => body.origin);
   }
 
@@ -40,6 +41,7 @@ export class Run {
   append(record, buffer) {
     for (const [name, entry] of Object.entries(record.series))
       this.series[name].append(arrayOf(entry, buffer));
+    if (record.contacts) this.grownContacts.forEach(take => take(record.contacts, buffer));
   }
 
   // Where a time lies: { k, next, s } with times[k] <= time, s the fraction on the way to the next.

@@ -67,19 +67,24 @@ class Bumper {
   }
 }
 
+// The fixed point and the arm to the centre of mass; faintly also through the body that hides them.
 class PivotBall {
   constructor(told, materials) {
     this.told = told;
-    this.ball = new THREE.Mesh(ball, materials.anchor);
-    this.rod = new THREE.Mesh(rod, materials.arm);
-    this.drawn = [this.ball, this.rod];
-    this.ball.scale.setScalar(told.radius);
-    this.ball.position.fromArray(told.at);
+    this.at = new THREE.Vector3().fromArray(told.at);
+    this.balls = [materials.anchor, materials.hidden].map(material => new THREE.Mesh(ball, material));
+    this.rods = [materials.arm, materials.hidden].map(material => new THREE.Mesh(rod, material));
+    this.drawn = [...this.balls, ...this.rods];
+    for (const each of this.balls) {
+      each.scale.setScalar(told.radius);
+      each.position.copy(this.at);
+    }
+    for (const each of [this.balls[1], this.rods[1]]) each.renderOrder = 1;
   }
 
   place(places) {
     const center = new THREE.Vector3().fromArray(places[this.told.body].position);
-    between(this.rod, this.ball.position, center, 0.35 * this.told.radius);
+    for (const each of this.rods) between(each, this.at, center, 0.35 * this.told.radius);
   }
 }
 
@@ -88,19 +93,21 @@ export class Ties {
     const lit = color => new THREE.MeshLambertMaterial({ color });
     this.materials = {
       spring: lit(0x8a94a6), bumper: lit(0xd9882b), damper: lit(0x4e5969), arm: lit(0x7b8596), anchor: lit(0x3d4654),
+      hidden: new THREE.MeshBasicMaterial({ color: 0x3d4654, depthTest: false, transparent: true, opacity: 0.4 }),
     };
     const kinds = { spring: Spring, bumper: Bumper, pivot: PivotBall };
     this.all = run.ties.map(told => new kinds[told.kind](told, this.materials));
     this.group = new THREE.Group();
     for (const { drawn } of this.all)
       for (const mesh of drawn) {
-        mesh.castShadow = true;
+        mesh.castShadow = mesh.material !== this.materials.hidden;
         this.group.add(mesh);
       }
   }
 
   paint(colors) {
     this.materials.anchor.color.set(colors.ink).lerp(new THREE.Color(0x7b8596), 0.35);
+    this.materials.hidden.color.set(colors.ink);
   }
 
   place(places) {

@@ -53,8 +53,18 @@ SOFT = slot('[-] whether overlaps are soft, before the motion')
 BOUNCING = slot('[-] whether it is the impulse of restitution')
 WIDTH = slot('[-] numbers of a point')
 law = slot('kernel (constraints, points, lane, ...): J, b, m sigma, iota, and who takes part')
+add_stir = slot('kernel (point, lane, ...): adds a point to the sums of what stirs')
 add_point = slot('kernel (point, lane, ...): adds a point to the sums')
 apply_to_point = slot('kernel (point, lane, ...): gives a point its part')
+
+
+@inline
+def any_stirs(used: int, scratch: Array) -> bool:
+    """Tell whether some lane has anything to be solved in common: what rests has not."""
+    found = False
+    for lane in range(used):
+        found = found or scratch[lane + lane_scratch.COMMON_STIRS] > 0.0
+    return found
 
 
 @kernel
@@ -106,6 +116,43 @@ def _law(
     # rows that have no point have no mass
     takes_part = may & (mass > 0.0) & ((impulse > 0.0) | (along + bias < 0.0))
     return impulse, bias, mass, iota, takes_part
+
+
+def _add_stir(
+    point: int, lane: int, along: float, sums: Any, constraints: Array, points: Array,
+    inverse_h: float, slop: float, cap: float,
+) -> Any:  # fmt: skip
+    """Add a point to the sums that tell whether a lane stirs: m sigma, m sigma b + iota J."""
+    mass, drive = sums
+    impulse, bias, stiff, iota, takes_part = law(
+        constraints, points, lane, lane + point * WIDTH, along, inverse_h, slop, cap
+    )
+    added = stiff * bias + iota * impulse
+    return mass + (stiff if takes_part else 0.0), drive + (added if takes_part else 0.0)
+
+
+def _find_stirring(
+    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
+    cap: float,
+) -> None:  # fmt: skip
+    """
+    Find the lanes with something to be solved in common, of those that are visited.
+
+        points : all points of each lane
+    """
+    for lane in range(lanes):
+        along = dot(
+            wide_lanes.vector(constraints, lane + constraint.NORMAL),
+            wide_lanes.velocity_of_centers(constraints, scratch, lane),
+        )
+        sums = (0.0, 0.0)
+        sums = add_stir(0, lane, along, sums, constraints, points, inverse_h, slop, cap)
+        sums = add_stir(1, lane, along, sums, constraints, points, inverse_h, slop, cap)
+        sums = add_stir(2, lane, along, sums, constraints, points, inverse_h, slop, cap)
+        mass, drive = add_stir(3, lane, along, sums, constraints, points, inverse_h, slop, cap)
+        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
+        stirs = active & (abs(mass * along + drive) > STILL * mass)
+        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if stirs else 0.0
 
 
 def _add_point(
@@ -215,14 +262,8 @@ def _solve_in_common(
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         alike = active & (dot(turn, turn) < TURNING * TURNING)
         alike = alike if starts else scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0
-        inverse_mass = (
-            constraints[lane + constraint.INVERSE_MASS_A]
-            + constraints[lane + constraint.INVERSE_MASS_B]
-        )
         linear = wide_lanes.vector(scratch, lane + lane_scratch.IMPULSE)
-        of_centers = add_scaled(
-            wide_lanes.vector(scratch, lane + lane_scratch.RELATIVE_VELOCITY), inverse_mass, linear
-        )
+        of_centers = wide_lanes.velocity_of_centers(constraints, scratch, lane)
         along = dot(normal, of_centers)
         nothing = (0.0, 0.0, 0.0)
         sums = (0.0, 0.0, 0.0, 0.0, nothing, nothing)
@@ -251,8 +292,13 @@ def _solve_in_common(
         scratch[lane + lane_scratch.COMMON_CLAMPED] = clamped
 
 
-def visit(kind: str, width: int) -> Callable[..., Any]:
-    """Make the kernel of a pass: solve, relax or restore; width: numbers of a point."""
+def visit(kind: str, width: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """
+    Make the kernels of a pass: which lanes stir, and what they have in common.
+
+        kind  : solve, relax or restore
+        width : numbers of a point
+    """
     offered: dict[str, Any] = {
         'SOFT': kind == 'solve',
         'BOUNCING': kind == 'restore',
@@ -261,8 +307,12 @@ def visit(kind: str, width: int) -> Callable[..., Any]:
     name = f'{kind}_{width}'
     for slot_name, source in (
         ('law', _law),
+        ('add_stir', _add_stir),
         ('add_point', _add_point),
         ('apply_to_point', _apply_to_point),
     ):
         offered[slot_name] = specialise(source, name=name, inlined=True, offered=offered)
-    return specialise(_solve_in_common, name=name, offered=offered)
+    return (
+        specialise(_find_stirring, name=name, offered=offered),
+        specialise(_solve_in_common, name=name, offered=offered),
+    )

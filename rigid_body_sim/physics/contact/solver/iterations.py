@@ -58,9 +58,11 @@ start_point = slot('kernel (lanes, constraints, points, scratch): starts a subst
 start_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 restore_point = slot('kernel (lanes, constraints, points, scratch): applies restitution')
 restore_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
-solve_in_common = slot('kernel (lanes, starts, ...): soft normals, what is common')
-relax_in_common = slot('kernel (lanes, starts, ...): the same after the motion')
-restore_in_common = slot('kernel (lanes, starts, ...): the same of restitution')
+solve_all_in_common = slot('kernel (lanes, used, ...): soft normals, what is common')
+relax_all_in_common = slot('kernel (lanes, used, ...): the same after the motion')
+restore_all_in_common = slot('kernel (lanes, used, ...): the same of restitution')
+find_stirring = slot('kernel (lanes, ...): which lanes have something in common')
+solve_in_common = slot('kernel (lanes, starts, ...): what is common')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -96,6 +98,20 @@ def _face(first: int, width: int) -> Any:
     """Where the friction of a batch of several points begins and ends: see `friction_patch`."""
     begin = first + MOST * width
     return begin, begin + friction_patch.SIZE
+
+
+def _all_in_common(
+    lanes: int, used: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
+    slop: float, cap: float,
+) -> None:  # fmt: skip
+    """Solve what the points of a batch have in common, until no impulse is clamped."""
+    find_stirring(lanes, constraints, points, scratch, inverse_h, slop, cap)
+    if not common_impulse.any_stirs(used, scratch):
+        return
+    for iteration in range(COMMON_ITERATIONS):
+        solve_in_common(lanes, iteration == 0, constraints, points, scratch, inverse_h, slop, cap)
+        if not common_impulse.is_clamped(used, scratch):
+            break
 
 
 @kernel
@@ -212,12 +228,7 @@ def _solve_normals(
             solve.gather_unsettled(lanes, used, step, constraints, scratch, bodies)
         if PATCHES and point_count > 1:
             points = rows[first : first + MOST * WIDTH]
-            for iteration in range(COMMON_ITERATIONS):
-                solve_in_common(
-                    lanes, iteration == 0, constraints, points, scratch, inverse_h, slop, cap
-                )
-                if not common_impulse.is_clamped(used, scratch):
-                    break
+            solve_all_in_common(lanes, used, constraints, points, scratch, inverse_h, slop, cap)
         rolls = False
         if RIMS:
             rolls = rolling_frame.find_turns(used, inverse_h, constraints, scratch, bodies)
@@ -322,12 +333,7 @@ def _relax(
         several = PATCHES and point_count > 1
         if several:
             points = rows[first : first + MOST * WIDTH]
-            for iteration in range(COMMON_ITERATIONS):
-                relax_in_common(
-                    lanes, iteration == 0, constraints, points, scratch, inverse_h, 0.0, 0.0
-                )
-                if not common_impulse.is_clamped(used, scratch):
-                    break
+            relax_all_in_common(lanes, used, constraints, points, scratch, inverse_h, 0.0, 0.0)
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.clear_moments(lanes, scratch)
@@ -400,12 +406,7 @@ def _apply_restitution(
             solve.gather_momenta(lanes, used, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
                 points = rows[first : first + MOST * WIDTH]
-                for iteration in range(COMMON_ITERATIONS):
-                    restore_in_common(
-                        lanes, iteration == 0, constraints, points, scratch, 0.0, 0.0, 0.0
-                    )
-                    if not common_impulse.is_clamped(used, scratch):
-                        break
+                restore_all_in_common(lanes, used, constraints, points, scratch, 0.0, 0.0, 0.0)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
@@ -485,7 +486,11 @@ def solver(
             f'restore_{kind}': restitution.visit(rubs=rubs),
         }
     for kind in ('solve', 'relax', 'restore'):
-        offered[f'{kind}_in_common'] = common_impulse.visit(kind, width)
+        stirring, in_common = common_impulse.visit(kind, width)
+        offered[f'{kind}_all_in_common'] = specialise(
+            _all_in_common, name=f'{kind}_{width}', find_stirring=stirring,
+            solve_in_common=in_common,
+        )  # fmt: skip
     passes = {
         'prepare': _prepare,
         'solve_normals': _solve_normals,

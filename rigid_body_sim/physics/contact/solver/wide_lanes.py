@@ -89,20 +89,26 @@ def angular_velocities(constraints: Array, scratch: Array, lane: int) -> Any:
 
 
 @inline
+def velocity_of_centers(constraints: Array, scratch: Array, lane: int) -> Any:
+    """Velocity of the centre of B relative to that of A: v_B - v_A [m/s]."""
+    inverse_mass = (
+        constraints[lane + constraint.INVERSE_MASS_A]
+        + constraints[lane + constraint.INVERSE_MASS_B]
+    )
+    return add_scaled(
+        vector(scratch, lane + lane_scratch.RELATIVE_VELOCITY),
+        inverse_mass,
+        vector(scratch, lane + lane_scratch.IMPULSE),
+    )
+
+
+@inline
 def relative_velocity(
     constraints: Array, scratch: Array, lane: int, arm_a: Any, arm_b: Any
 ) -> Any:
     """Velocity of B relative to A at a point: v_B - v_A + (w_B x r_B - w_A x r_A) [m/s]."""
     omega_a, omega_b = angular_velocities(constraints, scratch, lane)
-    inverse_mass = (
-        constraints[lane + constraint.INVERSE_MASS_A]
-        + constraints[lane + constraint.INVERSE_MASS_B]
-    )
-    of_centers = add_scaled(
-        vector(scratch, lane + lane_scratch.RELATIVE_VELOCITY),
-        inverse_mass,
-        vector(scratch, lane + lane_scratch.IMPULSE),
-    )
+    of_centers = velocity_of_centers(constraints, scratch, lane)
     return add(of_centers, subtract(cross(omega_b, arm_b), cross(omega_a, arm_a)))
 
 

@@ -40,7 +40,7 @@ def refuses(scene: Scene) -> str | None:
             return (
                 f'it takes substeps backwards in time, and forces[{index}] ({force.TYPE} on '
                 f'{", ".join(force.bodies())}) depends on velocity: damping would feed energy in; '
-                'choose dmv6 (kick–drift–kick) or rk4'
+                'choose force_gradient4 or dmv6, which go forwards alone, or rk8'
             )
     return None
 

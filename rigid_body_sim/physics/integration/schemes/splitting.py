@@ -207,6 +207,14 @@ class Splitting:
     def _kick_rotation(self) -> Callable[..., Any]:
         return steps.kick_rotation if self._rotates() else no_rotation.kick
 
+    def kick_all(self) -> Callable[..., Any]:
+        """Make the kernel that lets all forces act for a time."""
+        return specialise(
+            _kick_all,
+            name='all' if self._rotates() else 'points',
+            kick_rotation=self._kick_rotation(),
+        )
+
     def free(self, name: str) -> Callable[..., Any]:
         """Make the kernel for a scene without forces that depend on the state."""
         return specialise(
@@ -223,11 +231,7 @@ class Splitting:
             evaluate=evaluate,
             VELOCITY_DEPENDENT=velocity_dependent,
             MIDPOINT_KICK=velocity_dependent and self.order > 1,
-            kick_all=specialise(
-                _kick_all,
-                name='all' if self._rotates() else 'points',
-                kick_rotation=self._kick_rotation(),
-            ),
+            kick_all=self.kick_all(),
             **self._shares(),
         )
 
