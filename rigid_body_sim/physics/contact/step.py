@@ -124,6 +124,7 @@ evaluate_forces = slot('kernel (time, motion, forces)')
 gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
 detect_contacts = slot('kernel (h, ...): tells whether the manifolds of the tick are there')
 find_impacts = slot('kernel (tick, h, ...): impacts at their instants; tells whether to go on')
+meet_now = slot('kernel (strikes, flights, counts): impacts at the present instant')
 land = slot('kernel (h, flights): takes who was struck to the end of the tick')
 drive = slot('kernel (now, ...): puts driven bodies where they are; tells whether nobody wakes')
 find_works_of_drives = slot('kernel (when, ...): of driven bodies on others')
@@ -141,6 +142,7 @@ take_back_gains = slot('kernel (h, touching, ...): what contact gave by its erro
 bound_bounces = slot('kernel (touching, ...): restitution')
 store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
+meet_at_instant = slot('kernel (time, world): looks at an impact, or lets it happen')
 advance_ticks = slot('kernel (ticks, tick, h, world): the recipe')
 
 
@@ -220,7 +222,7 @@ def _advance(
     island_roots, supported, restless, awake_in_blocks, flows, ignored, pair_material_rows,
     pivoted, drives, paths, moment, works, of_bodies,
     overlap_limits, overlaps, flight_records, flight_scratch, event_pairs, event_links,
-    impact_list,
+    impact_list, joint_bodies, joint_points,
 ):  # fmt: skip
     """
     Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
@@ -264,7 +266,7 @@ def _advance(
         overlaps,
         Flights(
             motion, colliders, bodies, local_poses, found, materials, pair_material_rows, ignored,
-            settings, flight_records, flight_scratch[:VIEWS], flight_scratch[VIEWS:BEHIND_BLOCKS],
+            settings, joint_bodies, joint_points, flight_records, flight_scratch[:VIEWS], flight_scratch[VIEWS:BEHIND_BLOCKS],
             flight_scratch[BEHIND_BLOCKS:], event_pairs, event_links, impact_list,
         ),
     )  # fmt: skip
@@ -292,6 +294,8 @@ def _advance_ticks(ticks, tick, h, world):
     counts[tick_counts.STATUS] = tick_counts.COMPLETE
     status = finite(motion)
     evaluated = False
+    if EVENTS and counts[tick_counts.INSTANT] != tick_counts.NOTHING:
+        meet_at_instant(tick * h, world)
     if SLEEPING and counts[tick_counts.SLEEP_CHANGED] == 1:
         place_sleepers(motion, colliders, world.detection, bodies, state, counts)
     for passed in range(ticks):
@@ -903,12 +907,26 @@ def _put_to_sleep(
     return True
 
 
+def _meet_at_instant(time, world):
+    """Look at an impact at a time [s], with the bodies as they are, or let it happen."""
+    motion, colliders, counts = world.motion, world.colliders, world.counts
+    if DRIVES:
+        drive(Tick(time, 0.0, 0.0, 1), world.driven, colliders, world.bodies, world.sleep, counts)
+    gather_bodies(motion, world.bodies, world.sleep)
+    narrow_phase.find_poses(
+        counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
+        colliders.table, world.detection.local_poses, colliders.poses,
+    )  # fmt: skip
+    meet_now(counts[tick_counts.INSTANT] == tick_counts.STRIKES, world.flights, counts)
+    pivots.stand_still(motion.pivoted, motion.translation)
+
+
 _STAGES = (
     _evaluate_forces, _gather_bodies, _detect_contacts, _drive, _find_works_of_drives,
     _colour_constraints, _prepare_constraints, _find_first_loads,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
     _gather_moved_bodies, _follow_and_relax, _visit_groups, _bound_bounces, _take_back_gains,
-    _store_impulses, _put_to_sleep, _advance_ticks,
+    _store_impulses, _put_to_sleep, _meet_at_instant, _advance_ticks,
 )  # fmt: skip
 
 

@@ -25,6 +25,7 @@ SLEEP_CHANGED = counts.number('-', '1: other bodies sleep than in the last call'
 EVENT_ROOM = counts.number('-', 'room in the list of events: `events`')
 IMPACT_ROOM = counts.number('-', 'room in the list of impacts')
 CUTTING = counts.number('-', 'what is done where impacts ask for a cut: the names below')
+INSTANT = counts.number('-', 'what a call over no tick does with an impact: the names below')
 # said by the kernel
 STATUS = counts.number('-', 'why it has returned: one of the names below')
 DONE = counts.number('-', 'ticks that were done')
@@ -54,3 +55,6 @@ CUT = 10  # the tick should be cut at an impact
 
 # what is done where impacts ask for a cut
 ASKS_FOR_CUTS, HIDES_CUTS, LEAVES_CUTS = 0, 1, 2  # return; go on without; leave it to the solver
+
+# what a call over no tick does with the impact at which it was cut
+NOTHING, LOOKS, STRIKES = 0, 1, 2

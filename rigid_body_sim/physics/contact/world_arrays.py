@@ -38,7 +38,12 @@ from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
-from rigid_body_sim.physics.contact.events import event_lists, flight_record, impact_list
+from rigid_body_sim.physics.contact.events import (
+    event_lists,
+    flight_record,
+    impact_list,
+    joint_impact_record,
+)
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.pair_rules import PairRules
 from rigid_body_sim.physics.contact.prescribed_bodies import driven_bodies
@@ -68,6 +73,7 @@ BATCHES_OF_EACH, BATCHES_BESIDE = 4, 64
 COLLIDERS_OF_A_BATCH, FULL_BATCHES_BESIDE = 2, 40
 
 EVENTS_OF_EACH, EVENTS_BESIDE = 8, 64
+POINTS_OF_EACH = 16  # of an impact at several points
 IMPACTS_OF_EACH, IMPACTS_BESIDE = 2, 512
 
 CACHE_LINE = 8  # numbers
@@ -114,6 +120,9 @@ class WorldArrays:
         room = EVENTS_OF_EACH * bodies + EVENTS_BESIDE if wanted else 0
         self._make_event_lists(room)
         self.impact_list = np.zeros((IMPACTS_OF_EACH * bodies + IMPACTS_BESIDE) * impact_list.SIZE)
+        rows = 2 + bodies if wanted else 0
+        self.joint_bodies = np.zeros(rows * joint_impact_record.BODY_SIZE)
+        self.joint_points = np.zeros(POINTS_OF_EACH * rows * joint_impact_record.POINT_SIZE)
         if not wanted:
             self.impact_list = self.impact_list[:0]
 

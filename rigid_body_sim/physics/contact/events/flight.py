@@ -76,6 +76,7 @@ class Flights(NamedTuple):
                                 `solver.pair_material_record`
     ignored     : pairs that do not meet: see `collision.ignored_pairs`
     settings    : see `tick_settings`
+    joint_bodies, joint_points : tables of impacts at several points: see `joint_impact_record`
     """
 
     motion: Motion
@@ -87,6 +88,8 @@ class Flights(NamedTuple):
     pair_materials: Array
     ignored: Indices
     settings: Array
+    joint_bodies: Array
+    joint_points: Array
     records: Array
     views: Array
     turning: Array

@@ -44,6 +44,7 @@ APPROACH = event.number('m/s', 'speed at which they approach each other then')
 STRUCK_SO_FAR = event.number('-', 'impacts of the pair in this tick')
 SLOW = event.number('m/s', 'a slower approach is no impact: the solver takes the pair')
 NORMAL = event.vector('-', 'axis along which they meet, from A to B')
+GAP = event.number('m', 'of the two where it was looked for')
 EVENT = event.padding(12)
 
 NEVER = 1e300  # [s]

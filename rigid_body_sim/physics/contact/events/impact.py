@@ -14,6 +14,7 @@ from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
 from rigid_body_sim.physics.contact.collision import material_record
 from rigid_body_sim.physics.contact.events import flight_record, impact_list
+from rigid_body_sim.physics.contact.events.collision_matrix import StruckBody
 from rigid_body_sim.physics.contact.events.flight import (
     NO_VECTOR,
     Flights,
@@ -21,12 +22,12 @@ from rigid_body_sim.physics.contact.events.flight import (
     orientation_of,
     spin_of,
 )
+from rigid_body_sim.physics.contact.events.point_impact import point_impact
 from rigid_body_sim.physics.contact.solver import pair_material_record
 from rigid_body_sim.physics.contact.solver_bodies import world_inverse_inertia
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
-    apply_symmetric,
     cross,
     dot,
     load,
@@ -39,6 +40,7 @@ from rigid_body_sim.physics.vectors import (
 NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
+meet_at_points = slot('kernel (count, body_a, body_b, normal, ...): lets two meet at several points')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
 
@@ -129,9 +131,69 @@ def push(body: int, arm: Any, impulse: Any, flights: Flights) -> None:
 
 
 @inline
-def _normal_mass(inverse_mass: float, inverse_inertia: Any, arm: Any, normal: Any) -> Any:
-    lever = cross(arm, normal)
-    return inverse_mass + dot(lever, apply_symmetric(inverse_inertia, lever))
+def _rest_of_sequence(restitution: float, approach: float, normal: Any, flights: Flights) -> Any:
+    """
+    Return how long a sequence of ever smaller impacts lasts from one of them on [s]: the sum of
+    its flights, 2 e u / (a (1 - e)), a the acceleration at which the two fall back.
+    """
+    views = flights.views
+    pull = subtract(
+        load(views, flight_record.VIEW + flight_record.ACCELERATION),
+        load(views, flight_record.ACCELERATION),
+    )
+    back = -dot(normal, pull)
+    if not (back > 0.0 and restitution < 1.0):
+        return 0.0
+    return 2.0 * restitution * approach / (back * (1.0 - restitution))
+
+
+@inline
+def _struck(body: int, arm: Any, flights: Flights) -> StruckBody:
+    """Return a body as the laws of impact take it."""
+    inverse_mass, inverse_inertia = inertia_of(body, flights)
+    return StruckBody(inverse_mass, inverse_inertia, arm)
+
+
+@kernel
+def _meet_at_a_point(
+    body_a: int, body_b: int, normal: Any, material: Any, flights: Flights
+) -> Any:
+    """Let two bodies meet at the first point of the list; return the impulse on B [N s]."""
+    point = load(flights.views, flight_record.TOUCHING)
+    velocity_a, arm_a = velocity_at(0, body_a, point, flights)
+    velocity_b, arm_b = velocity_at(1, body_b, point, flights)
+    impulse = point_impact(
+        _struck(body_a, arm_a, flights),
+        _struck(body_b, arm_b, flights),
+        normal,
+        subtract(velocity_b, velocity_a),
+        material[0],
+        material[1],
+    )
+    push(body_a, arm_a, negate(impulse), flights)
+    push(body_b, arm_b, impulse, flights)
+    return impulse
+
+
+@kernel
+def write_impact(
+    number: int, event: Any, kind: float, point: Any, normal: Any, impulse: Any, flights: Flights
+) -> None:  # fmt: skip
+    """
+    Write an impact into the list.
+
+    event : tick, part of it [s], collider A, collider B, approach [m/s]
+    """
+    entry, impacts = number * impact_list.SIZE, flights.impacts
+    impacts[entry + impact_list.TICK] = event[0]
+    impacts[entry + impact_list.PART] = event[1]
+    impacts[entry + impact_list.COLLIDER_A] = float(event[2])
+    impacts[entry + impact_list.COLLIDER_B] = float(event[3])
+    impacts[entry + impact_list.APPROACH] = event[4]
+    impacts[entry + impact_list.KIND] = kind
+    store(impacts, entry + impact_list.POINT, point)
+    store(impacts, entry + impact_list.NORMAL, normal)
+    store(impacts, entry + impact_list.IMPULSE, impulse)
 
 
 def _strike(
@@ -146,43 +208,28 @@ def _strike(
     pairs, views = flights.pairs, flights.views
     a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
     body_a, body_b = body_of(a, flights), body_of(b, flights)
-    if body_a >= 0:
-        bring(body_a, time, flights)
-    if body_b >= 0:
-        bring(body_b, time, flights)
+    for body in (body_a, body_b):
+        if body >= 0:
+            bring(body, time, flights)
+            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0
     look(0, a, time, flights)
     look(1, b, time, flights)
     normal = load(pairs, row + flight_record.NORMAL)
     count = find_points(a, b, normal, flights)
     restitution, friction = material_of(a, b, flights)
-    if pairs[row + flight_record.APPROACH] < threshold:
+    kind, rest = impact_list.IMPACT, 0.0
+    approach = pairs[row + flight_record.APPROACH]
+    if approach < threshold and restitution > 0.0:
+        kind = impact_list.SUMMED
+        rest = _rest_of_sequence(restitution, approach, normal, flights)
         restitution = 0.0
-    total, mean = NO_VECTOR, NO_VECTOR
-    mass_a, inertia_a = inertia_of(body_a, flights)
-    mass_b, inertia_b = inertia_of(body_b, flights)
+    if count == 1:
+        impulse = _meet_at_a_point(body_a, body_b, normal, (restitution, friction), flights)
+    else:
+        impulse = meet_at_points(count, body_a, body_b, normal, (restitution, friction), flights)
+    mean = NO_VECTOR
     for index in range(count):
         point = load(views, flight_record.TOUCHING + 3 * index)
-        velocity_a, arm_a = velocity_at(0, body_a, point, flights)
-        velocity_b, arm_b = velocity_at(1, body_b, point, flights)
-        approach = dot(normal, subtract(velocity_b, velocity_a))
-        mass = _normal_mass(mass_a, inertia_a, arm_a, normal) + _normal_mass(
-            mass_b, inertia_b, arm_b, normal
-        )
-        impulse = scale(max(-(1.0 + restitution) * approach / mass, 0.0), normal)
-        total = add(total, impulse)
         mean = add_scaled(mean, 1.0 / count, point)
-        push(body_a, arm_a, negate(impulse), flights)
-        push(body_b, arm_b, impulse, flights)
-    for body in (body_a, body_b):
-        if body >= 0:
-            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0
-    entry, impacts = number * impact_list.SIZE, flights.impacts
-    impacts[entry + impact_list.TICK] = tick
-    impacts[entry + impact_list.PART] = time
-    impacts[entry + impact_list.COLLIDER_A] = float(a)
-    impacts[entry + impact_list.COLLIDER_B] = float(b)
-    impacts[entry + impact_list.KIND] = impact_list.IMPACT
-    impacts[entry + impact_list.APPROACH] = pairs[row + flight_record.APPROACH]
-    store(impacts, entry + impact_list.POINT, mean)
-    store(impacts, entry + impact_list.NORMAL, normal)
-    store(impacts, entry + impact_list.IMPULSE, total)
+    event = (tick, time + rest, a, b, approach)
+    write_impact(number, event, kind, mean, normal, impulse, flights)

@@ -17,6 +17,7 @@ from rigid_body_sim.physics.contact.events import (
     flight,
     impact,
     impact_queue,
+    joint,
     time_of_impact,
 )
 
@@ -26,10 +27,12 @@ class ImpactKernels(NamedTuple):
     What the tick calls.
 
     find_impacts : see `impact_queue`
+    meet_now     : see `impact_queue`
     land         : see `impact_queue`
     """
 
     find_impacts: Callable[..., Any]
+    meet_now: Callable[..., Any]
     land: Callable[..., Any]
 
 
@@ -60,6 +63,7 @@ def impact_kernels(
     make('axis', closest_axis._axis)
     make('find_instant', time_of_impact._find_instant)
     make('find_points', contact_points._find_points)
+    offered['meet_at_points'] = joint.meet_at_points
     make('strike', impact._strike)
     make('closing_speed', impact_queue._closing_speed)
     make('is_left_to_solver', impact_queue._is_left_to_solver)
@@ -69,5 +73,8 @@ def impact_kernels(
     make('ask_again', impact_queue._ask_again)
     make('follow_impacts', impact_queue._follow_impacts)
     make('find_impacts', impact_queue._find_impacts)
+    make('measure', impact_queue._measure)
+    make('next_of_cluster', impact_queue._next_of_cluster)
+    make('meet_now', impact_queue._meet_now)
     make('land', impact_queue._land)
-    return ImpactKernels(offered['find_impacts'], offered['land'])
+    return ImpactKernels(offered['find_impacts'], offered['meet_now'], offered['land'])

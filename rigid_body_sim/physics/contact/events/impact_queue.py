@@ -34,15 +34,19 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
 from rigid_body_sim.physics.contact.events import event_lists, flight_record, impact_list
+from rigid_body_sim.physics.contact.collision.nearest_axis import radius_about_core
+from rigid_body_sim.physics.contact.events.closest_axis import turn_of_axis
 from rigid_body_sim.physics.contact.events.event_lists import enter, following
 from rigid_body_sim.physics.contact.events.flight import Flights, body_of, put_down, take_off
 from rigid_body_sim.physics.contact.events.impact import material_of
-from rigid_body_sim.physics.contact.events.time_of_impact import MEETS, MISSES, STAYS
+from rigid_body_sim.physics.contact.events.time_of_impact import MISSES, STAYS, extremes
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import cache_record
-from rigid_body_sim.physics.vectors import dot, load, subtract
+from rigid_body_sim.physics.vectors import dot, load, store, subtract
 
 MOST_IMPACTS = 64  # [-] of a pair in a tick; then it is about to rest
+AHEAD = 1e-12  # [s] extreme points of then are those of now
+TOUCHES = 1e-11  # [-] of the size: a smaller gap is none
 ROOMY = 2.0  # [-] of the way that a struck body may go: so far its neighbours are looked for
 
 KEPT, DROPPED = 1.0, 0.0  # what becomes of a manifold
@@ -50,6 +54,9 @@ KEPT, DROPPED = 1.0, 0.0  # what becomes of a manifold
 COUPLED = slot('[-] whether a force depends on the state')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
+axis = slot('kernel (a, b, flights): the axis along which two colliders are farthest apart')
+measure = slot('kernel (row, flights): gap and approach of a pair as it is now')
+next_of_cluster = slot('kernel (flights, counts): the pair that meets next at this instant')
 find_instant = slot('kernel (a, b, start, end, row, flights): tells whether two meet, and when')
 strike = slot('kernel (row, time, threshold, tick, number, flights): lets two meet')
 find_events = slot('kernel (h, pair_ids, manifolds, flights, counts): asks all pairs')
@@ -550,4 +557,75 @@ def _land(h: float, flights: Flights) -> None:
             and records[row + flight_record.STRUCK] == 1.0
         ):
             bring(body, h, flights)
+            put_down(body, flights)
+
+
+def _measure(row: int, flights: Flights) -> Any:
+    """Return gap and approach of the pair of an event as both are now; write its axis."""
+    pairs = flights.pairs
+    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    look(0, a, 0.0, flights)
+    look(1, b, 0.0, flights)
+    normal = axis(a, b, flights)
+    store(pairs, row + flight_record.NORMAL, normal)
+    turn = turn_of_axis(a, b, normal, flights)
+    rounding = radius_about_core(a, flights.colliders) + radius_about_core(b, flights.colliders)
+    gap, rate = extremes(a, b, normal, turn, AHEAD, rounding, flights)
+    return gap, -rate
+
+
+def _next_of_cluster(flights: Flights, counts: Indices) -> int:
+    """Find the touching pair with the greatest approach; NO_EVENT: there is none."""
+    pairs, bounds = flights.pairs, flights.colliders.local_bounds
+    best, most = event_lists.NO_EVENT, 0.0
+    for event in range(1, counts[tick_counts.EVENTS]):
+        row = event * flight_record.EVENT
+        a = int(pairs[row + flight_record.COLLIDER_A])
+        b = int(pairs[row + flight_record.COLLIDER_B])
+        if body_of(a, flights) < event_lists.NOBODY or body_of(b, flights) < event_lists.NOBODY:
+            continue
+        if pairs[row + flight_record.STRUCK_SO_FAR] >= MOST_IMPACTS:
+            continue
+        gap, approach = measure(row, flights)
+        size = 0.0
+        for collider in (a, b):
+            radius = bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
+            size += radius if radius < math.inf else 0.0
+        if gap <= TOUCHES * size and approach > max(most, pairs[row + flight_record.SLOW]):
+            best, most = event, approach
+            pairs[row + flight_record.APPROACH] = approach
+    return best
+
+
+def _meet_now(strikes: bool, flights: Flights, counts: Indices) -> None:
+    """
+    Look at event 0 with the bodies as they are: its gap and its approach; or let it happen, and
+    what follows from it at the same instant, the greatest approach first.
+    """
+    pairs, count = flights.pairs, flights.motion.body_count
+    for body in range(count):
+        flights.links[event_lists.CARRIED * count + body] = 0
+        flights.records[body * flight_record.SIZE + flight_record.TIME] = flight_record.NOT_LOADED
+    pairs[flight_record.GAP], pairs[flight_record.APPROACH] = measure(0, flights)
+    if not strikes:
+        return
+    for event in range(1, counts[tick_counts.EVENTS]):
+        pairs[event * flight_record.EVENT + flight_record.STRUCK_SO_FAR] = 0.0
+    row = 0
+    while counts[tick_counts.IMPACTS] < counts[tick_counts.IMPACT_ROOM]:
+        if pairs[row + flight_record.APPROACH] > 0.0:
+            slow = pairs[row + flight_record.SLOW]
+            strike(row, 0.0, slow, 0.0, counts[tick_counts.IMPACTS], flights)
+            counts[tick_counts.IMPACTS] += 1
+        pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
+        event = next_of_cluster(flights, counts)
+        if event == event_lists.NO_EVENT:
+            break
+        row = event * flight_record.EVENT
+    for body in range(count):
+        place = body * flight_record.SIZE
+        if (
+            flights.records[place + flight_record.TIME] != flight_record.NOT_LOADED
+            and flights.records[place + flight_record.STRUCK] == 1.0
+        ):
             put_down(body, flights)
