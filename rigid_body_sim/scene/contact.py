@@ -26,8 +26,8 @@ from typing import Any
 from rigid_body_sim.physics.validation import MATERIAL
 from rigid_body_sim.scene.values import Value
 
-MODES = ('none', 'timestep')
-LATER_MODES = ('event',)
+MODES = ('none', 'timestep', 'event')
+LATER_MODES: tuple[str, ...] = ()
 NO_COPIES: Mapping[str, Collection[str]] = MappingProxyType({})
 
 

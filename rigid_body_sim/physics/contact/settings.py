@@ -20,6 +20,8 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.numbers import shown
 
 MODE = 'timestep'
+EVENT = 'event'
+MODES = (MODE, EVENT)
 
 
 def _number(default: float, unit: str) -> Any:
@@ -74,8 +76,10 @@ class ContactSettings:
     pairs: tuple[Any, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.mode != MODE:
-            raise InvalidModel(f'contact.mode: got {shown(self.mode)}; allowed: none, {MODE}')
+        if self.mode not in MODES:
+            raise InvalidModel(
+                f'contact.mode: got {shown(self.mode)}; allowed: none, {", ".join(MODES)}'
+            )
         for setting in fields(self):
             if setting.metadata:
                 self._check_number(setting.name, setting.metadata)

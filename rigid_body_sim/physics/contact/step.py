@@ -5,6 +5,8 @@ The recipe of a tick with contact, by sequential impulses: detect once, then sub
 solve, update separation, relax (TGS-Soft); then restitution, energy, and what is stored.
 
     detect:    poses, swept AABBs, pairs (broad phase), manifolds (narrow phase)
+    events:    in scenes with impacts at their instants, who flies and meets (`events`): they and
+               their manifolds are taken out
     prepare:   constraints, coloured into batches, with the impulses of the last tick (warm start)
                if a list is too short, return: nothing has changed yet
                before the first tick: the loads of what stands
@@ -59,6 +61,8 @@ from rigid_body_sim.physics.contact.collision.collider import BroadPhase, Collid
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
+from rigid_body_sim.physics.contact.events.flight import Flights
+from rigid_body_sim.physics.contact.events.flight_record import BEHIND_BLOCKS, VIEWS
 from rigid_body_sim.physics.contact.islands import first_loads, sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
@@ -98,6 +102,7 @@ ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
 BOUNDS = slot('[-] whether gains of what rolls on a rim are bounded')
 COUPLED = slot('[-] whether a force depends on the state')
+EVENTS = slot('[-] whether impacts come at their instants')
 VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
 SLEEPING = slot('[-] whether islands may sleep')
 FLOWS = slot('[-] whether the mass of a body that touches changes')
@@ -118,6 +123,8 @@ apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what b
 evaluate_forces = slot('kernel (time, motion, forces)')
 gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
 detect_contacts = slot('kernel (h, ...): tells whether the manifolds of the tick are there')
+find_impacts = slot('kernel (tick, h, ...): impacts at their instants; tells whether to go on')
+land = slot('kernel (h, flights): takes who was struck to the end of the tick')
 drive = slot('kernel (now, ...): puts driven bodies where they are; tells whether nobody wakes')
 find_works_of_drives = slot('kernel (when, ...): of driven bodies on others')
 colour_constraints = slot('kernel (body_count, ...): tells whether there was room')
@@ -164,6 +171,7 @@ class World(NamedTuple):
     pair_materials   : see `solver.pair_material_record`
     driven           : see `prescribed_bodies`
     overlap_limits, overlaps : see `collision.deep_overlaps`
+    flights          : of bodies between impacts: see `events.flight`
     """
 
     motion: Motion
@@ -184,6 +192,7 @@ class World(NamedTuple):
     driven: PrescribedBodies
     overlap_limits: Array
     overlaps: Array
+    flights: Flights
 
 
 class Tick(NamedTuple):
@@ -210,7 +219,8 @@ def _advance(
     cache_places, touching, marks, roots, impacts, gains, sleep_states, radii, element_groups,
     island_roots, supported, restless, awake_in_blocks, flows, ignored, pair_material_rows,
     pivoted, drives, paths, moment, works, of_bodies,
-    overlap_limits, overlaps,
+    overlap_limits, overlaps, flight_records, flight_scratch, event_pairs, event_links,
+    impact_list,
 ):  # fmt: skip
     """
     Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
@@ -222,12 +232,14 @@ def _advance(
     in place of 7 us, and a tick of ten boxes is 12 us. The names in the row from `settings` on are
     those by which `world_arrays` hands them over (`ARRAYS`).
     """
+    motion = Motion(body_count, rigid_count, translation, rotation, method, pivoted)
+    colliders = ColliderArrays(shape_parameters, table, local_bounds, poses, swept)
     world = World(
-        Motion(body_count, rigid_count, translation, rotation, method, pivoted),
+        motion,
         Forces(elements, ranges, saved),
         settings,
         counts,
-        ColliderArrays(shape_parameters, table, local_bounds, poses, swept),
+        colliders,
         materials,
         Detection(
             local_poses, BroadPhase(fat_aabbs, grid, hash_heads, neighbours, pair_ids), found,
@@ -250,6 +262,11 @@ def _advance(
         PrescribedBodies(drives, paths, moment, works, of_bodies),
         overlap_limits,
         overlaps,
+        Flights(
+            motion, colliders, bodies, local_poses, found, materials, pair_material_rows, ignored,
+            settings, flight_records, flight_scratch[:VIEWS], flight_scratch[VIEWS:BEHIND_BLOCKS],
+            flight_scratch[BEHIND_BLOCKS:], event_pairs, event_links, impact_list,
+        ),
     )  # fmt: skip
     return advance_ticks(ticks, tick, h, world)
 
@@ -296,8 +313,8 @@ def _advance_ticks(ticks, tick, h, world):
                 counts[tick_counts.DONE] = passed + 1
                 continue
         if not detect_contacts(
-            h, motion, colliders, world.detection, constraints.manifolds, bodies, state, settings,
-            counts,
+            tick + passed, h, motion, colliders, world.detection, constraints, bodies, state,
+            settings, world.flights, counts,
         ) or not prepare_constraints(
             now, motion, colliders, world.materials, world.pair_materials, constraints, bodies,
             flows, driven, settings, counts,
@@ -332,6 +349,8 @@ def _advance_ticks(ticks, tick, h, world):
             constraints.batches,
         )  # fmt: skip
         store_impulses(substep, colliders.poses, constraints, counts)
+        if EVENTS:
+            land(h, world.flights)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
         if SLEEPING and put_to_sleep(
@@ -386,13 +405,13 @@ def _gather_bodies(motion, bodies, state):
 
 
 def _detect_contacts(
-    h, motion, colliders, detection, manifolds, bodies, state, settings, counts
+    number, h, motion, colliders, detection, constraints, bodies, state, settings, flights, counts
 ):  # fmt: skip
     """
-    Find poses, swept AABBs, pairs and manifolds of a tick [s]. Tell whether the tick can go on;
-    else counts[STATUS] tells why.
+    Find poses, swept AABBs, pairs and manifolds of a tick [s], the tick of a number. Tell whether
+    it can go on; else counts[STATUS] tells why.
     """
-    count = counts[tick_counts.COLLIDERS]
+    count, manifolds = counts[tick_counts.COLLIDERS], constraints.manifolds
     gather_bodies(motion, bodies, state)
     narrow_phase.find_poses(
         count, motion.rigid_count, motion.translation, motion.rotation, colliders.table,
@@ -421,6 +440,11 @@ def _detect_contacts(
     counts[tick_counts.MANIFOLDS] = manifold_count
     if manifold_count > counts[tick_counts.MANIFOLD_ROOM]:
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_MANIFOLDS
+        return False
+    if EVENTS and not find_impacts(
+        number, h, constraints.impulse_cache, detection.broad_phase.pair_ids, manifolds, flights,
+        counts,
+    ):  # fmt: skip
         return False
     if SLEEPING and sleep.wake_touched(
         manifold_count, h, colliders, manifolds, state.sleep_states

@@ -36,6 +36,7 @@ from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_
 from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warning, take_overlaps
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
+from rigid_body_sim.physics.contact.events import impact_list
 from rigid_body_sim.physics.contact.islands.groups import groups_of
 from rigid_body_sim.physics.contact.islands.manners import (
     WHOLE,
@@ -50,7 +51,7 @@ from rigid_body_sim.physics.contact.islands.manners import (
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.pair_rules import pair_rules
 from rigid_body_sim.physics.contact.readout import read, together
-from rigid_body_sim.physics.contact.settings import ContactSettings
+from rigid_body_sim.physics.contact.settings import EVENT, ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
 from rigid_body_sim.physics.contact.solver.cache_entries import scaled, without_pairs_of
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
@@ -91,6 +92,7 @@ class ContactWorld:
                 at=('integrator',),
             )
         settings = ContactSettings.of(scene.contact)
+        self._events = settings.mode == EVENT
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
@@ -109,9 +111,13 @@ class ContactWorld:
         self.arrays = WorldArrays(layout.n_moving, self._width, flows, layout.pivoted)
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
+        rows = integrator.coefficients(layout.moments).shape[1]
+        self.arrays.take_events(rows, wanted=self._events)
+        self.impacts: list[Array] = []  # rows of `impact_list`, of each call of the kernel
         self.arrays.take_pair_rules(rules, len(scene.bodies))
         self._sleepers = self._make_sleepers(scene, settings.sleeping)
         self.arrays.pack()
+        self.arrays.counts[tick_counts.CUTTING] = tick_counts.HIDES_CUTS
         self._kernels: dict[str, Callable[..., Any]] = {}
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
@@ -270,6 +276,7 @@ class ContactWorld:
             BOUNCES=self._bounces,
             BOUNDS=features['on_rims'] and evaluate is None and not (flows or driven),
             COUPLED=evaluate is not None,
+            EVENTS=self._events,
             VELOCITY_DEPENDENT=velocity_dependent,
             SLEEPING=self._sleepers is not None,
             FLOWS=flows,
@@ -280,7 +287,21 @@ class ContactWorld:
             evaluate=_nothing if evaluate is None else evaluate,
             find_manifolds=manifold_finder(pairs),
             **{'apply_restitution': _nothing, **iterations},
+            **self._impacts_of(pairs, coupled=evaluate is not None),
         )
+
+    def _impacts_of(self, pairs: Any, *, coupled: bool) -> dict[str, Any]:
+        """Make the kernels of impacts at their instants, where the scene wants them."""
+        if not self._events:
+            return {'find_impacts': _nothing, 'land': _nothing}
+        from rigid_body_sim.physics.contact.events.impact_kernels import impact_kernels
+
+        scheme = self._integrator.scheme
+        assert isinstance(scheme, Splitting)
+        made = impact_kernels(
+            self._integrator.name, pairs, drift_rotation=scheme.drift_rotation, coupled=coupled
+        )
+        return made._asdict()
 
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
         """Give a kernel of the ticks the call of a scheme; its workspace is not needed."""
@@ -310,6 +331,7 @@ class ContactWorld:
         done = 0
         while True:
             status = call(ticks - done, tick + done, h)
+            self._take_impacts()
             take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += int(counts[tick_counts.DONE])
@@ -324,6 +346,13 @@ class ContactWorld:
                 self._answer(h)
             if status != 0.0 or done == ticks:
                 return status
+
+    def _take_impacts(self) -> None:
+        """Take the impacts of a call of the kernel out of its list."""
+        count = int(self.arrays.counts[tick_counts.IMPACTS])
+        if count:
+            self.impacts.append(self.arrays.impact_list[: count * impact_list.SIZE].copy())
+            self.arrays.counts[tick_counts.IMPACTS] = 0
 
     def _advance_fast(self, call: Call, tick: float, h: float, motion: tuple[Any, Any]) -> float:
         """

@@ -1,0 +1,188 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+One impact of a pair: both bodies are brought to the instant, get their impulse, and the list of
+impacts an entry.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rigid_body_sim.physics.arrays import Array
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
+from rigid_body_sim.physics.contact.collision import material_record
+from rigid_body_sim.physics.contact.events import flight_record, impact_list
+from rigid_body_sim.physics.contact.events.flight import (
+    NO_VECTOR,
+    Flights,
+    body_of,
+    orientation_of,
+    spin_of,
+)
+from rigid_body_sim.physics.contact.solver import pair_material_record
+from rigid_body_sim.physics.contact.solver_bodies import world_inverse_inertia
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    apply_symmetric,
+    cross,
+    dot,
+    load,
+    negate,
+    scale,
+    store,
+    subtract,
+)
+
+NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
+look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
+find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
+
+
+@inline
+def _pair_material(a: int, b: int, count: int, of_pairs: Array) -> Any:
+    """Restitution and friction that the scene gives a pair of its own; NaN: none."""
+    pair_id = float(max(a, b) * count + min(a, b))
+    low, high = 0, len(of_pairs) // pair_material_record.SIZE
+    while low < high:
+        middle = (low + high) // 2
+        if of_pairs[middle * pair_material_record.SIZE + pair_material_record.PAIR_ID] < pair_id:
+            low = middle + 1
+        else:
+            high = middle
+    place = low * pair_material_record.SIZE
+    if place < len(of_pairs) and of_pairs[place + pair_material_record.PAIR_ID] == pair_id:
+        return (
+            of_pairs[place + pair_material_record.RESTITUTION],
+            of_pairs[place + pair_material_record.FRICTION],
+        )
+    return math.nan, math.nan
+
+
+@kernel
+def material_of(a: int, b: int, flights: Flights) -> Any:
+    """Restitution and friction of a pair of colliders."""
+    materials = flights.materials
+    row_a, row_b = a * material_record.SIZE, b * material_record.SIZE
+    restitution = max(
+        materials[row_a + material_record.RESTITUTION],
+        materials[row_b + material_record.RESTITUTION],
+    )
+    friction = math.sqrt(
+        materials[row_a + material_record.FRICTION] * materials[row_b + material_record.FRICTION]
+    )
+    count = len(materials) // material_record.SIZE
+    own_restitution, own_friction = _pair_material(a, b, count, flights.pair_materials)
+    if own_restitution == own_restitution:
+        restitution = own_restitution
+    if own_friction == own_friction:
+        friction = own_friction
+    return restitution, friction
+
+
+@inline
+def inertia_of(body: int, flights: Flights) -> Any:
+    """Inverse mass and world inverse inertia of a body in flight; zero of what cannot move."""
+    if body < 0:
+        return 0.0, NO_INERTIA
+    records, row = flights.records, body * flight_record.SIZE
+    moments = load(records, row + flight_record.INVERSE_MOMENTS)
+    inverse = (moments[0], 0.0, 0.0, moments[0], 0.0, moments[0])
+    if moments[0] != moments[1] or moments[1] != moments[2]:
+        inverse = world_inverse_inertia(orientation_of(row, records), moments)
+    return records[row + flight_record.INVERSE_MASS], inverse
+
+
+@inline
+def velocity_at(side: int, body: int, point: Any, flights: Flights) -> Any:
+    """Velocity of a body at a point [m/s], as it was looked at; and the arm of the point [m]."""
+    views, view = flights.views, side * flight_record.VIEW
+    arm = subtract(point, load(views, view + flight_record.CENTER))
+    spin = load(views, view + flight_record.SPIN)
+    if 0 <= body < flights.motion.rigid_count:
+        records, row = flights.records, body * flight_record.SIZE
+        moments = load(records, row + flight_record.INVERSE_MOMENTS)
+        momentum = load(records, row + flight_record.ANGULAR_MOMENTUM)
+        if moments[0] != moments[1] or moments[1] != moments[2]:
+            spin = spin_of(orientation_of(row, records), momentum, moments)
+        else:
+            spin = scale(moments[0], momentum)
+    return add(load(views, view + flight_record.VELOCITY), cross(spin, arm)), arm
+
+
+@inline
+def push(body: int, arm: Any, impulse: Any, flights: Flights) -> None:
+    """Let an impulse [N s] act on a body in flight at an arm [m]."""
+    if body < 0:
+        return
+    records, row = flights.records, body * flight_record.SIZE
+    momentum = add(load(records, row + flight_record.MOMENTUM), impulse)
+    store(records, row + flight_record.MOMENTUM, momentum)
+    if body < flights.motion.rigid_count:
+        momentum = load(records, row + flight_record.ANGULAR_MOMENTUM)
+        momentum = add(momentum, cross(arm, impulse))
+        store(records, row + flight_record.ANGULAR_MOMENTUM, momentum)
+
+
+@inline
+def _normal_mass(inverse_mass: float, inverse_inertia: Any, arm: Any, normal: Any) -> Any:
+    lever = cross(arm, normal)
+    return inverse_mass + dot(lever, apply_symmetric(inverse_inertia, lever))
+
+
+def _strike(
+    row: int, time: float, threshold: float, tick: float, number: int, flights: Flights
+) -> None:  # fmt: skip
+    """
+    Let the two colliders of an event meet at an instant [s].
+
+        threshold : [m/s] slower approach returns nothing
+        tick      : number of the tick;   number : of the impact in the list
+    """
+    pairs, views = flights.pairs, flights.views
+    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    body_a, body_b = body_of(a, flights), body_of(b, flights)
+    if body_a >= 0:
+        bring(body_a, time, flights)
+    if body_b >= 0:
+        bring(body_b, time, flights)
+    look(0, a, time, flights)
+    look(1, b, time, flights)
+    normal = load(pairs, row + flight_record.NORMAL)
+    count = find_points(a, b, normal, flights)
+    restitution, friction = material_of(a, b, flights)
+    if pairs[row + flight_record.APPROACH] < threshold:
+        restitution = 0.0
+    total, mean = NO_VECTOR, NO_VECTOR
+    mass_a, inertia_a = inertia_of(body_a, flights)
+    mass_b, inertia_b = inertia_of(body_b, flights)
+    for index in range(count):
+        point = load(views, flight_record.TOUCHING + 3 * index)
+        velocity_a, arm_a = velocity_at(0, body_a, point, flights)
+        velocity_b, arm_b = velocity_at(1, body_b, point, flights)
+        approach = dot(normal, subtract(velocity_b, velocity_a))
+        mass = _normal_mass(mass_a, inertia_a, arm_a, normal) + _normal_mass(
+            mass_b, inertia_b, arm_b, normal
+        )
+        impulse = scale(max(-(1.0 + restitution) * approach / mass, 0.0), normal)
+        total = add(total, impulse)
+        mean = add_scaled(mean, 1.0 / count, point)
+        push(body_a, arm_a, negate(impulse), flights)
+        push(body_b, arm_b, impulse, flights)
+    for body in (body_a, body_b):
+        if body >= 0:
+            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0
+    entry, impacts = number * impact_list.SIZE, flights.impacts
+    impacts[entry + impact_list.TICK] = tick
+    impacts[entry + impact_list.PART] = time
+    impacts[entry + impact_list.COLLIDER_A] = float(a)
+    impacts[entry + impact_list.COLLIDER_B] = float(b)
+    impacts[entry + impact_list.KIND] = impact_list.IMPACT
+    impacts[entry + impact_list.APPROACH] = pairs[row + flight_record.APPROACH]
+    store(impacts, entry + impact_list.POINT, mean)
+    store(impacts, entry + impact_list.NORMAL, normal)
+    store(impacts, entry + impact_list.IMPULSE, total)
