@@ -13,6 +13,7 @@ Also called the inverse effective mass, or the Delassus matrix of one contact.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from rigid_body_sim.physics.compile.kernels import inline
@@ -73,3 +74,17 @@ def in_axes(first: StruckBody, second: StruckBody, axes: Any) -> CollisionMatrix
         mass + (a[0] + b[0]), a[1] + b[1], mass + (a[2] + b[2]),
         a[3] + b[3], a[4] + b[4], mass + (a[5] + b[5]),
     )  # fmt: skip
+
+
+@inline
+def across(normal: Any) -> Any:
+    """Return a unit vector across a normal."""
+    x, y, z = normal
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        size = math.sqrt(y * y + z * z)
+        return 0.0, z / size, -y / size
+    if abs(y) <= abs(z):
+        size = math.sqrt(x * x + z * z)
+        return -z / size, 0.0, x / size
+    size = math.sqrt(x * x + y * y)
+    return y / size, -x / size, 0.0

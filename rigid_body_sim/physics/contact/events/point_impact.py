@@ -32,6 +32,7 @@ from rigid_body_sim.physics.contact.events import slip_path
 from rigid_body_sim.physics.contact.events.collision_matrix import (
     CollisionMatrix,
     StruckBody,
+    across,
     in_axes,
 )
 from rigid_body_sim.physics.contact.events.slip_path import Slip
@@ -55,23 +56,11 @@ def _axes(velocity: Any, pull: Any, normal: Any) -> Any:
         slip = add_scaled(pull, -dot(normal, pull), normal)
         along = math.sqrt(dot(slip, slip))
         if along <= slip_path.ROUND_OFF * math.sqrt(dot(pull, pull)):
-            slip = _across(normal)
-            along = math.sqrt(dot(slip, slip))
+            slip, along = across(normal), 1.0
     first = scale(1.0 / along, slip)
     first = add_scaled(first, -dot(normal, first), normal)  # slip may be small beside approach
     first = scale(1.0 / math.sqrt(dot(first, first)), first)
     return first, cross(normal, first), normal
-
-
-@inline
-def _across(normal: Any) -> Any:
-    """Return some direction across the normal."""
-    x, y, z = abs(normal[0]), abs(normal[1]), abs(normal[2])
-    if x <= y and x <= z:
-        return 0.0, normal[2], -normal[1]
-    if y <= z:
-        return -normal[2], 0.0, normal[0]
-    return normal[1], -normal[0], 0.0
 
 
 @inline
