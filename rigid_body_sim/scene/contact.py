@@ -14,7 +14,8 @@ No two bodies of an entry of `ignore` meet; an entry of `pairs` replaces what th
 two give. The name of a body with `repeat` stands for all its copies; `[ball, ball]` are its copies
 among themselves.
 
-The settings are the fields of a dataclass, which is imported only when it is asked for: `physics.contact.settings.ContactSettings`. `Scene.contact` holds what the scene gives.
+The settings are the fields of a dataclass, which is imported only when it is asked for:
+`physics.contact.settings.ContactSettings`. `Scene.contact` holds what the scene gives.
 """
 
 from __future__ import annotations

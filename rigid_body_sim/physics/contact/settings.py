@@ -109,8 +109,8 @@ class ContactSettings:
                 'is needed'
             )
 
-    # [m/s] of what flies: slower approach is no impact at an instant. Larger: the last bounces of a
-    # series are missing; smaller: more of them cost time
+    # [m/s] of what flies: slower approach is no impact at an instant. Larger: the last bounces of
+    # a series are missing; smaller: more of them cost time
     impact_speed: ClassVar[float] = 1e-5
 
     @classmethod

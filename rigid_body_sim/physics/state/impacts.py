@@ -25,9 +25,9 @@ class Impacts:
     tick_ns   : (m,) int [ns]   start of the tick in which it happened
     remainder : (m,)   [s]      from there to its instant, to the last digit
     bodies    : (m, 2) int      scene indices
-    point     : (m, 3) [m]      world, midway between the two surfaces; of several points their mean
+    point     : (m, 3) [m]      world, midway between the surfaces; of several points their mean
     normal    : (m, 3) [-]      unit vector from the first body to the second, world
-    impulse   : (m, 3) [N s]    on the second body, world; its opposite acts on the first
+    impulse   : (m, 3) [N s]    on the second body, world axes; the first gets the opposite
     approach  : (m,)   [m/s]    at which the surfaces met, along the normal
     kind      : (m,) int        place in KINDS. impact: of one pair, by the law of impact; summed:
                                 the rest of a series of ever smaller ones, at the instant at which
