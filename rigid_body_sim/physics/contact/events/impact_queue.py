@@ -508,7 +508,7 @@ def keep_manifolds(manifolds: Array, counts: Indices) -> None:
         if manifolds[record + manifold_record.STATE] != KEPT:
             continue
         if kept != m:
-            for entry in range(manifold_record.SIZE):
+            for entry in range(manifold_record.LANE):  # the lane stays that of the place
                 manifolds[kept * manifold_record.SIZE + entry] = manifolds[record + entry]
         pieces = max(pieces, int(manifolds[record + manifold_record.PIECES]))
         kept += 1
