@@ -28,13 +28,12 @@ from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
     manifold_record,
-    pose,
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE
-from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
-from rigid_body_sim.physics.contact.events import event_lists, flight_record, impact_list
 from rigid_body_sim.physics.contact.collision.nearest_axis import radius_about_core
+from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
+from rigid_body_sim.physics.contact.events import event_lists, flight_record
 from rigid_body_sim.physics.contact.events.closest_axis import turn_of_axis
 from rigid_body_sim.physics.contact.events.event_lists import enter, following
 from rigid_body_sim.physics.contact.events.flight import Flights, body_of, put_down, take_off
@@ -65,7 +64,9 @@ closing_speed = slot('kernel (a, b, flights): bound of the speed of two against 
 is_left_to_solver = slot('kernel (found, a, b, row, ...): tells whether the solver gets a pair')
 wants_a_cut = slot('kernel (row, a, b, flights): tells whether an impact wants a cut')
 ask_again = slot('kernel (body, time, h, flights): asks the pairs of a body anew')
-ask_neighbours = slot('kernel (body, time, h, flights, counts): finds whom a struck body may reach')
+ask_neighbours = slot(
+    'kernel (body, time, h, flights, counts): finds whom a struck body may reach'
+)
 
 
 @inline
@@ -190,9 +191,10 @@ def _is_left_to_solver(
     if found == MISSES:
         return False
     body_a, body_b = body_of(a, flights), body_of(b, flights)
-    if found == STAYS or flights.pairs[row + flight_record.APPROACH] < flights.pairs[
-        row + flight_record.SLOW
-    ]:
+    if (
+        found == STAYS
+        or flights.pairs[row + flight_record.APPROACH] < flights.pairs[row + flight_record.SLOW]
+    ):
         return True
     if body_a < event_lists.NOBODY or body_b < event_lists.NOBODY:  # wakes who sleeps
         return True
@@ -226,9 +228,10 @@ def _find_events(
             a, b = b, a
             type_a, type_b = type_b, type_a
         first, kept = m, type_b == SURFACE
-        while m < manifold_count and int(
-            manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]
-        ) == pair_id:
+        while (
+            m < manifold_count
+            and int(manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]) == pair_id
+        ):
             kept |= manifolds[m * manifold_record.SIZE + manifold_record.STATE] == KEPT
             m += 1
         if (
@@ -412,7 +415,8 @@ def _lists_pair(body: int, a: int, b: int, flights: Flights) -> bool:
     while entry > 1:
         row = entry // 2 * flight_record.EVENT
         if (
-            pairs[row + flight_record.COLLIDER_A] == a and pairs[row + flight_record.COLLIDER_B] == b
+            pairs[row + flight_record.COLLIDER_A] == a
+            and pairs[row + flight_record.COLLIDER_B] == b
         ):
             return True
         entry = following(entry, count, flights.links)

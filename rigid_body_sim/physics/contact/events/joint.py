@@ -10,42 +10,24 @@ cache as one that pushes; it holds, and returns nothing of its own.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
-from rigid_body_sim.physics.contact import tick_counts
-from rigid_body_sim.physics.contact.collision import collider_record, pose
-from rigid_body_sim.physics.contact.collision.collider import SURFACE
-from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    FEATURE,
-    NORMAL,
-    POINT,
-    POINTS,
-    POSITION,
-)
-from rigid_body_sim.physics.contact.events import event_lists, flight_record, impact_list
+from rigid_body_sim.physics.contact.events import flight_record
 from rigid_body_sim.physics.contact.events import joint_impact_record as record
-from rigid_body_sim.physics.contact.events.contact_points import size_of
 from rigid_body_sim.physics.contact.events.flight import (
     NO_VECTOR,
     Flights,
-    body_of,
     orientation_of,
     spin_of,
-    take_off,
 )
 from rigid_body_sim.physics.contact.events.impact import (
     inertia_of,
-    material_of,
     push,
     velocity_at,
-    write_impact,
 )
 from rigid_body_sim.physics.contact.events.joint_impact import JointImpact, joint_impact
-from rigid_body_sim.physics.contact.solver import cache_record
-from rigid_body_sim.physics.vectors import add, load, negate, scale, store, subtract
+from rigid_body_sim.physics.vectors import add, load, negate, scale, store
 
 NEAR = 1e-3  # [-] of the size: separation up to which a contact that carries load is looked for
 WORLD = -1.0  # in place of the row of a body
@@ -78,7 +60,7 @@ def _put_body(row: int, body: int, flights: Flights) -> None:
 
 @inline
 def _put_side(side: int, body: int, flights: Flights) -> None:
-    """Write A or B, as it was looked at, into the row of its side; no impulse moves what is told."""
+    """Write A or B, as it was looked at, into the row of its side; what is told has no mass."""
     if body >= 0:
         _put_body(side, body, flights)
         return

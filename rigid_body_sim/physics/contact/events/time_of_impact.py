@@ -24,8 +24,8 @@ from typing import Any
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision import bounds_record, collider_record, pose
-from rigid_body_sim.physics.contact.collision.collider import PLANE, SPHERE
+from rigid_body_sim.physics.contact.collision import bounds_record, collider_record
+from rigid_body_sim.physics.contact.collision.collider import PLANE
 from rigid_body_sim.physics.contact.collision.nearest_axis import core_point, radius_about_core
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET, RADIUS
 from rigid_body_sim.physics.contact.events import flight_record
@@ -91,9 +91,7 @@ def extremes(
         point_b = core_point(b, pose_of_side(1, flights), negate(of_b), center_b, colliders)
     between = add(subtract(center_b, center_a), subtract(point_b, point_a))
     rate_a = add(load(views, flight_record.VELOCITY), cross(spin_a, point_a))
-    rate_b = add(
-        load(views, flight_record.VIEW + flight_record.VELOCITY), cross(spin_b, point_b)
-    )
+    rate_b = add(load(views, flight_record.VIEW + flight_record.VELOCITY), cross(spin_b, point_b))
     rate = dot(normal, subtract(rate_b, rate_a)) + dot(turn, between)
     return dot(normal, between) - rounding, rate
 
