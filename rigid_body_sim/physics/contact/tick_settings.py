@@ -12,10 +12,6 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.contact.settings import ContactSettings
 
-# [m/s] larger: the last bounces of a sequence are missing, from a height of v^2/2g on; smaller:
-# more of them cost time
-IMPACT_SPEED_USUAL = 1e-5
-
 settings = Record()
 SUBSTEPS = settings.number('-', 'of a tick')
 DAMPING_RATIO = settings.number('-', 'zeta of the soft contact')
@@ -39,7 +35,7 @@ def settings_row(given: ContactSettings, usual_radius: float) -> NDArray[np.floa
     row[DAMPING_RATIO] = given.damping_ratio
     row[RELAXATIONS] = given.relaxations
     row[RESTITUTION_THRESHOLD] = given.restitution_threshold
-    row[IMPACT_SPEED] = IMPACT_SPEED_USUAL
+    row[IMPACT_SPEED] = given.impact_speed
     row[SLOP] = given.slop
     row[PUSH_OUT_SPEED] = given.push_out_speed
     row[MARGIN] = given.margin

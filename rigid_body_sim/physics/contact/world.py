@@ -40,6 +40,7 @@ from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warni
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.events import cuts, flight_record, impact_list
+from rigid_body_sim.physics.contact.events.read_impacts import read_impacts
 from rigid_body_sim.physics.contact.islands.groups import groups_of
 from rigid_body_sim.physics.contact.islands.manners import (
     WHOLE,
@@ -66,6 +67,7 @@ from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
+from rigid_body_sim.physics.state.impacts import Impacts
 from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
@@ -179,6 +181,19 @@ class ContactWorld:
             self._sleepers.return_to(sleepers)
         self._restart_from(cache)
 
+    def read_impacts(self, *, dt_ns: int, start_ns: int) -> Impacts:
+        """
+        Read the impacts since they were last forgotten.
+
+        start_ns : where tick 0 of the scene began [ns]
+        """
+        table = np.asarray(self.arrays.table)
+        return read_impacts(self.impacts, dt_ns=dt_ns, start_ns=start_ns, table=table)
+
+    def forget_impacts(self) -> None:
+        """Begin a new list of impacts."""
+        self.impacts = []
+
     def take_tick(self, h: float) -> None:
         """Take over the length of a whole tick [s]."""
         self.arrays.settings[tick_settings.WHOLE_TICK] = h
@@ -208,6 +223,7 @@ class ContactWorld:
         if self._sleepers is not None:
             self.arrays.counts[tick_counts.SLEEP_CHANGED] = 1
         self.arrays.put_cache(cache)
+        self.forget_impacts()
         self._is_read = False
         self._pairs = []
 
