@@ -124,7 +124,7 @@ evaluate_forces = slot('kernel (time, motion, forces)')
 gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
 detect_contacts = slot('kernel (h, ...): tells whether the manifolds of the tick are there')
 find_impacts = slot('kernel (tick, h, ...): impacts at their instants; tells whether to go on')
-meet_now = slot('kernel (strikes, flights, counts): impacts at the present instant')
+meet_now = slot('kernel (strikes, cache, flights, counts): impacts at the present instant')
 land = slot('kernel (h, flights): takes who was struck to the end of the tick')
 drive = slot('kernel (now, ...): puts driven bodies where they are; tells whether nobody wakes')
 find_works_of_drives = slot('kernel (when, ...): of driven bodies on others')
@@ -920,7 +920,8 @@ def _meet_at_instant(time, world):
         counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
         colliders.table, world.detection.local_poses, colliders.poses,
     )  # fmt: skip
-    meet_now(counts[tick_counts.INSTANT] == tick_counts.STRIKES, world.flights, counts)
+    strikes = counts[tick_counts.INSTANT] == tick_counts.STRIKES
+    meet_now(strikes, world.constraints.impulse_cache, world.flights, counts)
     pivots.stand_still(motion.pivoted, motion.translation)
 
 

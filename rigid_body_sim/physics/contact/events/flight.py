@@ -8,7 +8,8 @@ Free flight over any part of a tick, from the instant of one impact to that of t
                              halves of the torque
 
 `look` shows a collider at an instant and leaves the body where it is; `bring` takes the body
-there. Who is in no impact is neither: the blocks carry him through the tick, with the bits of always.
+there. Who is in no impact is neither: the blocks carry him through the tick, with the bits of
+always.
 """
 
 from __future__ import annotations
