@@ -124,7 +124,7 @@ evaluate_forces = slot('kernel (time, motion, forces)')
 gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
 detect_contacts = slot('kernel (h, ...): tells whether the manifolds of the tick are there')
 find_impacts = slot('kernel (tick, h, ...): impacts at their instants; tells whether to go on')
-meet_now = slot('kernel (strikes, flights, counts): impacts at the present instant')
+meet_now = slot('kernel (strikes, cache, flights, counts): impacts at the present instant')
 land = slot('kernel (h, flights): takes who was struck to the end of the tick')
 drive = slot('kernel (now, ...): puts driven bodies where they are; tells whether nobody wakes')
 find_works_of_drives = slot('kernel (when, ...): of driven bodies on others')
@@ -140,7 +140,7 @@ follow_and_relax = slot('kernel (last, now, touching, ...): separations, then re
 visit_groups = slot('kernel (index, now, ...): passes of all groups between two motions')
 take_back_gains = slot('kernel (h, touching, ...): what contact gave by its errors')
 bound_bounces = slot('kernel (touching, ...): restitution')
-store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
+store_impulses = slot('kernel (now, poses, ...): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
 meet_at_instant = slot('kernel (time, world): looks at an impact, or lets it happen')
 advance_ticks = slot('kernel (ticks, tick, h, world): the recipe')
@@ -266,8 +266,9 @@ def _advance(
         overlaps,
         Flights(
             motion, colliders, bodies, local_poses, found, materials, pair_material_rows, ignored,
-            settings, joint_bodies, joint_points, flight_records, flight_scratch[:VIEWS], flight_scratch[VIEWS:BEHIND_BLOCKS],
-            flight_scratch[BEHIND_BLOCKS:], event_pairs, event_links, impact_list,
+            settings, joint_bodies, joint_points, flight_records, flight_scratch[:VIEWS],
+            flight_scratch[VIEWS:BEHIND_BLOCKS], flight_scratch[BEHIND_BLOCKS:], event_pairs,
+            event_links, impact_list,
         ),
     )  # fmt: skip
     return advance_ticks(ticks, tick, h, world)
@@ -294,7 +295,7 @@ def _advance_ticks(ticks, tick, h, world):
     counts[tick_counts.STATUS] = tick_counts.COMPLETE
     status = finite(motion)
     evaluated = False
-    if EVENTS and counts[tick_counts.INSTANT] != tick_counts.NOTHING:
+    if EVENTS:
         meet_at_instant(tick * h, world)
     if SLEEPING and counts[tick_counts.SLEEP_CHANGED] == 1:
         place_sleepers(motion, colliders, world.detection, bodies, state, counts)
@@ -352,9 +353,7 @@ def _advance_ticks(ticks, tick, h, world):
             counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
             constraints.batches,
         )  # fmt: skip
-        store_impulses(substep, colliders.poses, constraints, counts)
-        if EVENTS:
-            land(h, world.flights)
+        store_impulses(now, colliders.poses, constraints, world.flights, counts)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
         if SLEEPING and put_to_sleep(
@@ -874,10 +873,12 @@ def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings,
         scatter_momenta(touching, motion, bodies)
 
 
-def _store_impulses(substep, poses, constraints, counts):
-    """Store what the next tick starts from."""
+def _store_impulses(now, poses, constraints, flights, counts):
+    """Store what the next tick starts from; take who was struck to the end of this one."""
+    if EVENTS:
+        land(now.h, flights)
     impulse_cache.store_impulses(
-        counts[tick_counts.MANIFOLDS], WIDTH, substep, ANGULAR, poses, constraints.order,
+        counts[tick_counts.MANIFOLDS], WIDTH, now.substep, ANGULAR, poses, constraints.order,
         constraints.places, constraints.manifolds, constraints.rows, constraints.impulse_cache,
     )  # fmt: skip
 
@@ -908,8 +909,10 @@ def _put_to_sleep(
 
 
 def _meet_at_instant(time, world):
-    """Look at an impact at a time [s], with the bodies as they are, or let it happen."""
+    """Look at an impact at a time [s], with the bodies as they are, or let it happen; if told."""
     motion, colliders, counts = world.motion, world.colliders, world.counts
+    if counts[tick_counts.INSTANT] == tick_counts.NOTHING:
+        return
     if DRIVES:
         drive(Tick(time, 0.0, 0.0, 1), world.driven, colliders, world.bodies, world.sleep, counts)
     gather_bodies(motion, world.bodies, world.sleep)
@@ -917,7 +920,8 @@ def _meet_at_instant(time, world):
         counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
         colliders.table, world.detection.local_poses, colliders.poses,
     )  # fmt: skip
-    meet_now(counts[tick_counts.INSTANT] == tick_counts.STRIKES, world.flights, counts)
+    strikes = counts[tick_counts.INSTANT] == tick_counts.STRIKES
+    meet_now(strikes, world.constraints.impulse_cache, world.flights, counts)
     pivots.stand_still(motion.pivoted, motion.translation)
 
 

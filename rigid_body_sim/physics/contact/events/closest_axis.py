@@ -37,9 +37,11 @@ from rigid_body_sim.physics.contact.collision.collider import (
 from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL as FOUND_NORMAL
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     FACES,
-    PLANE as FACE_PLANE,
     Hull,
     planes_of,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
+    PLANE as FACE_PLANE,
 )
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES, NORMAL
 from rigid_body_sim.physics.contact.events import flight_record
@@ -191,7 +193,7 @@ def _across(collider: int, place: int, normal: Any, colliders: ColliderArrays) -
 
 @kernel
 def turn_of_axis(a: int, b: int, normal: Any, flights: Flights) -> Any:
-    """Return how fast the axis turns with the features that it belongs to [1/s]: see the module."""
+    """Return how fast the axis turns with the features it belongs to [1/s]: see the module."""
     views, colliders = flights.views, flights.colliders
     spin_a = load(views, flight_record.SPIN)
     spin_b = load(views, flight_record.VIEW + flight_record.SPIN)

@@ -24,7 +24,6 @@ from rigid_body_sim.physics.contact.collision.collider import (
     BOX,
     CAPSULE,
     CYLINDER,
-    HULL,
     PLANE,
     SPHERE,
     SURFACE,
@@ -51,8 +50,15 @@ from rigid_body_sim.physics.contact.collision.shape_parameters import (
 )
 from rigid_body_sim.physics.contact.events import flight_record
 from rigid_body_sim.physics.contact.events.flight import Flights, pose_of_side
-from rigid_body_sim.physics.vectors import add, add_scaled, cross, dot, load, negate, scale, store
-from rigid_body_sim.physics.vectors import subtract
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    dot,
+    load,
+    negate,
+    store,
+    subtract,
+)
 
 SAME = 1e-12  # [-] of the size: heights of corners that are of one feature
 PARALLEL = 1e-12  # [-] squared sine of the angle of edges that do not cross

@@ -7,8 +7,9 @@ Free flight over any part of a tick, from the instant of one impact to that of t
     L(t) = L + T t           q(t) : the free rotation of the scene's integrator over t, between two
                              halves of the torque
 
-`look` shows a collider at an instant and leaves the body where it is; `bring` takes the body there.
-Who is in no impact is neither: the blocks carry him through the tick, with the bits of always.
+`look` shows a collider at an instant and leaves the body where it is; `bring` takes the body
+there. Who is in no impact is neither: the blocks carry him through the tick, with the bits of
+always.
 """
 
 from __future__ import annotations
@@ -42,7 +43,6 @@ from rigid_body_sim.physics.state.blocks import (
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
-    cross,
     dot,
     load,
     load_strided,

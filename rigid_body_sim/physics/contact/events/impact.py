@@ -40,7 +40,9 @@ from rigid_body_sim.physics.vectors import (
 NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
-meet_at_points = slot('kernel (count, body_a, body_b, normal, ...): lets two meet at several points')
+meet_at_points = slot(
+    'kernel (count, body_a, body_b, normal, ...): lets two meet at several points'
+)
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
 

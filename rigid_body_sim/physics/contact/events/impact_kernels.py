@@ -64,6 +64,8 @@ def impact_kernels(
     make('find_instant', time_of_impact._find_instant)
     make('find_points', contact_points._find_points)
     offered['meet_at_points'] = joint.meet_at_points
+    make('add_carriers', joint._add_carriers)
+    make('meet_with_load', joint._meet_with_load)
     make('strike', impact._strike)
     make('closing_speed', impact_queue._closing_speed)
     make('is_left_to_solver', impact_queue._is_left_to_solver)

@@ -28,21 +28,21 @@ from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
     manifold_record,
-    pose,
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE
-from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
-from rigid_body_sim.physics.contact.events import event_lists, flight_record, impact_list
 from rigid_body_sim.physics.contact.collision.nearest_axis import radius_about_core
+from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
+from rigid_body_sim.physics.contact.events import event_lists, flight_record, joint_impact_record
 from rigid_body_sim.physics.contact.events.closest_axis import turn_of_axis
 from rigid_body_sim.physics.contact.events.event_lists import enter, following
 from rigid_body_sim.physics.contact.events.flight import Flights, body_of, put_down, take_off
-from rigid_body_sim.physics.contact.events.impact import material_of
+from rigid_body_sim.physics.contact.events.impact import material_of, write_impact
+from rigid_body_sim.physics.contact.events.joint import NO_LOAD
 from rigid_body_sim.physics.contact.events.time_of_impact import MISSES, STAYS, extremes
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import cache_record
-from rigid_body_sim.physics.vectors import dot, load, store, subtract
+from rigid_body_sim.physics.vectors import add, dot, load, store, subtract
 
 MOST_IMPACTS = 64  # [-] of a pair in a tick; then it is about to rest
 AHEAD = 1e-12  # [s] extreme points of then are those of now
@@ -56,6 +56,7 @@ look = slot('kernel (side, collider, time, flights): shows a collider at an inst
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
 axis = slot('kernel (a, b, flights): the axis along which two colliders are farthest apart')
 measure = slot('kernel (row, flights): gap and approach of a pair as it is now')
+meet_with_load = slot('kernel (row, threshold, cache, flights): lets two meet with their load')
 next_of_cluster = slot('kernel (flights, counts): the pair that meets next at this instant')
 find_instant = slot('kernel (a, b, start, end, row, flights): tells whether two meet, and when')
 strike = slot('kernel (row, time, threshold, tick, number, flights): lets two meet')
@@ -65,7 +66,9 @@ closing_speed = slot('kernel (a, b, flights): bound of the speed of two against 
 is_left_to_solver = slot('kernel (found, a, b, row, ...): tells whether the solver gets a pair')
 wants_a_cut = slot('kernel (row, a, b, flights): tells whether an impact wants a cut')
 ask_again = slot('kernel (body, time, h, flights): asks the pairs of a body anew')
-ask_neighbours = slot('kernel (body, time, h, flights, counts): finds whom a struck body may reach')
+ask_neighbours = slot(
+    'kernel (body, time, h, flights, counts): finds whom a struck body may reach'
+)
 
 
 @inline
@@ -190,9 +193,10 @@ def _is_left_to_solver(
     if found == MISSES:
         return False
     body_a, body_b = body_of(a, flights), body_of(b, flights)
-    if found == STAYS or flights.pairs[row + flight_record.APPROACH] < flights.pairs[
-        row + flight_record.SLOW
-    ]:
+    if (
+        found == STAYS
+        or flights.pairs[row + flight_record.APPROACH] < flights.pairs[row + flight_record.SLOW]
+    ):
         return True
     if body_a < event_lists.NOBODY or body_b < event_lists.NOBODY:  # wakes who sleeps
         return True
@@ -226,9 +230,10 @@ def _find_events(
             a, b = b, a
             type_a, type_b = type_b, type_a
         first, kept = m, type_b == SURFACE
-        while m < manifold_count and int(
-            manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]
-        ) == pair_id:
+        while (
+            m < manifold_count
+            and int(manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]) == pair_id
+        ):
             kept |= manifolds[m * manifold_record.SIZE + manifold_record.STATE] == KEPT
             m += 1
         if (
@@ -412,7 +417,8 @@ def _lists_pair(body: int, a: int, b: int, flights: Flights) -> bool:
     while entry > 1:
         row = entry // 2 * flight_record.EVENT
         if (
-            pairs[row + flight_record.COLLIDER_A] == a and pairs[row + flight_record.COLLIDER_B] == b
+            pairs[row + flight_record.COLLIDER_A] == a
+            and pairs[row + flight_record.COLLIDER_B] == b
         ):
             return True
         entry = following(entry, count, flights.links)
@@ -508,7 +514,7 @@ def keep_manifolds(manifolds: Array, counts: Indices) -> None:
         if manifolds[record + manifold_record.STATE] != KEPT:
             continue
         if kept != m:
-            for entry in range(manifold_record.SIZE):
+            for entry in range(manifold_record.LANE):  # the lane stays that of the place
                 manifolds[kept * manifold_record.SIZE + entry] = manifolds[record + entry]
         pieces = max(pieces, int(manifolds[record + manifold_record.PIECES]))
         kept += 1
@@ -597,10 +603,27 @@ def _next_of_cluster(flights: Flights, counts: Indices) -> int:
     return best
 
 
-def _meet_now(strikes: bool, flights: Flights, counts: Indices) -> None:
+@inline
+def _write_joint(row: int, number: int, kind: float, impulse: Any, flights: Flights) -> None:
+    """Write an impact together with what carries the struck into the list."""
+    pairs = flights.pairs
+    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    event = (0.0, 0.0, a, b, pairs[row + flight_record.APPROACH])
+    point = load(flights.joint_points, joint_impact_record.ARM_A)
+    body = body_of(a, flights)
+    if body >= 0:
+        center = load(flights.records, body * flight_record.SIZE + flight_record.POSITION)
+        point = add(point, center)
+    normal = load(pairs, row + flight_record.NORMAL)
+    write_impact(number, event, kind, point, normal, impulse, flights)
+
+
+def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) -> None:
     """
     Look at event 0 with the bodies as they are: its gap and its approach; or let it happen, and
     what follows from it at the same instant, the greatest approach first.
+
+        cache : see `cache_record`: which contacts carry load
     """
     pairs, count = flights.pairs, flights.motion.body_count
     for body in range(count):
@@ -615,8 +638,13 @@ def _meet_now(strikes: bool, flights: Flights, counts: Indices) -> None:
     while counts[tick_counts.IMPACTS] < counts[tick_counts.IMPACT_ROOM]:
         if pairs[row + flight_record.APPROACH] > 0.0:
             slow = pairs[row + flight_record.SLOW]
-            strike(row, 0.0, slow, 0.0, counts[tick_counts.IMPACTS], flights)
-            counts[tick_counts.IMPACTS] += 1
+            number = counts[tick_counts.IMPACTS]
+            kind, impulse = meet_with_load(row, slow, cache, flights)
+            if kind == NO_LOAD:
+                strike(row, 0.0, slow, 0.0, number, flights)
+            else:
+                _write_joint(row, number, kind, impulse, flights)
+            counts[tick_counts.IMPACTS] = number + 1
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
         event = next_of_cluster(flights, counts)
         if event == event_lists.NO_EVENT:

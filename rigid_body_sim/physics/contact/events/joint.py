@@ -4,22 +4,21 @@
 Impacts at several points at once, from the bodies in flight to the tables of `joint_impact` and
 back: the corners of a face, and what is struck together with the contacts that carry it.
 
-A contact that carries load takes part where the feature that touches is known to the impulse
-cache as one that pushes; it holds, and returns nothing of its own.
+A contact that carries load takes part with the points whose features the impulse cache knows as
+such that push; it holds, and returns nothing of its own. So do those behind it, and so on.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from rigid_body_sim.physics.arrays import Array, Indices
+from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
-from rigid_body_sim.physics.contact import tick_counts
-from rigid_body_sim.physics.contact.collision import collider_record, pose
+from rigid_body_sim.physics.contact.collision import collider_record
 from rigid_body_sim.physics.contact.collision.collider import SURFACE
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FEATURE,
+    MOST,
     NORMAL,
     POINT,
     POINTS,
@@ -33,6 +32,7 @@ from rigid_body_sim.physics.contact.events.flight import (
     Flights,
     body_of,
     orientation_of,
+    pose_of_side,
     spin_of,
     take_off,
 )
@@ -41,17 +41,18 @@ from rigid_body_sim.physics.contact.events.impact import (
     material_of,
     push,
     velocity_at,
-    write_impact,
 )
 from rigid_body_sim.physics.contact.events.joint_impact import JointImpact, joint_impact
 from rigid_body_sim.physics.contact.solver import cache_record
-from rigid_body_sim.physics.vectors import add, load, negate, scale, store, subtract
+from rigid_body_sim.physics.vectors import add, load, negate, scale, store
 
 NEAR = 1e-3  # [-] of the size: separation up to which a contact that carries load is looked for
 WORLD = -1.0  # in place of the row of a body
+NO_LOAD = 0  # of an impact: nothing carries who is struck
 
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
+add_carriers = slot('kernel (number, cache, flights): adds the points of contacts with load')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 
 
@@ -77,12 +78,12 @@ def _put_body(row: int, body: int, flights: Flights) -> None:
 
 
 @inline
-def _put_side(side: int, body: int, flights: Flights) -> None:
-    """Write A or B, as it was looked at, into the row of its side; no impulse moves what is told."""
+def _put_side(row: int, side: int, body: int, flights: Flights) -> None:
+    """Write A or B, as it was looked at, into a row; what is told has no mass."""
     if body >= 0:
-        _put_body(side, body, flights)
+        _put_body(row, body, flights)
         return
-    bodies, place, view = flights.joint_bodies, side * record.BODY_SIZE, side * flight_record.VIEW
+    bodies, place, view = flights.joint_bodies, row * record.BODY_SIZE, side * flight_record.VIEW
     for entry in range(record.BODY_SIZE):
         bodies[place + entry] = 0.0
     store(bodies, place + record.VELOCITY, load(flights.views, view + flight_record.VELOCITY))
@@ -117,8 +118,8 @@ def meet_at_points(
     material : restitution and friction
     """
     views, points = flights.views, flights.joint_points
-    _put_side(0, body_a, flights)
-    _put_side(1, body_b, flights)
+    _put_side(0, 0, body_a, flights)
+    _put_side(1, 1, body_b, flights)
     for index in range(count):
         point = load(views, flight_record.TOUCHING + 3 * index)
         _, arm_a = velocity_at(0, body_a, point, flights)
@@ -133,3 +134,198 @@ def meet_at_points(
         push(body_b, load(points, place + record.ARM_B), impulse, flights)
         total = add(total, impulse)
     return total
+
+
+@inline
+def _row_of(body: int, flights: Flights) -> Any:
+    """Row of a body in the table; WORLD: it is not in it."""
+    if body < 0:
+        return WORLD
+    return float(flights.links[event_lists.ASKED * flights.motion.body_count + body]) - 1.0
+
+
+@inline
+def _enter(body: int, count: int, flights: Flights) -> int:
+    """Put a body into the table, unless it is there; return how many are."""
+    if body < 0 or _row_of(body, flights) != WORLD:
+        return count
+    take_off(body, flights)
+    _put_body(count, body, flights)
+    flights.links[event_lists.ASKED * flights.motion.body_count + body] = count + 1
+    return count + 1
+
+
+@inline
+def _is_loaded(entry: int, cache: Array) -> bool:
+    """Tell whether a manifold of the cache pushes."""
+    for index in range(int(cache[entry + cache_record.POINTS])):
+        place = entry + cache_record.MANIFOLD_HEAD + index * cache_record.POINT_SIZE
+        if cache[place + cache_record.NORMAL_IMPULSE] > 0.0:
+            return True
+    return False
+
+
+@inline
+def _next_entry(entry: int, cache: Array) -> int:
+    """Where the next manifold of the cache begins."""
+    points = int(cache[entry + cache_record.POINTS])
+    return entry + cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+
+
+@inline
+def _pair_of(entry: int, cache: Array, flights: Flights) -> Any:
+    """Colliders of a manifold of the cache, type of A <= type of B."""
+    table = flights.colliders.table
+    count = len(table) // collider_record.SIZE
+    pair_id = int(cache[entry + cache_record.PAIR_ID])
+    a, b = pair_id // count, pair_id % count
+    type_a = table[a * collider_record.SIZE + collider_record.TYPE]
+    type_b = table[b * collider_record.SIZE + collider_record.TYPE]
+    if type_a > type_b or (type_a == type_b and a > b):
+        return b, a
+    return a, b
+
+
+@kernel
+def enter_carriers(count: int, cache: Array, flights: Flights) -> int:
+    """
+    Put all bodies into the table that contacts with load connect with those in it; return how
+    many there are. NO_LOAD: no such contact.
+    """
+    loaded, grown = False, True
+    while grown:
+        grown, entry = False, cache_record.HEAD
+        for _manifold in range(int(cache[cache_record.MANIFOLDS])):
+            a, b = _pair_of(entry, cache, flights)
+            body_a, body_b = body_of(a, flights), body_of(b, flights)
+            known_a = body_a >= 0 and _row_of(body_a, flights) != WORLD
+            known_b = body_b >= 0 and _row_of(body_b, flights) != WORLD
+            if (known_a or known_b) and _is_loaded(entry, cache):
+                loaded = True
+                before = count
+                count = _enter(body_b, _enter(body_a, count, flights), flights)
+                grown |= count > before
+            entry = _next_entry(entry, cache)
+    return count if loaded else NO_LOAD
+
+
+@inline
+def _pushes(feature: float, entry: int, cache: Array) -> bool:
+    """Tell whether a manifold of the cache has a feature that pushes."""
+    for index in range(int(cache[entry + cache_record.POINTS])):
+        place = entry + cache_record.MANIFOLD_HEAD + index * cache_record.POINT_SIZE
+        if (
+            cache[place + cache_record.FEATURE] == feature
+            and cache[place + cache_record.NORMAL_IMPULSE] > 0.0
+        ):
+            return True
+    return False
+
+
+def _add_carriers(number: int, cache: Array, flights: Flights) -> int:
+    """
+    Add the points of all contacts with load between bodies of the table; return how many there
+    are then.
+    """
+    colliders, found = flights.colliders, flights.found
+    room = len(flights.joint_points) // record.POINT_SIZE
+    entry = cache_record.HEAD
+    for _manifold in range(int(cache[cache_record.MANIFOLDS])):
+        begin = entry
+        entry = _next_entry(entry, cache)
+        a, b = _pair_of(begin, cache, flights)
+        body_a, body_b = body_of(a, flights), body_of(b, flights)
+        row_a, row_b = _row_of(body_a, flights), _row_of(body_b, flights)
+        table_a, table_b = a * collider_record.SIZE, b * collider_record.SIZE
+        type_b = colliders.table[table_b + collider_record.TYPE]
+        if (row_a == WORLD and row_b == WORLD) or type_b == SURFACE:
+            continue
+        if not _is_loaded(begin, cache):
+            continue
+        look(0, a, 0.0, flights)
+        look(1, b, 0.0, flights)
+        points = collide(
+            colliders.table[table_a + collider_record.TYPE], type_b, colliders.parameters,
+            colliders.table[table_a + collider_record.PARAMETERS],
+            colliders.table[table_b + collider_record.PARAMETERS], colliders.poses,
+            pose_of_side(0, flights), pose_of_side(1, flights),
+            NEAR * (size_of(a, colliders) + size_of(b, colliders)), found,
+        )  # fmt: skip
+        normal = load(found, NORMAL)
+        _, friction = material_of(a, b, flights)
+        for index in range(min(points, MOST)):
+            place = POINTS + POINT * index
+            if number < room and _pushes(found[place + FEATURE], begin, cache):
+                point = load(found, place + POSITION)
+                _, arm_a = velocity_at(0, body_a, point, flights)
+                _, arm_b = velocity_at(1, body_b, point, flights)
+                arms = (arm_a, arm_b)
+                _put_point(number, (row_a, row_b), arms, normal, (0.0, friction), flights)
+                number += 1
+    return number
+
+
+def _meet_with_load(row: int, threshold: float, cache: Array, flights: Flights) -> Any:
+    """
+    Let the two colliders of an event meet now, together with the contacts that carry them. Return
+    the kind of the impact, and the impulse on B [N s]; kind NO_LOAD: nothing happened.
+
+        threshold : [m/s] slower approach returns nothing
+    """
+    pairs, views, motion = flights.pairs, flights.views, flights.motion
+    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    body_a, body_b = body_of(a, flights), body_of(b, flights)
+    for body in range(motion.body_count):
+        flights.links[event_lists.ASKED * motion.body_count + body] = 0
+    known = _enter(body_b, _enter(body_a, 0, flights), flights)
+    known = enter_carriers(known, cache, flights)
+    if known == NO_LOAD:
+        return float(NO_LOAD), NO_VECTOR
+    look(0, a, 0.0, flights)
+    look(1, b, 0.0, flights)
+    normal = load(pairs, row + flight_record.NORMAL)
+    count = find_points(a, b, normal, flights)
+    restitution, friction = material_of(a, b, flights)
+    if pairs[row + flight_record.APPROACH] < threshold:
+        restitution = 0.0
+    rows = (_row_of(body_a, flights), _row_of(body_b, flights))
+    if body_a < 0:
+        _put_side(known, 0, body_a, flights)
+        rows = (float(known), rows[1])
+        known += 1
+    if body_b < 0:
+        _put_side(known, 1, body_b, flights)
+        rows = (rows[0], float(known))
+        known += 1
+    for index in range(count):
+        point = load(views, flight_record.TOUCHING + 3 * index)
+        _, arm_a = velocity_at(0, body_a, point, flights)
+        _, arm_b = velocity_at(1, body_b, point, flights)
+        _put_point(index, rows, (arm_a, arm_b), normal, (restitution, friction), flights)
+    number = add_carriers(count, cache, flights)
+    tables = JointImpact(known, number, flights.joint_bodies, flights.joint_points)
+    settled = joint_impact(tables)
+    total = NO_VECTOR
+    for index in range(number):
+        impulse = load(flights.joint_points, index * record.POINT_SIZE + record.IMPULSE)
+        _push_row(index, impulse, flights)
+        if index < count:
+            total = add(total, impulse)
+    return impact_list.JOINT if settled else impact_list.UNSETTLED, total
+
+
+@inline
+def _push_row(index: int, impulse: Any, flights: Flights) -> None:
+    """Let the impulse of a point act on the bodies in whose rows it is."""
+    points, place = flights.joint_points, index * record.POINT_SIZE
+    count = flights.motion.body_count
+    for body in range(count):
+        row = _row_of(body, flights)
+        if row == WORLD:
+            continue
+        if row == points[place + record.BODY_A]:
+            push(body, load(points, place + record.ARM_A), negate(impulse), flights)
+            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0
+        elif row == points[place + record.BODY_B]:
+            push(body, load(points, place + record.ARM_B), impulse, flights)
+            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0

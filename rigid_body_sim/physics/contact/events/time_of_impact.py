@@ -13,8 +13,8 @@ with the points that are extreme along n + D (n' + n x w): Newton's method from 
 never steps over the instant, converges quadratically, and needs no step off after an impact: a gap
 of zero that grows has its own next root.
 
-Where the two touch and neither part nor approach, or creep along each other, there is no instant:
-such a pair is left to the solver.
+Where the two touch and neither part nor approach, or creep along each other, or overlap already,
+there is no instant: such a pair is left to the solver.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from typing import Any
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision import bounds_record, collider_record, pose
-from rigid_body_sim.physics.contact.collision.collider import PLANE, SPHERE
+from rigid_body_sim.physics.contact.collision import bounds_record, collider_record
+from rigid_body_sim.physics.contact.collision.collider import PLANE
 from rigid_body_sim.physics.contact.collision.nearest_axis import core_point, radius_about_core
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET, RADIUS
 from rigid_body_sim.physics.contact.events import flight_record
@@ -49,6 +49,7 @@ ROUND_OFF = 2e-15  # [-] of place and size: a smaller gap is none
 STILL = 1e-13  # [-] of the speeds: slower approach is none
 EVEN = 1e-15  # [-] of accelerations that are the same
 SOON = 1e-7  # [-] of the time left: extreme points of now are those of then
+OVERLAP = 1e-6  # [-] of the radii: what overlaps more does not meet, it is pushed apart
 AT_ONCE = 1e-13  # [-] of the tick: a step that is none
 
 MISSES, MEETS, STAYS = 0, 1, 2  # what is found
@@ -90,9 +91,7 @@ def extremes(
         point_b = core_point(b, pose_of_side(1, flights), negate(of_b), center_b, colliders)
     between = add(subtract(center_b, center_a), subtract(point_b, point_a))
     rate_a = add(load(views, flight_record.VELOCITY), cross(spin_a, point_a))
-    rate_b = add(
-        load(views, flight_record.VIEW + flight_record.VELOCITY), cross(spin_b, point_b)
-    )
+    rate_b = add(load(views, flight_record.VIEW + flight_record.VELOCITY), cross(spin_b, point_b))
     rate = dot(normal, subtract(rate_b, rate_a)) + dot(turn, between)
     return dot(normal, between) - rounding, rate
 
@@ -219,6 +218,8 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
         turn = turn_of_axis(a, b, normal, flights)
         left = end - time
         gap, rate = extremes(a, b, normal, turn, SOON * left, rounding, flights)
+        if gap < -OVERLAP * (_lever(a, flights) + _lever(b, flights)):
+            break
         bend = _bend(a, b, normal, turn, abs(gap), flights)
         curve = dot(normal, pull) - bend
         if bend > 0.0:
