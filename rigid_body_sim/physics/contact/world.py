@@ -40,7 +40,7 @@ from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warni
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.events import cuts, flight_record, impact_list
-from rigid_body_sim.physics.contact.events.read_impacts import read_impacts
+from rigid_body_sim.physics.contact.events.read_impacts import of_last_tick, read_impacts
 from rigid_body_sim.physics.contact.islands.groups import groups_of
 from rigid_body_sim.physics.contact.islands.manners import (
     WHOLE,
@@ -54,7 +54,7 @@ from rigid_body_sim.physics.contact.islands.manners import (
 )
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.pair_rules import pair_rules
-from rigid_body_sim.physics.contact.readout import read, together
+from rigid_body_sim.physics.contact.readout import joined, read, together
 from rigid_body_sim.physics.contact.settings import EVENT, ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
 from rigid_body_sim.physics.contact.solver.cache_entries import scaled, without_pairs_of
@@ -125,6 +125,7 @@ class ContactWorld:
         self._kernels: dict[str, Callable[..., Any]] = {}
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
+        self._tick = 0.0  # its number in the kernel
         self._has_woken = False  # whether somebody has in the piece under way
         self._groups = groups_of(scene, layout)
         self._pairs: list[list[Indices]] = []  # where somebody asks who was connected
@@ -174,12 +175,13 @@ class ContactWorld:
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
         cache, sleepers, self.arrays.works[0], overlaps, impacts = snapshot
-        del self.impacts[impacts:]
+        kept = self.impacts[:impacts]
         self._overlaps = dict(overlaps)
         self.arrays.forget()
         if self._sleepers is not None:
             self._sleepers.return_to(sleepers)
         self._restart_from(cache)
+        self.impacts = kept
 
     def read_impacts(self, *, dt_ns: int, start_ns: int) -> Impacts:
         """
@@ -188,7 +190,10 @@ class ContactWorld:
         start_ns : where tick 0 of the scene began [ns]
         """
         table = np.asarray(self.arrays.table)
-        return read_impacts(self.impacts, dt_ns=dt_ns, start_ns=start_ns, table=table)
+        return read_impacts(
+            self.impacts, dt_ns=dt_ns, start_ns=start_ns, table=table,
+            substeps=self._integrator.substeps,
+        )  # fmt: skip
 
     def forget_impacts(self) -> None:
         """Begin a new list of impacts."""
@@ -245,6 +250,9 @@ class ContactWorld:
         found, _ = (
             together(self._pieces) if self._pieces else self._read(self.arrays.manifolds_in_use)
         )
+        if self._events:
+            struck = of_last_tick(self.impacts, self._tick, np.asarray(self.arrays.table))
+            found = joined((found, struck))
         return found if self._sleepers is None else self._sleepers.contacts(found, self._h)
 
     def _read(self, manifolds: Array) -> tuple[Contacts, Array]:
@@ -356,10 +364,11 @@ class ContactWorld:
         done = 0
         while True:
             status = call(ticks - done, tick + done, h)
-            self._take_impacts()
+            self._take_impacts(h)
             take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += int(counts[tick_counts.DONE])
+                self._tick = self._number_of(tick + done - 1, h)
                 self._is_read, self._pieces, self._h = True, [], h
                 self._note_pairs()
             if status != 0.0 or counts[tick_counts.STATUS] == tick_counts.COMPLETE:
@@ -369,16 +378,23 @@ class ContactWorld:
                 done += 1
             elif counts[tick_counts.STATUS] == tick_counts.CUT:
                 status = self._advance_by_impacts(call, tick + done, h, motion)
+                self._tick = self._number_of(tick + done, h)
                 done += 1
             else:
                 self._answer(h)
             if status != 0.0 or done == ticks:
                 return status
 
-    def _take_impacts(self, tick: float | None = None, begin: float = 0.0) -> None:
+    def _number_of(self, tick: float, h: float) -> float:
+        """Give the number of the whole tick that a tick of a length [s] is of."""
+        whole = float(self.arrays.settings[tick_settings.WHOLE_TICK])
+        return tick if h == whole else float(cuts.number_of(tick, h, whole))
+
+    def _take_impacts(self, h: float, tick: float | None = None, begin: float = 0.0) -> None:
         """
         Take the impacts of a call of the kernel out of its list.
 
+        h           : [s] of the ticks that are counted
         tick, begin : of a piece: the tick that it is of, and where it begins in it [s]
         """
         count = int(self.arrays.counts[tick_counts.IMPACTS])
@@ -388,6 +404,9 @@ class ContactWorld:
         if tick is not None:
             found[impact_list.TICK :: impact_list.SIZE] = tick
             found[impact_list.PART :: impact_list.SIZE] += begin
+        whole = float(self.arrays.settings[tick_settings.WHOLE_TICK])
+        if h != whole:
+            cuts.count_in(found, h, whole)
         self.impacts.append(found)
         self.arrays.counts[tick_counts.IMPACTS] = 0
 
@@ -428,7 +447,7 @@ class ContactWorld:
         try:
             while True:
                 status = call(1, (tick * h + begin) / length, length)
-                self._take_impacts(tick, begin)
+                self._take_impacts(h, tick, begin)
                 take_overlaps(self.arrays.overlaps, self._overlaps)
                 if status != 0.0 or counts[tick_counts.DONE]:
                     self._is_read, self._pieces = True, []
@@ -521,7 +540,7 @@ class ContactWorld:
         counts[tick_counts.INSTANT] = what
         call(0, tick * h + begin, 1.0)
         counts[tick_counts.INSTANT] = tick_counts.NOTHING
-        self._take_impacts(tick, begin)
+        self._take_impacts(h, tick, begin)
         event = arrays.event_pairs
         return float(event[flight_record.GAP]), float(event[flight_record.APPROACH])
 
@@ -539,7 +558,7 @@ class ContactWorld:
             def one(piece: int) -> float:
                 while True:
                     status = call(1, tick * pieces + piece, h / pieces)
-                    self._take_impacts(tick, piece * (h / pieces))
+                    self._take_impacts(h, tick, piece * (h / pieces))
                     take_overlaps(arrays.overlaps, self._overlaps)
                     if status != 0.0 or counts[tick_counts.DONE]:
                         self._is_read, self._pieces = True, []

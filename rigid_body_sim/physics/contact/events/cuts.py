@@ -30,6 +30,7 @@ Indices = NDArray[np.int64]
 MOST_CUTS = 32  # [-] of a tick of an island; what meets then is left to the solver
 STEPS = 6  # [-] of Newton's method to an instant; 1 to 3 are needed where the solver is smooth
 EXACT = 1e-16  # [-] of the tick: a better instant is none
+SAME_INSTANT = 1e-9  # [-] of a tick: what begins so little before one begins with it
 FIRST = WHOLE + 1  # manner of the first island that is cut
 
 
@@ -84,3 +85,20 @@ def better_instant(length: float, seen: Any, most: float) -> float:
     if not approach > 0.0:
         return length
     return min(max(length + gap / approach, 0.0), most)
+
+
+def number_of(ticks: Any, h: float, whole: float) -> Any:
+    """Give the numbers of the ticks of a length [s] in which ticks of another one begin."""
+    return np.floor(h * ticks / whole + SAME_INSTANT)
+
+
+def count_in(impacts: Array, h: float, whole: float) -> None:
+    """
+    Count the instants of impacts in ticks of another length, in place.
+
+    h, whole : [s] of the ticks so far, and from now on
+    """
+    start = h * impacts[impact_list.TICK :: impact_list.SIZE]
+    ticks = number_of(impacts[impact_list.TICK :: impact_list.SIZE], h, whole)
+    impacts[impact_list.PART :: impact_list.SIZE] += start - ticks * whole
+    impacts[impact_list.TICK :: impact_list.SIZE] = ticks

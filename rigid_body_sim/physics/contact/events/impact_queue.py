@@ -37,12 +37,12 @@ from rigid_body_sim.physics.contact.events import event_lists, flight_record, jo
 from rigid_body_sim.physics.contact.events.closest_axis import turn_of_axis
 from rigid_body_sim.physics.contact.events.event_lists import enter, following
 from rigid_body_sim.physics.contact.events.flight import Flights, body_of, put_down, take_off
-from rigid_body_sim.physics.contact.events.impact import material_of, write_impact
+from rigid_body_sim.physics.contact.events.impact import material_of
 from rigid_body_sim.physics.contact.events.joint import NO_LOAD
 from rigid_body_sim.physics.contact.events.time_of_impact import MISSES, STAYS, extremes
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import cache_record
-from rigid_body_sim.physics.vectors import add, dot, load, store, subtract
+from rigid_body_sim.physics.vectors import dot, load, store, subtract
 
 MOST_IMPACTS = 64  # [-] of a pair in a tick; then it is about to rest
 AHEAD = 1e-12  # [s] extreme points of then are those of now
@@ -56,7 +56,9 @@ look = slot('kernel (side, collider, time, flights): shows a collider at an inst
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
 axis = slot('kernel (a, b, flights): the axis along which two colliders are farthest apart')
 measure = slot('kernel (row, flights): gap and approach of a pair as it is now')
-meet_with_load = slot('kernel (row, threshold, cache, flights): lets two meet with their load')
+meet_with_load = slot(
+    'kernel (row, threshold, number, cache, flights): lets two meet with their load'
+)
 next_of_cluster = slot('kernel (flights, counts): the pair that meets next at this instant')
 find_instant = slot('kernel (a, b, start, end, row, flights): tells whether two meet, and when')
 strike = slot('kernel (row, time, threshold, tick, number, flights): lets two meet')
@@ -603,21 +605,6 @@ def _next_of_cluster(flights: Flights, counts: Indices) -> int:
     return best
 
 
-@inline
-def _write_joint(row: int, number: int, kind: float, impulse: Any, flights: Flights) -> None:
-    """Write an impact together with what carries the struck into the list."""
-    pairs = flights.pairs
-    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
-    event = (0.0, 0.0, a, b, pairs[row + flight_record.APPROACH])
-    point = load(flights.joint_points, joint_impact_record.ARM_A)
-    body = body_of(a, flights)
-    if body >= 0:
-        center = load(flights.records, body * flight_record.SIZE + flight_record.POSITION)
-        point = add(point, center)
-    normal = load(pairs, row + flight_record.NORMAL)
-    write_impact(number, event, kind, point, normal, impulse, flights)
-
-
 def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) -> None:
     """
     Look at event 0 with the bodies as they are: its gap and its approach; or let it happen, and
@@ -635,16 +622,19 @@ def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) ->
     for event in range(1, counts[tick_counts.EVENTS]):
         pairs[event * flight_record.EVENT + flight_record.STRUCK_SO_FAR] = 0.0
     row = 0
-    while counts[tick_counts.IMPACTS] < counts[tick_counts.IMPACT_ROOM]:
+    room = (
+        counts[tick_counts.IMPACT_ROOM]
+        - len(flights.joint_points) // joint_impact_record.POINT_SIZE
+    )
+    while counts[tick_counts.IMPACTS] < room:
         if pairs[row + flight_record.APPROACH] > 0.0:
             slow = pairs[row + flight_record.SLOW]
             number = counts[tick_counts.IMPACTS]
-            kind, impulse = meet_with_load(row, slow, cache, flights)
-            if kind == NO_LOAD:
+            listed = meet_with_load(row, slow, number, cache, flights)
+            if listed == NO_LOAD:
                 strike(row, 0.0, slow, 0.0, number, flights)
-            else:
-                _write_joint(row, number, kind, impulse, flights)
-            counts[tick_counts.IMPACTS] = number + 1
+                listed = 1
+            counts[tick_counts.IMPACTS] = number + listed
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
         event = next_of_cluster(flights, counts)
         if event == event_lists.NO_EVENT:

@@ -41,10 +41,11 @@ from rigid_body_sim.physics.contact.events.impact import (
     material_of,
     push,
     velocity_at,
+    write_impact,
 )
 from rigid_body_sim.physics.contact.events.joint_impact import JointImpact, joint_impact
 from rigid_body_sim.physics.contact.solver import cache_record
-from rigid_body_sim.physics.vectors import add, load, negate, scale, store
+from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, negate, scale, store
 
 NEAR = 1e-3  # [-] of the size: separation up to which a contact that carries load is looked for
 WORLD = -1.0  # in place of the row of a body
@@ -261,16 +262,21 @@ def _add_carriers(number: int, cache: Array, flights: Flights) -> int:
                 _, arm_b = velocity_at(1, body_b, point, flights)
                 arms = (arm_a, arm_b)
                 _put_point(number, (row_a, row_b), arms, normal, (0.0, friction), flights)
+                flights.joint_points[number * record.POINT_SIZE + record.COLLIDER_A] = float(a)
+                flights.joint_points[number * record.POINT_SIZE + record.COLLIDER_B] = float(b)
                 number += 1
     return number
 
 
-def _meet_with_load(row: int, threshold: float, cache: Array, flights: Flights) -> Any:
+def _meet_with_load(
+    row: int, threshold: float, number: int, cache: Array, flights: Flights
+) -> int:
     """
     Let the two colliders of an event meet now, together with the contacts that carry them. Return
-    the kind of the impact, and the impulse on B [N s]; kind NO_LOAD: nothing happened.
+    how many impacts that makes in the list; NO_LOAD: nothing happened.
 
         threshold : [m/s] slower approach returns nothing
+        number    : of the first impact in the list
     """
     pairs, views, motion = flights.pairs, flights.views, flights.motion
     a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
@@ -280,7 +286,7 @@ def _meet_with_load(row: int, threshold: float, cache: Array, flights: Flights) 
     known = _enter(body_b, _enter(body_a, 0, flights), flights)
     known = enter_carriers(known, cache, flights)
     if known == NO_LOAD:
-        return float(NO_LOAD), NO_VECTOR
+        return NO_LOAD
     look(0, a, 0.0, flights)
     look(1, b, 0.0, flights)
     normal = load(pairs, row + flight_record.NORMAL)
@@ -302,16 +308,39 @@ def _meet_with_load(row: int, threshold: float, cache: Array, flights: Flights) 
         _, arm_a = velocity_at(0, body_a, point, flights)
         _, arm_b = velocity_at(1, body_b, point, flights)
         _put_point(index, rows, (arm_a, arm_b), normal, (restitution, friction), flights)
-    number = add_carriers(count, cache, flights)
-    tables = JointImpact(known, number, flights.joint_bodies, flights.joint_points)
-    settled = joint_impact(tables)
-    total = NO_VECTOR
-    for index in range(number):
-        impulse = load(flights.joint_points, index * record.POINT_SIZE + record.IMPULSE)
+    points = add_carriers(count, cache, flights)
+    tables = JointImpact(known, points, flights.joint_bodies, flights.joint_points)
+    kind = impact_list.JOINT if joint_impact(tables) else impact_list.UNSETTLED
+    total, mean, listed = NO_VECTOR, NO_VECTOR, number + 1
+    for index in range(points):
+        place = index * record.POINT_SIZE
+        impulse = load(flights.joint_points, place + record.IMPULSE)
         _push_row(index, impulse, flights)
         if index < count:
             total = add(total, impulse)
-    return impact_list.JOINT if settled else impact_list.UNSETTLED, total
+            touching = load(views, flight_record.TOUCHING + 3 * index)
+            mean = add_scaled(mean, 1.0 / count, touching)
+        elif dot(impulse, impulse) > 0.0:
+            _write_carrier(listed, kind, index, impulse, flights)
+            listed += 1
+    event = (0.0, 0.0, a, b, pairs[row + flight_record.APPROACH])
+    write_impact(number, event, kind, mean, normal, total, flights)
+    return listed - number
+
+
+@inline
+def _write_carrier(number: int, kind: float, index: int, impulse: Any, flights: Flights) -> None:
+    """Write what a contact with load gave into the list of impacts."""
+    points, place = flights.joint_points, index * record.POINT_SIZE
+    a, b = int(points[place + record.COLLIDER_A]), int(points[place + record.COLLIDER_B])
+    body = body_of(a, flights)
+    arm = load(points, place + record.ARM_A)
+    if body < 0:
+        body = body_of(b, flights)
+        arm = load(points, place + record.ARM_B)
+    center = load(flights.records, body * flight_record.SIZE + flight_record.POSITION)
+    normal = load(points, place + record.NORMAL)
+    write_impact(number, (0.0, 0.0, a, b, 0.0), kind, add(center, arm), normal, impulse, flights)
 
 
 @inline
