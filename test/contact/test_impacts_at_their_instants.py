@@ -155,9 +155,7 @@ def test_in_a_cradle_an_impact_runs_from_ball_to_ball(e, gap):
         gravity=0.0,
     )
     steps(sim, 0.4)
-    law, count = hard_spheres(
-        places, speeds, mass=1.0, radius=RADIUS, restitution=e, duration=0.4
-    )
+    law, count = hard_spheres(places, speeds, mass=1.0, radius=RADIUS, restitution=e, duration=0.4)
     np.testing.assert_allclose(sim.state.velocity[WITNESSES:], law.velocity, rtol=0, atol=1e-12)
     np.testing.assert_allclose(sim.state.position[WITNESSES:], law.position, rtol=0, atol=1e-12)
     assert len(sim.impacts()) == count
@@ -169,9 +167,7 @@ def test_in_a_cradle_an_impact_runs_from_ball_to_ball(e, gap):
 @pytest.mark.parametrize('e', [0.0, 0.7, 1.0])
 def test_an_oblique_impact_of_two_spheres_is_that_of_newton(mass, e):
     at, velocity = np.array([0.3, 0.12, 1.05]), np.array([-2.0, -0.1, 0.2])
-    sim = world(
-        ball('a', (0, 0, 1), e=e), ball('b', at, velocity, mass=mass, e=e), gravity=0.0
-    )
+    sim = world(ball('a', (0, 0, 1), e=e), ball('b', at, velocity, mass=mass, e=e), gravity=0.0)
     steps(sim, 0.2)
     free, _ = hard_spheres(
         [(0, 0, 1), at], [(0, 0, 0), velocity], mass=[1.0, mass], radius=RADIUS, restitution=e,
