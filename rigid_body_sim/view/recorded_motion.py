@@ -21,7 +21,9 @@ from rigid_body_sim.analysis.recorded_contacts import (
     read_points,
     scene_has_contact,
 )
+from rigid_body_sim.analysis.recorded_impacts import read_impacts
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.state.impacts import NO_IMPACTS, Impacts
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE
@@ -82,11 +84,13 @@ class RecordedMotion:
     command_time : (c,) [s]  starts of the ticks on which a command acted, ascending
     loads        : what touching others exerts, by body; empty: not recorded; None: bodies pass
                    through each other
+    impacts      : at their instants, where the bag has them
     """
 
     tracks: tuple[Track, ...]
     command_time: Array
     loads: dict[str, Load] | None = None
+    impacts: Impacts = NO_IMPACTS
 
 
 def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
@@ -154,6 +158,7 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
         {touching[name]: _load(rows, samples) for name, rows in loads.items()}
         if touching or scene_has_contact(bag)
         else None,
+        read_impacts(bag),
     )
 
 

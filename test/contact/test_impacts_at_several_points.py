@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Impacts at several points at once, and series of impacts summed.
+Impacts at several points at once.
 """
 
 import itertools
@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.physics.contact.events import joint_impact_record as record
-from rigid_body_sim.physics.contact.events.impact_series import rest_of_series, slip_of_series
 from rigid_body_sim.physics.contact.events.joint_impact import JointImpact, joint_impact
 
 from .impact_cases import random_box, rotation
@@ -141,28 +140,3 @@ def test_elastic_smooth_clusters_keep_their_energy():
             count += 1
             assert energy(bodies, twists) == pytest.approx(before, rel=1e-12)
     assert count > 60
-
-
-def test_time_path_and_impulse_of_the_rest_of_a_series_are_those_of_its_bounces_added():
-    speed, a, e = 0.7, 9.81, 0.8
-    speeds = speed * e ** np.arange(400)
-    time, path, impulse = rest_of_series(speed, a, e)
-    assert time == pytest.approx((2 * speeds / a).sum(), rel=1e-14)
-    assert path == pytest.approx((speeds**2 / a).sum(), rel=1e-14)
-    assert impulse == pytest.approx(((1 + e) * speeds).sum(), rel=1e-14)
-
-
-@pytest.mark.parametrize('loss', [0.01, 0.6])
-@pytest.mark.parametrize('gain', [-0.5, 0.0, 1.5])
-def test_slip_of_a_series_is_that_of_its_bounces_added_until_it_sticks(gain, loss):
-    slip, flight, e = 0.9, 0.1, 0.7
-    way, speed, time, lost = 0.0, slip, flight, loss
-    for _ in range(300):
-        way += speed * time + gain * time**2 / 2
-        speed += gain * time - lost
-        time, lost = time * e, lost * e
-        if speed <= 0:
-            speed = 0.0
-            break
-    found = slip_of_series(slip, gain, loss, flight, e)
-    np.testing.assert_allclose(found, (way, speed), rtol=1e-13, atol=1e-15)

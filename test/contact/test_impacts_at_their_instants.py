@@ -97,9 +97,10 @@ def test_the_series_of_bounces_is_summed_and_ends_at_the_instant_of_the_law(e):
     fall = math.sqrt(2 / GRAVITY)
     assert found.time[-1] == pytest.approx(fall * (1 + e) / (1 - e), abs=1e-9)
     assert KINDS[found.kind[-1]] == 'summed'
-    # all impulses together took the momentum of the fall, and bore the weight until the end
-    on_ground = found.impulse[:, 2].sum()
-    assert -on_ground == pytest.approx(GRAVITY * found.time[-1], rel=1e-12)
+    # all impulses together took the momentum of the fall, and bore the weight until the last one;
+    # from there to the end of the series, which it stands for, the solver bears it
+    last = found.time[-1] - 2 * e * found.approach[-1] / (GRAVITY * (1 - e))
+    assert -found.impulse[:, 2].sum() == pytest.approx(GRAVITY * last, rel=1e-12)
     assert sim.state.position[WITNESSES][2] == pytest.approx(RADIUS, abs=1e-6)  # its sink
     assert abs(sim.state.velocity[WITNESSES][2]) < 1e-9
 
@@ -154,9 +155,7 @@ def test_in_a_cradle_an_impact_runs_from_ball_to_ball(e, gap):
         gravity=0.0,
     )
     steps(sim, 0.4)
-    law, count = hard_spheres(
-        places, speeds, mass=1.0, radius=RADIUS, restitution=e, duration=0.4
-    )
+    law, count = hard_spheres(places, speeds, mass=1.0, radius=RADIUS, restitution=e, duration=0.4)
     np.testing.assert_allclose(sim.state.velocity[WITNESSES:], law.velocity, rtol=0, atol=1e-12)
     np.testing.assert_allclose(sim.state.position[WITNESSES:], law.position, rtol=0, atol=1e-12)
     assert len(sim.impacts()) == count
@@ -168,9 +167,7 @@ def test_in_a_cradle_an_impact_runs_from_ball_to_ball(e, gap):
 @pytest.mark.parametrize('e', [0.0, 0.7, 1.0])
 def test_an_oblique_impact_of_two_spheres_is_that_of_newton(mass, e):
     at, velocity = np.array([0.3, 0.12, 1.05]), np.array([-2.0, -0.1, 0.2])
-    sim = world(
-        ball('a', (0, 0, 1), e=e), ball('b', at, velocity, mass=mass, e=e), gravity=0.0
-    )
+    sim = world(ball('a', (0, 0, 1), e=e), ball('b', at, velocity, mass=mass, e=e), gravity=0.0)
     steps(sim, 0.2)
     free, _ = hard_spheres(
         [(0, 0, 1), at], [(0, 0, 0), velocity], mass=[1.0, mass], radius=RADIUS, restitution=e,
