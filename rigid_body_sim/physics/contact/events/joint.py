@@ -45,15 +45,29 @@ from rigid_body_sim.physics.contact.events.impact import (
 )
 from rigid_body_sim.physics.contact.events.joint_impact import JointImpact, joint_impact
 from rigid_body_sim.physics.contact.solver import cache_record
-from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, negate, scale, store
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    apply_symmetric,
+    cross,
+    dot,
+    load,
+    negate,
+    scale,
+    store,
+)
 
 NEAR = 1e-3  # [-] of the size: separation up to which a contact that carries load is looked for
 WORLD = -1.0  # in place of the row of a body
+LIGHT = 1e-6  # [-] of the impulse that stops what strikes: a contact that pushes by less in a
+# substep carries nothing
 NO_LOAD = 0  # of an impact: nothing carries who is struck
 
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
-add_carriers = slot('kernel (number, cache, flights): adds the points of contacts with load')
+add_carriers = slot(
+    'kernel (number, least, cache, flights): adds the points of contacts with load'
+)
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 
 
@@ -157,11 +171,11 @@ def _enter(body: int, count: int, flights: Flights) -> int:
 
 
 @inline
-def _is_loaded(entry: int, cache: Array) -> bool:
-    """Tell whether a manifold of the cache pushes."""
+def _is_loaded(entry: int, least: float, cache: Array) -> bool:
+    """Tell whether a manifold of the cache pushes by more than an impulse [N s] in a substep."""
     for index in range(int(cache[entry + cache_record.POINTS])):
         place = entry + cache_record.MANIFOLD_HEAD + index * cache_record.POINT_SIZE
-        if cache[place + cache_record.NORMAL_IMPULSE] > 0.0:
+        if cache[place + cache_record.NORMAL_IMPULSE] > least:
             return True
     return False
 
@@ -188,7 +202,7 @@ def _pair_of(entry: int, cache: Array, flights: Flights) -> Any:
 
 
 @kernel
-def enter_carriers(count: int, cache: Array, flights: Flights) -> int:
+def enter_carriers(count: int, least: float, cache: Array, flights: Flights) -> int:
     """
     Put all bodies into the table that contacts with load connect with those in it; return how
     many there are. NO_LOAD: no such contact.
@@ -201,7 +215,7 @@ def enter_carriers(count: int, cache: Array, flights: Flights) -> int:
             body_a, body_b = body_of(a, flights), body_of(b, flights)
             known_a = body_a >= 0 and _row_of(body_a, flights) != WORLD
             known_b = body_b >= 0 and _row_of(body_b, flights) != WORLD
-            if (known_a or known_b) and _is_loaded(entry, cache):
+            if (known_a or known_b) and _is_loaded(entry, least, cache):
                 loaded = True
                 before = count
                 count = _enter(body_b, _enter(body_a, count, flights), flights)
@@ -211,19 +225,19 @@ def enter_carriers(count: int, cache: Array, flights: Flights) -> int:
 
 
 @inline
-def _pushes(feature: float, entry: int, cache: Array) -> bool:
+def _pushes(feature: float, entry: int, least: float, cache: Array) -> bool:
     """Tell whether a manifold of the cache has a feature that pushes."""
     for index in range(int(cache[entry + cache_record.POINTS])):
         place = entry + cache_record.MANIFOLD_HEAD + index * cache_record.POINT_SIZE
         if (
             cache[place + cache_record.FEATURE] == feature
-            and cache[place + cache_record.NORMAL_IMPULSE] > 0.0
+            and cache[place + cache_record.NORMAL_IMPULSE] > least
         ):
             return True
     return False
 
 
-def _add_carriers(number: int, cache: Array, flights: Flights) -> int:
+def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> int:
     """
     Add the points of all contacts with load between bodies of the table; return how many there
     are then.
@@ -241,7 +255,7 @@ def _add_carriers(number: int, cache: Array, flights: Flights) -> int:
         type_b = colliders.table[table_b + collider_record.TYPE]
         if (row_a == WORLD and row_b == WORLD) or type_b == SURFACE:
             continue
-        if not _is_loaded(begin, cache):
+        if not _is_loaded(begin, least, cache):
             continue
         look(0, a, 0.0, flights)
         look(1, b, 0.0, flights)
@@ -256,7 +270,7 @@ def _add_carriers(number: int, cache: Array, flights: Flights) -> int:
         _, friction = material_of(a, b, flights)
         for index in range(min(points, MOST)):
             place = POINTS + POINT * index
-            if number < room and _pushes(found[place + FEATURE], begin, cache):
+            if number < room and _pushes(found[place + FEATURE], begin, least, cache):
                 point = load(found, place + POSITION)
                 _, arm_a = velocity_at(0, body_a, point, flights)
                 _, arm_b = velocity_at(1, body_b, point, flights)
@@ -266,6 +280,16 @@ def _add_carriers(number: int, cache: Array, flights: Flights) -> int:
                 flights.joint_points[number * record.POINT_SIZE + record.COLLIDER_B] = float(b)
                 number += 1
     return number
+
+
+@inline
+def _inverse_mass_at(side: int, body: int, normal: Any, flights: Flights) -> Any:
+    """Inverse effective mass of a body along a normal at the first point of the list [1/kg]."""
+    inverse_mass, inertia = inertia_of(body, flights)
+    point = load(flights.views, flight_record.TOUCHING)
+    _, arm = velocity_at(side, body, point, flights)
+    lever = cross(arm, normal)
+    return inverse_mass + dot(lever, apply_symmetric(inertia, lever))
 
 
 def _meet_with_load(
@@ -281,16 +305,22 @@ def _meet_with_load(
     pairs, views, motion = flights.pairs, flights.views, flights.motion
     a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
     body_a, body_b = body_of(a, flights), body_of(b, flights)
-    for body in range(motion.body_count):
-        flights.links[event_lists.ASKED * motion.body_count + body] = 0
-    known = _enter(body_b, _enter(body_a, 0, flights), flights)
-    known = enter_carriers(known, cache, flights)
-    if known == NO_LOAD:
-        return NO_LOAD
+    for body in (body_a, body_b):
+        if body >= 0:
+            take_off(body, flights)
     look(0, a, 0.0, flights)
     look(1, b, 0.0, flights)
     normal = load(pairs, row + flight_record.NORMAL)
     count = find_points(a, b, normal, flights)
+    inverse = _inverse_mass_at(0, body_a, normal, flights)
+    inverse += _inverse_mass_at(1, body_b, normal, flights)
+    least = LIGHT * pairs[row + flight_record.APPROACH] / inverse
+    for body in range(motion.body_count):
+        flights.links[event_lists.ASKED * motion.body_count + body] = 0
+    known = _enter(body_b, _enter(body_a, 0, flights), flights)
+    known = enter_carriers(known, least, cache, flights)
+    if known == NO_LOAD:
+        return NO_LOAD
     restitution, friction = material_of(a, b, flights)
     if pairs[row + flight_record.APPROACH] < threshold:
         restitution = 0.0
@@ -308,7 +338,7 @@ def _meet_with_load(
         _, arm_a = velocity_at(0, body_a, point, flights)
         _, arm_b = velocity_at(1, body_b, point, flights)
         _put_point(index, rows, (arm_a, arm_b), normal, (restitution, friction), flights)
-    points = add_carriers(count, cache, flights)
+    points = add_carriers(count, least, cache, flights)
     tables = JointImpact(known, points, flights.joint_bodies, flights.joint_points)
     kind = impact_list.JOINT if joint_impact(tables) else impact_list.UNSETTLED
     total, mean, listed = NO_VECTOR, NO_VECTOR, number + 1
