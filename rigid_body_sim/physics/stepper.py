@@ -66,6 +66,7 @@ from rigid_body_sim.physics.state.blocks import (
     scatter,
 )
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
+from rigid_body_sim.physics.state.impacts import NO_IMPACTS, Impacts
 from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.physics.state.placement import PlacedRows
 
@@ -306,6 +307,22 @@ class Stepper:
     def contacts(self) -> Contacts:
         """Give the contacts of the last tick; none in a scene without contact."""
         return NO_CONTACTS if self.contact is None else self.contact.contacts()
+
+    def impacts(self, *, dt_ns: int, start_ns: int) -> Impacts:
+        """
+        Give the impacts since they were last forgotten; none without impacts at their instants.
+
+        dt_ns    : tick [ns]
+        start_ns : where tick 0 of the kernel began [ns]
+        """
+        if self.contact is None:
+            return NO_IMPACTS
+        return self.contact.read_impacts(dt_ns=dt_ns, start_ns=start_ns)
+
+    def forget_impacts(self) -> None:
+        """Begin a new list of impacts."""
+        if self.contact is not None:
+            self.contact.forget_impacts()
 
     def memory(self) -> Array:
         """Give what the integrator remembers beside the blocks, (n_rigid, rows); often nothing."""

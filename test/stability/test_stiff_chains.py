@@ -10,6 +10,8 @@ import pytest
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
+from .. import inside
+
 INERTIA = {'ixx': 0.1, 'iyy': 0.1, 'izz': 0.1}
 
 
