@@ -18,8 +18,6 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from test.integrators.scenes import linked_bodies, oscillator, scene, top
 
-from .. import inside
-
 DAMPING = 0.6
 
 
@@ -65,12 +63,11 @@ def test_the_defect_is_what_the_steps_did_and_vanishes_with_the_order(name, orde
 
 
 @pytest.mark.parametrize('dt', [0.05, 0.1])
-def test_long_ticks_of_an_exact_method_leave_no_defect(dt, monkeypatch):
+def test_long_ticks_of_an_exact_method_leave_no_defect(dt):
     """
     What the quadrature of the power leaves would be called defect: a body on a spring off its
     centre turns by 0.3 to 0.6 rad of its swing in a tick, and drag takes 4 J.
     """
-    inside.know_forces(monkeypatch, 'constant', 'drag', 'spring')
     body = {'name': 'b', 'mass': 1.0, 'inertia': {'ixx': 0.1, 'iyy': 0.2, 'izz': 0.25}}
     body['initial'] = {'position': [0.3, 0.1, -0.5], 'angular_velocity_body': [1.0, 2.0, -1.5]}
     spring = {'type': 'spring', 'a': 'b', 'b': 'world', 'stiffness': 40.0}

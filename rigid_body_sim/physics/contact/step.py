@@ -288,8 +288,7 @@ def _advance_ticks(ticks, tick, h, world):
     """Let ticks pass, one after the other: the recipe."""
     motion, forces, settings, counts = world.motion, world.forces, world.settings, world.counts
     colliders, constraints, bodies = world.colliders, world.constraints, world.bodies
-    energy, state, flows = world.energy, world.sleep, world.flows
-    driven = world.driven
+    energy, state, flows, driven = world.energy, world.sleep, world.flows, world.driven
     substeps = int(settings[tick_settings.SUBSTEPS])
     substep = h / substeps
     counts[tick_counts.DONE] = 0
