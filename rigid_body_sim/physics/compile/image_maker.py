@@ -18,7 +18,8 @@ what belongs to an array, is tried out with a probe before any image is trusted 
 LLVM makes vectors of 256 bits for many processors that have 512 (`rocketlake`, `skylake-avx512`,
 `sapphirerapids`): right for code that uses them now and then. Kernels that do nothing else take
 the widest there are: 1000 free bodies 22 -> 14.8 ns a tick each; with contact, a stack loses 5 %,
-so its kernel keeps LLVM's choice (`Bitcode.widest`). No bit depends on it.
+so its kernel keeps LLVM's choice (`Bitcode.widest`). Nor are its loops unrolled: a sixth less code
+that is as fast, made in an eighth less time. No bit depends on either.
 """
 
 from __future__ import annotations
@@ -123,7 +124,8 @@ class Bitcode:
     symbol  : name of the function in it
     kinds   : of the arguments, see `image.kind_of`
     returns : of `image.RETURNS`
-    widest  : whether it is to use the widest vectors of a processor, whatever LLVM prefers
+    widest  : whether it does little but go over lanes: then it uses the widest vectors of a
+              processor, whatever LLVM prefers, and its loops are unrolled
     """
 
     content: bytes
@@ -171,7 +173,7 @@ def make(bitcode: Bitcode) -> FlatCode:
     for function in module.functions:
         if not function.is_declaration and function.name != _ENTRY:
             function.linkage = 'linkonce_odr'
-    _optimise(module, machine, symbol=bitcode.symbol)
+    _optimise(module, machine, bitcode)
     module.verify()
     return flatten(machine.emit_object(module), _ENTRY)
 
@@ -359,7 +361,7 @@ def machine_for(processor: str, features: str) -> Any:
     )
 
 
-def _optimise(module: Any, machine: Any, *, symbol: str) -> None:
+def _optimise(module: Any, machine: Any, bitcode: Bitcode) -> None:
     """Optimise as numba does: little at first, then, what is long marked, all."""
     options = ll.create_pipeline_tuning_options(speed_level=0)
     options.loop_vectorization = options.slp_vectorization = False
@@ -372,10 +374,11 @@ def _optimise(module: Any, machine: Any, *, symbol: str) -> None:
     for function in module.functions:
         if not function.is_declaration and function.linkage == ll.Linkage.linkonce_odr:
             function.linkage = 'internal'
-            if function.name == symbol or is_long(function):
+            if function.name == bitcode.symbol or is_long(function):
                 function.add_function_attribute('noinline')
     options = ll.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization, options.slp_vectorization = True, False
+    options.loop_unrolling = bitcode.widest
     builder = ll.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
 

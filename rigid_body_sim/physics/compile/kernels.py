@@ -177,7 +177,7 @@ def kernel(function: Callable[..., Any], *, widest: bool = True) -> Callable[...
     """
     Compile a kernel (lazily, at its first call), or return it as it is.
 
-    widest : whether it is to use the widest vectors of a processor, whatever LLVM prefers
+    widest : whether it does little but go over lanes, see `image_maker.Bitcode`
     """
     _want_no_slots(function)
     return _jit(function, inline=False, widest=widest) if COMPILED else function
