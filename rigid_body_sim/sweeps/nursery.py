@@ -59,6 +59,7 @@ class Nursery:
     """
 
     def __init__(self, *, meeting: bool) -> None:
+        self._has_workers = False
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         imported = [NEEDED, WHERE_BODIES_MEET] if meeting else [NEEDED]
         program = (
@@ -86,6 +87,7 @@ class Nursery:
 
         descriptors : of its tasks and its lifeline
         """
+        self._has_workers = True
         return self._ask(FORK, 0, descriptors)
 
     def status(self, pid: int) -> int | None:
@@ -113,8 +115,9 @@ class Nursery:
     def close(self) -> None:
         """End it, and all its workers."""
         self._socket.close()
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(ENDS_WITHIN)
+        if self._has_workers:  # it ends them; else nobody waits until it has imported all
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(ENDS_WITHIN)
         self._process.kill()
         self._process.wait()
 

@@ -156,7 +156,8 @@ def test_energies_and_contact_forces_grow_with_the_run_as_the_whole_bag_has_them
         struck = int(np.flatnonzero(np.diff(grown['starts']))[0])
         tab.evaluate(f'view.seek({grown["times"][struck]})')
         assert tab.evaluate('view.arrows.count.contact') >= 1
-        assert 'contact force' in tab.evaluate("document.getElementById('legend').innerText")
+        said = tab.evaluate("document.getElementById('legend').innerText")
+        assert 'contact force' in said and 'commanded' not in said  # nobody commanded anything
         assert tab.errors == []
     times = np.array(grown['times'])
     whole = read_arrows(bag, times, {'ground': 0, 'ball': 1})

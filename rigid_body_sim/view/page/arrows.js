@@ -61,6 +61,7 @@ class BodyArrows {
   constructor(run, told) {
     Object.assign(this, told);
     this.run = run;
+    this.idle = Boolean(run.live);      // nothing of it was seen so far, so no arrow means anything
     this.quiver = new Quiver(told.kind, told.bodies.length, run.arrow);
   }
 
@@ -71,6 +72,7 @@ class BodyArrows {
       const size = Math.hypot(values[i], values[i + 1], values[i + 2]);
       if (size > 0) sizes.push(size);
     }
+    this.idle &&= !sizes.length;
     this.metres = scaled(this.run.arrow, sizes) ?? this.metres;
   }
 
@@ -171,6 +173,6 @@ export class Arrows {
   // What a usual arrow stands for, by kind, in words.
   meaning(kind, length) {
     const set = this.sets.find(each => each.kind === kind), worth = length / set.metres;
-    return Number.isFinite(worth) ? `${Number(worth.toPrecision(2))} ${ARROWS[kind].unit}` : '';
+    return !set.idle && Number.isFinite(worth) ? `${Number(worth.toPrecision(2))} ${ARROWS[kind].unit}` : '';
   }
 }

@@ -33,7 +33,10 @@ class View {
     this.theme.set();
     this.choose(this.firstChoice());
     document.getElementById('follow').checked = this.wishes.has('follow');
-    if (this.run.live) this.player.grown();
+    if (this.run.live) {
+      this.arrows?.scale();
+      this.player.grown();
+    }
     this.stage?.frame(this.places());
     if (this.wishes.has('t')) this.player.seek(Number(this.wishes.get('t')));
     window.addEventListener('resize', () => this.resize());
