@@ -56,6 +56,13 @@ def elements(simulation):
     return simulation._stepper._elements
 
 
+def parts_of_step(simulation):
+    """
+    The calls that a step is made of where it goes on several threads.
+    """
+    return simulation._stepper._parts
+
+
 def with_commands(simulation):
     """
     The same simulation with what is held in its arrays, as before a tick.

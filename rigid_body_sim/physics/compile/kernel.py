@@ -112,6 +112,19 @@ class Kernel:
         return got
 
 
+class Transfer(Kernel):
+    """A kernel whose twin is no plain source, but written down for LLVM (`lane_transfers`)."""
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What numba takes a global of this value for."""
+        if self._twin is None:
+            from rigid_body_sim.physics.compile import lane_transfers
+
+            self._twin = lane_transfers.numba_type(self.py_func.__name__)
+        return self._twin
+
+
 def behind(call: Callable[..., Any], last: Sequence[Any]) -> Callable[..., Any]:
     """Give what puts these arguments behind those that it is called with."""
     return lambda *first: call(*first, *last)

@@ -56,7 +56,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.images import Images, numba_is_set, processor, release_of
-from rigid_body_sim.physics.compile.kernel import WITHOUT, Kernel, behind, without_numba
+from rigid_body_sim.physics.compile.kernel import (
+    WITHOUT,
+    Kernel,
+    Transfer,
+    behind,
+    without_numba,
+)
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, is_ours, names_of
 from rigid_body_sim.physics.compile.sources import codes, digest_of_sources
 
@@ -181,6 +187,13 @@ def inline(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a small function that is to disappear inside its caller's loop."""
     _want_no_slots(function)
     return _jit(function, inline=True) if COMPILED else function
+
+
+def transfer(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a small function for which LLVM is told how: see `lane_transfers`."""
+    if not COMPILED or not str(release_of('numba')).startswith(_KNOWN_INSIDE):
+        return inline(function)
+    return Transfer(function, IMAGES, CACHE, inlined=True, widest=False)
 
 
 class KernelSlot:

@@ -114,7 +114,7 @@ def _mark_impacts(
         begin = batches[batch + batch_record.BEGIN]
         used = batches[batch + batch_record.LANE_COUNT]
         constraints = rows[begin : begin + constraint.SIZE]
-        solve.gather_momenta(used, used, constraints, scratch, bodies)
+        solve.gather_momenta(used, constraints, scratch, bodies)
         for point in range(batches[batch + batch_record.POINT_COUNT]):
             first = begin + constraint.SIZE + point * width
             points = rows[first : first + width]

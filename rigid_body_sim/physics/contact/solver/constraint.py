@@ -34,8 +34,8 @@ TORSIONAL_FRICTION = constraint.number('m', 'twisting torque over normal force')
 ROLLING_MASS = constraint.number('kg m^2', 'effective mass: angular impulse per rolling velocity')
 TWIST_MASS = constraint.number('kg m^2', 'effective mass: angular impulse per twisting velocity')
 INVERSE_MASS_A = constraint.number('1/kg', 'of A')
-INVERSE_MASS_B = constraint.number('1/kg', 'of B')
 INVERSE_INERTIA_A = constraint.symmetric('1/(kg m^2)', 'of A now, world axes')
+INVERSE_MASS_B = constraint.number('1/kg', 'of B')
 INVERSE_INERTIA_B = constraint.symmetric('1/(kg m^2)', 'of B now, world axes')
 SURFACE_WEIGHT = constraint.number(
     '-', 'share in which a point of A goes with B: `manifold_constraints`'

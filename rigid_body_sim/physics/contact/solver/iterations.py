@@ -35,6 +35,7 @@ from rigid_body_sim.physics.contact.solver import (
     rolling_friction,
     separation,
     solve,
+    surface_friction,
     warm_start,
 )
 
@@ -140,7 +141,7 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
 
 @kernel
 def _measure_patch(
-    lanes: int, point_count: int, first: int, width: int, field: int, wrench: int,
+    lanes: int, used: int, point_count: int, first: int, width: int, field: int, wrench: int,
     all_lanes: bool, rows: Array,
 ) -> None:  # fmt: skip
     """Find size and steps of the friction of a batch from what presses: `patch_friction`."""
@@ -151,6 +152,8 @@ def _measure_patch(
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
+    if field == contact_point.NORMAL_IMPULSE and surface_friction.any_surface(rows):
+        surface_friction.add_moments_of_others(used, first, width, rows, patch, scratch)
     patch_friction.measure(lanes, wrench, all_lanes, patch, scratch)
 
 
@@ -178,19 +181,16 @@ def _prepare(
             warm_start.start_tick(lanes, constraints, points, scratch)
             if ANGULAR:
                 warm_start.start_tick_angular(lanes, constraints, points, scratch)
-        warm_start.scatter(
-            used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
-            scratch, bodies,
-        )  # fmt: skip
-        solve.gather_inverse_masses(used, constraints, bodies)
-        solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+        warm_start.scatter(solver_bodies.WARM_IMPULSE, constraints, scratch, bodies)
+        solve.gather_inverse_masses(constraints, bodies)
+        solve.gather_momenta(lanes, constraints, scratch, bodies)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             prepare.effective_masses(lanes, constraints, points)
         if PATCHES and point_count > 1:
             patch_friction.find_rates(lanes, constraints, patch)
             _measure_patch(
-                lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                lanes, used, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
                 friction_patch.IMPULSE_1, True, rows,
             )  # fmt: skip
         if ANGULAR:
@@ -223,9 +223,9 @@ def _solve_normals(
         if number_of_pass > 0 and not _goes_on(number, used, number_of_pass, constraints, batches):
             continue
         if number_of_pass == 0:
-            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
         else:
-            solve.gather_unsettled(lanes, used, step, constraints, scratch, bodies)
+            solve.gather_unsettled(lanes, step, constraints, scratch, bodies)
         if PATCHES and point_count > 1:
             points = rows[first : first + MOST * WIDTH]
             solve_all_in_common(lanes, used, constraints, points, scratch, inverse_h, slop, cap)
@@ -249,7 +249,7 @@ def _solve_normals(
                 patch_friction.take_back(lanes, constraints, patch, scratch)
         points = rows[first : first + WIDTH]
         any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
-        solve.scatter_momenta(used, constraints, scratch, bodies)
+        solve.scatter_momenta(constraints, scratch, bodies)
         solve.mark_carried(used, constraints, scratch, bodies)
     return any_changed
 
@@ -267,16 +267,15 @@ def _update_separation(
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
         if TURNS:
-            solve.gather_inverse_masses(used, constraints, bodies)
+            solve.gather_inverse_masses(constraints, bodies)
         warm_start.clear(lanes, scratch)
+        separation.gather_motion(constraints, scratch, bodies)
         if batches[number * batch_record.SIZE + batch_record.KIND] == batch_record.BALLS:
             points = rows[first : first + WIDTH]
-            separation.gather_relative_motion(used, constraints, scratch, bodies)
             separation.update_balls(lanes, constraints, points, scratch)
             if ANGULAR:
                 rolling_friction.apply_second_half(lanes, constraints, points, scratch)
         else:
-            separation.gather_motion(used, constraints, scratch, bodies)
             if RIMS:
                 rolling_frame.turn_rims(used, constraints, scratch, bodies)
             begin, end = _face(first, WIDTH)
@@ -297,10 +296,7 @@ def _update_separation(
                     rolling_friction.apply_second_half(lanes, constraints, points, scratch)
             if several:
                 patch_friction.apply_second_half(lanes, constraints, patch, scratch)
-        warm_start.scatter(
-            used, solver_bodies.MOMENTUM, solver_bodies.ANGULAR_MOMENTUM, constraints, scratch,
-            bodies,
-        )  # fmt: skip
+        warm_start.scatter(solver_bodies.MOMENTUM, constraints, scratch, bodies)
 
 
 def _relax(
@@ -325,9 +321,9 @@ def _relax(
         if number_of_pass > 0 and not _goes_on(number, used, number_of_pass, constraints, batches):
             continue
         if number_of_pass == 0:
-            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
         else:
-            solve.gather_unsettled(lanes, used, step, constraints, scratch, bodies)
+            solve.gather_unsettled(lanes, step, constraints, scratch, bodies)
         begin, end = _face(first, WIDTH)
         patch = rows[begin:end]
         several = PATCHES and point_count > 1
@@ -347,9 +343,11 @@ def _relax(
                 if ANGULAR:
                     rolling_friction.solve(lanes, constraints, points, scratch)
             if several:
+                if surface_friction.any_surface(rows):
+                    surface_friction.add_press_of_others(used, first, WIDTH, rows, patch, scratch)
                 if patch_friction.any_stale(used, patch, scratch):
                     _measure_patch(
-                        lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                        lanes, used, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
                         friction_patch.IMPULSE_1, False, rows,
                     )  # fmt: skip
                 patch_friction.relax(lanes, constraints, patch, scratch)
@@ -358,7 +356,7 @@ def _relax(
         points = rows[first : first + WIDTH]
         any_changed = solve.mark_unsettled(used, rest, constraints, points, scratch) or any_changed
         solve.mark_touched(used, constraints)
-        solve.scatter_momenta(used, constraints, scratch, bodies)
+        solve.scatter_momenta(constraints, scratch, bodies)
     return any_changed
 
 
@@ -368,7 +366,7 @@ def _start_substep(
     """Add up the warm start of the next substep."""
     scratch = rows[0 : lane_scratch.SIZE]
     for number in range(count):
-        used, lanes = _lanes(number, lanes_at_once, batches)
+        _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
         constraints = rows[first - constraint.SIZE : first]
         warm_start.clear(lanes, scratch)
@@ -386,10 +384,7 @@ def _start_substep(
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
             patch_friction.start_substep(lanes, constraints, patch, scratch)
-        warm_start.scatter(
-            used, solver_bodies.WARM_IMPULSE, solver_bodies.WARM_ANGULAR_IMPULSE, constraints,
-            scratch, bodies,
-        )  # fmt: skip
+        warm_start.scatter(solver_bodies.WARM_IMPULSE, constraints, scratch, bodies)
 
 
 def _apply_restitution(
@@ -403,7 +398,7 @@ def _apply_restitution(
             used, lanes = _lanes(number, lanes_at_once, batches)
             point_count, first = _points(number, batches)
             constraints = rows[first - constraint.SIZE : first]
-            solve.gather_momenta(lanes, used, constraints, scratch, bodies)
+            solve.gather_momenta(lanes, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
                 points = rows[first : first + MOST * WIDTH]
                 restore_all_in_common(lanes, used, constraints, points, scratch, 0.0, 0.0, 0.0)
@@ -417,11 +412,11 @@ def _apply_restitution(
                 begin, end = _face(first, WIDTH)
                 patch = rows[begin:end]
                 _measure_patch(
-                    lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
+                    lanes, used, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
                     friction_patch.RESTITUTION_1, True, rows,
                 )  # fmt: skip
                 patch_friction.apply_restitution(lanes, constraints, patch, scratch)
-            solve.scatter_momenta(used, constraints, scratch, bodies)
+            solve.scatter_momenta(constraints, scratch, bodies)
             for lane in range(used):
                 change = max(change, scratch[lane_scratch.LARGEST_CHANGE + lane])
         if not change > 0.0:
@@ -451,6 +446,13 @@ def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indic
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             patch_friction.spread(lanes, constraints, points, patch, scratch)
+    if not surface_friction.any_surface(rows):
+        return
+    for number in range(count):
+        used, _ = _lanes(number, lanes_at_once, batches)
+        point_count, first = _points(number, batches)
+        if point_count > 1:
+            surface_friction.spread(used, first, WIDTH, rows)
 
 
 def solver(

@@ -9,17 +9,18 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.contact.solver.constraint import LANES
 
 scratch = Record(stride=LANES)
+MOMENTUM_A = scratch.vector('kg m/s', 'before the pass')
+ANGULAR_MOMENTUM_A = scratch.vector('kg m^2/s', 'as it is now')
+MOMENTUM_B = scratch.vector('kg m/s', 'before the pass')
+ANGULAR_MOMENTUM_B = scratch.vector('kg m^2/s', 'as it is now')
 RELATIVE_VELOCITY = scratch.vector('m/s', 'of the centre of B from that of A, before the pass')
 IMPULSE = scratch.vector('N s', 'on B so far')
-ANGULAR_MOMENTUM_A = scratch.vector('kg m^2/s', 'as it is now')
-ANGULAR_MOMENTUM_B = scratch.vector('kg m^2/s', 'as it is now')
 DISPLACEMENT_A = scratch.vector('m', 'of A over the substep')
 TURN_A = scratch.vector('-', 'vector part of its turn')
 TURN_SCALAR_A = scratch.number('-', 'scalar part of its turn')
 DISPLACEMENT_B = scratch.vector('m', 'the same of B')
 TURN_B = scratch.vector('-', 'the same of B')
 TURN_SCALAR_B = scratch.number('-', 'the same of B')
-RELATIVE_DISPLACEMENT = scratch.vector('m', 'of B from A over the substep, where balls meet')
 ACCELERATION_A = scratch.vector('m/s^2', 'of A without contact')
 ANGULAR_ACCELERATION_A = scratch.vector('rad/s^2', 'of the core of A without contact: `approach`')
 CORE_SPIN_A = scratch.vector('rad/s', 'angular velocity of the core of A')
@@ -48,4 +49,5 @@ COMMON_CLAMPED = scratch.number('-', 'how many impulses would have become negati
 RIM_WHOSE = scratch.number('-', 'whose rim touches: -1 of A, 1 of B, 0 none: `rolling_frame`')
 RIM_BENDS = scratch.number('m/s', 'by which a point of a rim departs from its velocity')
 RIM_ROLLS = scratch.number('-', '1: it goes round, and one point of it carries all')
+SURFACES = scratch.number('-', 'lane 0: 1 where several manifolds have one friction in this tick')
 SIZE = scratch.size

@@ -24,33 +24,26 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     lane_scratch,
+    transfers,
     wide_lanes,
 )
-from rigid_body_sim.physics.contact.solver.constraint import LANES
-from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, subtract
+from rigid_body_sim.physics.vectors import add, add_scaled, dot, scale, subtract
 
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
 LAYERED = slot('[-] whether anything is a ball or a capsule')
 
 
 @kernel
-def gather_motion(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
+def gather_motion(constraints: Array, scratch: Array, bodies: Array) -> None:
     """Fetch how the bodies of a batch have moved over the substep."""
-    for lane in range(used):
-        body_a = int(constraints[lane + constraint.BODY_A])
-        body_b = int(constraints[lane + constraint.BODY_B])
-        for axis in range(3):
-            row = lane + LANES * axis
-            scratch[row + lane_scratch.DISPLACEMENT_A] = bodies[
-                body_a + solver_bodies.DISPLACEMENT + axis
-            ]
-            scratch[row + lane_scratch.DISPLACEMENT_B] = bodies[
-                body_b + solver_bodies.DISPLACEMENT + axis
-            ]
-            scratch[row + lane_scratch.TURN_A] = bodies[body_a + solver_bodies.TURN + axis]
-            scratch[row + lane_scratch.TURN_B] = bodies[body_b + solver_bodies.TURN + axis]
-        scratch[lane + lane_scratch.TURN_SCALAR_A] = bodies[body_a + solver_bodies.TURN_SCALAR]
-        scratch[lane + lane_scratch.TURN_SCALAR_B] = bodies[body_b + solver_bodies.TURN_SCALAR]
+    transfers.fetch_seven(
+        constraints, constraint.BODY_A, bodies, solver_bodies.DISPLACEMENT, scratch,
+        lane_scratch.DISPLACEMENT_A,
+    )  # fmt: skip
+    transfers.fetch_seven(
+        constraints, constraint.BODY_B, bodies, solver_bodies.DISPLACEMENT, scratch,
+        lane_scratch.DISPLACEMENT_B,
+    )  # fmt: skip
 
 
 @inline
@@ -151,21 +144,6 @@ def update_kernel(*, layered: bool, rubs: bool) -> Callable[..., Any]:
     return specialise(_update_points, name=name, LAYERED=layered, RUBS=rubs)
 
 
-@kernel
-def gather_relative_motion(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
-    """Fetch how far the bodies of a batch have moved from each other over the substep."""
-    for lane in range(used):
-        motion_a = load(
-            bodies, int(constraints[lane + constraint.BODY_A]) + solver_bodies.DISPLACEMENT
-        )
-        motion_b = load(
-            bodies, int(constraints[lane + constraint.BODY_B]) + solver_bodies.DISPLACEMENT
-        )
-        wide_lanes.put_vector(
-            scratch, lane + lane_scratch.RELATIVE_DISPLACEMENT, subtract(motion_b, motion_a)
-        )
-
-
 @inline
 def _turned(tangent: Any, share: float, new_normal: Any, both: Any) -> Any:
     """Turn a tangent with the normal: t - (n' . t)/(1 + n . n') (n + n')."""
@@ -187,7 +165,10 @@ def update_balls(lanes: int, constraints: Array, points: Array, scratch: Array) 
     for lane in range(lanes):
         arm_a, arm_b = wide_lanes.arms(points, lane)
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
-        motion = wide_lanes.vector(scratch, lane + lane_scratch.RELATIVE_DISPLACEMENT)
+        motion = subtract(
+            wide_lanes.vector(scratch, lane + lane_scratch.DISPLACEMENT_B),
+            wide_lanes.vector(scratch, lane + lane_scratch.DISPLACEMENT_A),
+        )
         separation = points[lane + contact_point.SEPARATION]
         weight = constraints[lane + constraint.SURFACE_WEIGHT]
         line = subtract(arm_a, arm_b)

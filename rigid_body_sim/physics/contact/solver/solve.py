@@ -39,10 +39,10 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     lane_scratch,
+    transfers,
     wide_lanes,
 )
-from rigid_body_sim.physics.contact.solver.constraint import LANES
-from rigid_body_sim.physics.vectors import dot, scale
+from rigid_body_sim.physics.vectors import dot, scale, subtract
 
 # [-] by which changes of friction count for more where a contact starts. Friction that tips a body
 # changes what presses, and a visit finds less than half of it: what is left of its slip then,
@@ -64,62 +64,59 @@ RIMS = slot('[-] whether a cylinder may touch with its rim')
 
 
 @kernel
-def gather_inverse_masses(used: int, constraints: Array, bodies: Array) -> None:
+def gather_inverse_masses(constraints: Array, bodies: Array) -> None:
     """Fetch the inverse masses and inertias of the bodies of a batch."""
-    for lane in range(used):
-        body_a = int(constraints[lane + constraint.BODY_A])
-        body_b = int(constraints[lane + constraint.BODY_B])
-        constraints[lane + constraint.INVERSE_MASS_A] = bodies[body_a + solver_bodies.INVERSE_MASS]
-        constraints[lane + constraint.INVERSE_MASS_B] = bodies[body_b + solver_bodies.INVERSE_MASS]
-        for entry in range(6):
-            row = lane + LANES * entry
-            constraints[row + constraint.INVERSE_INERTIA_A] = bodies[
-                body_a + solver_bodies.INVERSE_INERTIA + entry
-            ]
-            constraints[row + constraint.INVERSE_INERTIA_B] = bodies[
-                body_b + solver_bodies.INVERSE_INERTIA + entry
-            ]
+    transfers.fetch_seven(
+        constraints, constraint.BODY_A, bodies, solver_bodies.INVERSE_MASS, constraints,
+        constraint.INVERSE_MASS_A,
+    )  # fmt: skip
+    transfers.fetch_seven(
+        constraints, constraint.BODY_B, bodies, solver_bodies.INVERSE_MASS, constraints,
+        constraint.INVERSE_MASS_B,
+    )  # fmt: skip
 
 
 @inline
-def _gather_lane(lane: int, constraints: Array, scratch: Array, bodies: Array) -> None:
-    """Fetch the momenta of the bodies of a lane."""
-    body_a = int(constraints[lane + constraint.BODY_A])
-    body_b = int(constraints[lane + constraint.BODY_B])
+def _fetch_momenta(constraints: Array, scratch: Array, bodies: Array) -> None:
+    """Fetch the momenta of the bodies of a batch."""
+    transfers.fetch_six(
+        constraints, constraint.BODY_A, bodies, solver_bodies.MOMENTUM, scratch,
+        lane_scratch.MOMENTUM_A,
+    )  # fmt: skip
+    transfers.fetch_six(
+        constraints, constraint.BODY_B, bodies, solver_bodies.MOMENTUM, scratch,
+        lane_scratch.MOMENTUM_B,
+    )  # fmt: skip
+
+
+@inline
+def _begin_lane(lane: int, constraints: Array, scratch: Array) -> None:
+    """Find the relative velocity of the bodies of a lane, and begin its sums."""
     inverse_mass_a = constraints[lane + constraint.INVERSE_MASS_A]
     inverse_mass_b = constraints[lane + constraint.INVERSE_MASS_B]
-    for axis in range(3):
-        row = lane + LANES * axis
-        scratch[row + lane_scratch.RELATIVE_VELOCITY] = (
-            inverse_mass_b * bodies[body_b + solver_bodies.MOMENTUM + axis]
-            - inverse_mass_a * bodies[body_a + solver_bodies.MOMENTUM + axis]
-        )
-        scratch[row + lane_scratch.ANGULAR_MOMENTUM_A] = bodies[
-            body_a + solver_bodies.ANGULAR_MOMENTUM + axis
-        ]
-        scratch[row + lane_scratch.ANGULAR_MOMENTUM_B] = bodies[
-            body_b + solver_bodies.ANGULAR_MOMENTUM + axis
-        ]
+    velocity_a = scale(inverse_mass_a, wide_lanes.vector(scratch, lane + lane_scratch.MOMENTUM_A))
+    velocity_b = scale(inverse_mass_b, wide_lanes.vector(scratch, lane + lane_scratch.MOMENTUM_B))
+    wide_lanes.put_vector(
+        scratch, lane + lane_scratch.RELATIVE_VELOCITY, subtract(velocity_b, velocity_a)
+    )
+    wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
+    scratch[lane + lane_scratch.PRESSES] = 0.0
+    scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
 
 
 @kernel
-def gather_momenta(
-    lanes: int, used: int, constraints: Array, scratch: Array, bodies: Array
-) -> None:
+def gather_momenta(lanes: int, constraints: Array, scratch: Array, bodies: Array) -> None:
     """Fetch the momenta of the bodies of a batch; what empty lanes hold does not matter."""
+    _fetch_momenta(constraints, scratch, bodies)
     for lane in range(lanes):
-        wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
-        scratch[lane + lane_scratch.PRESSES] = 0.0
-        scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
+        _begin_lane(lane, constraints, scratch)
         scratch[lane + lane_scratch.ACTIVE] = 1.0
         scratch[lane + lane_scratch.VISITED] = 1.0
-    for lane in range(used):
-        _gather_lane(lane, constraints, scratch, bodies)
 
 
 @kernel
 def gather_unsettled(
-    lanes: int, used: int, step: float, constraints: Array, scratch: Array, bodies: Array
+    lanes: int, step: float, constraints: Array, scratch: Array, bodies: Array
 ) -> None:
     """
     Do what `gather_momenta` does for the lanes that the last pass has changed; let the others
@@ -129,39 +126,28 @@ def gather_unsettled(
            of balls, whose normals turn nothing; 1 elsewhere: by more, bodies that tumble gain
            energy
     """
+    _fetch_momenta(constraints, scratch, bodies)
     for lane in range(lanes):
-        wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
-        scratch[lane + lane_scratch.PRESSES] = 0.0
-        scratch[lane + lane_scratch.LARGEST_CHANGE] = 0.0
-        scratch[lane + lane_scratch.ACTIVE] = 0.0
-        scratch[lane + lane_scratch.VISITED] = 0.0
-    for lane in range(used):
-        if constraints[lane + constraint.UNSETTLED] > 0.0:
-            whose = constraints[lane + constraint.ROUNDNESS]
-            of_balls = whose == constraint.TWO_BALLS or whose == constraint.BALL_ON_FIXED
-            scratch[lane + lane_scratch.ACTIVE] = step if of_balls else 1.0
-            scratch[lane + lane_scratch.VISITED] = 1.0
-            _gather_lane(lane, constraints, scratch, bodies)
+        _begin_lane(lane, constraints, scratch)
+        goes_on = constraints[lane + constraint.UNSETTLED] > 0.0
+        whose = constraints[lane + constraint.ROUNDNESS]
+        of_balls = (whose == constraint.TWO_BALLS) | (whose == constraint.BALL_ON_FIXED)
+        share = step if of_balls else 1.0
+        scratch[lane + lane_scratch.ACTIVE] = share if goes_on else 0.0
+        scratch[lane + lane_scratch.VISITED] = 1.0 if goes_on else 0.0
 
 
 @kernel
-def scatter_momenta(used: int, constraints: Array, scratch: Array, bodies: Array) -> None:
+def scatter_momenta(constraints: Array, scratch: Array, bodies: Array) -> None:
     """Give the bodies of a batch what a pass has changed."""
-    for lane in range(used):
-        if scratch[lane + lane_scratch.VISITED] == 0.0:
-            continue
-        body_a = int(constraints[lane + constraint.BODY_A])
-        body_b = int(constraints[lane + constraint.BODY_B])
-        for axis in range(3):
-            row = lane + LANES * axis
-            bodies[body_a + solver_bodies.MOMENTUM + axis] -= scratch[row + lane_scratch.IMPULSE]
-            bodies[body_b + solver_bodies.MOMENTUM + axis] += scratch[row + lane_scratch.IMPULSE]
-            bodies[body_a + solver_bodies.ANGULAR_MOMENTUM + axis] = scratch[
-                row + lane_scratch.ANGULAR_MOMENTUM_A
-            ]
-            bodies[body_b + solver_bodies.ANGULAR_MOMENTUM + axis] = scratch[
-                row + lane_scratch.ANGULAR_MOMENTUM_B
-            ]
+    transfers.replace_on_a(
+        constraints, constraint.BODY_A, bodies, solver_bodies.MOMENTUM, scratch,
+        lane_scratch.IMPULSE, lane_scratch.ANGULAR_MOMENTUM_A, lane_scratch.VISITED,
+    )  # fmt: skip
+    transfers.replace_on_b(
+        constraints, constraint.BODY_B, bodies, solver_bodies.MOMENTUM, scratch,
+        lane_scratch.IMPULSE, lane_scratch.ANGULAR_MOMENTUM_B, lane_scratch.VISITED,
+    )  # fmt: skip
 
 
 @inline

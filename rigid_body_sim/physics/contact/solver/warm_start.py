@@ -23,6 +23,7 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     lane_scratch,
+    transfers,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.constraint import LANES
@@ -166,23 +167,20 @@ def start_substep_angular(lanes: int, constraints: Array, points: Array, scratch
 
 
 @kernel
-def scatter(
-    used: int, linear: int, angular: int, constraints: Array, scratch: Array, bodies: Array
-) -> None:
+def scatter(field: int, constraints: Array, scratch: Array, bodies: Array) -> None:
     """
-    Add the warm start of the points of a batch to fields of its bodies.
+    Add the warm start of the points of a batch to a field of its bodies, and the one behind it.
 
-    linear, angular : fields of `solver_bodies`
+    field : of `solver_bodies`
     """
-    for lane in range(used):
-        body_a = int(constraints[lane + constraint.BODY_A])
-        body_b = int(constraints[lane + constraint.BODY_B])
-        for axis in range(3):
-            row = lane + LANES * axis
-            bodies[body_a + linear + axis] -= scratch[row + lane_scratch.IMPULSE]
-            bodies[body_b + linear + axis] += scratch[row + lane_scratch.IMPULSE]
-            bodies[body_a + angular + axis] += scratch[row + lane_scratch.ANGULAR_MOMENTUM_A]
-            bodies[body_b + angular + axis] += scratch[row + lane_scratch.ANGULAR_MOMENTUM_B]
+    transfers.add_on_a(
+        constraints, constraint.BODY_A, bodies, field, scratch, lane_scratch.IMPULSE,
+        lane_scratch.ANGULAR_MOMENTUM_A, lane_scratch.VISITED,
+    )  # fmt: skip
+    transfers.add_on_b(
+        constraints, constraint.BODY_B, bodies, field, scratch, lane_scratch.IMPULSE,
+        lane_scratch.ANGULAR_MOMENTUM_B, lane_scratch.VISITED,
+    )  # fmt: skip
 
 
 @kernel
@@ -192,3 +190,4 @@ def clear(lanes: int, scratch: Array) -> None:
         wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, (0.0, 0.0, 0.0))
         wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, (0.0, 0.0, 0.0))
         wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, (0.0, 0.0, 0.0))
+        scratch[lane + lane_scratch.VISITED] = 1.0
