@@ -3,8 +3,8 @@
 ROOT := $(patsubst %/,%,$(dir $(abspath $(lastword $(MAKEFILE_LIST)))))
 PYTHON := $(ROOT)/.venv/bin/python
 PYTEST_ARGS ?=
-# Two workers: which tests each of them gets says test/conftest.py.
-WORKERS := -p hypothesispytest -p xdist -n 2
+# Three workers for two cores: some wait for nodes and browsers. Which tests each of them gets says test/conftest.py.
+WORKERS := -p hypothesispytest -p xdist -n 3
 REPORT_ARGS ?=
 BENCH_ARGS ?=
 
