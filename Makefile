@@ -12,6 +12,8 @@ BENCH_ARGS ?=
 export PYTHONPATH := $(ROOT)$(if $(ROS_DISTRO),:$(PYTHONPATH))
 # The ROS wheels restart Python once; a parent's mark would keep them from doing so.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONHOME
+# Each of some hundred processes of the tests would compile all modules again.
+unexport PYTHONDONTWRITEBYTECODE
 # Whatever is cached or logged stays in .venv, also where HOME is not writable.
 export RIGID_BODY_SIM_CACHE := $(ROOT)/.venv/cache
 export NUMBA_CACHE_DIR := $(RIGID_BODY_SIM_CACHE)

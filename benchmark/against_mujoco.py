@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Cost at equal error beside MuJoCo's RK4, its only integrator that is accurate: four motions with a
-closed form.
+closed form, and one without.
 
 Both run in this one process, on one thread, and take turns; medians of the repetitions are
 compared. The clock counts the processor time of the process, so that other processes, which
@@ -16,9 +16,11 @@ the problem (a free top, a linear spring).
     b   needle, I = (0.001, 1, 1) kg m^2, w = (60, 80, 0) rad/s, 10 s
     c2  mass of 1 kg on a spring, 1 Hz, 100 periods
     g   heavy top in steady precession at 2 rad/s, tilted by 30 degrees, 10 s
+    s   body on a spring off its centre with linear and angular drag, 10 s; the reference is DOP853
+        of scipy on equations of its own
 
 Error: angle of the final attitude [rad]; for c2 the distance in phase space [m].
-    pip install mujoco; python benchmark/against_mujoco.py [--cases a b c2 g] [--repeat 9]
+    pip install mujoco; python benchmark/against_mujoco.py [--cases a b c2 g s] [--repeat 9]
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.exact import attitude, free_asymmetric_top, heavy_top
@@ -64,6 +67,21 @@ HEAVY_TOP = """
 <mujoco><option timestep="{dt}" integrator="RK4" gravity="0 0 -9.81">{off}</option>
   <worldbody><body><joint type="ball"/>
     <inertial pos="0 0 0.5" mass="1" diaginertia="0.1 0.1 0.15"/></body></worldbody></mujoco>"""
+
+MOMENTS = (0.1, 0.2, 0.25)  # [kg m^2] of the body on a spring, a mass of 1 kg
+END_OF_SPRING, STIFFNESS = (0.2, 0.1, 0.3), 40.0  # [m] body axes, [N/m]
+DRAG = (0.3, 0.02)  # [N s/m] [N m s]
+SPRING_WITH_DRAG = """
+<mujoco><option timestep="{dt}" integrator="RK4" gravity="0 0 -9.81">{off}</option>
+  <worldbody><site name="o"/><body>
+    <joint type="slide" axis="1 0 0" damping="0.3"/>
+    <joint type="slide" axis="0 1 0" damping="0.3"/>
+    <joint type="slide" axis="0 0 1" damping="0.3"/>
+    <joint type="ball" damping="0.02"/>
+    <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.2 0.25"/><site name="s" pos="0.2 0.1 0.3"/>
+  </body></worldbody>
+  <tendon><spatial stiffness="40" springlength="0"><site site="o"/><site site="s"/></spatial>
+  </tendon></mujoco>"""
 
 
 @dataclass(frozen=True)
@@ -182,8 +200,57 @@ def top_on_pivot() -> Case:
     )
 
 
+def pulled(_t: float, y: Any) -> Any:
+    """Equations of the body on a spring with drag: y = (r, v, q xyzw, w_B)."""
+    r, v, axis, w, spin = y[:3], y[3:6], y[6:9], y[9], y[10:]
+    moments = np.array(MOMENTS)
+
+    def turned(vector: Any, sign: float) -> Any:
+        across = 2.0 * np.cross(sign * axis, vector)
+        return vector + w * across + np.cross(sign * axis, across)
+
+    arm = turned(np.array(END_OF_SPRING), 1.0)
+    pull = -STIFFNESS * (r + arm)
+    torque = turned(np.cross(arm, pull), -1.0) - DRAG[1] * spin
+    return np.concatenate(
+        [
+            v,
+            pull - DRAG[0] * v + np.array([0.0, 0.0, -9.81]),
+            0.5 * (w * spin + np.cross(axis, spin)),
+            [-0.5 * axis @ spin],
+            (torque - np.cross(spin, moments * spin)) / moments,
+        ]
+    )
+
+
+def spring_with_drag() -> Case:
+    """Make the case of the body on a spring off its centre, with drag."""
+    place, velocity, spin = [0.3, 0.1, -0.5], [0.5, 0.0, 0.2], [1.0, 2.0, -1.5]
+    duration = 10.0
+    start = [*place, *velocity, 0.0, 0.0, 0.0, 1.0, *spin]
+    end = solve_ivp(pulled, (0.0, duration), start, method='DOP853', rtol=1e-13, atol=1e-15).y
+    spring = {'type': 'spring', 'a': 'body', 'b': 'world', 'a_point': list(END_OF_SPRING)}
+    drag = {'type': 'drag', 'body': 'body', 'linear': DRAG[0], 'angular': DRAG[1]}
+    scene = one_body(
+        {'position': place, 'velocity': velocity, 'angular_velocity_body': spin},
+        inertia=dict(zip(('ixx', 'iyy', 'izz'), MOMENTS)),
+    )
+    forces = [spring | {'stiffness': STIFFNESS}, drag]
+    return Case(
+        name='s',
+        duration=duration,
+        xml=SPRING_WITH_DRAG,
+        start=([*place, 1, 0, 0, 0], [*velocity, *spin]),
+        scene={**scene, 'gravity': [0, 0, -9.81], 'forces': forces},
+        reference=end[6:10, -1] / np.linalg.norm(end[6:10, -1]),
+        peer_steps=(0.01, 0.005, 0.002, 0.001, 0.0005),
+        ours=tuple(('rk8', dt) for dt in (0.125, 0.1, 0.08, 0.0625, 0.05, 0.04, 0.03125, 0.025))
+        + tuple(('force_gradient4', dt) for dt in (0.05, 0.025, 0.02, 0.0125, 0.01)),
+    )
+
+
 def cases() -> list[Case]:
-    """Return the four cases."""
+    """Return the cases."""
     return [
         free_top(
             'a',
@@ -212,6 +279,7 @@ def cases() -> list[Case]:
         ),
         oscillator(),
         top_on_pivot(),
+        spring_with_drag(),
     ]
 
 
@@ -323,7 +391,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument('--cases', nargs='+', default=['a', 'b', 'c2', 'g'])
+    parser.add_argument('--cases', nargs='+', default=['a', 'b', 'c2', 'g', 's'])
     parser.add_argument('--repeat', type=int, default=9)
     arguments = parser.parse_args()
     try:

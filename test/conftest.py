@@ -60,6 +60,26 @@ def compile_apart():
         yield
 
 
+@pytest.fixture(scope='session', autouse=True)
+def shared_kernels():
+    """
+    Let all scenes of contact share a few kernels; `undo()` gives each its own, for one test.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        inside.share_kernels(patch)
+        yield patch
+
+
+@pytest.fixture
+def own_kernels(shared_kernels):
+    """
+    Give each scene that a test makes from now on its own kernel.
+    """
+    shared_kernels.undo()
+    yield
+    inside.share_kernels(shared_kernels)
+
+
 @pytest.fixture(scope='module')
 def tab(tmp_path_factory):
     """

@@ -6,6 +6,7 @@ private there, so that a change inside is followed here and nowhere else.
 """
 
 import argparse
+import fcntl
 import gc
 import os
 import sys
@@ -15,10 +16,12 @@ import yaml
 
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.images import Images
+from rigid_body_sim.physics.contact import step
 from rigid_body_sim.physics.contact import world as world_module
-from rigid_body_sim.physics.contact.collision.collider import PLANE, Colliders
+from rigid_body_sim.physics.contact.collision.collider import BOX, PLANE, SPHERE, SURFACE
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.solver.iterations import solver
+from rigid_body_sim.physics.contact.world import ContactWorld
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.elements import FORCES, held_body_wrench
 from rigid_body_sim.physics.forces.tables import stacked
@@ -26,6 +29,10 @@ from rigid_body_sim.physics.integration import integrators
 from rigid_body_sim.scene import document
 
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
+USUAL_PAIRS = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, PLANE})
+GROUND_PAIRS = tuple((kind, SURFACE) for kind in range(PLANE))
+USUAL_FORCES = {'constant', 'drag', 'spring'}  # those of test_compiled_is_plain
+FORCES_BESIDE_CONTACT = {*USUAL_FORCES, 'gravity', 'time'}
 
 
 def stepper(simulation):
@@ -47,6 +54,13 @@ def elements(simulation):
     Everything that acts in a simulation.
     """
     return simulation._stepper._elements
+
+
+def parts_of_step(simulation):
+    """
+    The calls that a step is made of where it goes on several threads.
+    """
+    return simulation._stepper._parts
 
 
 def with_commands(simulation):
@@ -90,6 +104,13 @@ def world(simulation):
     The arrays of the contact of a simulation.
     """
     return contact(simulation).arrays
+
+
+def known_pairs(simulation):
+    """
+    The pairs of types that the kernel of a simulation knows.
+    """
+    return contact(simulation)._kinds
 
 
 def shorten(simulation, **lengths):
@@ -206,7 +227,13 @@ def compile_apart(patch):
     made, compiled = Images.make, numba_pipeline.Kernel.compile
 
     def make_apart(self, wanted):
-        in_child(made, self, wanted)
+        if self.folder is None:
+            return made(self, wanted)
+        path, _ = wanted.image_file(self.folder)
+        with path.with_suffix('.lock').open('w') as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # another worker may be making it
+            if self.kept(wanted) is None:
+                in_child(made, self, wanted)
         return self.kept(wanted) or made(self, wanted)
 
     def compile_apart(self, signature):
@@ -219,41 +246,70 @@ def compile_apart(patch):
     patch.setattr(numba_pipeline.Kernel, 'compile', compile_apart)
 
 
-def know_all_pairs(patch):
+def share_kernels(patch):
     """
-    Let the kernel of each scene of contact know all pairs of shapes but those with ground of
-    triangles, which only scenes with some know, also those that cannot meet in it, and unequal
-    moments: scenes of other shapes then share one kernel. The pairs change no
-    bit; the inverse inertia of a cube or ball, turned in each substep, its last ones.
+    Let scenes share a few kernels, which know more than each scene needs: some kinds of forces
+    with no element of them; where bodies touch, all pairs of shapes, with ground of triangles or
+    without, but what feels forces, sleeps or is driven those of balls, boxes and planes; what
+    bounces or resists rolling the other too, and rules of pairs. None of that changes a bit
+    (`contact/test_same_bits.py`) but one: the inverse inertia of a cube or ball is turned in each
+    substep, as that of any body.
 
     patch : pytest's monkeypatch
     """
-    own_pairs = Colliders.pairs
+    made, compiled, knows = ContactWorld._compile, step.tick_kernel, ActingElements.__init__
 
-    def pairs(colliders):
-        return tuple(sorted({*PAIRS, *own_pairs(colliders)}))
+    def compile_shared(self, scene, evaluate, velocity_dependent):
+        is_free = evaluate is None and self._sleepers is None and not self.arrays.drives.size
+        has_ground = any(SURFACE in pair for pair in self._kinds)
+        known = GROUND_PAIRS if has_ground else PAIRS if is_free else USUAL_PAIRS
+        self._kinds = tuple(sorted({*known, *self._kinds}))
+        advance = made(self, scene, evaluate, velocity_dependent)
+        # of forces over time, which may be known and not there, only kernels of scenes with some
+        # get a tick that is no whole number
+        return lambda ticks, tick, *others: advance(ticks, float(tick), *others)
 
-    patch.setattr(Colliders, 'pairs', pairs)
-    patch.setattr(world_module, 'solver', lambda **features: solver(**{**features, 'turns': True}))
-
-
-def know_forces(patch, *kinds):
-    """
-    Let the kernel of each scene with forces know these kinds of forces too, with no element of
-    them: scenes of other forces then share one kernel, which gives each the same bits.
-
-    patch : pytest's monkeypatch
-    """
-    made = ActingElements.__init__
+    def tick_kernel(name, **bindings):
+        rules = {'IGNORES': True, 'PAIR_MATERIALS': True} if bindings['BOUNCES'] else {}
+        return compiled(name, **{**bindings, **rules})
 
     def knowing(self, scene, layout):
-        made(self, scene, layout)
-        if self._types:
-            self._types = [kind for kind in FORCES if kind in (*self._types, *kinds)]
-            _, self._ranges, self._switches = stacked(scene.forces, self._types, layout)
-            self.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
+        knows(self, scene, layout)
+        if scene.contact.get('mode', 'none') != 'none':
+            _know(self, FORCES_BESIDE_CONTACT, scene, layout)
+        elif {*self._types} <= USUAL_FORCES:
+            _know(self, USUAL_FORCES, scene, layout)
 
+    patch.setattr(ContactWorld, '_compile', compile_shared)
+    patch.setattr(ContactWorld, '_angular', _Lively('angular'), raising=False)
+    patch.setattr(ContactWorld, '_bounces', _Lively('bounces'), raising=False)
+    patch.setattr(step, 'tick_kernel', tick_kernel)
+    patch.setattr(world_module, 'solver', lambda **features: solver(**{**features, 'turns': True}))
     patch.setattr(ActingElements, '__init__', knowing)
+
+
+class _Lively:
+    """Whether something bounces or resists rolling, in place of one of both."""
+
+    def __init__(self, name):
+        self._name = name
+
+    def __set__(self, world, value):
+        vars(world)[self._name] = value
+
+    def __get__(self, world, of=None):
+        return vars(world).get('angular', False) or vars(world).get('bounces', False)
+
+
+def _know(elements, kinds, scene, layout):
+    """
+    Let what acts in a scene know more kinds of forces.
+    """
+    if not elements._types or elements._ranges_of_inertia:
+        return
+    elements._types = [kind for kind in FORCES if kind in (*elements._types, *kinds)]
+    _, elements._ranges, elements._switches = stacked(scene.forces, elements._types, layout)
+    elements.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
 
 
 def values_by_nodes(text):

@@ -13,9 +13,10 @@ A scene as an environment of gymnasium: one body is commanded, its state is obse
                   held over `every` in body axes (world axes for a point mass)
 
 What an agent should do is said by functions of the state (`StateOfBody`): `reward(state, action)`
-and `terminated(state)`, and where a run begins by `start(rng)`, which returns the arguments of
-`Simulation.set_state`; the generator is that of `reset(seed=…)`, so equal seeds give equal runs.
-gymnasium is the extra `gym`.
+and `terminated(state)`, and where a run begins by `start(rng)`, the arguments of `set_state`; the
+generator is that of `reset(seed=…)`, so equal seeds give equal runs. A run that leaves `reach` or
+diverges is terminated, its observation cut off there; `info['problem']` says why.
+gymnasium is the extra `gym`; there it is `gymnasium.make(ID, scene=…, body=…)`.
 """
 
 from __future__ import annotations
@@ -32,15 +33,16 @@ from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.physics.model.numbers import number
 from rigid_body_sim.physics.model.tick_length import whole_ticks
 from rigid_body_sim.physics.state.snapshot import StateOfBody
-from rigid_body_sim.scene import load_scene
 
 try:
-    from gymnasium import Env, spaces
+    from gymnasium import Env, register, spaces
+    from gymnasium.envs.registration import EnvSpec
 except ModuleNotFoundError as _error:
     raise UserError(missing(_error.name or 'gymnasium')) from None
 
 Array = np.ndarray
 NOTHING = (0.0, 0.0, 0.0)
+ID, ENTRY = 'rigid_body_sim/Body-v0', 'rigid_body_sim:BodyEnv'
 Reward = Callable[[StateOfBody, Array], float]
 Start = Callable[[np.random.Generator], Mapping[str, Any]]
 
@@ -60,6 +62,7 @@ class BodyEnv(Env):
     force, torque : [N], [N m] largest of each component; 0: not commanded
     every    : [s] between actions, a whole number of ticks
     duration : [s] after which a run is truncated
+    reach    : [m], [m/s], [rad/s] largest of each component that is observed
     reward, terminated, start : see the module; without `start` every run begins as the scene says
     """
 
@@ -74,49 +77,46 @@ class BodyEnv(Env):
         torque: float = 0.0,
         every: float = 0.05,
         duration: float = 10.0,
+        reach: float = 1e6,
         reward: Reward = turning_less,
         terminated: Callable[[StateOfBody], bool] = lambda _state: False,
         start: Start | None = None,
         integrator: str | None = None,
     ) -> None:
-        scene = load_scene(scene) if isinstance(scene, str | bytes | Mapping) else scene
+        told = dict(locals())
+        del told['self']
+        self.spec = EnvSpec(ID, entry_point=ENTRY, kwargs=told)
         self.simulation = Simulation(scene, integrator=integrator)
-        self._body = body
-        self._index = self.simulation.body_index(body)
-        self._is_point = self.simulation.scene.bodies[self._index].is_point
-        limits = [
-            *[number(force, unit='N', minimum=0.0)] * 3 * (force != 0.0),
-            *[number(torque, unit='N m', minimum=0.0)] * 3 * (torque != 0.0),
-        ]
+        self._body, index = body, self.simulation.body_index(body)
+        self._is_point = self.simulation.scene.bodies[index].is_point
+        largest = number(force, unit='N', minimum=0.0), number(torque, unit='N m', minimum=0.0)
+        limits = [limit for limit in largest if limit for _ in range(3)]
         if not limits or (self._is_point and torque):
-            raise InvalidModel(
-                f'environment of {body!r}: force {force} N, torque {torque} N m; one at least is '
-                'commanded, and of a point mass a force alone'
-            )
+            asked = f'environment of {body!r}: force {force} N, torque {torque} N m; '
+            raise InvalidModel(asked + 'one at least is commanded, of a point mass a force alone')
         self._limits, self._pushes = np.array(limits), bool(force)
         self._ticks = whole_ticks(every, self.simulation.dt_ns, what='every')
         if self._ticks < 1:
             raise InvalidModel(f'every: {every} s is less than a tick')
         self._last = whole_ticks(duration, self.simulation.dt_ns, what='duration')
         self._reward, self._terminated, self._start = reward, terminated, start
-        size = 6 if self._is_point else 13
-        self.observation_space = spaces.Box(-np.inf, np.inf, (size,), np.float64)
+        most = np.full(6 if self._is_point else 13, number(reach, unit='m', minimum=1.0))
+        most[3 : len(most) - 6] = 1.0  # of a quaternion
+        self._most, self.observation_space = most, spaces.Box(-most, most, dtype=np.float64)
         self.action_space = spaces.Box(-1.0, 1.0, (len(limits),), np.float64)
         self._begun = 0  # [tick]
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Array, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[Array, Any]:
         """Begin a run; `seed` renews the generator that `start` is given."""
         super().reset(seed=seed)
         self.simulation.reset()
         self._begun = self.simulation.tick
         if self._start is not None:
             self.simulation.set_state(self._body, **self._start(self.np_random))
-        return self._observed(), self._told()
+        return self._observed()[0], self._told()
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Hold an action over `every`; a run that diverges is terminated, with reward -inf."""
+        """Hold an action over `every`; a run that diverges has reward -inf."""
         action = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
         asked = action * self._limits
         force = asked[:3].tolist() if self._pushes else NOTHING
@@ -126,18 +126,24 @@ class BodyEnv(Env):
         try:
             self.simulation.step(self._ticks)
         except SimulationDiverged as error:
-            return self._observed(), -np.inf, True, False, self._told() | {'problem': str(error)}
+            return self._observed()[0], -np.inf, True, False, self._told(str(error))
         state = self.simulation.state[self._body]
         done = self.simulation.tick - self._begun >= self._last
         reward = float(self._reward(state, action))
-        return self._observed(), reward, bool(self._terminated(state)), done, self._told()
+        observation, has_left = self._observed()
+        told = self._told(f'{self._body!r} left its reach' if has_left else '')
+        return observation, reward, has_left or bool(self._terminated(state)), done, told
 
-    def _observed(self) -> Array:
-        state = self.simulation.state[self._body]
-        if self._is_point:
-            return np.concatenate((state.position, state.velocity))
-        turning = (state.orientation, state.velocity, state.angular_velocity)
-        return np.concatenate((state.position, *turning))
+    def _observed(self) -> tuple[Array, bool]:
+        """Give the observation, and whether it was cut off."""
+        s, most = self.simulation.state[self._body], self._most
+        turning = () if self._is_point else (s.orientation, s.velocity, s.angular_velocity)
+        whole = np.concatenate((s.position, *(turning or (s.velocity,))))
+        return np.clip(whole, -most, most), bool(np.any(np.abs(whole) > most * (1.0 + 1e-9)))
 
-    def _told(self) -> dict[str, Any]:
-        return {'time': (self.simulation.tick - self._begun) * self.simulation.dt}
+    def _told(self, problem: str = '') -> dict[str, Any]:
+        time = (self.simulation.tick - self._begun) * self.simulation.dt
+        return {'time': time, 'problem': problem} if problem else {'time': time}
+
+
+register(ID, entry_point=ENTRY)

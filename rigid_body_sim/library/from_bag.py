@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.analysis.recorded_impacts import read_impacts
 from rigid_body_sim.analysis.recorded_states import complete
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.library.run import WHOLE, Run
@@ -100,6 +101,7 @@ def _read(path: Path, progress: Progress) -> Run:
         time=time,
         scene=scene if ours else None,
         path=str(path),
+        impacts=read_impacts(whole),
         _values=values,
         _wrench=_wrenches(whole, [topics[n] for n in names], columns, stamps),
         _masses=masses,

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.diagnostics.energy_balance import (
     NOT_IN_MOTION,
-    OVERLAP,
-    ROUNDING,
-    TOO_MUCH,
+    PassiveEnergy,
+    overlap_energy,
     words_for_gain,
 )
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
@@ -48,28 +47,25 @@ def gain_warning(
     rows = np.unique(np.linspace(0, len(time) - 1, LOOKS).round().astype(int))
     states = [State(values[k], None if masses is None else masses[k]) for k in rows]
     with np.errstate(all='ignore'):  # a run about to diverge
-        kinetic = np.array([invariants.kinetic_energy(state) for state in states])
-        potential = np.array([invariants.potential_energy(state) for state in states])
-        change = (kinetic - kinetic[0]) + (potential - potential[0])
-        known = np.isfinite(change)
-        change, kinetic, potential = change[known], kinetic[known], potential[known]
-        risen = change - np.minimum.accumulate(change)
-        worst = int(np.argmax(risen))
-        gain = float(risen[worst])
-        largest, span = float(kinetic.max()), float(np.ptp(potential))
-        tolerated = TOO_MUCH * max(largest, span) + ROUNDING * (
-            largest + abs(float(potential[-1])) + abs(float(potential[0]))
-        )
-    if meets:
-        tolerated += OVERLAP * float(np.linalg.norm(invariants.weight()))
-    if not gain > tolerated:
+        energies = [
+            (invariants.kinetic_energy(state), invariants.potential_energy(state))
+            for state in states
+        ]
+    overlap = overlap_energy(float(np.linalg.norm(invariants.weight()))) if meets else 0.0
+    seen, worst, end = PassiveEnergy(*energies[0], overlap=overlap), 0, energies[0]
+    for k, now in enumerate(energies):
+        before = seen.gain
+        seen.look(*now)
+        worst = k if seen.gain > before else worst
+        end = now if np.isfinite(now).all() else end
+    tolerated = seen.tolerated(*end)
+    if not seen.gain > tolerated:
         return None
-    at = int(np.flatnonzero(known)[worst])
-    stored = invariants.stored_energy(states[at]) - invariants.stored_energy(states[0])
+    stored = invariants.stored_energy(states[worst]) - invariants.stored_energy(states[0])
     return words_for_gain(
-        gain,
+        seen.gain,
         tolerated,
-        time=float(time[rows[at]]),
+        time=float(time[rows[worst]]),
         integrator=integrator,
-        in_springs=stored > NOT_IN_MOTION * gain,
+        in_springs=stored > NOT_IN_MOTION * seen.gain,
     )

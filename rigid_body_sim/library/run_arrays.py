@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.diagnostics.invariants import Invariants
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state import snapshot
+from rigid_body_sim.physics.state.impacts import NO_IMPACTS, Impacts
 from rigid_body_sim.physics.state.layout import unknown_body
 from rigid_body_sim.physics.state.snapshot import State
 
@@ -128,6 +129,7 @@ class RunArrays:
     end_time   : [s] where the simulation stood at the end: behind the last row where that does
                  not fall on one
     path       : of the bag; None for a run in memory
+    impacts    : at their instants, with `contact: {mode: event}`; none otherwise
 
     `run['box']` is one body (`BodyRun`); `for name in run` yields the names.
     """
@@ -142,6 +144,7 @@ class RunArrays:
     problem: str = ''
     warnings: tuple[str, ...] = ()
     path: str | None = None
+    impacts: Impacts = NO_IMPACTS
     _values: Array = field(repr=False, default_factory=lambda: np.zeros((0, 0, 0)))
     _wrench: Array = field(repr=False, default_factory=lambda: np.zeros((2, 0, 0, 3)))
     _masses: Array | None = field(repr=False, default=None)

@@ -32,6 +32,7 @@ from rigid_body_sim.physics.errors import InvalidModel, SimulationBusy, Simulati
 from rigid_body_sim.physics.model.named_frames import RESERVED_FRAMES, SEPARATOR
 from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.tick_length import whole_ticks
+from rigid_body_sim.physics.state.impacts import Impacts, joined
 from rigid_body_sim.physics.state.snapshot import COLUMNS, State
 from rigid_body_sim.runs.wrench import Wrench
 
@@ -65,7 +66,8 @@ class Stretch:
         self._first, self._last, self._per = simulation.tick, simulation.tick + ticks, per
         self._choices = len(simulation.choices)
         self._start = simulation.__getstate__()
-        self._begun = time.process_time()
+        simulation.prepare()
+        self._begun = time.process_time()  # what is compiled once is not of the run
         count, bodies = ticks // per + 1, len(simulation.scene.bodies)
         self._values = _room((count, bodies, COLUMNS))
         self._wrench = _room((2, count, bodies, 3))
@@ -73,6 +75,7 @@ class Stretch:
         self._rows = 0
         self._commands: list[Any] = []
         self._is_controlled = False
+        self._impacts: list[Impacts] = []
         self._asked: dict[tuple[str, str], str] = {}  # (body, slot) -> frame
         self._index = {body.name: i for i, body in enumerate(simulation.scene.bodies)}
         self.warnings: list[str] = list(simulation.scene_warnings)
@@ -124,9 +127,11 @@ class Stretch:
         ends_between = simulation.next_expiry < stop
         if ticks > 1 and (ends_between or simulation.has_turning_commands):
             simulation.step(ticks - 1)
+            self._impacts.append(simulation.impacts())
             applied = np.array(simulation.applied_wrench())
             ticks = 1
         simulation.step(ticks)
+        self._impacts.append(simulation.impacts())
         return applied
 
     def _keep(self, state: State, applied: Array) -> None:
@@ -258,6 +263,7 @@ class Stretch:
             end_time=end * dt_ns * 1e-9,
             problem=problem,
             warnings=tuple(dict.fromkeys(self.warnings)),
+            impacts=joined(self._impacts),
             _values=self._values if whole else self._values[:rows].copy(),
             _wrench=self._wrench if whole else self._wrench[:, :rows].copy(),
             _masses=None if self._masses is None else self._masses[:rows].copy(),

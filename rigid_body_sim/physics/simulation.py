@@ -56,6 +56,7 @@ from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.model.tick_length import tick_nanoseconds, whole_ticks
 from rigid_body_sim.physics.model.variable_mass import end_of_mass, mass_at
 from rigid_body_sim.physics.state.contacts import Contacts
+from rigid_body_sim.physics.state.impacts import Impacts
 from rigid_body_sim.physics.state.layout import Layout, as_vector
 from rigid_body_sim.physics.state.placement import asked_placement, rows_of
 from rigid_body_sim.physics.state.snapshot import State, StateReader
@@ -288,6 +289,7 @@ class Simulation:
                 self._return()
             tick, watch, held = stepper.tick, self.watch, self._held
             end = tick + _whole(ticks)
+            stepper.forget_impacts()
             while tick < end:
                 if watch is not None:
                     watch.meet(tick, self._read_state)
@@ -390,7 +392,8 @@ class Simulation:
             if work is not None and acting is not None:
                 work.powers.hold(acting)
             self._held.written(table)
-            self._commanded |= bool(self._held.slots)
+            if not self._commanded:
+                self._commanded = self._held.acts
             self._held_changed = False
 
     def _drop_expired(self) -> None:
@@ -824,6 +827,15 @@ class Simulation:
         """
         self._settle()
         return self._stepper.contacts()
+
+    def impacts(self) -> Impacts:
+        """
+        Impacts at their instants during the last call of `step`, in their order; none but with
+        `contact: {mode: event}`, nor after something that was put back, or a body put elsewhere.
+        """
+        self._settle()
+        start_ns = self.tick * self.dt_ns - round(self._scene_tick * self.dt_ns)
+        return self._stepper.impacts(dt_ns=self.dt_ns, start_ns=start_ns)
 
     def contact_wrenches(self) -> tuple[Array, Array]:
         """

@@ -28,7 +28,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import argument, left_the_numbers, prepared
+from rigid_body_sim.physics.compile.kernels import (
+    COMPILED,
+    argument,
+    left_the_numbers,
+    prepared,
+)
+from rigid_body_sim.physics.compile.side_by_side import SideBySide, threads
 from rigid_body_sim.physics.diagnostics.accelerations import accelerations_now
 from rigid_body_sim.physics.diagnostics.work_meter import WorkMeter
 from rigid_body_sim.physics.errors import SimulationBusy
@@ -36,6 +42,7 @@ from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.power import DRIVES, Powers
 from rigid_body_sim.physics.forces.schedule import SNAP
 from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import for_points
 from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
 from rigid_body_sim.physics.model.scene import Scene
@@ -59,19 +66,23 @@ from rigid_body_sim.physics.state.blocks import (
     scatter,
 )
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
+from rigid_body_sim.physics.state.impacts import NO_IMPACTS, Impacts
 from rigid_body_sim.physics.state.layout import Layout
 from rigid_body_sim.physics.state.placement import PlacedRows
 
 Array = NDArray[np.float64]
 
 METHOD, WORKSPACE = 4, 5  # their places among the arguments of a kernel
+# [body tick] of a call from which free bodies go on several threads: some 2 ms of one
+WORTH_THREADS = 200_000
+PARTS_OF_EACH = 2  # of a thread: more wait for each other less, and cost a call each
 CHUNK = 1000  # [tick] between two copies of the state, to which a run returns that goes wrong
 # [body tick] the same where bodies meet; more: an interrupt waits longer and costs more ticks
 CHUNK_IN_CONTACT = 20_000
 
 
-# what a step began from: tick, what `Stepper._snapshot` gave (None: `_moving_rows` have it), what
-# the caller wants back beside, the work done by then
+# what a step began from: tick, what `Stepper._snapshot` gave (or of that nothing, or the contact
+# alone: `_moving_rows` have the motion), what the caller wants back beside, the work done by then
 Undo = tuple[int, tuple[Any, ...] | None, Any, Any]
 
 
@@ -125,6 +136,8 @@ class Stepper:
         self._coupled: Callable[..., Any] | None = None
         self._call: Callable[[int, float, float], Any] = _nothing_yet
         self._called: tuple[Any, Any] = (None, None)  # kernel and arguments of `_call`
+        self._parts: list[Callable[..., Any]] = []  # the same for some blocks each, or none
+        self._side_by_side = SideBySide()
         self._take_arguments()
 
     def _method_rows(self) -> Array:
@@ -199,27 +212,31 @@ class Stepper:
 
     def _begin_ticks(self) -> Undo:
         """
-        Do what `begin` does for ticks of free bodies, into arrays that the next ticks use again:
-        the rows that a tick changes and no others.
+        Do what `begin` does, into arrays that the next ticks use again: of free bodies the rows
+        that a tick changes and no others.
         """
         if self._moving_rows is None:
             return self.begin()
         if self._keep is None:
+            sizes = np.array([kept.shape[1] for kept, _ in self._moving_rows], dtype=np.int64)
             kept = (argument(kept.reshape(-1)) for kept, _ in self._moving_rows)
-            self._keep = prepared(keep_motion, (), (*self._arguments[:METHOD], *kept))
+            last = (*self._arguments[:METHOD], argument(sizes), *kept)
+            self._keep = prepared(keep_motion, (), last)
         self._keep()
-        self.undo = undo = (self.tick, None, None, None)
+        of_contact = None if self.contact is None else (self.contact.snapshot(),)
+        self.undo = undo = (self.tick, of_contact, None, None)
         return undo
 
     def _rows_that_move(self) -> list[tuple[Array, Array]] | None:
         """
-        Pair what a tick changes with a place for a copy; None where more belongs to the state.
+        Pair what a tick changes with a place for a copy; None where the integrator remembers more.
         """
-        if self.contact is not None or self._integrator.remembers is not None:
+        if self._integrator.remembers is not None:
             return None
+        is_free = self.contact is None
         heads = (
-            self.translation.reshape(-1, TRANSLATION)[:, :TRANSLATION_STATE],
-            self.rotation.reshape(-1, ROTATION)[:, :ROTATION_STATE],
+            self.translation.reshape(-1, TRANSLATION)[:, : TRANSLATION_STATE if is_free else None],
+            self.rotation.reshape(-1, ROTATION)[:, : ROTATION_STATE if is_free else None],
         )
         return [(np.array(head), head) for head in heads]
 
@@ -232,11 +249,14 @@ class Stepper:
 
     def put_back(self) -> None:
         """Return to what `begin` noted, if the work broke off; can itself be broken off."""
+        self._side_by_side.rest()
         if self.undo is not None:
             self.tick, arrays, _, mark = self.undo
-            if arrays is None:
+            if arrays is None or len(arrays) == 1:
                 for kept, now in self._moving_rows or ():
                     now[...] = kept
+                if arrays is not None:
+                    self.contact.return_to(arrays[0])
             else:
                 self._return_to(arrays)
             if self.work is not None and mark is not None:
@@ -287,6 +307,22 @@ class Stepper:
     def contacts(self) -> Contacts:
         """Give the contacts of the last tick; none in a scene without contact."""
         return NO_CONTACTS if self.contact is None else self.contact.contacts()
+
+    def impacts(self, *, dt_ns: int, start_ns: int) -> Impacts:
+        """
+        Give the impacts since they were last forgotten; none without impacts at their instants.
+
+        dt_ns    : tick [ns]
+        start_ns : where tick 0 of the kernel began [ns]
+        """
+        if self.contact is None:
+            return NO_IMPACTS
+        return self.contact.read_impacts(dt_ns=dt_ns, start_ns=start_ns)
+
+    def forget_impacts(self) -> None:
+        """Begin a new list of impacts."""
+        if self.contact is not None:
+            self.contact.forget_impacts()
 
     def memory(self) -> Array:
         """Give what the integrator remembers beside the blocks, (n_rigid, rows); often nothing."""
@@ -577,9 +613,14 @@ class Stepper:
         if self._called[0] is not kernel or self._called[1] is not self._arguments:
             call = prepared(kernel, (count, first, h), self._arguments)
             called = (kernel, self._arguments)
-            self.__dict__.update(_call=call, _called=called)  # one call of C: both or neither
+            parts = self._parts_of(kernel, (count, first, h))
+            change = {'_call': call, '_called': called, '_parts': parts}
+            self.__dict__.update(change)  # one call of C: all or none
         try:
-            status = self._call(count, first, h)
+            if self._parts and count * self._layout.n_moving >= WORTH_THREADS:
+                status = sum(self._side_by_side.call(self._parts, (count, first, h)))
+            else:
+                status = self._call(count, first, h)
             if status is NotImplemented:
                 status = kernel(count, first, h, *self._arguments)
             if status == 0.0:
@@ -590,6 +631,37 @@ class Stepper:
             if not left_the_numbers(error):
                 raise
             return False
+
+    def _parts_of(self, kernel: Callable[..., Any], first: tuple[Any, ...]) -> list[Any]:
+        """
+        Cut the work of a kernel into parts that have nothing to do with each other: free bodies,
+        some blocks each. None where there is but one, or where blocks meet.
+        """
+        layout, scheme = self._layout, self._scheme
+        count = min(blocks(layout.n_moving), PARTS_OF_EACH * threads())
+        meet = kernel is not self._free or self.contact is not None
+        if meet or threads() == 1 or count == 1 or not COMPILED:
+            return []
+        if not isinstance(scheme, Splitting) or self._integrator.remembers is not None:
+            return []  # it keeps what all blocks need in its workspace
+        rigid = max(1, blocks(layout.n_rigid))
+        width = self._method.size // rigid
+        edges = [blocks(layout.n_moving) * part // count for part in range(count + 1)]
+        parts = []
+        for begin, end in itertools.pairwise(edges):
+            bodies = (
+                min(all_of_them, LANES * end) - LANES * begin
+                for all_of_them in (layout.n_moving, layout.n_rigid)
+            )
+            last = (
+                *(max(0, number) for number in bodies),
+                self.translation[begin * TRANSLATION : end * TRANSLATION],
+                self.rotation[begin * ROTATION : end * ROTATION],
+                self._method[begin * width : end * width],
+                *self._arguments[WORKSPACE:],
+            )
+            parts.append(prepared(kernel, first, last))
+        return parts
 
     def _copy_back(self) -> None:
         """Return to an earlier state; note which body left the finite numbers."""

@@ -166,6 +166,7 @@ def our_entry(
     """Make an entry of ours."""
     ticks = round(problem.duration / setting.dt)
     options = {**method.options, **setting.options()}
+    scene = method.scene_of(scene)
 
     def make() -> Runner:
         simulation = Simulation(

@@ -64,7 +64,7 @@ def make_ready(problem: str, text: str) -> None:
     given = method(text)
     try:
         simulation = Simulation(
-            of.scene(1),
+            given.scene_of(of.scene(1)),
             integrator=given.integrator,
             integrator_options=given.options,
             dt=of.steps[-1],

@@ -204,7 +204,10 @@ class ReferenceRun:
             settled = settled and good
         doubt = self._doubt
         if not doubt and not settled:
-            doubt = 'finer steps do not settle it: the motion is chaotic, or the step too long'
+            doubt = (
+                'finer steps do not settle it: what is left is rounding that the motion '
+                'magnifies, as chaos does, or the step is too long'
+            )
         return ErrorEstimate(**found, doubt=doubt)
 
     def _floors(self, state: State) -> dict[str, tuple[float, float]]:

@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,9 +42,11 @@ from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.forces.held_wrenches import FOREVER, Slot
 from rigid_body_sim.physics.model.scene import Scene, Vector
 from rigid_body_sim.physics.simulation import Simulation
+from rigid_body_sim.physics.state.impacts import Impacts, joined
 from rigid_body_sim.physics.state.snapshot import State
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.contact_packing import ContactPacker
+from rigid_body_sim.recording.impact_packing import ImpactPacker
 from rigid_body_sim.recording.packing import StatePacker
 from rigid_body_sim.recording.topics import COMMAND_TYPES
 from rigid_body_sim.runs.commands import Command, CommandRules, topics_of
@@ -215,6 +217,10 @@ class Run:
         self.topics = self.packer.topics + (
             self.contact_packer.topics if self.contact_packer else ()
         )
+        self._impact_packer = self._make_impact_packer()
+        self._impacts: list[Impacts] = []  # since the last published tick
+        if self._impact_packer is not None:
+            self.topics += self._impact_packer.topics
         self.viewing = Viewing(
             simulation,
             settings.view,
@@ -297,6 +303,19 @@ class Run:
             first_channel_id=1 + len(self.packer.topics),
         )
 
+    def _make_impact_packer(self) -> ImpactPacker | None:
+        """Make what packs impacts, where they come at their instants."""
+        settings = self.settings
+        if self.simulation.scene.contact.get('mode') != 'event':
+            return None
+        return ImpactPacker(
+            node=settings.view.node_name,
+            dt_ns=self.simulation.dt_ns,
+            namespace=settings.namespace,
+            frame_id=settings.world_frame,
+            channel_id=1 + len(self.topics),
+        )
+
     @property
     def has_contact(self) -> bool:
         """Whether bodies of the scene meet at all."""
@@ -306,6 +325,8 @@ class Run:
         self.simulation.step(ticks)
         if self.has_contact:
             self._check_overlaps()
+        if self._impact_packer is not None:
+            self._impacts.append(self.simulation.impacts())
         if self._reference is not None:
             try:
                 self._reference.step(ticks)
@@ -517,6 +538,20 @@ class Run:
 
     def _pack_contacts_and_views(self, force: Array, torque: Array) -> tuple[Batch, ...]:
         """Pack what lies between the wrenches of a tick and its states."""
+        impacts = self._pack_impacts()
+        others = self._pack_contacts_with_views(force, torque)
+        return others if impacts is None else (impacts, *others)
+
+    def _pack_impacts(self) -> Batch | None:
+        if self._impact_packer is None:
+            return None
+        found, self._impacts = joined(self._impacts), []
+        return self._impact_packer.pack(
+            self.simulation.tick,
+            **{each.name: getattr(found, each.name) for each in fields(found)},
+        )
+
+    def _pack_contacts_with_views(self, force: Array, torque: Array) -> tuple[Batch, ...]:
         drawn = self.has_contact and self.viewing.shows_contacts(self.simulation.tick)
         if not drawn and self.contact_packer is None:
             return self.viewing.pack(force, torque, None)
@@ -608,6 +643,7 @@ class Run:
             self._reference = ReferenceRun(self.simulation)
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
+        self._impacts = []
         self._deepest_gap = math.inf
         self._orientation_drift = self.simulation.orientation_drift()
         self._meter = DriftMeter(

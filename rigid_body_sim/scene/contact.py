@@ -5,6 +5,8 @@ Read `contact`: whether bodies meet, and how.
 
     contact: {mode: none}                      bodies pass through each other; nothing is computed
     contact: {mode: timestep, substeps: 8}     contact by time stepping, with its settings
+    contact: {mode: event}                     impacts at their instants; what rests, slides and
+                                               rolls as by time stepping, with the same settings
     contact: {mode: timestep, ignore: [[door, frame]],
               pairs: [{bodies: [tyre, ice], friction: 0.05}]}
 
@@ -12,8 +14,8 @@ No two bodies of an entry of `ignore` meet; an entry of `pairs` replaces what th
 two give. The name of a body with `repeat` stands for all its copies; `[ball, ball]` are its copies
 among themselves.
 
-The settings of a mode are the fields of its dataclass, which is imported only when it is asked
-for: `physics.contact.settings.ContactSettings`. `Scene.contact` holds what the scene gives.
+The settings are the fields of a dataclass, which is imported only when it is asked for:
+`physics.contact.settings.ContactSettings`. `Scene.contact` holds what the scene gives.
 """
 
 from __future__ import annotations
@@ -26,8 +28,7 @@ from typing import Any
 from rigid_body_sim.physics.validation import MATERIAL
 from rigid_body_sim.scene.values import Value
 
-MODES = ('none', 'timestep')
-LATER_MODES = ('event',)
+MODES = ('none', 'timestep', 'event')
 NO_COPIES: Mapping[str, Collection[str]] = MappingProxyType({})
 
 
@@ -43,11 +44,6 @@ def read_contact(
         return {'mode': 'none'}
     value.need_mapping(f'a mapping such as {{mode: timestep}}, with one of {", ".join(MODES)},')
     mode_value = value.at('mode', what=f'one of {", ".join(MODES)}')
-    if isinstance(mode_value.content, str) and mode_value.content in LATER_MODES:
-        raise mode_value.error(
-            f'contact {mode_value.content!r} comes in a later version; '
-            f'this one supports: {", ".join(MODES)}'
-        )
     mode = mode_value.choice(MODES, what='contact mode')
     if mode == 'none':
         value.need_known(('mode',))
@@ -65,7 +61,7 @@ def read_contact(
                 readers[name](given, copies) if name in readers else _setting(given, field)
             )
     with value.blamed():
-        ContactSettings(**settings)
+        ContactSettings(mode=mode, **settings)
     return {'mode': mode, **settings}
 
 

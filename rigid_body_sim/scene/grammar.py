@@ -690,13 +690,14 @@ def _first_sentence(element: Any) -> str:
 
 def contact() -> Mappings:
     """Describe contact by the fields of its settings, and what their docstring says of them."""
-    from rigid_body_sim.physics.contact.settings import MODE, ContactSettings
+    from rigid_body_sim.physics.contact.settings import MODES, ContactSettings
 
     said = _said_of_fields(ContactSettings)
     keys = {
         'mode': Key(
-            Words(('none', MODE)),
-            'none: bodies pass through each other; timestep: they meet',
+            Words(('none', *MODES)),
+            'none: bodies pass through each other; timestep: they meet; event: they meet, and '
+            'impacts come at their instants',
             required=True,
         )
     }
@@ -717,7 +718,7 @@ def contact() -> Mappings:
         default = list(each.default) if isinstance(each.default, tuple) else each.default
         keys[each.name] = Key(kind, said[each.name], default=default)
     settings = tuple(key for key in keys if key != 'mode')
-    rule = Rule('settings are those of timestep', given=('mode=none',), excludes=settings)
+    rule = Rule('settings are those of bodies that meet', given=('mode=none',), excludes=settings)
     return Mappings('Whether bodies meet, and how.', keys, (rule,))
 
 

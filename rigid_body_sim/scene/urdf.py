@@ -68,16 +68,19 @@ CHILDREN = {  # what an element may hold; None: anything, it is not read
     'visual': None,
     'material': None,
 }
+JOIN = (
+    'sum up their <inertial> and make their shapes <collision>s of one link, or join them in '
+    'Python as examples/eight_tasks/urdf_of_links.py does'
+)
 WHY_ONE = {  # elements that stand once in their parent: why, and what to do
-    'link': 'a body is one link; give each link a file of its own, or what is joined rigidly to '
-    'one link as its further <collision>',
+    'link': 'a body is one link; give links that move apart files of their own; links on fixed '
+    f'joints are one body: {JOIN}',
     'inertial': 'a link has one mass; sum them up',
     'geometry': 'a further shape is a further <collision>',
     **dict.fromkeys(('origin', 'mass', 'inertia'), 'remove what does not count'),
 }
 WHY_NOT = {
-    'joint': 'joints are not supported: a body is one link; what is joined rigidly can be a '
-    'further <collision> of the link',
+    'joint': f'joints are not supported: a body is one link; of fixed ones: {JOIN}',
     'transmission': 'transmissions are not supported: a body has no motors; remove the element',
     'gazebo': 'settings for another simulator are not read; say friction and restitution in the '
     'scene, and remove the element',

@@ -18,6 +18,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -154,16 +155,23 @@ def _parsed(text: str, key: str) -> Spec:
     if len(parts) == 3 and not any(letter in text for letter in '{["\''):
         return _grid(*parts, text=text, key=key)
     if text.startswith('['):
-        values = document.read(text.encode(), name=f'vary {key}').content
-        if isinstance(values, list):
-            return _listed(values, key)
+        with suppress(UserError):  # [0, 0, 1], [0, 0, 2] is no list, but the inside of one
+            values = document.read(text.encode(), name=f'vary {key}').content
+            if isinstance(values, list):
+                return _listed(values, key)
     return _listed(_yaml_list(text, text, key), key)
 
 
 def _yaml_list(inside: str, text: str, key: str) -> list[Any]:
     if not inside.strip():
         return []
-    values = document.read(f'[{inside}]'.encode(), name=f'vary {key}: {text!r}').content
+    try:
+        values = document.read(f'[{inside}]'.encode(), name='').content
+    except UserError:
+        raise UserError(
+            f'vary {key}: got {text!r}; allowed: a list such as 1,2,5 or [0,0,1],[0,0,2], a grid '
+            'FIRST:LAST:POINTS, or a draw such as uniform:LOW:HIGH'
+        ) from None
     return values if isinstance(values, list) else [values]
 
 

@@ -10,6 +10,7 @@ from dataclasses import asdict
 from typing import Any
 
 from rigid_body_sim.analysis.recorded_contacts import HOW_TO_RECORD, scene_has_contact, summarise
+from rigid_body_sim.analysis.recorded_impacts import summarise as summarise_impacts
 from rigid_body_sim.recording.bag_check import check
 from rigid_body_sim.recording.bag_diff import Difference, compare
 from rigid_body_sim.recording.bag_reader import Bag
@@ -63,6 +64,7 @@ def _info(arguments: argparse.Namespace) -> int:
     for key in ('bag', 'complete', 'start', 'duration', 'messages'):
         print(f'{key + ":":<12}{facts[key]}{" s" if key in ("start", "duration") else ""}')
     _print_contacts(bag, facts['contacts'])
+    _print_impacts(facts['impacts'])
     if bag.attachments:
         print(
             'attached:   '
@@ -95,6 +97,7 @@ def _facts(bag: Bag) -> dict[str, Any]:
             for name, topic in bag.topics.items()
         },
         'contacts': None if (contacts := summarise(bag)) is None else asdict(contacts),
+        'impacts': None if (impacts := summarise_impacts(bag)) is None else asdict(impacts),
         'attachments': {name: len(content) for name, content in bag.attachments.items()},
         'manifest': bag.manifest,
         'ending': bag.ending,
@@ -115,6 +118,19 @@ def _print_contacts(bag: Bag, contacts: dict[str, Any] | None) -> None:
                 f'  {key.replace("_", " ") + ":":<16}{extreme["value"]:.4g} {unit} on '
                 f'{printable(extreme["body"])} at {extreme["time"]:g} s'
             )
+
+
+def _print_impacts(impacts: dict[str, Any] | None) -> None:
+    """Say how many impacts there are at their instants, and which was the hardest."""
+    if impacts is None:
+        return
+    kinds = ', '.join(f'{count} {kind}' for kind, count in impacts['kinds'].items() if count)
+    print(f'impacts:    {impacts["impacts"]}{f" ({kinds})" if kinds else ""}')
+    if (largest := impacts['largest_impulse']) is not None:
+        a, b = map(printable, largest['bodies'])
+        print(
+            f'  largest impulse: {largest["value"]:.4g} N s of {a} on {b} at {largest["time"]:g} s'
+        )
 
 
 def _print_map(title: str, content: dict[str, str]) -> None:
@@ -147,7 +163,7 @@ def _recover(arguments: argparse.Namespace) -> int:
         return 0
     until = '' if found.last_tick is None else f' up to tick {found.last_tick}'
     print(f'{arguments.output}: {found.messages} messages{until}, {found.dropped} dropped')
-    print(f'{arguments.bag}: {found.problem or "was whole"}')
+    print(f'{arguments.bag}: {found.problem or "all its messages are there"}')
     return 0
 
 

@@ -117,9 +117,10 @@ def _tell(recorded: RecordedRun, outcome: Comparison, *, as_json: bool) -> int:
         print(json.dumps(result))
     elif difference is None:
         saved = ' saved by the recovery' if outcome.recovered else ''
+        bodies = len(recorded.scene.bodies)
         print(
-            f'identical: {outcome.ticks} ticks{saved} of {len(recorded.scene.bodies)} bodies, '
-            f'{outcome.messages} messages, every bit'
+            f'identical: {outcome.ticks} ticks{saved} of {bodies} '
+            f'bod{"y" if bodies == 1 else "ies"}, {outcome.messages} messages, every bit'
         )
         print(f'  sha256 of the final state: {outcome.final_state_sha256}')
     else:

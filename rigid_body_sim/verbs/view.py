@@ -142,7 +142,8 @@ def _draw(arguments: argparse.Namespace) -> int:
             content = _film(page, arguments.output, settings, motion)
     with STOP.kept():  # half a picture looks like a whole one
         arguments.output.write_bytes(content)
-    print(f'{arguments.output}: {len(motion.tracks)} bodies')
+    bodies = len(motion.tracks)
+    print(f'{arguments.output}: {bodies} bod{"y" if bodies == 1 else "ies"}')
     return 0
 
 

@@ -57,6 +57,7 @@ ON_REQUEST = {
 }
 COMMANDS = {'force': 'command_force', 'torque': 'command_torque'}
 NO_DRIFT = 1e-17  # [-] zero has no place on a logarithmic axis
+MOST_IMPACTS = 100_000  # marks: 3 MB of the page
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +130,7 @@ def page_record(
         'contacts': _contacts(bag, times, bodies, numbers, sizes.arrow)
         if told is None
         else arrows_of(told, _places(scene)).drawn(numbers, sizes.arrow),
+        'impacts': _impacts(motion, numbers),
         'curves': _live_curves(look) if energy is None else _curves(energy, numbers),
         'live': live,
         'series': _packed(series, numbers),
@@ -445,6 +447,18 @@ def _contacts(
     places = {name: place for place, name in enumerate(bodies)}
     touching = None if bag is None else read_arrows(bag, times, places)
     return None if touching is None else touching.drawn(numbers, length)
+
+
+def _impacts(motion: RecordedMotion, numbers: PageNumbers) -> dict[str, Any] | None:
+    """Give the marks of impacts at their instants; of more than a page holds, the hardest."""
+    found = motion.impacts
+    if not len(found):
+        return None
+    if len(found) > MOST_IMPACTS:
+        sizes = np.linalg.norm(found.impulse, axis=1)
+        found = found[np.sort(np.argsort(-sizes, kind='stable')[:MOST_IMPACTS])]
+    places = np.hstack((found.point, found.normal))
+    return {'times': numbers.add(found.time, 'f8'), 'places': numbers.add(places, 'f4')}
 
 
 def _curves(energy: EnergyHistory, numbers: PageNumbers) -> list[dict[str, Any]]:

@@ -123,6 +123,8 @@ def _panels(motion: RecordedMotion, energy: EnergyHistory | None) -> list[Callab
             panels.append(lambda axes: _drift(axes, energy))
     if motion.loads and any(len(load.time) for load in motion.loads.values()):
         panels.append(lambda axes: _loads(axes, motion))
+    if len(motion.impacts):
+        panels.append(lambda axes: _impacts(axes, motion))
     return panels
 
 
@@ -354,6 +356,16 @@ def _loads(axes: Axes, motion: RecordedMotion) -> None:
         if load is not None and len(load.time):
             line = style(index) | {'linestyle': 'none', 'marker': '.', 'markersize': 2.5}
             axes.plot(load.time, load.force, **line)
+    axes.set_ylim(bottom=0.0)
+
+
+def _impacts(axes: Axes, motion: RecordedMotion) -> None:
+    """Draw the impulse of each impact at its instant."""
+    axes.set_ylabel('impulse of impacts [N s]')
+    found = motion.impacts
+    sizes = np.linalg.norm(found.impulse, axis=1)
+    axes.vlines(found.time, 0.0, sizes, color='#e03131', linewidth=0.8)
+    axes.plot(found.time, sizes, color='#e03131', linestyle='none', marker='o', markersize=2.5)
     axes.set_ylim(bottom=0.0)
 
 

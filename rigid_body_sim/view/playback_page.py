@@ -33,8 +33,8 @@ LIBRARIES = {
     'uplot': 'uPlot.esm.js',
 }
 MODULES = (
-    *('arrows', 'bodies', 'ground', 'keys', 'live', 'main', 'overlay', 'palette', 'player'),
-    *('plots', 'run', 'shapes', 'stage', 'ties', 'trails'),
+    *('arrows', 'bodies', 'ground', 'impacts', 'keys', 'live', 'main', 'overlay', 'palette'),
+    *('player', 'plots', 'run', 'shapes', 'stage', 'ties', 'trails'),
 )
 
 

@@ -9,9 +9,11 @@ import math
 import numpy as np
 import pytest
 
+from rigid_body_sim.physics.model.scene import Body, Material
+from rigid_body_sim.physics.model.shapes import ConvexHull
 from rigid_body_sim.physics.simulation import Simulation
 
-from .touching import G, H, ball, box, ground, scene
+from .touching import G, H, ball, box, ground, lean, motion, scene
 
 
 @pytest.mark.parametrize(('speed', 'edge', 'mu'), [(2.0, 0.2, 0.3), (6.0, 0.1, 0.5)])
@@ -135,3 +137,31 @@ def test_torsional_friction_brings_a_spinning_ball_to_rest_in_time():
     assert sim.state.angular_velocity[1, 2] == pytest.approx(spin - lost, rel=1e-3)
     sim.step(480)
     assert np.abs(sim.state.angular_velocity).max() < 1e-9
+
+
+def test_a_wedge_gives_way_to_a_block_of_a_tenth_of_its_mass_by_the_law():
+    # smooth: the wedge goes with a = m g sin cos / (M + m sin^2), the block down along it with
+    # (M + m) g sin / (M + m sin^2); both constant, so the integrator makes no error
+    slope, mass = math.radians(20), 10.0
+    run, rise = 2.0, 2.0 * math.tan(slope)
+    corners = [[x, y, z] for y in (-0.5, 0.5) for x, z in ((0, 0), (run, 0), (0, rise))]
+    middle = np.mean(corners, axis=0)
+    smooth = Material(friction=0.0)
+    wedge = Body(
+        'wedge', ConvexHull(np.array(corners) - middle), mass, inertia=np.eye(3),
+        initial=motion(middle), material=smooth,
+    )  # fmt: skip
+    down = np.array([math.cos(slope), 0, -math.sin(slope)])
+    up = np.array([math.sin(slope), 0, math.cos(slope)])
+    place = np.array([0.0, 0.0, rise]) + 0.6 * down + 0.05 * up
+    turned = (0.0, math.sin(slope / 2), 0.0, math.cos(slope / 2))
+    block = box('block', 0.1, place, q=turned, material={'friction': 0.0})
+    sim = Simulation(lean([ground(material={'friction': 0.0}), wedge, block], dt=0.004))
+    sim.step(100)
+    sine, cosine = math.sin(slope), math.cos(slope)
+    share = G * sine / (mass + sine * sine)
+    of_wedge = np.array([-share * cosine, 0, 0])
+    of_block = of_wedge + (mass + 1) * share * down
+    # without a cold start the wedge would have its load in the first substep: it has in the second
+    assert sim.state.velocity[1] / sim.time == pytest.approx(of_wedge, abs=1e-5 * G)
+    assert sim.state.velocity[2] / sim.time == pytest.approx(of_block, abs=1e-5 * G)

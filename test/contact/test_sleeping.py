@@ -28,7 +28,7 @@ import sys; sys.path[:0] = sys.argv[1], sys.argv[1] + '/..'
 import inside, pytest
 from touching import ground, box, scene
 from rigid_body_sim.physics.simulation import Simulation
-inside.know_all_pairs(pytest.MonkeyPatch())
+inside.share_kernels(pytest.MonkeyPatch())
 boxes = [box('a', 0.2, (0, 0, 0.1)), box('b', 0.2, (3, 0, 0.1), velocity=(0, 0.1, 0))]
 sim = Simulation(scene([ground(), *boxes], sleeping=True, sleep_time=0.05))
 for ticks in (40, 10):

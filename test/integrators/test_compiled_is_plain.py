@@ -130,6 +130,17 @@ def test_what_an_earlier_scene_compiled_gives_the_same_bits_in_another(cache_of_
     assert kind_and_bits('this', 'linked_bodies', cache=cache_of_points) == alone
 
 
+def test_forces_that_a_kernel_knows_and_a_scene_has_not_change_no_bit(request):
+    knows_more = Simulation(scenes.oscillator(dt=0.01), integrator='rk4')
+    knows_more.step(50)
+    request.getfixturevalue('own_kernels')
+    knows_its_own = Simulation(scenes.oscillator(dt=0.01), integrator='rk4')
+    knows_its_own.step(50)
+    own, more = (inside.elements(sim).names for sim in (knows_its_own, knows_more))
+    assert list(own) == ['spring'] and len(more) > 1
+    assert knows_its_own.state_bytes() == knows_more.state_bytes()
+
+
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
 def test_a_kernel_gives_the_same_to_python_and_to_a_kernel():
     for _ in range(2):

@@ -99,15 +99,22 @@ def test_a_notebook_plays_a_run_in_a_frame_of_its_own(run, bag, tab, tmp_path):
     assert 'srcdoc=' in rbs.open_bag(bag)._repr_html_()
 
 
-def test_the_environment_passes_the_check_of_gymnasium():
+@pytest.mark.filterwarnings('error')
+def test_the_environment_passes_the_check_of_gymnasium_without_a_warning():
+    import gymnasium
     from gymnasium.utils.env_checker import check_env
 
     def start(rng):
         return {'angular_velocity': rng.normal(0, 0.1, 3)}
 
     env = rbs.BodyEnv('satellite', 'satellite', torque=0.5, every=0.1, duration=1, start=start)
-    check_env(env, skip_render_check=True)
-    check_env(rbs.BodyEnv('satellite', 'beacon', force=1), skip_render_check=True)
+    check_env(env)
+    check_env(rbs.BodyEnv('satellite', 'beacon', force=1))
+    check_env(
+        gymnasium.make(
+            'rigid_body_sim/Body-v0', scene='satellite', body='beacon', force=1
+        ).unwrapped
+    )
     runs = []
     for _ in range(2):
         observation, _ = env.reset(seed=7)
@@ -120,6 +127,14 @@ def test_the_environment_passes_the_check_of_gymnasium():
         runs.append(np.array(rows))
     assert runs[0].tobytes() == runs[1].tobytes() and len(runs[0]) == 11
     assert np.abs(runs[0][-1, 10:]).max() < 0.2 * np.abs(runs[0][0, 10:]).max()
+    env = rbs.BodyEnv('satellite', 'beacon', force=1, every=1, duration=60, reach=10)
+    env.reset()
+    while True:
+        observation, _, terminated, truncated, told = env.step([1, 0, 0])
+        if terminated or truncated:
+            break
+    assert terminated and 'left its reach' in told['problem']
+    assert env.observation_space.contains(observation)
     with pytest.raises(rbs.InvalidModel, match='one at least is commanded'):
         rbs.BodyEnv('satellite', 'satellite')
     with pytest.raises(rbs.InvalidModel, match='of a point mass a force alone'):

@@ -18,6 +18,7 @@ import rigid_body_sim as rbs
 from rigid_body_sim.errors import RunError
 from rigid_body_sim.physics.errors import SimulationBusy
 
+from ..patience import PATIENCE
 from .conftest import VECTORS, damper, same_bits
 
 STATE = (*VECTORS[:4], 'angular_velocity_body', 'momentum', 'angular_momentum')
@@ -226,20 +227,24 @@ def test_what_changes_a_run_behind_its_back_is_found_when_it_is_saved(tmp_path):
 
 def test_one_simulation_runs_in_one_thread():
     sim, found = rbs.Simulation('satellite'), []
+    under_way, refused = threading.Event(), threading.Event()
 
-    def go():
-        try:
-            found.append(sim.run(5, every=0.01))
-        except SimulationBusy as error:
-            found.append(error)
+    def wait(t, state):
+        under_way.set()
+        refused.wait(PATIENCE)
 
-    threads = [threading.Thread(target=go) for _ in range(3)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
+    thread = threading.Thread(target=lambda: found.append(sim.run(5, every=0.01, controller=wait)))
+    thread.start()
+    assert under_way.wait(PATIENCE)
+    try:
+        for _ in range(2):
+            with pytest.raises(SimulationBusy):
+                sim.run(5, every=0.01)
+    finally:
+        refused.set()
         thread.join()
-    (run,) = [one for one in found if isinstance(one, rbs.Run)]
-    assert len(found) == 3 and sim.time == 5  # the others were refused, and changed nothing
+    (run,) = found
+    assert sim.time == 5  # the others changed nothing
     once = rbs.simulate('satellite', 5, every=0.01)
     assert same_bits(run['satellite'].orientation, once['satellite'].orientation)
 

@@ -53,7 +53,7 @@ FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go 
     ),
     'physics.contact': (
         'pair_rules', 'settings', 'suited_integrators', 'tick_settings', 'tick_counts',
-        'array_groups', 'solver_bodies', 'collision', 'solver', 'touching', 'islands',
+        'array_groups', 'solver_bodies', 'collision', 'solver', 'touching', 'islands', 'events',
         'prescribed_bodies', 'energy',
         'readout', 'step', 'world_arrays', 'world',
     ),

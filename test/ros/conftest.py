@@ -367,7 +367,7 @@ def meet():
         peer.close()
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture(scope='package')
 def running(tmp_path_factory):
     """
     One node in real time, and its peer, for many tests.
@@ -394,6 +394,7 @@ def lab(running):
     assert running.switch('pause', False).success
     assert running.trigger('reset').success
     yield running
+    assert running.switch('pause', True).success  # it costs nothing while others are tested
     running.forget()
     for name, value in (('real_time_factor', 1.0), ('command_timeout', 0.2)):
         assert running.set(name, value).successful

@@ -15,7 +15,6 @@ from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, RunSettings
 
-from .. import inside
 from .conftest import SCENES
 
 
@@ -69,8 +68,7 @@ ABLE = sorted(
 
 
 @pytest.mark.parametrize('integrator', ABLE)
-def test_replay_of_a_bag_is_identical(verb, as_json, tmp_path, commands, integrator, monkeypatch):
-    inside.know_forces(monkeypatch, 'constant')  # the kernels of test_compiled_is_plain
+def test_replay_of_a_bag_is_identical(verb, as_json, tmp_path, commands, integrator):
     words = ('--duration', 0.3, '--commands', commands, '--integrator', integrator)
     assert verb('simulate', SCENES / 'two_bodies.yaml', '-o', tmp_path / 'b', *words)[0] == 0
     code, result = as_json('replay', tmp_path / 'b')

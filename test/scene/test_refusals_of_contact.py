@@ -129,7 +129,7 @@ SLIPS: tuple[tuple[bytes, str], ...] = (
     (
         text(GROUND, BOX, contact='timestep'),
         "contact: got 'timestep'; a mapping such as {mode: timestep}, with one of none, timestep, "
-        'is needed (line 2)',
+        'event, is needed (line 2)',
     ),
     *(
         (

@@ -562,8 +562,7 @@ REFUSED_SCENES: tuple[tuple[dict[str, Any], str], ...] = (
     ({'integrator': 3}, 'integrator 3 is unknown'),
     ({'gravity': -9.81}, 'scene: gravity: got -9.81; a list of 3 numbers [m/s^2]'),
     ({'gravity': [0, 0, '.nan']}, "scene: gravity[2]: got '.nan'; a number"),
-    ({'contact': {'mode': 'event'}}, "contact 'event' comes in a later version"),
-    ({'contact': {'mode': 'event'}}, 'this one supports: none, timestep'),
+    ({'contact': {'mode': 'events'}}, "did you mean 'event'? allowed: none, timestep, event"),
     ({'contact': {'mode': 'magic'}}, "contact mode 'magic' is unknown; allowed: none, timestep"),
     ({'contact': {}}, 'contact: mode is missing; one of none, timestep'),
     (

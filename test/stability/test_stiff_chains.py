@@ -10,8 +10,6 @@ import pytest
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
-from .. import inside
-
 INERTIA = {'ixx': 0.1, 'iyy': 0.1, 'izz': 0.1}
 
 
@@ -54,9 +52,7 @@ def test_the_limit_is_that_of_springs_that_are_not_linear_in_the_state(name):
     assert Simulation(hinge(), dt=within, integrator=name).warnings() == []
 
 
-def test_a_damped_hinge_within_the_limit_gains_nothing(monkeypatch):
-    # a kernel that other tests compile
-    inside.know_forces(monkeypatch, 'constant', 'drag', 'spring')
+def test_a_damped_hinge_within_the_limit_gains_nothing():
     sim = Simulation(hinge(dt=2e-5), integrator='implicit_midpoint')
     start = sim.energy()
     for _ in range(5):
@@ -87,9 +83,8 @@ def thrown_chain(*, dt):
     )
 
 
-def test_a_passive_scene_that_gains_is_warned_of_when_it_is_looked_at(monkeypatch):
+def test_a_passive_scene_that_gains_is_warned_of_when_it_is_looked_at():
     """No limit of sdirk2 forbids this step, h omega = 500; it throws the chain all the same."""
-    inside.know_forces(monkeypatch, 'constant', 'drag', 'spring')
     sim = Simulation(thrown_chain(dt=0.055), integrator='sdirk2')
     assert sim.warnings() == []
     start = sim.energy()
@@ -104,8 +99,7 @@ def test_a_passive_scene_that_gains_is_warned_of_when_it_is_looked_at(monkeypatc
     assert late.warnings() == []
 
 
-def test_a_passive_scene_within_its_limits_and_a_driven_one_are_not_warned_of(monkeypatch):
-    inside.know_forces(monkeypatch, 'constant', 'drag', 'spring')
+def test_a_passive_scene_within_its_limits_and_a_driven_one_are_not_warned_of():
     sim = Simulation(thrown_chain(dt=2e-5), integrator='dmv6')  # h omega = 0.2
     for _ in range(10):
         sim.step(20)

@@ -100,6 +100,9 @@ def test_values_that_are_lists_mappings_texts_and_arrays_reach_the_scene():
     assert last.bodies[0].initial.position == (0.0, 0.0, 1.0)
     assert last.integrator == 'dmv2' and last.bodies[0].shape.size == (1.0, 1.0, 1.0)
     assert plan_sweep(source, {'b.shape': shapes}).axes[0].columns == {'b.shape': 'text'}
+    for text in ('[0, 0, 1], [0, 2, 0]', '[[0, 0, 1], [0, 2, 0]]'):
+        sweep = plan_sweep(source, {'b.initial.position': text})
+        assert [sweep.values(run) for run in range(2)] == [[[0, 0, 1]], [[0, 2, 0]]]
 
 
 def test_a_place_that_the_scene_leaves_out_is_made():
@@ -159,6 +162,7 @@ def test_runs_differ_only_in_what_varies_from_the_scene_as_it_is_read():
         ({'tumbler.mass': '1:2:0'}, '1 to 1000000 points'),
         ({'tumbler.mass': '1:nan:3'}, 'finite'),
         ({'tumbler.mass': '1:2:three'}, 'FIRST:LAST:POINTS'),
+        ({'tumbler.mass': '1,,2'}, "got '1,,2'; allowed: a list such as 1,2,5"),
         ({'ball.initial.velocity': '1:2:3'}, 'holds a list of 3 numbers'),
         ({'tumbler.mass': [1], 'bodies[0].mass': [2]}, 'are the same place'),
         ({'gravity': [[0, 0, 1]], 'gravity[2]': [1]}, 'lie inside of each other'),

@@ -10,6 +10,7 @@ A tick that was cut into pieces has rows for each piece in turn: what was read o
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -187,3 +188,10 @@ def _turned(bodies: Array, body: Indices, arm: Array) -> Array:
     symmetry = bodies[body + solver_bodies.SYMMETRY][:, None]
     turned = np.where(symmetry == solver_bodies.ABOUT_AXIS, of_axis, arm)
     return np.where(symmetry == solver_bodies.AS_IT_IS, whole, turned)
+
+
+def joined(parts: Sequence[Contacts]) -> Contacts:
+    """Put lists of contacts one after the other."""
+    return Contacts(
+        *(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Contacts))
+    )

@@ -1,7 +1,7 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-What a scene may set of contact by time stepping.
+What a scene may set of contact: by time stepping, or with impacts at their instants.
 
 The contact frequency of the soft constraint is no setting: f = 0.25 / h with the substep h, twice
 that against what cannot move. A lower one lets a stack sink by a length that no smaller step
@@ -13,13 +13,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, ClassVar
 
 from rigid_body_sim.physics.contact.pair_rules import check_form
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.numbers import shown
 
 MODE = 'timestep'
+EVENT = 'event'
+MODES = (MODE, EVENT)
 
 
 def _number(default: float, unit: str) -> Any:
@@ -43,7 +45,9 @@ class ContactSettings:
     relaxations    : iterations that relax: they take the push-out velocity back and apply
                      friction; 1 is a tenth quicker, and what friction only just holds creeps,
                      0.1 mm in 5 s
-    restitution_threshold : [m/s] slower impacts do not bounce; larger ones cut visible bounces
+    restitution_threshold : [m/s] slower impacts do not bounce; larger ones cut visible bounces;
+                     with `mode: event` what is in flight bounces down to 1e-5 m/s unless this is
+                     given
     slop           : [m] overlap that is left alone: a constant error of height
     push_out_speed : [m/s] the fastest that overlap is undone
     margin         : [m] separation within which a contact is foreseen (speculative contact), at
@@ -74,8 +78,10 @@ class ContactSettings:
     pairs: tuple[Any, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.mode != MODE:
-            raise InvalidModel(f'contact.mode: got {shown(self.mode)}; allowed: none, {MODE}')
+        if self.mode not in MODES:
+            raise InvalidModel(
+                f'contact.mode: got {shown(self.mode)}; allowed: none, {", ".join(MODES)}'
+            )
         for setting in fields(self):
             if setting.metadata:
                 self._check_number(setting.name, setting.metadata)
@@ -103,6 +109,10 @@ class ContactSettings:
                 'is needed'
             )
 
+    # [m/s] of what flies: slower approach is no impact at an instant. Larger: the last bounces of
+    # a series are missing; smaller: more of them cost time
+    impact_speed: ClassVar[float] = 1e-5
+
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> ContactSettings:
         """Read `contact` of a scene; InvalidModel for an unknown key or an impossible value."""
@@ -112,4 +122,7 @@ class ContactSettings:
                 raise InvalidModel(
                     f'contact has no key {shown(key)}; allowed: {", ".join(allowed)}'
                 )
-        return cls(**given)
+        made = cls(**given)
+        if 'restitution_threshold' in given:
+            object.__setattr__(made, 'impact_speed', made.restitution_threshold)
+        return made

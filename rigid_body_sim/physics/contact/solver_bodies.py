@@ -106,7 +106,7 @@ def _orientation(rotation: Array, place: int) -> Any:
 
 
 @inline
-def _world_inverse_inertia(orientation: Any, principal: Any) -> Any:
+def world_inverse_inertia(orientation: Any, principal: Any) -> Any:
     """
     World inverse inertia R diag(J) R^T of a rigid body: xx, xy, xz, yy, yz, zz.
 
@@ -142,7 +142,7 @@ def _put_inverse_inertia(bodies: Array, row: int, rotation: Array, place: int) -
     if (first == second) & (second == third):  # a ball, a cube: the same in all axes
         inverse = (first, 0.0, 0.0, first, 0.0, first)
     else:
-        inverse = _world_inverse_inertia(_orientation(rotation, place), principal)
+        inverse = world_inverse_inertia(_orientation(rotation, place), principal)
     store(bodies, row + INVERSE_INERTIA, (inverse[0], inverse[1], inverse[2]))
     store(bodies, row + INVERSE_INERTIA + 3, (inverse[3], inverse[4], inverse[5]))
 

@@ -5,6 +5,8 @@ The recipe of a tick with contact, by sequential impulses: detect once, then sub
 solve, update separation, relax (TGS-Soft); then restitution, energy, and what is stored.
 
     detect:    poses, swept AABBs, pairs (broad phase), manifolds (narrow phase)
+    events:    in scenes with impacts at their instants, who flies and meets (`events`): they and
+               their manifolds are taken out
     prepare:   constraints, coloured into batches, with the impulses of the last tick (warm start)
                if a list is too short, return: nothing has changed yet
                before the first tick: the loads of what stands
@@ -59,6 +61,8 @@ from rigid_body_sim.physics.contact.collision.collider import BroadPhase, Collid
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
+from rigid_body_sim.physics.contact.events.flight import Flights
+from rigid_body_sim.physics.contact.events.flight_record import BEHIND_BLOCKS, VIEWS
 from rigid_body_sim.physics.contact.islands import first_loads, sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
@@ -68,6 +72,7 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
     colouring,
+    common_pressure,
     forces_of_state,
     group_record,
     impulse_cache,
@@ -98,6 +103,7 @@ ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
 BOUNDS = slot('[-] whether gains of what rolls on a rim are bounded')
 COUPLED = slot('[-] whether a force depends on the state')
+EVENTS = slot('[-] whether impacts come at their instants')
 VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
 SLEEPING = slot('[-] whether islands may sleep')
 FLOWS = slot('[-] whether the mass of a body that touches changes')
@@ -118,6 +124,9 @@ apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what b
 evaluate_forces = slot('kernel (time, motion, forces)')
 gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
 detect_contacts = slot('kernel (h, ...): tells whether the manifolds of the tick are there')
+find_impacts = slot('kernel (tick, h, ...): impacts at their instants; tells whether to go on')
+meet_now = slot('kernel (strikes, cache, flights, counts): impacts at the present instant')
+land = slot('kernel (h, flights): takes who was struck to the end of the tick')
 drive = slot('kernel (now, ...): puts driven bodies where they are; tells whether nobody wakes')
 find_works_of_drives = slot('kernel (when, ...): of driven bodies on others')
 colour_constraints = slot('kernel (body_count, ...): tells whether there was room')
@@ -132,8 +141,9 @@ follow_and_relax = slot('kernel (last, now, touching, ...): separations, then re
 visit_groups = slot('kernel (index, now, ...): passes of all groups between two motions')
 take_back_gains = slot('kernel (h, touching, ...): what contact gave by its errors')
 bound_bounces = slot('kernel (touching, ...): restitution')
-store_impulses = slot('kernel (substep, poses, ...): fills the impulse cache')
+store_impulses = slot('kernel (now, poses, ...): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
+meet_at_instant = slot('kernel (time, world): looks at an impact, or lets it happen')
 advance_ticks = slot('kernel (ticks, tick, h, world): the recipe')
 
 
@@ -164,6 +174,7 @@ class World(NamedTuple):
     pair_materials   : see `solver.pair_material_record`
     driven           : see `prescribed_bodies`
     overlap_limits, overlaps : see `collision.deep_overlaps`
+    flights          : of bodies between impacts: see `events.flight`
     """
 
     motion: Motion
@@ -184,6 +195,7 @@ class World(NamedTuple):
     driven: PrescribedBodies
     overlap_limits: Array
     overlaps: Array
+    flights: Flights
 
 
 class Tick(NamedTuple):
@@ -210,7 +222,8 @@ def _advance(
     cache_places, touching, marks, roots, impacts, gains, sleep_states, radii, element_groups,
     island_roots, supported, restless, awake_in_blocks, flows, ignored, pair_material_rows,
     pivoted, drives, paths, moment, works, of_bodies,
-    overlap_limits, overlaps,
+    overlap_limits, overlaps, flight_records, flight_scratch, event_pairs, event_links,
+    impact_list, joint_bodies, joint_points,
 ):  # fmt: skip
     """
     Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
@@ -222,12 +235,14 @@ def _advance(
     in place of 7 us, and a tick of ten boxes is 12 us. The names in the row from `settings` on are
     those by which `world_arrays` hands them over (`ARRAYS`).
     """
+    motion = Motion(body_count, rigid_count, translation, rotation, method, pivoted)
+    colliders = ColliderArrays(shape_parameters, table, local_bounds, poses, swept)
     world = World(
-        Motion(body_count, rigid_count, translation, rotation, method, pivoted),
+        motion,
         Forces(elements, ranges, saved),
         settings,
         counts,
-        ColliderArrays(shape_parameters, table, local_bounds, poses, swept),
+        colliders,
         materials,
         Detection(
             local_poses, BroadPhase(fat_aabbs, grid, hash_heads, neighbours, pair_ids), found,
@@ -250,6 +265,12 @@ def _advance(
         PrescribedBodies(drives, paths, moment, works, of_bodies),
         overlap_limits,
         overlaps,
+        Flights(
+            motion, colliders, bodies, local_poses, found, materials, pair_material_rows, ignored,
+            settings, joint_bodies, joint_points, flight_records, flight_scratch[:VIEWS],
+            flight_scratch[VIEWS:BEHIND_BLOCKS], flight_scratch[BEHIND_BLOCKS:], event_pairs,
+            event_links, impact_list,
+        ),
     )  # fmt: skip
     return advance_ticks(ticks, tick, h, world)
 
@@ -267,14 +288,15 @@ def _advance_ticks(ticks, tick, h, world):
     """Let ticks pass, one after the other: the recipe."""
     motion, forces, settings, counts = world.motion, world.forces, world.settings, world.counts
     colliders, constraints, bodies = world.colliders, world.constraints, world.bodies
-    energy, state, flows = world.energy, world.sleep, world.flows
-    driven = world.driven
+    energy, state, flows, driven = world.energy, world.sleep, world.flows, world.driven
     substeps = int(settings[tick_settings.SUBSTEPS])
     substep = h / substeps
     counts[tick_counts.DONE] = 0
     counts[tick_counts.STATUS] = tick_counts.COMPLETE
     status = finite(motion)
     evaluated = False
+    if EVENTS:
+        meet_at_instant(tick * h, world)
     if SLEEPING and counts[tick_counts.SLEEP_CHANGED] == 1:
         place_sleepers(motion, colliders, world.detection, bodies, state, counts)
     for passed in range(ticks):
@@ -296,8 +318,8 @@ def _advance_ticks(ticks, tick, h, world):
                 counts[tick_counts.DONE] = passed + 1
                 continue
         if not detect_contacts(
-            h, motion, colliders, world.detection, constraints.manifolds, bodies, state, settings,
-            counts,
+            tick + passed, h, motion, colliders, world.detection, constraints, bodies, state,
+            settings, world.flights, counts,
         ) or not prepare_constraints(
             now, motion, colliders, world.materials, world.pair_materials, constraints, bodies,
             flows, driven, settings, counts,
@@ -310,8 +332,9 @@ def _advance_ticks(ticks, tick, h, world):
         count = count_touching(motion, constraints, world.marks, world.touching, counts)
         touching = world.touching[0:count]
         find_first_loads(
-            now, touching, motion, constraints, energy, bodies, state, settings, counts
-        )
+            now, touching, motion, colliders.table, constraints, energy, bodies, state, settings,
+            counts,
+        )  # fmt: skip
         begin_energy_balance(h, touching, motion, bodies)
         for index in range(substeps + 1):
             if index > 0:
@@ -331,7 +354,7 @@ def _advance_ticks(ticks, tick, h, world):
             counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
             constraints.batches,
         )  # fmt: skip
-        store_impulses(substep, colliders.poses, constraints, counts)
+        store_impulses(now, colliders.poses, constraints, world.flights, counts)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
         if SLEEPING and put_to_sleep(
@@ -386,13 +409,13 @@ def _gather_bodies(motion, bodies, state):
 
 
 def _detect_contacts(
-    h, motion, colliders, detection, manifolds, bodies, state, settings, counts
+    number, h, motion, colliders, detection, constraints, bodies, state, settings, flights, counts
 ):  # fmt: skip
     """
-    Find poses, swept AABBs, pairs and manifolds of a tick [s]. Tell whether the tick can go on;
-    else counts[STATUS] tells why.
+    Find poses, swept AABBs, pairs and manifolds of a tick [s], the tick of a number. Tell whether
+    it can go on; else counts[STATUS] tells why.
     """
-    count = counts[tick_counts.COLLIDERS]
+    count, manifolds = counts[tick_counts.COLLIDERS], constraints.manifolds
     gather_bodies(motion, bodies, state)
     narrow_phase.find_poses(
         count, motion.rigid_count, motion.translation, motion.rotation, colliders.table,
@@ -421,6 +444,11 @@ def _detect_contacts(
     counts[tick_counts.MANIFOLDS] = manifold_count
     if manifold_count > counts[tick_counts.MANIFOLD_ROOM]:
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_MANIFOLDS
+        return False
+    if EVENTS and not find_impacts(
+        number, h, constraints.impulse_cache, detection.broad_phase.pair_ids, manifolds, flights,
+        counts,
+    ):  # fmt: skip
         return False
     if SLEEPING and sleep.wake_touched(
         manifold_count, h, colliders, manifolds, state.sleep_states
@@ -517,6 +545,9 @@ def _prepare_constraints(
         count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses,
         constraints.order, constraints.places, manifolds, cache, rows,
     )  # fmt: skip
+    common_pressure.share_pressure(
+        count, WIDTH, colliders.table, manifolds, rows, bodies, constraints.places
+    )
     if FLOWS:
         variable_mass.find_mass_scale(now.start + 0.5 * now.h, flows)
         variable_mass.scale_to_present_mass(flows, bodies)
@@ -553,7 +584,7 @@ def count_touching(
 
 
 def _find_first_loads(
-    now, touching, motion, constraints, energy, bodies, state, settings, counts
+    now, touching, motion, table, constraints, energy, bodies, state, settings, counts
 ):  # fmt: skip
     """Find what is carried when the scene begins, and start from it."""
     if FLOWS or DRIVES or now.start != 0.0:
@@ -582,6 +613,10 @@ def _find_first_loads(
     first_loads.recall_loads(
         counts[tick_counts.MANIFOLDS], batch_count, WIDTH, motion.body_count, now.substep,
         constraints.manifolds, batches, rows, roots, sizes, bodies,
+    )  # fmt: skip
+    common_pressure.share_pressure(
+        counts[tick_counts.MANIFOLDS], WIDTH, table, constraints.manifolds, rows, bodies,
+        constraints.places,
     )  # fmt: skip
     prepare(
         lanes, batch_count, settings[tick_settings.RESTITUTION_THRESHOLD], rows, batches, bodies
@@ -846,10 +881,12 @@ def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings,
         scatter_momenta(touching, motion, bodies)
 
 
-def _store_impulses(substep, poses, constraints, counts):
-    """Store what the next tick starts from."""
+def _store_impulses(now, poses, constraints, flights, counts):
+    """Store what the next tick starts from; take who was struck to the end of this one."""
+    if EVENTS:
+        land(now.h, flights)
     impulse_cache.store_impulses(
-        counts[tick_counts.MANIFOLDS], WIDTH, substep, ANGULAR, poses, constraints.order,
+        counts[tick_counts.MANIFOLDS], WIDTH, now.substep, ANGULAR, poses, constraints.order,
         constraints.places, constraints.manifolds, constraints.rows, constraints.impulse_cache,
     )  # fmt: skip
 
@@ -879,12 +916,29 @@ def _put_to_sleep(
     return True
 
 
+def _meet_at_instant(time, world):
+    """Look at an impact at a time [s], with the bodies as they are, or let it happen; if told."""
+    motion, colliders, counts = world.motion, world.colliders, world.counts
+    if counts[tick_counts.INSTANT] == tick_counts.NOTHING:
+        return
+    if DRIVES:
+        drive(Tick(time, 0.0, 0.0, 1), world.driven, colliders, world.bodies, world.sleep, counts)
+    gather_bodies(motion, world.bodies, world.sleep)
+    narrow_phase.find_poses(
+        counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
+        colliders.table, world.detection.local_poses, colliders.poses,
+    )  # fmt: skip
+    strikes = counts[tick_counts.INSTANT] == tick_counts.STRIKES
+    meet_now(strikes, world.constraints.impulse_cache, world.flights, counts)
+    pivots.stand_still(motion.pivoted, motion.translation)
+
+
 _STAGES = (
     _evaluate_forces, _gather_bodies, _detect_contacts, _drive, _find_works_of_drives,
     _colour_constraints, _prepare_constraints, _find_first_loads,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
     _gather_moved_bodies, _follow_and_relax, _visit_groups, _bound_bounces, _take_back_gains,
-    _store_impulses, _put_to_sleep, _advance_ticks,
+    _store_impulses, _put_to_sleep, _meet_at_instant, _advance_ticks,
 )  # fmt: skip
 
 

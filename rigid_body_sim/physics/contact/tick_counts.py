@@ -22,6 +22,10 @@ CACHE_ROOM = counts.number('-', 'room in the impulse cache, in numbers')
 PIECE = counts.number('-', '1: each call is a piece of a tick: nobody falls asleep in it')
 FINE = counts.number('-', '1: no call asks for finer pieces')
 SLEEP_CHANGED = counts.number('-', '1: other bodies sleep than in the last call')
+EVENT_ROOM = counts.number('-', 'room in the list of events: `events`')
+IMPACT_ROOM = counts.number('-', 'room in the list of impacts')
+CUTTING = counts.number('-', 'what is done where impacts ask for a cut: the names below')
+INSTANT = counts.number('-', 'what a call over no tick does with an impact: the names below')
 # said by the kernel
 STATUS = counts.number('-', 'why it has returned: one of the names below')
 DONE = counts.number('-', 'ticks that were done')
@@ -31,6 +35,9 @@ BATCHES = counts.number('-', 'batches of constraints in the last tick')
 PIECES = counts.number('-', 'into so many the tick should be cut')
 GROUPS = counts.number('-', 'groups of islands in the last tick')
 ASSEMBLED = counts.number('-', '1: batches and rows are those of the manifolds in the cache')
+EVENTS = counts.number('-', 'events of the last tick, and one')
+IMPACTS = counts.number('-', 'impacts in the list, of all ticks of the call; set to 0 by Python')
+CUTS = counts.number('-', 'impacts of the last tick that ask for a cut')
 SIZE = counts.size
 
 # statuses
@@ -42,3 +49,12 @@ SHORT_OF_CACHE = 4
 TOO_LONG = 5  # the tick should be cut into pieces
 WOKEN = 6  # sleepers are marked that wake before the tick
 FELL_ASLEEP = 7  # some body fell asleep in the tick
+SHORT_OF_EVENTS = 8
+SHORT_OF_IMPACTS = 9
+CUT = 10  # the tick should be cut at an impact
+
+# what is done where impacts ask for a cut
+ASKS_FOR_CUTS, HIDES_CUTS, LEAVES_CUTS = 0, 1, 2  # return; go on without; leave it to the solver
+
+# what a call over no tick does with the impact at which it was cut
+NOTHING, LOOKS, STRIKES = 0, 1, 2

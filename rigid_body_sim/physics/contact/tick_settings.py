@@ -23,6 +23,7 @@ MARGIN = settings.number('m', 'separation within which a contact is foreseen (sp
 USUAL_RADIUS = settings.number('m', 'median of the bounding radii')
 SLEEP_SPEED = settings.number('m/s', 'slower bodies may fall asleep')
 SLEEP_TIME = settings.number('s', 'so long they must have been slower')
+IMPACT_SPEED = settings.number('m/s', 'slower approach is no impact at an instant: `events`')
 WHOLE_TICK = settings.number('s', 'length of a tick that is not cut')
 SIZE = settings.size
 
@@ -34,6 +35,7 @@ def settings_row(given: ContactSettings, usual_radius: float) -> NDArray[np.floa
     row[DAMPING_RATIO] = given.damping_ratio
     row[RELAXATIONS] = given.relaxations
     row[RESTITUTION_THRESHOLD] = given.restitution_threshold
+    row[IMPACT_SPEED] = given.impact_speed
     row[SLOP] = given.slop
     row[PUSH_OUT_SPEED] = given.push_out_speed
     row[MARGIN] = given.margin

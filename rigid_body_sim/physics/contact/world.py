@@ -9,6 +9,8 @@ before all ticks are done.
     asleep
     something is too fast     the tick is cut into pieces, each a tick of its own
                               (`collision.conservative_advancement`)
+    what flies meets what     the tick is cut at the impact, and goes on after it (`events.cuts`)
+    the solver moves
 
 A tick is also cut where a force begins or ends inside it (`stepper`). However it is cut, contacts
 stay as soft as in the whole tick, and the next one starts from the impulses of no short piece
@@ -17,15 +19,18 @@ stay as soft as in the whole tick, and the next one starts from the impulses of 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.compile.kernels import prepared
 from rigid_body_sim.physics.contact import step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     collider_record,
+    deep_overlaps,
     manifold_record,
     material_record,
 )
@@ -36,6 +41,8 @@ from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_
 from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warning, take_overlaps
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
+from rigid_body_sim.physics.contact.events import cuts, flight_record, impact_list
+from rigid_body_sim.physics.contact.events.read_impacts import of_last_tick, read_impacts
 from rigid_body_sim.physics.contact.islands.groups import groups_of
 from rigid_body_sim.physics.contact.islands.manners import (
     WHOLE,
@@ -49,8 +56,8 @@ from rigid_body_sim.physics.contact.islands.manners import (
 )
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.pair_rules import pair_rules
-from rigid_body_sim.physics.contact.readout import read, together
-from rigid_body_sim.physics.contact.settings import ContactSettings
+from rigid_body_sim.physics.contact.readout import joined, read, together
+from rigid_body_sim.physics.contact.settings import EVENT, ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
 from rigid_body_sim.physics.contact.solver.cache_entries import scaled, without_pairs_of
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
@@ -62,6 +69,7 @@ from rigid_body_sim.physics.integration.integrator import Integrator
 from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
+from rigid_body_sim.physics.state.impacts import Impacts
 from rigid_body_sim.physics.state.layout import Layout
 
 Array = NDArray[np.float64]
@@ -91,6 +99,7 @@ class ContactWorld:
                 at=('integrator',),
             )
         settings = ContactSettings.of(scene.contact)
+        self._events = settings.mode == EVENT
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
@@ -109,12 +118,16 @@ class ContactWorld:
         self.arrays = WorldArrays(layout.n_moving, self._width, flows, layout.pivoted)
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
+        rows = integrator.coefficients(layout.moments).shape[1]
+        self.arrays.take_events(rows, wanted=self._events)
+        self.impacts: list[Array] = []  # rows of `impact_list`, of each call of the kernel
         self.arrays.take_pair_rules(rules, len(scene.bodies))
         self._sleepers = self._make_sleepers(scene, settings.sleeping)
         self.arrays.pack()
         self._kernels: dict[str, Callable[..., Any]] = {}
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
+        self._tick = 0.0  # its number in the kernel
         self._has_woken = False  # whether somebody has in the piece under way
         self._groups = groups_of(scene, layout)
         self._pairs: list[list[Indices]] = []  # where somebody asks who was connected
@@ -147,7 +160,7 @@ class ContactWorld:
     def recall(self, numbers: Array) -> None:
         """Restore what `remembered` gave; without numbers nothing is known of any contact."""
         if self._sleepers is not None:
-            end = size_in_use(numbers) if len(numbers) else 0
+            end = size_in_use(np.array(numbers)) if len(numbers) else 0
             self._sleepers.recall(numbers[end:])
             numbers = numbers[:end]
         self._overlaps = {}
@@ -156,16 +169,37 @@ class ContactWorld:
     def snapshot(self) -> tuple[Any, ...]:
         """Give what `remembered` gives for a return of the same run: what sleeps is not copied."""
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
-        return self.arrays.cache_in_use.copy(), sleepers, self.work_of_drives, dict(self._overlaps)
+        return (
+            self.arrays.cache_in_use.copy(), sleepers, self.work_of_drives, dict(self._overlaps),
+            len(self.impacts),
+        )  # fmt: skip
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
-        cache, sleepers, self.arrays.works[0], overlaps = snapshot
+        cache, sleepers, self.arrays.works[0], overlaps, impacts = snapshot
+        kept = self.impacts[:impacts]
         self._overlaps = dict(overlaps)
         self.arrays.forget()
         if self._sleepers is not None:
             self._sleepers.return_to(sleepers)
         self._restart_from(cache)
+        self.impacts = kept
+
+    def read_impacts(self, *, dt_ns: int, start_ns: int) -> Impacts:
+        """
+        Read the impacts since they were last forgotten.
+
+        start_ns : where tick 0 of the scene began [ns]
+        """
+        table = np.asarray(self.arrays.table)
+        return read_impacts(
+            self.impacts, dt_ns=dt_ns, start_ns=start_ns, table=table,
+            substeps=self._integrator.substeps,
+        )  # fmt: skip
+
+    def forget_impacts(self) -> None:
+        """Begin a new list of impacts."""
+        self.impacts = []
 
     def take_tick(self, h: float) -> None:
         """Take over the length of a whole tick [s]."""
@@ -196,6 +230,7 @@ class ContactWorld:
         if self._sleepers is not None:
             self.arrays.counts[tick_counts.SLEEP_CHANGED] = 1
         self.arrays.put_cache(cache)
+        self.forget_impacts()
         self._is_read = False
         self._pairs = []
 
@@ -217,6 +252,9 @@ class ContactWorld:
         found, _ = (
             together(self._pieces) if self._pieces else self._read(self.arrays.manifolds_in_use)
         )
+        if self._events:
+            struck = of_last_tick(self.impacts, self._tick, np.asarray(self.arrays.table))
+            found = joined((found, struck))
         return found if self._sleepers is None else self._sleepers.contacts(found, self._h)
 
     def _read(self, manifolds: Array) -> tuple[Contacts, Array]:
@@ -270,6 +308,7 @@ class ContactWorld:
             BOUNCES=self._bounces,
             BOUNDS=features['on_rims'] and evaluate is None and not (flows or driven),
             COUPLED=evaluate is not None,
+            EVENTS=self._events,
             VELOCITY_DEPENDENT=velocity_dependent,
             SLEEPING=self._sleepers is not None,
             FLOWS=flows,
@@ -280,10 +319,26 @@ class ContactWorld:
             evaluate=_nothing if evaluate is None else evaluate,
             find_manifolds=manifold_finder(pairs),
             **{'apply_restitution': _nothing, **iterations},
+            **self._impacts_of(pairs, coupled=evaluate is not None),
         )
+
+    def _impacts_of(self, pairs: Any, *, coupled: bool) -> dict[str, Any]:
+        """Make the kernels of impacts at their instants, where the scene wants them."""
+        if not self._events:
+            return dict.fromkeys(('find_impacts', 'meet_now', 'land'), _nothing)
+        from rigid_body_sim.physics.contact.events.impact_kernels import impact_kernels
+
+        scheme = self._integrator.scheme
+        assert isinstance(scheme, Splitting)
+        made = impact_kernels(
+            self._integrator.name, pairs, drift_rotation=scheme.drift_rotation, coupled=coupled
+        )
+        return made._asdict()
 
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
         """Give a kernel of the ticks the call of a scheme; its workspace is not needed."""
+
+        made: list[Any] = [None, None, None, compiled]  # of which arrays, and the kernel with them
 
         def advance(
             ticks: int, tick: float, h: float, n_moving: int, n_rigid: int, translation: Any,
@@ -291,8 +346,18 @@ class ContactWorld:
         ) -> float:  # fmt: skip
             given = (n_moving, n_rigid, translation, rotation, method, elements, ranges)
 
+            if self._events:  # its pieces begin anywhere
+                tick = float(tick)
+
             def call(ticks: int, tick: float, h: float) -> float:
-                return compiled(ticks, tick, h, *given, *self.arrays.arguments)
+                arrays = self.arrays.arguments
+                if made[0] is not method or made[1] is not elements or made[2] is not arrays:
+                    last = (*given, *arrays)
+                    made[:] = method, elements, arrays, prepared(compiled, (ticks, tick, h), last)
+                status = made[3](ticks, tick, h)
+                if status is NotImplemented:  # a tick of another kind
+                    status = compiled(ticks, tick, h, *given, *arrays)
+                return status
 
             return self._advance(call, ticks, tick, h, (translation, rotation))
 
@@ -310,9 +375,12 @@ class ContactWorld:
         done = 0
         while True:
             status = call(ticks - done, tick + done, h)
-            take_overlaps(self.arrays.overlaps, self._overlaps)
+            self._take_impacts(h)
+            if self.arrays.overlaps[deep_overlaps.COUNT]:
+                take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += int(counts[tick_counts.DONE])
+                self._tick = self._number_of(tick + done - 1, h)
                 self._is_read, self._pieces, self._h = True, [], h
                 self._note_pairs()
             if status != 0.0 or counts[tick_counts.STATUS] == tick_counts.COMPLETE:
@@ -320,10 +388,173 @@ class ContactWorld:
             if counts[tick_counts.STATUS] == tick_counts.TOO_LONG:
                 status = self._advance_fast(call, tick + done, h, motion)
                 done += 1
+            elif counts[tick_counts.STATUS] == tick_counts.CUT:
+                status = self._advance_by_impacts(call, tick + done, h, motion)
+                self._tick = self._number_of(tick + done, h)
+                done += 1
             else:
                 self._answer(h)
             if status != 0.0 or done == ticks:
                 return status
+
+    def _number_of(self, tick: float, h: float) -> float:
+        """Give the number of the whole tick that a tick of a length [s] is of."""
+        whole = float(self.arrays.settings[tick_settings.WHOLE_TICK])
+        return tick if h == whole else float(cuts.number_of(tick, h, whole))
+
+    def _take_impacts(self, h: float, tick: float | None = None, begin: float = 0.0) -> None:
+        """
+        Take the impacts of a call of the kernel out of its list.
+
+        h           : [s] of the ticks that are counted
+        tick, begin : of a piece: the tick that it is of, and where it begins in it [s]
+        """
+        count = int(self.arrays.counts[tick_counts.IMPACTS])
+        if not count:
+            return
+        found = self.arrays.impact_list[: count * impact_list.SIZE].copy()
+        if tick is not None:
+            found[impact_list.TICK :: impact_list.SIZE] = tick
+            found[impact_list.PART :: impact_list.SIZE] += begin
+        whole = float(self.arrays.settings[tick_settings.WHOLE_TICK])
+        if h != whole:
+            cuts.count_in(found, h, whole)
+        self.impacts.append(found)
+        self.arrays.counts[tick_counts.IMPACTS] = 0
+
+    def _advance_by_impacts(
+        self, call: Call, tick: float, h: float, motion: tuple[Any, Any]
+    ) -> float:
+        """Advance over one tick, which is cut at impacts for the islands concerned."""
+        arrays, count = self.arrays, self._layout.n_moving
+        islands = Islands(self._groups, cuts.manners_wanted(count, arrays.event_links))
+        pairs = pairs_of(arrays.manifolds_in_use, arrays.table)
+        for manner in np.unique(islands.wanted).tolist():
+            islands.join(manner, pairs)
+
+        def advance(manner: int) -> float:
+            if manner == WHOLE:
+                status = self._piece(call, tick, h, (0.0, h), tick_counts.HIDES_CUTS)
+                assert status is not None
+                self._pieces = [self._read(arrays.manifolds_in_use)]
+                return status
+            return self._advance_cut_at_impacts(call, tick, h, motion)
+
+        mark = len(self.impacts)
+        status = self._advance_islands(islands, h, motion, advance)
+        self.impacts[mark:] = cuts.in_order(self.impacts[mark:])
+        return status
+
+    def _piece(
+        self, call: Call, tick: float, h: float, piece: tuple[float, float], cutting: int
+    ) -> float | None:
+        """
+        Advance over a piece of a tick, and return the status; None: it is to be cut at an impact.
+
+        piece   : [s] where it begins in the tick, and how long it is
+        cutting : what is done with impacts that ask for cuts: `tick_counts`
+        """
+        counts, (begin, length) = self.arrays.counts, piece
+        counts[tick_counts.CUTTING], counts[tick_counts.FINE] = cutting, 1
+        try:
+            while True:
+                status = call(1, (tick * h + begin) / length, length)
+                self._take_impacts(h, tick, begin)
+                take_overlaps(self.arrays.overlaps, self._overlaps)
+                if status != 0.0 or counts[tick_counts.DONE]:
+                    self._is_read, self._pieces = True, []
+                    self._note_pairs()
+                    return status
+                if counts[tick_counts.STATUS] == tick_counts.CUT:
+                    return None
+                self._answer(length)
+        finally:
+            counts[tick_counts.CUTTING] = tick_counts.ASKS_FOR_CUTS
+            counts[tick_counts.FINE] = 0
+
+    def _advance_cut_at_impacts(
+        self, call: Call, tick: float, h: float, motion: tuple[Any, Any]
+    ) -> float:
+        """Advance over one tick in pieces that end at impacts."""
+        arrays, counts = self.arrays, self.arrays.counts
+        was_piece, counts[tick_counts.PIECE] = int(counts[tick_counts.PIECE]), 1
+        pieces: list[Read] = []
+        begin, number = 0.0, 0
+        while True:
+            cutting = (
+                tick_counts.ASKS_FOR_CUTS if number < cuts.MOST_CUTS else tick_counts.LEAVES_CUTS
+            )
+            cache, self._has_woken = arrays.cache_in_use.copy(), False
+            length = h - begin
+            status = self._piece(call, tick, h, (begin, length), cutting)
+            is_cut = status is None
+            if is_cut:
+                status, length = self._reach_impact(call, tick, h, (begin, length), motion)
+            if status != 0.0:
+                break
+            if length > 0.0:
+                pieces.append(self._read(arrays.manifolds_in_use))
+                if length < SHORT * h and not self._has_woken:
+                    arrays.put_cache(cache)
+            if is_cut:
+                self._meet(call, tick, h, begin + length, tick_counts.STRIKES)
+            begin, number = begin + length, number + 1
+            if not is_cut or not begin < h:
+                break
+        counts[tick_counts.PIECE] = was_piece
+        arrays.put_cache(scaled(arrays.cache_in_use, arrays.substep_of(h)))
+        self._pieces = [together(pieces)] if pieces else [(NO_CONTACTS, np.zeros((0, 2)))]
+        self._is_read, self._h = True, h
+        return 0.0 if status is None else status
+
+    def _reach_impact(
+        self, call: Call, tick: float, h: float, piece: tuple[float, float],
+        motion: tuple[Any, Any],
+    ) -> tuple[float, float]:  # fmt: skip
+        """
+        Advance to the impact at which a piece of a tick, [s] from where and how long, is to be
+        cut; return the status and the length of the way [s].
+        """
+        arrays, (begin, most) = self.arrays, piece
+        length = min(float(arrays.event_pairs[flight_record.INSTANT]), most)
+        if not length > 0.0:
+            return 0.0, 0.0
+        start = (*(np.array(blocks) for blocks in motion), arrays.cache_in_use.copy())
+        works, overlaps, mark = self.work_of_drives, dict(self._overlaps), len(self.impacts)
+        for step_number in range(cuts.STEPS):
+            if step_number:
+                for blocks, values in zip(motion, start, strict=False):
+                    np.asarray(blocks)[:] = values
+                arrays.put_cache(start[-1])
+                arrays.works[0], self._overlaps = works, dict(overlaps)
+                del self.impacts[mark:]
+            status = self._piece(call, tick, h, (begin, length), tick_counts.HIDES_CUTS)
+            if status != 0.0:
+                return math.nan if status is None else status, length
+            seen = self._meet(call, tick, h, begin + length, tick_counts.LOOKS)
+            better = cuts.better_instant(length, seen, most)
+            if not abs(better - length) > cuts.EXACT * h or not better > 0.0:
+                break
+            if step_number + 1 < cuts.STEPS:
+                length = better
+        return 0.0, length
+
+    def _meet(
+        self, call: Call, tick: float, h: float, begin: float, what: int
+    ) -> tuple[float, float]:
+        """
+        Look at the impact of event 0 with the bodies as they are, or let it happen; return its gap
+        [m] and approach [m/s].
+
+        begin : [s] since the start of the tick;   what : see `tick_counts`
+        """
+        counts, arrays = self.arrays.counts, self.arrays
+        counts[tick_counts.INSTANT] = what
+        call(0, tick * h + begin, 1.0)
+        counts[tick_counts.INSTANT] = tick_counts.NOTHING
+        self._take_impacts(h, tick, begin)
+        event = arrays.event_pairs
+        return float(event[flight_record.GAP]), float(event[flight_record.APPROACH])
 
     def _advance_fast(self, call: Call, tick: float, h: float, motion: tuple[Any, Any]) -> float:
         """
@@ -339,6 +570,7 @@ class ContactWorld:
             def one(piece: int) -> float:
                 while True:
                     status = call(1, tick * pieces + piece, h / pieces)
+                    self._take_impacts(h, tick, piece * (h / pieces))
                     take_overlaps(arrays.overlaps, self._overlaps)
                     if status != 0.0 or counts[tick_counts.DONE]:
                         self._is_read, self._pieces = True, []
@@ -347,8 +579,10 @@ class ContactWorld:
                     self._answer(h / pieces)
 
             counts[tick_counts.FINE] = 1
+            counts[tick_counts.CUTTING] = tick_counts.LEAVES_CUTS
             status = self.in_pieces(h, [h / pieces] * pieces, one)
             counts[tick_counts.FINE] = 0
+            counts[tick_counts.CUTTING] = tick_counts.ASKS_FOR_CUTS
             return status
 
         return self._advance_islands(islands, h, motion, advance)
@@ -388,9 +622,13 @@ class ContactWorld:
             if not left.size:
                 break
             manner = int(left.min())
+            mark = len(self.impacts)
             status = self._advance_some(islands, manner, motion, start, advance)
             if status != 0.0:
                 return status
+            if self._events:
+                own = cuts.of_manner(self.impacts[mark:], manner, islands.wanted, arrays.table)
+                self.impacts[mark:] = own
             read = together(self._pieces)
             translation, rotation = (np.array(blocks) for blocks in motion)
             outcomes[manner] = Outcome(translation, rotation, arrays.cache_in_use.copy(), read)
@@ -408,7 +646,9 @@ class ContactWorld:
         to who wants it.
         """
         table, works, overlaps = self.arrays.table, self.work_of_drives, self._overlaps
+        mark = len(self.impacts)
         while True:
+            del self.impacts[mark:]
             self.arrays.works[0], self._overlaps = works, dict(overlaps)
             for blocks, values in zip(motion, start, strict=False):
                 np.asarray(blocks)[:] = values
@@ -429,6 +669,10 @@ class ContactWorld:
             pairs = pairs_of(self.arrays.manifolds_in_use, self.arrays.table)
             for asked in self._pairs:
                 asked.append(pairs)
+            if self._events:
+                met = cuts.pairs_met(self._layout.n_moving, self.arrays.event_links)
+                for asked in self._pairs:
+                    asked.append(met)
 
     def in_pieces(
         self, h: float, lengths: Sequence[float], advance: Callable[[int], float]

@@ -38,6 +38,12 @@ from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
 from rigid_body_sim.physics.contact.energy.scratch import make_scratch
+from rigid_body_sim.physics.contact.events import (
+    event_lists,
+    flight_record,
+    impact_list,
+    joint_impact_record,
+)
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.pair_rules import PairRules
 from rigid_body_sim.physics.contact.prescribed_bodies import driven_bodies
@@ -55,7 +61,7 @@ from rigid_body_sim.physics.contact.solver.group_record import most_groups
 from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
 from rigid_body_sim.physics.contact.solver.pair_materials import materials_of_colliders
 from rigid_body_sim.physics.contact.tick_settings import settings_row
-from rigid_body_sim.physics.state.blocks import blocks
+from rigid_body_sim.physics.state.blocks import LANES, blocks
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -65,6 +71,10 @@ PAIRS_OF_EACH, PAIRS_BESIDE = 16, 16
 MANIFOLDS_OF_EACH, MANIFOLDS_BESIDE = 4, 8
 BATCHES_OF_EACH, BATCHES_BESIDE = 4, 64
 COLLIDERS_OF_A_BATCH, FULL_BATCHES_BESIDE = 2, 40
+
+EVENTS_OF_EACH, EVENTS_BESIDE = 8, 64
+POINTS_OF_EACH = 16  # of an impact at several points
+IMPACTS_OF_EACH, IMPACTS_BESIDE = 20, 512
 
 CACHE_LINE = 8  # numbers
 
@@ -97,6 +107,29 @@ class WorldArrays:
     def _add_all(self, arrays: dict[str, Any]) -> None:
         for name, array in arrays.items():
             setattr(self, name, array)
+
+    def take_events(self, method_rows: int, *, wanted: bool) -> None:
+        """
+        Make what impacts at their instants need, where they are wanted, after the colliders.
+
+        method_rows : numbers that the integrator keeps of a body
+        """
+        bodies = self._body_count if wanted else 0
+        self.flight_records = np.zeros(bodies * flight_record.SIZE)
+        self.flight_scratch = np.zeros(flight_record.BEHIND_BLOCKS + 2 * LANES * method_rows)
+        room = EVENTS_OF_EACH * bodies + EVENTS_BESIDE if wanted else 0
+        self._make_event_lists(room)
+        self.impact_list = np.zeros((IMPACTS_OF_EACH * bodies + IMPACTS_BESIDE) * impact_list.SIZE)
+        rows = 2 + bodies if wanted else 0
+        self.joint_bodies = np.zeros(rows * joint_impact_record.BODY_SIZE)
+        self.joint_points = np.zeros(POINTS_OF_EACH * rows * joint_impact_record.POINT_SIZE)
+        if not wanted:
+            self.impact_list = self.impact_list[:0]
+
+    def _make_event_lists(self, room: int) -> None:
+        self.event_pairs = np.zeros(room * flight_record.EVENT)
+        links = event_lists.size_of_links(self._body_count, room) if room else 0
+        self.event_links = np.zeros(links, dtype=np.int64)
 
     def take_colliders(self, colliders: Colliders, order: Indices) -> None:
         """Take over the colliders in an order, and make the arrays that depend on them."""
@@ -194,6 +227,8 @@ class WorldArrays:
         counts[tick_counts.ROW_ROOM] = len(self.rows)
         counts[tick_counts.BATCH_ROOM] = len(self.batches) // batch_record.ROOM
         counts[tick_counts.CACHE_ROOM] = len(self.cache)
+        counts[tick_counts.EVENT_ROOM] = len(self.event_pairs) // flight_record.EVENT
+        counts[tick_counts.IMPACT_ROOM] = len(self.impact_list) // impact_list.SIZE
         self.arguments = tuple(argument(getattr(self, name)) for name in step.ARRAYS)
 
     def forget(self) -> None:
@@ -202,6 +237,7 @@ class WorldArrays:
         between the growth of a list and the word of it.
         """
         self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
+        self.counts[tick_counts.CUTTING] = tick_counts.ASKS_FOR_CUTS
         self.table[collider_record.STANDS_BACK :: collider_record.SIZE] = 0
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):
@@ -218,6 +254,10 @@ class WorldArrays:
             self._make_manifolds(manifolds)
         elif status == tick_counts.SHORT_OF_CACHE:
             self.cache = np.concatenate((self.cache, np.zeros(len(self.cache))))
+        elif status == tick_counts.SHORT_OF_EVENTS:
+            self._make_event_lists(2 * len(self.event_pairs) // flight_record.EVENT)
+        elif status == tick_counts.SHORT_OF_IMPACTS:
+            self.impact_list = np.zeros(2 * len(self.impact_list))
         else:
             self.rows = aligned(2 * len(self.rows))
             self.batches = np.zeros(2 * len(self.batches), dtype=np.int64)

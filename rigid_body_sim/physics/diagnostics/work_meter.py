@@ -15,8 +15,10 @@ corrections of Euler and Maclaurin at both ends,
 The derivatives are those of the polynomial through the power in 4 or 8 pieces of a tick, into
 which a tick at each end is divided for the purpose: the state is copied, advanced over the pieces,
 and put back, so that no bit of the run changes. The first tick of a stretch is integrated over its
-pieces, by Romberg's rule; so are those that follow, while the motion is too fast for its ticks. A
-method that divides its ticks into substeps is looked at in up to eight places of a tick.
+pieces, by the rule of Newton and Cotes; so are those that follow, while the motion is too fast for
+its ticks (the higher the order of the method, the sooner it is), in up to 64 times as many pieces
+where a method of high order passes what is nearly singular within a tick. A method that divides
+its ticks into substeps is looked at in up to eight places of a tick.
 
 The error of the quadrature is estimated with it: from what one piece less would have given, and
 from what the power holds that changes sign from tick to tick. Where a step does not resolve what
@@ -47,7 +49,14 @@ Array = NDArray[np.float64]
 ROWS = 512  # looks at the power between two additions: none of them costs numpy more than a call
 EULER_MACLAURIN = {1: 1 / 12, 3: -1 / 720, 5: 1 / 30240}  # by derivative
 GREGORY = (1 / 12, 1 / 24, 19 / 720, 3 / 160)  # by backward difference
-TOO_FAST = 1e-3  # [-] of the power: what one piece less gives otherwise; some 0.7 rad a tick
+# [-] of the power, by the largest order of a method: what one piece less may give otherwise at
+# the ends of the sum over ticks. For order two some 0.7 rad a tick; the defect of a method of high
+# order is smaller, and so must be what the quadrature leaves
+TOO_FAST = {2.0: 1e-3, 4.0: 1e-5, math.inf: 1e-11}
+TOO_FEW = (
+    1e-9  # [-] of the power: the same of the integral over a tick, of methods above order four
+)
+MORE_PARTS, MOST_PARTS = 4, 64  # of a tick, each in pieces: where ends of springs meet
 SNAP_DIGITS = 8  # [tick] so near to a boundary a kink is at it: wider than `schedule.SNAP`
 ROUGH = 0.05  # [-] of the largest power: its second difference; 0.2 rad a tick
 PLACES = 8  # looks into a tick of many substeps; more cost time, and find nothing new
@@ -118,10 +127,13 @@ class WorkMeter:
         self._integrator = integrator
         self._pieces = 4 if integrator.order <= 2 else 8
         self._looks_close = integrator.order > 2
+        self._too_few = TOO_FEW if integrator.order > 4 else math.inf
+        self._too_fast = next(x for most, x in TOO_FAST.items() if integrator.order <= most)
         self._substeps = integrator.substeps
         self._places = max(k for k in range(1, PLACES + 1) if self._substeps % k == 0)
         self._weights = _weights_of(self._pieces)
         self._local = np.zeros((self._pieces + 1, SUMS))
+        self._largest = np.zeros(SUMS)  # of the power over the step that was divided last
         self._local_arguments = [argument(row) for row in self._local]
 
     def _begin_stretch(self) -> None:
@@ -252,13 +264,10 @@ class WorkMeter:
         row = self._count - 1
         if not self._smooth:
             self._first, self._sums[HEAD] = row, 0.5 * self._rows[row]
-        elif row:
-            error = abs(self._found[AT_END + 1])
-            smooth = (error <= TOO_FAST * abs(self._local).max(axis=0)).all()
-            if smooth and not self._is_rough():
-                self._first = row
-                self._sums[HEAD] = 0.5 * self._rows[row] - self._found[AT_END]
-                self._sums[HEAD_ERROR] = error
+        elif row and not (self._is_too_fast(AT_END, self._too_fast) or self._is_rough()):
+            self._first = row
+            self._sums[HEAD] = 0.5 * self._rows[row] - self._found[AT_END]
+            self._sums[HEAD_ERROR] = abs(self._found[AT_END + 1])
 
     def _end_rows(self) -> None:
         """Divide steps into pieces from here on."""
@@ -266,33 +275,58 @@ class WorkMeter:
         self._first = -1
         self._sums[SUM:LARGEST] = 0.0
 
-    def _divide(self) -> bool:
-        """Look at the power in pieces of the coming step; then stand where it begins."""
+    def _divide(self, parts: int = 1) -> bool:
+        """
+        Look at the power in pieces of the coming step, part by part; then stand where it begins.
+        """
         motion, n, h = self._motion, self._pieces, self._h
         assert motion is not None
-        steps = -(-self._substeps // (self._places * n))
+        pieces = parts * n
+        steps = -(-self._substeps // (self._places * pieces))
         before = motion.snapshot()
         self._local[0] = self._rows[self._count - 1]
+        whole, found = np.zeros((2, SUMS)), np.zeros((6, SUMS))
         went_well = True
-        for piece in range(n):
-            begin = n * self._place + piece
-            went_well = motion.steps(steps, steps * begin, h / (n * steps))
+        for piece in range(pieces):
+            begin = pieces * self._place + piece
+            went_well = motion.steps(steps, steps * begin, h / (pieces * steps))
             if not went_well:
                 break
-            out = self._local_arguments[piece + 1]
-            self.powers.measure((begin + 1) * h / n, motion.translation, motion.rotation, out)
+            out = self._local_arguments[piece % n + 1]
+            self.powers.measure((begin + 1) * h / pieces, motion.translation, motion.rotation, out)
+            if piece % n == n - 1:
+                found = self._weights @ self._local
+                whole += (found[WHOLE] / parts, abs(found[WHOLE + 1]) / parts)
+                self._largest = np.maximum(self._largest, abs(self._local).max(axis=0))
+                self._local[0] = self._local[n]
         motion.return_to(before)
-        self._found = self._weights @ self._local
-        return went_well and bool(np.isfinite(self._found).all())
+        if not (went_well and np.isfinite(found).all()):
+            return False
+        found[WHOLE : WHOLE + 2] = whole
+        if parts > 1:  # the ends of the sum over rows know whole steps alone
+            found[AT_BEGIN + 1] = found[AT_END + 1] = math.inf
+        self._found = found
+        return True
 
     def _add_pieces(self) -> None:
-        """Integrate over the coming step in pieces."""
-        if not self._divide():
+        """Integrate over the coming step in pieces, and in more where they are too few."""
+        self._largest = np.zeros(SUMS)
+        if self._divide():
+            parts = 1
+            while parts < MOST_PARTS and self._is_too_fast(WHOLE, self._too_few):
+                parts *= MORE_PARTS
+                if not self._divide(parts):
+                    break
+        else:
             self._local[:] = self._rows[self._count - 1]
             self._found = self._weights @ self._local
             self._found[WHOLE + 1] = self._local[0]
         self._sums[PIECES] += self._h * self._found[WHOLE]
         self._sums[PIECES_ERROR] += self._h * abs(self._found[WHOLE + 1])
+
+    def _is_too_fast(self, what: int, tolerated: float) -> bool:
+        """Whether one piece less would have given something else [of the power]."""
+        return bool((abs(self._found[what + 1]) > tolerated * self._largest).any())
 
     def _from_behind(self) -> tuple[Array, Array]:
         """C here from the last rows alone (Gregory), where the run cannot go ahead, and error."""
@@ -350,7 +384,7 @@ WHOLE, AT_BEGIN, AT_END = 0, 2, 4  # the integral; C at the begin and at the end
 def _weights_of(pieces: int) -> Array:
     """Give the weights (6, pieces + 1) of the values at the pieces in what is found of a step."""
     weights = np.zeros((6, pieces + 1))
-    weights[WHOLE], weights[WHOLE + 1] = _romberg(pieces)
+    weights[WHOLE], weights[WHOLE + 1] = _whole(pieces)
     for degree, sign in ((pieces, 1.0), (pieces - 1, -1.0)):
         nodes = np.arange(degree + 1)
         if degree == pieces:
@@ -369,6 +403,21 @@ def _correction(nodes: Array) -> Array:
         if m < len(nodes):
             found += weight * math.factorial(m) * coefficients[m]
     return found
+
+
+def _whole(pieces: int) -> tuple[Array, Array]:
+    """
+    Give the weights of the integral over a length of 1, and of its error: Romberg's rule for four
+    pieces, which is Boole's; for eight the rule of Newton and Cotes, right up to degree nine, and
+    what it differs by from Romberg's.
+    """
+    romberg, error = _romberg(pieces)
+    if pieces < 8:
+        return romberg, error
+    nodes = np.arange(pieces + 1) / pieces
+    moments = 1.0 / np.arange(1.0, pieces + 2.0)
+    cotes = np.linalg.solve(np.vander(nodes, increasing=True).T, moments)
+    return cotes, cotes - romberg
 
 
 def _romberg(pieces: int) -> tuple[Array, Array]:

@@ -65,15 +65,24 @@ COLUMNS = held_body_wrench.COLUMNS
 
 @kernel
 def _put_one(core, fx, fy, fz, tx, ty, tz, n_rigid, weights, translation, rotation):
-    """Write what is held by one body, and its weight, into its lane."""
-    force = add((fx, fy, fz), load(weights, 3 * core))
+    """Write what is held by one body, and its weight, into its lane; no zero is negative."""
+    force = add((fx + 0.0, fy + 0.0, fz + 0.0), load(weights, 3 * core))
     place = at(core, TRANSLATION)
     store_strided(translation, place + HELD_FORCE, LANES, force)
     store_strided(translation, place + FORCE, LANES, force)
     if core < n_rigid:
         place = at(core, ROTATION)
-        store_strided(rotation, place + HELD_TORQUE, LANES, (tx, ty, tz))
-        store_strided(rotation, place + TORQUE, LANES, (tx, ty, tz))
+        torque = (tx + 0.0, ty + 0.0, tz + 0.0)
+        store_strided(rotation, place + HELD_TORQUE, LANES, torque)
+        store_strided(rotation, place + TORQUE, LANES, torque)
+
+
+@kernel
+def _put_row(number, fx, fy, fz, tx, ty, tz, table):
+    """Write what turns with a body into its row of the table; no zero is negative."""
+    row = COLUMNS * number
+    store(table, row + TURNING_FORCE, (fx + 0.0, fy + 0.0, fz + 0.0))
+    store(table, row + TURNING_TORQUE, (tx + 0.0, ty + 0.0, tz + 0.0))
 
 
 @kernel
@@ -163,18 +172,23 @@ class Slot(NamedTuple):
     until: int = FOREVER
 
 
-@dataclass(frozen=True, eq=False)
+_new_slot = tuple.__new__  # of `Slot`: half the time of its constructor
+
+
+@dataclass(eq=False)
 class Rows:
     """
     What the source 'wrench' asks of all bodies at once, until changed: slots as arrays.
 
     force, torque    : (m, 3) [N], [N m]  core order; world axes, or principal axes
     turns_with_body  : which of the two
+    writers          : who writes them into lanes: see `HeldWrenches`
     """
 
     force: Array
     torque: Array
     turns_with_body: bool
+    writers: tuple[Any, ...] | None = None
 
     def acting(self) -> NDArray[np.intp]:
         """Find the bodies of which something is asked."""
@@ -222,7 +236,9 @@ class HeldWrenches:
         self._nothing = np.zeros((len(layout.bodies), 3))
         self._shape = self._nothing.shape
         self._asked: dict[bool, tuple[Rows, Callable[..., Any]]] = {}  # by whether it turns
-        self._writers: dict[str, tuple[Any, Any, Callable[..., Any]]] = {}  # blocks, who writes
+        self._blocks: tuple[Any, Any] = (None, None)  # into whose lanes `_writer` writes
+        self._writer: Callable[..., Any] = _put_one
+        self._row_writer: tuple[Any, Callable[..., Any]] = (None, _put_row)  # of which table
         self._table = np.zeros((0, COLUMNS))
         self._slots: dict[tuple[int, str], Slot] = {}
         self._rows: Rows | None = None  # then there are no other slots
@@ -250,6 +266,13 @@ class HeldWrenches:
             _is_exact=True,
             _changed=None,
         )
+
+    @property
+    def acts(self) -> bool:
+        """Whether anything is asked of any body."""
+        if self._rows is None:
+            return bool(self._slots)
+        return bool(self._rows.force.any() or self._rows.torque.any())
 
     @property
     def turns(self) -> bool:
@@ -324,7 +347,7 @@ class HeldWrenches:
             self._is_exact = False
         if until < self.no_end_before:
             self.no_end_before, self._is_exact = until, True
-        self._slots[key] = Slot(force, torque, in_body, until)
+        self._slots[key] = _new_slot(Slot, (force, torque, in_body, until))
 
     def _drop(self, core: int, source: str) -> None:
         """Forget a slot, if there is one."""
@@ -465,13 +488,7 @@ class HeldWrenches:
         or None.
         """
         held, turning = NOTHING, None
-        sources = self._sources.get(core, ())
-        slot = self._slots.get((core, sources[0])) if len(sources) == 1 else None
-        if slot is not None:  # as a rule: the same sum in one go
-            (fx, fy, fz), (tx, ty, tz) = slot.force, slot.torque
-            one = (0.0 + fx, 0.0 + fy, 0.0 + fz, 0.0 + tx, 0.0 + ty, 0.0 + tz)
-            return (NOTHING, one) if slot.turns_with_body else (one, None)
-        for source in sources:
+        for source in self._sources.get(core, ()):
             slot = self._slots.get((core, source))
             if slot is None:  # an interrupt came while it was put or dropped
                 continue
@@ -515,23 +532,20 @@ class HeldWrenches:
 
     def prepare(self, translation: Array, rotation: Array) -> None:
         """Compile what writes the commands to single bodies into these blocks."""
-        self._writer('_put_one', translation, rotation)
+        self._make_writer(translation, rotation)
 
-    def _writer(self, name: str, translation: Array, rotation: Array) -> Callable[..., Any]:
-        """Give what writes into the lanes of these blocks: `_put_one` or `_put_all`."""
-        made = self._writers.get(name)
-        if made is None or made[0] is not translation or made[1] is not rotation:
-            n_moving, n_rigid = self._layout.n_moving, self._layout.n_rigid
-            arrays = [
-                argument(array) for array in (self._weight.reshape(-1), translation, rotation)
-            ]
-            if name == '_put_one':
-                write = prepared(_put_one, (0, *NOTHING), (n_rigid, *arrays))
-            else:
-                nothing = argument(np.zeros(3 * n_moving))
-                write = prepared(_put_all, (nothing, nothing), (n_moving, n_rigid, *arrays))
-            self._writers[name] = made = (translation, rotation, write)
-        return made[2]
+    def _make_writer(self, translation: Array, rotation: Array) -> None:
+        """Make what writes into the lanes of these blocks."""
+        arrays = [argument(array) for array in (self._weight.reshape(-1), translation, rotation)]
+        write = prepared(_put_one, (0, *NOTHING), (self._layout.n_rigid, *arrays))
+        self._writer, self._blocks = write, (translation, rotation)
+
+    def _put_row(self, row: int, asked: Sequence[float]) -> None:
+        """Write what turns with a body into its row of the table."""
+        if self._row_writer[0] is not self._table:
+            write = prepared(_put_row, (0, *NOTHING), (argument(self._table.reshape(-1)),))
+            self._row_writer = self._table, write
+        self._row_writer[1](row, *asked)
 
     def _write_all(self, translation: Array, rotation: Array) -> None:
         force, torque, table = self.sums()
@@ -548,28 +562,52 @@ class HeldWrenches:
 
     def _write_rows(self, asked: Rows, translation: Array, rotation: Array) -> None:
         """Do what `_write_all` does, for what is asked of all at once."""
-        force, torque = argument(asked.force.reshape(-1)), argument(asked.torque.reshape(-1))
-        put_all = self._writer('_put_all', translation, rotation)
-        if not asked.turns_with_body:
-            put_all(force, torque)
+        if asked.writers is None or asked.writers[0] is not translation:
+            asked.writers = (translation, *self._writers_of(asked, translation, rotation))
+        _, put, list_turning, table = asked.writers
+        put()
+        if asked.turns_with_body:
+            self._table, self._turning = table[: list_turning()], None
+        else:
             self._table, self._turning = self._table[:0], {}
-            return
-        nothing = argument(np.zeros(asked.force.size))
-        put_all(nothing, nothing)
-        table = np.zeros((self._layout.n_rigid, COLUMNS))
-        count = _list_turning(force, torque, self._layout.n_rigid, argument(table.reshape(-1)))
-        self._table, self._turning = table[:count], None
+
+    def _writers_of(self, asked: Rows, translation: Array, rotation: Array) -> tuple[Any, ...]:
+        """
+        Make what writes rows into lanes, what lists those that turn, and where it lists them.
+        """
+        sizes = self._layout.n_moving, self._layout.n_rigid
+        arrays = [argument(array) for array in (self._weight.reshape(-1), translation, rotation)]
+        given = [argument(array.reshape(-1)) for array in (asked.force, asked.torque)]
+        table = np.zeros((sizes[1], COLUMNS))
+        listed = prepared(_list_turning, (), (*given, sizes[1], argument(table.reshape(-1))))
+        if asked.turns_with_body:
+            given = [argument(np.zeros(3 * sizes[0]))] * 2
+        return prepared(_put_all, (), (*given, *sizes, *arrays)), listed, table
 
     def _write_bodies(self, changed: set[int], translation: Array, rotation: Array) -> None:
         if not changed:
             return
-        put_one = self._writer('_put_one', translation, rotation)
+        if self._blocks[0] is not translation or self._blocks[1] is not rotation:
+            self._make_writer(translation, rotation)
+        put_one, all_sources, slots = self._writer, self._sources, self._slots
         rows_of: dict[int, Sequence[float] | None] = {}
         places = self._turning
         if places is None:
             cores = self._table[:, BODY].astype(int).tolist()
             places = self._turning = {core: row for row, core in enumerate(cores)}
         for core in changed:
+            sources = all_sources.get(core)
+            if sources is not None and len(sources) == 1:  # as a rule
+                slot = slots.get((core, sources[0]))
+                row = places.get(core)
+                if slot is not None and slot.turns_with_body is (row is not None):
+                    asked = (*slot.force, *slot.torque)
+                    if row is None:
+                        put_one(core, *asked)
+                    else:
+                        put_one(core, *NOTHING)
+                        self._put_row(row, asked)
+                    continue
             held, turning = self._sums_of(core)
             if turning is not None or core in places:
                 rows_of[core] = turning
@@ -578,7 +616,7 @@ class HeldWrenches:
             return
         if all(row is not None and core in places for core, row in rows_of.items()):
             for core, row in rows_of.items():
-                self._table[places[core], TURNING_FORCE:] = row
+                self._put_row(places[core], row or NOTHING)
         else:
             self._table, self._turning = self.sums()[2], None
 

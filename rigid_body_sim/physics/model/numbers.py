@@ -93,9 +93,10 @@ def vector(value: Any) -> tuple[float, float, float] | None:
     elif (kind is tuple or kind is list) and len(value) == 3:
         x, y, z = value
         if not x.__class__ is y.__class__ is z.__class__ is float:
-            if not USUAL.issuperset((x.__class__, y.__class__, z.__class__)):
+            if x.__class__ in USUAL and y.__class__ in USUAL and z.__class__ in USUAL:
+                x, y, z = float(x), float(y), float(z)
+            else:
                 return None
-            x, y, z = float(x), float(y), float(z)
     else:
         return None
     return (x, y, z) if math.isfinite(x + y + z) else None

@@ -139,21 +139,21 @@ def wide(lanes):
     return lanes if lanes % 8 == 1 else (lanes + 7) // 8 * 8
 
 
+@inline
+def _keep_rows(bodies, size, size_kept, array, kept):
+    for block in range(block_count(bodies)):
+        lanes = lanes_in(block, bodies)
+        for row in range(0, size_kept, LANES):
+            here, there = block * size + row, block * size_kept + row
+            for lane in range(lanes):
+                kept[there + lane] = array[here + lane]
+
+
 @kernel
-def keep_motion(n_moving, n_rigid, translation, rotation, kept_translation, kept_rotation):
-    """Copy what a tick of free bodies changes: the first rows of each block, lanes in use."""
-    for block in range(block_count(n_moving)):
-        lanes = lanes_in(block, n_moving)
-        for row in range(0, TRANSLATION_STATE, LANES):
-            now, kept = block * TRANSLATION + row, block * TRANSLATION_STATE + row
-            for lane in range(lanes):
-                kept_translation[kept + lane] = translation[now + lane]
-    for block in range(block_count(n_rigid)):
-        lanes = lanes_in(block, n_rigid)
-        for row in range(0, ROTATION_STATE, LANES):
-            now, kept = block * ROTATION + row, block * ROTATION_STATE + row
-            for lane in range(lanes):
-                kept_rotation[kept + lane] = rotation[now + lane]
+def keep_motion(n_moving, n_rigid, translation, rotation, sizes, kept_translation, kept_rotation):
+    """Copy the first rows of each block, lanes in use; sizes: numbers kept of a block of each."""
+    _keep_rows(n_moving, TRANSLATION, sizes[0], translation, kept_translation)
+    _keep_rows(n_rigid, ROTATION, sizes[1], rotation, kept_rotation)
 
 
 @inline

@@ -9,7 +9,6 @@ One compiled pass over the blocks fills one array; a `State` is views of it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -141,7 +140,6 @@ def _put_told(row: Array, path: Array, time: float) -> None:
     row[ANGULAR_VELOCITY_BODY:MOMENTUM] = so3.rotate_back(q, spin)
 
 
-@dataclass(frozen=True, eq=False, init=False)
 class State:
     """
     The bodies of a scene at one instant: a copy, in scene order, that cannot be written to.
@@ -153,9 +151,7 @@ class State:
     `state['box']` is one body: `StateOfBody`.
     """
 
-    values: Array
-    masses: Array | None = None
-    places: Mapping[str, int] | None = None
+    __slots__ = ('_masses', '_places', '_values')  # a controller reads a state in every tick
 
     def __init__(
         self,
@@ -164,8 +160,24 @@ class State:
         places: Mapping[str, int] | None = None,
     ) -> None:
         values.setflags(write=False)  # views of it are then read-only too
-        # what a frozen dataclass does in three calls: a controller reads a state in every tick
-        self.__dict__.update(values=values, masses=masses, places=places)
+        self._values = values
+        self._masses = masses
+        self._places = places
+
+    @property
+    def values(self) -> Array:
+        """Rows of `body` (n, COLUMNS)."""
+        return self._values
+
+    @property
+    def masses(self) -> Array | None:
+        """Masses (n,) [kg], zero for fixed bodies; None where the mass of no body changes."""
+        return self._masses
+
+    @property
+    def places(self) -> Mapping[str, int] | None:
+        """Scene index by name; None where nobody asks by name."""
+        return self._places
 
     def __repr__(self) -> str:
         return f'<State of {len(self.values)} bodies: position, orientation, velocity, …>'
@@ -181,37 +193,37 @@ class State:
     @property
     def position(self) -> Array:
         """Centres of mass (n, 3) [m], world."""
-        return self.values[_POSITION]
+        return self._values[_POSITION]
 
     @property
     def orientation(self) -> Array:
         """Unit quaternions (n, 4) [-], xyzw, body to world; (0, 0, 0, 1) for point masses."""
-        return self.values[_ORIENTATION]
+        return self._values[_ORIENTATION]
 
     @property
     def velocity(self) -> Array:
         """Velocities of the centres of mass (n, 3) [m/s], world."""
-        return self.values[_VELOCITY]
+        return self._values[_VELOCITY]
 
     @property
     def angular_velocity(self) -> Array:
         """Angular velocities (n, 3) [rad/s], world axes."""
-        return self.values[_ANGULAR_VELOCITY]
+        return self._values[_ANGULAR_VELOCITY]
 
     @property
     def angular_velocity_body(self) -> Array:
         """Angular velocities (n, 3) [rad/s], body axes."""
-        return self.values[_ANGULAR_VELOCITY_BODY]
+        return self._values[_ANGULAR_VELOCITY_BODY]
 
     @property
     def momentum(self) -> Array:
         """Momenta (n, 3) [kg m/s], world."""
-        return self.values[_MOMENTUM]
+        return self._values[_MOMENTUM]
 
     @property
     def angular_momentum(self) -> Array:
         """Angular momenta about the own centres of mass (n, 3) [kg m^2/s], world axes."""
-        return self.values[_ANGULAR_MOMENTUM]
+        return self._values[_ANGULAR_MOMENTUM]
 
 
 class StateOfBody:
@@ -281,6 +293,7 @@ class StateReader:
             if body.motion is not None
         ]
         self._sizes = (layout.n_moving, layout.n_rigid)
+        self._shape = self._still.shape
         self._is_filled = layout.n_rigid == len(layout.bodies)  # every number is written
         self._principal = argument(layout.principal.ravel())
         self._scene_index = argument(layout.moving)
@@ -299,17 +312,21 @@ class StateReader:
         ]
         self._pivots = (len(rows), argument(np.array(rows, dtype=np.float64).reshape(-1)))
 
-    def read(self, translation: Array, rotation: Array, *, time: float) -> State:
-        """Read the state of all bodies, `time` [s] after the start of the scene."""
-        values = np.empty_like(self._still) if self._is_filled else self._still.copy()
+    def _put_what_is_told(self, values: Array, rotation: Array, time: float) -> None:
+        """Write motions that are told, and the moments of inertia of this time."""
         for i, path in self._told:
             _put_told(values[i], path, time)
         for core, law in self._changing:
             moments = moments_at(law, time)  # the blocks may hold those of the last stage
             block, lane = divmod(core, LANES)
-            blocks.rows(rotation, ROTATION, blocks.INVERSE_MOMENTS, 3)[block, :, lane] = (
-                1.0 / moments
-            )
+            inverse = blocks.rows(rotation, ROTATION, blocks.INVERSE_MOMENTS, 3)
+            inverse[block, :, lane] = 1.0 / moments
+
+    def read(self, translation: Array, rotation: Array, *, time: float) -> State:
+        """Read the state of all bodies, `time` [s] after the start of the scene."""
+        values = np.empty(self._shape) if self._is_filled else self._still.copy()
+        if self._told or self._changing:
+            self._put_what_is_told(values, rotation, time)
         out = argument(values.reshape(-1))
         of_translation, of_rotation, read = self._last
         if of_translation is not translation or of_rotation is not rotation:

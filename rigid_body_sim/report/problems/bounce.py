@@ -57,8 +57,9 @@ PROBLEM = Problem(
     error_unit='m',
     reference='parabolas between reflections',
     useless=0.2,
-    integrators=('dmv6',),
+    integrators=('dmv6', 'dmv6:contact=event'),
     steps=ladder(0.02, 0.0001),
+    steps_of={'dmv6:contact=event': ladder(0.02, 0.002)},
     errors=CONTACT_ERRORS,
     tick=0.02,
 )

@@ -52,6 +52,7 @@ PROBLEM = Problem(
         'semi_implicit_euler',
         'dmv6',
         'sdirk2',
+        'force_gradient4',
         'rk4',
         'rk45',
         'rk8',

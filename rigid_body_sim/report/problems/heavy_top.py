@@ -63,6 +63,7 @@ PROBLEM = Problem(
     integrators=(
         'semi_implicit_euler',
         'dmv6',
+        'force_gradient4',
         'blanes_moan4',
         'blanes_moan4:drift=exact',
         'exact_rotor',

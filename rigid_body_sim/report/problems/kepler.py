@@ -61,6 +61,7 @@ PROBLEM = Problem(
         'explicit_euler',
         'semi_implicit_euler',
         'dmv6',
+        'force_gradient4',
         'blanes_moan4',
         'rk4',
         'rk45',

@@ -80,6 +80,7 @@ PROBLEM = Problem(
     integrators=(
         'semi_implicit_euler',
         'dmv6',
+        'force_gradient4',
         'blanes_moan4',
         'implicit_midpoint',
         'rk4',

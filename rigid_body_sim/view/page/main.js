@@ -1,10 +1,11 @@
 // The page: puts its parts together, and draws when something has changed.
 import { Run } from 'view/run';
-import { Theme, ARROWS } from 'view/palette';
+import { Theme, ARROWS, IMPACT } from 'view/palette';
 import { Stage } from 'view/stage';
 import { Bodies } from 'view/bodies';
 import { Ties } from 'view/ties';
 import { Arrows } from 'view/arrows';
+import { Impacts } from 'view/impacts';
 import { Trails } from 'view/trails';
 import { Overlay } from 'view/overlay';
 import { Plots } from 'view/plots';
@@ -53,9 +54,10 @@ class View {
     this.bodies = new Bodies(this.run);
     this.ties = new Ties(this.run);
     this.arrows = new Arrows(this.run);
+    this.impacts = new Impacts(this.run);
     this.trails = new Trails(this.run);
     this.overlay = new Overlay(this.run, this.stage);
-    this.stage.scene.add(this.bodies.group, this.ties.group, this.arrows.group, this.trails.group);
+    this.stage.scene.add(this.bodies.group, this.ties.group, this.arrows.group, this.impacts.group, this.trails.group);
     this.stage.resize();
     this.selectable(this.stage.renderer.domElement);
     message.hidden = true;
@@ -80,14 +82,15 @@ class View {
   fillLayers() {
     const holder = document.getElementById('layers'), kinds = this.arrows?.kinds ?? [];
     this.layers = {};
-    for (const [name, words] of [...Object.entries(WISHED), ...kinds.map(kind => [kind, ARROWS[kind].name])]) {
+    const impacts = this.run.impacts ? [['impacts', IMPACT.name]] : [];
+    for (const [name, words] of [...Object.entries(WISHED), ...kinds.map(kind => [kind, ARROWS[kind].name]), ...impacts]) {
       const label = document.createElement('label'), box = document.createElement('input');
       box.type = 'checkbox';
       box.name = name;
       box.checked = !ON_REQUEST.has(name) && !(name === 'axes' && this.run.bodies.length > MANY);
       box.onchange = () => { this.dirty = true; };
       label.append(box, ` ${words}`);
-      label.style.setProperty('--layer', ARROWS[name]?.color ?? 'transparent');
+      label.style.setProperty('--layer', ARROWS[name]?.color ?? (name === 'impacts' ? IMPACT.color : 'transparent'));
       holder.append(label);
       this.layers[name] = box;
     }
@@ -169,6 +172,7 @@ class View {
     this.ties.place(places);
     this.keepInView();
     this.arrows.show(moment, places, kind => this.visible(kind));
+    if (this.run.impacts) this.impacts.show(this.player.now, this.visible('impacts'));
     this.trails.show(moment, this.visible('trails'));
     this.bodies.triads.mesh.visible = this.visible('axes');
     this.stage.showOrigin = this.visible('origin');

@@ -21,6 +21,8 @@ export const ARROWS = {
   angular_momentum: { color: '#b08900', name: 'angular momentum', unit: 'kg m²/s' },
 };
 
+export const IMPACT = { color: '#e03131', name: 'impacts' };
+
 export class Theme {
   constructor(apply) {
     this.apply = apply;

@@ -18,7 +18,10 @@ COLLIDER_B = manifold.number('-', 'number of collider B')
 POINT_COUNT = manifold.number('-', 'points, at most four')
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
 PIECES = manifold.number('-', 'into so many its motion wants the tick cut, if the pair hits')
-CORNERS = manifold.number('-', 'of the face that touches: see `geometry.manifold`')
+FACE_AREA = manifold.number('m^2', 'of the face that touches: see `geometry.manifold`')
+FACE_RADIUS = manifold.number('m', 'mean distance of the face from its middle')
+FACE_SQUARE = manifold.number('m^2', 'mean square of that distance')
+FACE_MIDDLE = manifold.vector('m', 'middle of the face, world axes')
 POINTS = manifold.numbers(
     MOST * POINT, 'm', 'the points as the pair kernels give them: `geometry.manifold`'
 )

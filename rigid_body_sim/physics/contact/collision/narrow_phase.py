@@ -33,7 +33,10 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     smaller_radius,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    FACE_CORNERS,
+    FACE_AREA,
+    FACE_MIDDLE,
+    FACE_RADIUS,
+    FACE_SQUARE,
     MOST,
     POINT,
     POINTS,
@@ -169,7 +172,11 @@ def _write_manifold(
     manifolds[place + manifold_record.COLLIDER_A] = float(a)
     manifolds[place + manifold_record.COLLIDER_B] = float(b)
     manifolds[place + manifold_record.POINT_COUNT] = float(points)
-    manifolds[place + manifold_record.CORNERS] = max(float(points), found[FACE_CORNERS])
+    manifolds[place + manifold_record.FACE_AREA] = found[FACE_AREA]
+    if found[FACE_AREA] > 0.0:
+        manifolds[place + manifold_record.FACE_RADIUS] = found[FACE_RADIUS]
+        manifolds[place + manifold_record.FACE_SQUARE] = found[FACE_SQUARE]
+        store(manifolds, place + manifold_record.FACE_MIDDLE, load(found, FACE_MIDDLE))
     for entry in range(3):
         manifolds[place + manifold_record.NORMAL + entry] = found[entry]
     for entry in range(POINT * min(points, MOST)):
@@ -230,7 +237,7 @@ def _find_manifolds(
                     )
                 ):
                     continue
-        found[FACE_CORNERS] = 0.0
+        found[FACE_AREA] = 0.0
         if GROUND and type_b == SURFACE:
             store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
             found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])

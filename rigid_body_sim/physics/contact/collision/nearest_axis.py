@@ -65,7 +65,7 @@ EVEN = 1e-12  # [-] of a unit vector: what looks so little across a face looks a
 
 
 @kernel
-def _core_point(
+def core_point(
     collider: int, place: int, direction: Any, origin: Any, colliders: ColliderArrays
 ) -> Any:
     """Return the point of a collider, or of its core, that is farthest along a direction."""
@@ -101,7 +101,7 @@ def _core_point(
 
 
 @kernel
-def _radius_about_core(collider: int, colliders: ColliderArrays) -> Any:
+def radius_about_core(collider: int, colliders: ColliderArrays) -> Any:
     """Return the radius about the core of a collider [m]."""
     row = collider * collider_record.SIZE
     kind = colliders.table[row + collider_record.TYPE]
@@ -123,12 +123,12 @@ def nearest_axis(
         work           : scratch of a pair kernel
     """
     origin = load(colliders.poses, pose_a + pose.POSITION)
-    rounded = _radius_about_core(a, colliders) + _radius_about_core(b, colliders)
+    rounded = radius_about_core(a, colliders) + radius_about_core(b, colliders)
     way, size = normal, math.inf
     corners = 0
     for _ in range(STEPS):
-        of_b = _core_point(b, pose_b, negate(way), origin, colliders)
-        difference = subtract(of_b, _core_point(a, pose_a, way, origin, colliders))
+        of_b = core_point(b, pose_b, negate(way), origin, colliders)
+        difference = subtract(of_b, core_point(a, pose_a, way, origin, colliders))
         length = math.sqrt(dot(way, way))
         along = dot(way, difference) / length
         if corners > 0 and size - along <= NEAR * (size - rounded):

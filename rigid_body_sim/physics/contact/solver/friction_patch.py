@@ -19,6 +19,13 @@ ARM_A = patch.vector('m', 'of the centre, from the centre of mass of A, world ax
 ARM_B = patch.vector('m', 'of the centre, from the centre of mass of B, world axes')
 WEIGHTS = patch.numbers(MOST, '-', 'of the points in the centre; none: 0')
 UNIFORM = patch.number('-', 'k_face: second moment of the whole face over that of its points')
+FIRST_OTHER = patch.number(
+    '-', 'where the lane of the next of a surface is, or a name of those there'
+)
+NEXT_OTHER = patch.number(
+    '-', 'the same, of one that has no friction of its own: `surface_friction`'
+)
+MOVER = patch.number('-', '1: the body whose faces they are is A, -1: B')
 FORCE_RATE = patch.number('1/kg', 'largest velocity per tangential impulse at the centre')
 TWIST_RATE = patch.number('1/(kg m^2)', 'twisting velocity per angular impulse')
 COUPLING = patch.number('1/(kg m)', 'largest twisting velocity per tangential impulse')

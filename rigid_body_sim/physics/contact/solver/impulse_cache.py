@@ -260,6 +260,7 @@ def store_impulses(
         cache[head + cache_record.LOAD] = static_sink.filtered(lane, load_now / count, rows)
 
 
+@kernel
 def size_in_use(cache: Array) -> int:
     """Count the numbers of the cache that are in use."""
     end = cache_record.HEAD

@@ -35,6 +35,7 @@ from rigid_body_sim.physics.contact.solver import (
     rolling_friction,
     separation,
     solve,
+    surface_friction,
     warm_start,
 )
 
@@ -140,7 +141,7 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
 
 @kernel
 def _measure_patch(
-    lanes: int, point_count: int, first: int, width: int, field: int, wrench: int,
+    lanes: int, used: int, point_count: int, first: int, width: int, field: int, wrench: int,
     all_lanes: bool, rows: Array,
 ) -> None:  # fmt: skip
     """Find size and steps of the friction of a batch from what presses: `patch_friction`."""
@@ -151,6 +152,8 @@ def _measure_patch(
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
+    if field == contact_point.NORMAL_IMPULSE and surface_friction.any_surface(rows):
+        surface_friction.add_moments_of_others(used, first, width, rows, patch, scratch)
     patch_friction.measure(lanes, wrench, all_lanes, patch, scratch)
 
 
@@ -187,7 +190,7 @@ def _prepare(
         if PATCHES and point_count > 1:
             patch_friction.find_rates(lanes, constraints, patch)
             _measure_patch(
-                lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                lanes, used, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
                 friction_patch.IMPULSE_1, True, rows,
             )  # fmt: skip
         if ANGULAR:
@@ -339,9 +342,11 @@ def _relax(
                 if ANGULAR:
                     rolling_friction.solve(lanes, constraints, points, scratch)
             if several:
+                if surface_friction.any_surface(rows):
+                    surface_friction.add_press_of_others(used, first, WIDTH, rows, patch, scratch)
                 if patch_friction.any_stale(used, patch, scratch):
                     _measure_patch(
-                        lanes, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                        lanes, used, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
                         friction_patch.IMPULSE_1, False, rows,
                     )  # fmt: skip
                 patch_friction.relax(lanes, constraints, patch, scratch)
@@ -406,7 +411,7 @@ def _apply_restitution(
                 begin, end = _face(first, WIDTH)
                 patch = rows[begin:end]
                 _measure_patch(
-                    lanes, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
+                    lanes, used, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
                     friction_patch.RESTITUTION_1, True, rows,
                 )  # fmt: skip
                 patch_friction.apply_restitution(lanes, constraints, patch, scratch)
@@ -440,6 +445,13 @@ def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indic
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             patch_friction.spread(lanes, constraints, points, patch, scratch)
+    if not surface_friction.any_surface(rows):
+        return
+    for number in range(count):
+        used, _ = _lanes(number, lanes_at_once, batches)
+        point_count, first = _points(number, batches)
+        if point_count > 1:
+            surface_friction.spread(used, first, WIDTH, rows)
 
 
 def solver(

@@ -49,4 +49,5 @@ COMMON_CLAMPED = scratch.number('-', 'how many impulses would have become negati
 RIM_WHOSE = scratch.number('-', 'whose rim touches: -1 of A, 1 of B, 0 none: `rolling_frame`')
 RIM_BENDS = scratch.number('m/s', 'by which a point of a rim departs from its velocity')
 RIM_ROLLS = scratch.number('-', '1: it goes round, and one point of it carries all')
+SURFACES = scratch.number('-', 'lane 0: 1 where several manifolds have one friction in this tick')
 SIZE = scratch.size

@@ -37,7 +37,8 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     friction_patch,
-    patch_friction,
+    pressure_of_face,
+    surface_friction,
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BALL, FIXED
@@ -254,9 +255,11 @@ def prepare_points(
         point_count = int(manifolds[record + manifold_record.POINT_COUNT])
         if point_count > 1:
             face = lane + constraint.SIZE + manifold.MOST * width
-            corners = manifolds[record + manifold_record.CORNERS]
+            surface_friction.leave_alone(lane, width, rows)
             _weigh_nearest(point_count, record, face, manifolds, rows)
-            rows[face + friction_patch.UNIFORM] = patch_friction.uniform_share(corners)
+            rows[face + friction_patch.UNIFORM] = pressure_of_face.uniform_share(
+                record, (tangent, cross(normal, tangent)), manifolds
+            )
         for point in range(point_count):
             found = record + manifold_record.POINTS + point * manifold.POINT
             row = lane + constraint.SIZE + point * width

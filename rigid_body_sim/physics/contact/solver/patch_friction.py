@@ -23,12 +23,13 @@ lies on a line needs no other law: with the impulses N_i of its points at r_i in
 
     c = sum N_i r_i / N,   Sigma = sum N_i (r_i - c)(r_i - c)^T / N
     tau_0^2 = C(q) k tr Sigma,   q = 4 det Sigma / (tr Sigma)^2
-    k = 1/3 + (k_face - 1/3) q,   k_face = (2 + cos(2 pi/n)) / 6 for a face of n corners
+    k = 1/3 + (k_face - 1/3) q
 
-k is the second moment of a uniform patch over that of its corners: 1/3 of a line, a rectangle,
-1/4 of a triangle; for a disc, whose points are on its rim, 0.506 with what C lacks there. C is a
-polynomial, fitted to the tau_0 of rectangles: to 6e-4 as far as 4 : 1, to 1.2e-3 as far as the
-line (where it is exact), with 5e-5 for squares and discs. One point has no tau_0.
+k is the second moment of a uniform patch over that of its points: 1/3 of a line, a rectangle,
+1/4 of a triangle; where the points are some of many corners, or of a rim, it is such that tau_0 is
+that of the whole face (`pressure_of_face`). C is a polynomial, fitted to the tau_0 of rectangles:
+to 6e-4 as far as 4 : 1, to 1.2e-3 as far as the line (where it is exact), with 5e-5 for squares.
+One point has no tau_0.
 
 A visit changes force and torque by
 
@@ -50,7 +51,6 @@ from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision.geometry.manifold import ROUND
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
@@ -70,7 +70,7 @@ from rigid_body_sim.physics.vectors import (
 )
 
 SLIDES, DRILLS, BETWEEN = 7.0 / 9.0, 0.5, -0.25  # [-] of p, see above
-LINE, DISC = 1.0 / 3.0, 0.50605  # [-] k
+LINE = 1.0 / 3.0  # [-] k
 C_0, C_1, C_2, C_3, C_4 = 0.75, 0.26650, -0.35798, 0.35238, -0.13264  # [-] of C
 L_0, L_1, L_2, L_3, L_4 = 0.56298, 0.80088, 1.09004, -1.82472, 0.87236  # [-] G_X / G_Y
 POINT = 1e-16  # [m^2] a patch with less of a second moment is a point
@@ -80,10 +80,18 @@ SETTLED = 1e-12  # [-] of what presses: friction that changes by less has settle
 
 
 @inline
-def uniform_share(corners: float) -> Any:
-    """Return k of a face of so many corners."""
-    regular = (2.0 + math.cos(2.0 * math.pi / corners)) / 6.0
-    return regular if corners < ROUND else DISC
+def flatness(trace: float, determinant: float) -> Any:
+    """Return q of Sigma: 0 of a line, 1 where no direction is before another."""
+    scale_of = 1.0 / (trace if trace > POINT else 1.0)
+    q = 4.0 * determinant * scale_of * scale_of
+    q = q if q > 0.0 else 0.0
+    return q if q < 1.0 else 1.0
+
+
+@inline
+def shape_factor(q: float) -> Any:
+    """Return C."""
+    return C_0 + q * (C_1 + q * (C_2 + q * (C_3 + q * C_4)))
 
 
 @inline
@@ -338,13 +346,9 @@ def measure(lanes: int, wrench: int, all_lanes: bool, patch: Array, scratch: Arr
         trace = s_11 + s_22
         is_patch = trace > POINT
         determinant = s_11 * s_22 - s_12 * s_12
-        scale_of = 1.0 / (trace if is_patch else 1.0)
-        q = 4.0 * determinant * scale_of * scale_of
-        q = q if q > 0.0 else 0.0
-        q = q if q < 1.0 else 1.0
+        q = flatness(trace, determinant)
         k = LINE + (patch[lane + friction_patch.UNIFORM] - LINE) * q
-        shape = C_0 + q * (C_1 + q * (C_2 + q * (C_3 + q * C_4)))
-        radius_squared = k * shape * trace if is_patch else 0.0
+        radius_squared = k * shape_factor(q) * trace if is_patch else 0.0
         inverse = 1.0 / radius_squared if is_patch else 0.0
         impulse_1, impulse_2, twist = _wrench(patch, lane + wrench)
         twist -= c_1 * impulse_2 - c_2 * impulse_1
@@ -501,6 +505,7 @@ def apply_restitution(lanes: int, constraints: Array, patch: Array, scratch: Arr
 def _lets_go(patch: Array, scratch: Array, lane: int) -> Any:
     """Tell whether the patch of a lane was pressed in the last substep, and is not any more."""
     was_pressed = patch[lane + friction_patch.WARM_NORMAL] > 0.0
+    was_pressed = was_pressed & (patch[lane + friction_patch.FIRST_OTHER] == 0.0)
     return was_pressed & (not scratch[lane + lane_scratch.PRESSES] > 0.0)
 
 
@@ -582,12 +587,13 @@ def spread(lanes: int, constraints: Array, points: Array, patch: Array, scratch:
         )
         share = press / total if total > 0.0 else 0.0
         arm_1, arm_2 = share * (place_1 - c_1), share * (place_2 - c_2)
-        wrench = _wrench(patch, lane + friction_patch.IMPULSE_1)
+        own = 1.0 if patch[lane + friction_patch.FIRST_OTHER] == 0.0 else 0.0
+        wrench = scale(own, _wrench(patch, lane + friction_patch.IMPULSE_1))
         turn = _turn(wrench, c_1, c_2, inverse_trace)
         points[lane + contact_point.TANGENT_IMPULSE_1] = share * wrench[0] - turn * arm_2
         points[lane + contact_point.TANGENT_IMPULSE_2] = share * wrench[1] + turn * arm_1
         wrench = add(
-            _wrench(patch, lane + friction_patch.TOTAL_1),
+            scale(own, _wrench(patch, lane + friction_patch.TOTAL_1)),
             _wrench(patch, lane + friction_patch.RESTITUTION_1),
         )
         turn = _turn(wrench, c_1, c_2, inverse_trace)

@@ -42,12 +42,16 @@ FEATURE = point.number('-', 'which parts of the shapes touch')
 POINT = point.size
 
 MOST = 4  # [-] points of a manifold
-ROUND = 1e3  # [-] corners of a circle
 
 manifold = Record()
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
 POINTS = manifold.numbers(MOST * POINT, 'm', 'its points, one after the other')
-FACE_CORNERS = manifold.number('-', 'of the face that touches, if more than points; 0: as many')
+FACE_AREA = manifold.number(
+    'm^2', 'of the face that touches (`touching_face`); 0: the points are its corners'
+)
+FACE_RADIUS = manifold.number('m', 'mean distance of the face from its middle')
+FACE_SQUARE = manifold.number('m^2', 'mean square of that distance')
+FACE_MIDDLE = manifold.vector('m', 'middle of the face, world axes')
 SCRATCH = manifold.size  # where a kernel may keep what it likes
 FOUND = 4096  # numbers in `found`: the largest scratch is that of ground (`surfaces`)
 SHORTEST = 1e-140  # [m] of a shorter way the direction is no direction

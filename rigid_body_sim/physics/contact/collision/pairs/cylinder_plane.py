@@ -22,12 +22,11 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     rim_feature,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    FACE_CORNERS,
     MOST,
-    ROUND,
     write_normal,
     write_point,
 )
+from rigid_body_sim.physics.contact.collision.geometry.touching_face import write_disc
 from rigid_body_sim.physics.contact.collision.shape_parameters import (
     HALF_LENGTH,
     NORMAL,
@@ -61,7 +60,6 @@ def collide(
         return 0
     up_x, up_y, fixed = lowest_direction(tilt_x, tilt_y)
     write_normal(found, negate(out))
-    found[FACE_CORNERS] = ROUND
     upper_end = rise < 0.0  # the end at +z is the lower one
     fall = radius * (tilt_x * up_x + tilt_y * up_y)
     other = half * abs(rise) < fall  # the other end is lower than the point opposite
@@ -88,4 +86,6 @@ def collide(
         position = add(center, subtract(on_rim, scale(0.5 * separation, out)))
         write_point(found, count, position, separation, feature)
         count += 1
+    if count == MOST and not other:
+        write_disc(found, radius, add_scaled(center, half if upper_end else -half, axis))
     return count

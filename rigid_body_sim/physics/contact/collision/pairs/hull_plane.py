@@ -21,7 +21,8 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    FACE_CORNERS,
+    FACE_AREA,
+    FACE_MIDDLE,
     LEAD,
     MOST,
     SCRATCH,
@@ -29,12 +30,18 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     write_normal,
     write_point,
 )
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import facing
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CENTER,
+    CLIP,
     COUNT,
     RADIUS,
     VERTICES,
+    Hull,
+    loop_of,
+    vertex,
 )
+from rigid_body_sim.physics.contact.collision.geometry.touching_face import measure_face
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
 from rigid_body_sim.physics.vectors import (
     add,
@@ -44,6 +51,7 @@ from rigid_body_sim.physics.vectors import (
     load,
     negate,
     scale,
+    store,
     subtract,
 )
 
@@ -51,6 +59,7 @@ Array = NDArray[np.float64]
 
 scratch = Record(begin=SCRATCH)
 CHOSEN = scratch.numbers(MOST, '-', 'where the chosen vertices begin among the shape parameters')
+FACE = scratch.numbers(3 * CLIP, 'm', 'corners of the face on the plane, axes of the hull')
 
 VERTEX = 3  # numbers of a vertex
 SKEW = 0.6  # [-] of one axis to the other: along an axis two corners of a box are as far
@@ -86,7 +95,28 @@ def collide(
         position = add(origin, pose.to_world(poses, pose_a, add(vertex, center)))
         position = subtract(position, scale(0.5 * separation, out))
         write_point(found, index, position, separation, float(place - first))
+    if count > 2:
+        _measure_face(parameters, shape_a, height, up, margin, found)
+        if found[FACE_AREA] > 0.0:
+            middle = pose.to_world(poses, pose_a, add(load(found, FACE_MIDDLE), center))
+            store(found, FACE_MIDDLE, add(origin, middle))
     return count
+
+
+@kernel
+def _measure_face(
+    parameters: Array, shape: int, height: float, up: Any, margin: float, found: Array
+) -> None:
+    """Measure the face that looks at the plane, as far as it is within the margin."""
+    hull = Hull(parameters, shape)
+    loop = loop_of(hull, facing(hull, negate(up)))
+    corners = 0
+    for index in range(int(parameters[loop])):
+        corner = vertex(hull, int(parameters[loop + 1 + index]))
+        if height + dot(up, corner) <= margin:
+            store(found, FACE + VERTEX * corners, corner)
+            corners += 1
+    measure_face(found, FACE, VERTEX, corners)
 
 
 @inline
@@ -125,7 +155,6 @@ def choose(
                 least, deepest = separation, place
     if count <= MOST:
         return count
-    found[FACE_CORNERS] = float(count)
     direction = _first_direction(up)
     kept, shallow = 0, math.inf
     for _ in range(MOST):

@@ -25,6 +25,8 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import between
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_AREA,
+    FACE_MIDDLE,
     MOST,
     SCRATCH,
     write_normal,
@@ -38,6 +40,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import
     V,
     keep_four_flat,
 )
+from rigid_body_sim.physics.contact.collision.geometry.touching_face import measure_face
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -57,9 +60,11 @@ faces = Record(begin=SCRATCH)
 INCIDENT = faces.numbers(4 * FLAT_POINT, 'm', 'corners of the incident face')
 PATCH = faces.numbers(MOST_OF_PATCH * FLAT_POINT, 'm', 'corners of the patch')
 CHOSEN = faces.numbers(MOST * FLAT_POINT, 'm', 'those that are kept')
+ROUND = faces.numbers(MOST_OF_PATCH * FLAT_POINT, 'm', 'corners of the patch, one after the other')
 
 CUTS, UNDER, NAMES = 4.0, 20.0, 24.0  # features: edge 0 … 3 cut by side 0 … 3, corners under it
 DEEPEST = 40000.0  # features of corners that lie deepest
+SQUARE = 1e-3  # [-] of the size: a patch that is off by less is a parallelogram
 ROUNDING = 1e-12  # [-] of a half edge: a corner beyond an edge by less is over the face
 UNCUT = -1.0  # an edge of the incident face that begins or ends over the reference face
 LOW_U, HIGH_U, LOW_V, HIGH_V = 0.0, 1.0, 2.0, 3.0  # edges of the reference face
@@ -118,6 +123,66 @@ def _cut_edges(found: Array, half_u: float, half_v: float, margin: float) -> int
     return count
 
 
+@inline
+def _direction(u: float, v: float) -> float:
+    """Return a number that grows with the angle of a vector, 0 to 4."""
+    both = abs(u) + abs(v)
+    along = u / (both if both > 0.0 else 1.0)
+    return 1.0 - along if v >= 0.0 else 3.0 + along
+
+
+@inline
+def _is_parallelogram(found: Array, count: int, kept: int, begin: int) -> bool:
+    """
+    Tell whether the patch is as good as a parallelogram: opposite ones of its four corners
+    balance, and all others are near one of them.
+
+        kept, begin : corners that are kept, and where they begin
+    """
+    if kept != MOST:
+        return False
+    first, second = load(found, begin), load(found, begin + FLAT_POINT)
+    third, last = load(found, begin + 2 * FLAT_POINT), load(found, begin + 3 * FLAT_POINT)
+    limit = abs(third[0] - first[0]) + abs(third[1] - first[1])
+    limit = SQUARE * (limit + abs(last[0] - second[0]) + abs(last[1] - second[1]))
+    balanced = False
+    for _ in range(3):
+        off_u = first[0] + third[0] - second[0] - last[0]
+        off_v = first[1] + third[1] - second[1] - last[1]
+        balanced = balanced or abs(off_u) + abs(off_v) < limit
+        second, third, last = third, last, second
+    if count == kept or not balanced:
+        return balanced
+    for at in range(PATCH, PATCH + FLAT_POINT * count, FLAT_POINT):
+        least = limit
+        for corner in range(begin, begin + FLAT_POINT * MOST, FLAT_POINT):
+            off_u, off_v = found[at + U] - found[corner + U], found[at + V] - found[corner + V]
+            least = min(least, abs(off_u) + abs(off_v))
+        if not least < limit:
+            return False
+    return True
+
+
+@kernel
+def _measure_patch(found: Array, count: int) -> None:
+    """Put the corners of the patch in order about their mean, and measure its face."""
+    mean_u, mean_v = 0.0, 0.0
+    for at in range(PATCH, PATCH + FLAT_POINT * count, FLAT_POINT):
+        mean_u += found[at + U] / count
+        mean_v += found[at + V] / count
+    for index in range(count):
+        at = PATCH + FLAT_POINT * index
+        corner = load(found, at)
+        direction = _direction(corner[0] - mean_u, corner[1] - mean_v)
+        place = index
+        while place > 0 and found[ROUND + FLAT_POINT * (place - 1) + NAME] > direction:
+            before, to = ROUND + FLAT_POINT * (place - 1), ROUND + FLAT_POINT * place
+            _write(found, to, load(found, before), found[before + NAME])
+            place -= 1
+        _write(found, ROUND + FLAT_POINT * place, corner, direction)
+    measure_face(found, ROUND, FLAT_POINT, count)
+
+
 @kernel
 def _patch(
     found: Array, center: Any, edge_p: Any, edge_q: Any, half_u: float, half_v: float,
@@ -154,9 +219,12 @@ def _patch(
                     corner = (corner_u, corner_v, separation)
                     _write(found, PATCH + count * FLAT_POINT, corner, UNDER + k)
                     count += 1
+    kept, first = count, PATCH
     if count > MOST:
-        return keep_four_flat(found, PATCH, count, CHOSEN), CHOSEN
-    return count, PATCH
+        kept, first = keep_four_flat(found, PATCH, count, CHOSEN), CHOSEN
+    if count > 2 and not _is_parallelogram(found, count, kept, first):
+        _measure_patch(found, count)
+    return kept, first
 
 
 @kernel
@@ -170,6 +238,7 @@ def face_contact(
         of_b : the reference box is B
         axis : of the reference face
     """
+    found[FACE_AREA] = 0.0
     along_u, along_v = (axis + 1) % 3, (axis + 2) % 3
     axis_u, axis_v = pose.axis(poses, pose_r, along_u), pose.axis(poses, pose_r, along_v)
     axis_w = pose.axis(poses, pose_r, axis)
@@ -210,6 +279,10 @@ def face_contact(
         in_face = add_scaled(scale(found[at + U], axis_u), found[at + V], axis_v)
         arm = add_scaled(in_face, half + 0.5 * separation, normal)
         write_point(found, k, add(origin, arm), separation, number * NAMES + found[at + NAME])
+    if found[FACE_AREA] > 0.0:
+        middle = load(found, FACE_MIDDLE)
+        arm = add_scaled(scale(middle[0], axis_u), middle[1], axis_v)
+        store(found, FACE_MIDDLE, add(origin, add_scaled(arm, half, normal)))
     write_normal(found, negate(normal) if of_b else normal)
     return count
 

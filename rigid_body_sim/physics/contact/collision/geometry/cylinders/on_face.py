@@ -33,9 +33,8 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
     rim_feature,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    FACE_CORNERS,
+    FACE_MIDDLE,
     POINT,
-    ROUND,
     SCRATCH,
     write_normal,
     write_point_at,
@@ -48,6 +47,15 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import
     V,
     keep_four,
 )
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import clip_by_side
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.scratch import (
+    CORNER,
+    MOST_CORNERS,
+)
+from rigid_body_sim.physics.contact.collision.geometry.touching_face import (
+    measure_face,
+    write_disc,
+)
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
 from rigid_body_sim.physics.vectors import add, add_scaled, dot, load, scale, store, subtract
 
@@ -58,6 +66,11 @@ SHARE = 0.05  # [-] … plus this share of |s|
 HANGING = 0.01  # [-] of the radius: how much higher than the lowest point what is over the face is
 SHALLOW = 0.2  # [-] of the smallest size: deeper, the rim may leave sooner over an edge
 PARALLEL = 1e-6  # [-] sin^2 of the angle between axis and edge without a common normal
+FLAT = 0.99  # [-] cosine between the axis and a face on which the cylinder stands
+# cosine and sine of the turn from one chord to the next, and radius of corners whose polygon has
+# the area of the circle
+TURN_X, TURN_Y = 0.9659258262890683, 0.25881904510252074
+WIDER = 1.0057410998499876
 ROUNDING = 1e-12  # [-] a point beyond an edge by less is over the face
 CUTS, CORNERS = 30.0, 40.0  # features: where edges cut, corners of the face
 FAR_END = 100.0  # added to the feature of a point fixed in the end at the other end of its line
@@ -70,6 +83,9 @@ TURN = on_box.matrix('-', 'axes of the cylinder (columns) in those of the box')
 OFFSET = on_box.vector('m', 'middle of the cylinder from that of the box, box axes')
 OVER_FACE = on_box.numbers(MOST_POINTS * FLAT_POINT, 'm', 'points over the face, (u, v, w)')
 CANDIDATES = on_box.numbers(MOST_POINTS * POINT, 'm', 'the same as points of a manifold')
+CHORDS = 24  # [-] of a circle that is cut
+ARC = on_box.numbers(MOST_CORNERS * CORNER, 'm', 'corners of the end over the face')
+CUT = on_box.numbers(MOST_CORNERS * CORNER, 'm', 'the same, clipped by one more side')
 
 
 @inline
@@ -144,8 +160,43 @@ def on_face(
     if not _least_gap(found, count) <= best + HANGING * radius:
         return UNDECIDED
     _to_world(parameters, box, poses, pose_a, found, face, count)
-    found[FACE_CORNERS] = ROUND if _is_rim(found, count) else 0.0
+    if count > 2 and abs(_along_axis(found, face)) > FLAT:
+        _measure_end(parameters, box, cylinder, poses, pose_a, found, face, count)
     return keep_four(found, CANDIDATES, count)
+
+
+@kernel
+def _measure_end(
+    parameters: Array, box: int, cylinder: int, poses: Array, pose_a: int, found: Array,
+    face: int, count: int,
+) -> None:  # fmt: skip
+    """Measure the end of a cylinder as far as it is over a face of the box: its arcs as chords."""
+    along_u, along_v = (face + 1) % 3, (face + 2) % 3
+    end = parameters[cylinder + HALF_LENGTH]
+    rise = -_along_axis(found, face) if found[OFFSET + face] > 0.0 else _along_axis(found, face)
+    end = end if rise > 0.0 else -end
+    u = found[OFFSET + along_u] + end * _along_axis(found, along_u)
+    v = found[OFFSET + along_v] + end * _along_axis(found, along_v)
+    half_u, half_v = parameters[box + along_u], parameters[box + along_v]
+    if _is_rim(found, count):
+        write_disc(found, parameters[cylinder + RADIUS], (u, v, 0.0))
+    else:
+        radius = WIDER * parameters[cylinder + RADIUS]
+        cosine, sine = 1.0, 0.0
+        for corner in range(CHORDS):
+            place = ARC + CORNER * corner
+            store(found, place, (u + radius * cosine, v + radius * sine, 0.0))
+            cosine, sine = cosine * TURN_X - sine * TURN_Y, sine * TURN_X + cosine * TURN_Y
+        corners = clip_by_side(found, ARC, CUT, CHORDS, (1.0, 0.0, 0.0), half_u, 0.0)
+        corners = clip_by_side(found, CUT, ARC, corners, (-1.0, 0.0, 0.0), half_u, 0.0)
+        corners = clip_by_side(found, ARC, CUT, corners, (0.0, 1.0, 0.0), half_v, 0.0)
+        corners = clip_by_side(found, CUT, ARC, corners, (0.0, -1.0, 0.0), half_v, 0.0)
+        measure_face(found, ARC, CORNER, corners)
+    middle = load(found, FACE_MIDDLE)
+    level = -parameters[box + face] if found[OFFSET + face] < 0.0 else parameters[box + face]
+    place = add_scaled(load(poses, pose_a), level, pose.axis(poses, pose_a, face))
+    place = add_scaled(place, middle[0], pose.axis(poses, pose_a, along_u))
+    store(found, FACE_MIDDLE, add_scaled(place, middle[1], pose.axis(poses, pose_a, along_v)))
 
 
 @inline

@@ -50,6 +50,7 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.scratch import 
     OFFSET,
     POLYGON,
 )
+from rigid_body_sim.physics.contact.collision.geometry.touching_face import measure_face
 from rigid_body_sim.physics.vectors import (
     add_scaled,
     cross,
@@ -162,7 +163,7 @@ def patch(
     of_b       : whether the reference body is B, the other one A; else reversed
     normal     : n, out of the reference body; axes of A
     separation : [m]  s along n
-    Returns the number of points with g <= margin, and the least g.
+    Returns the number of points with g <= margin, and the least g; their face is measured.
     """
     plane = planes_of(reference) + PLANE * face
     reference_normal, offset = (
@@ -203,4 +204,5 @@ def patch(
             write_point_at(work, CANDIDATES + POINT * kept, position, gap, feature)
             kept += 1
             least = min(least, gap)
+    measure_face(work, CANDIDATES, POINT, kept)
     return kept, least

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_MIDDLE,
     NORMAL,
     POINT,
     POINTS,
@@ -237,3 +238,5 @@ def to_world(center: Any, poses: Array, pose_a: int, found: Array, count: int) -
     for place in range(POINTS, POINTS + POINT * count, POINT):
         point = add(load(found, place), center)
         store(found, place, add(origin, pose.to_world(poses, pose_a, point)))
+    middle = add(load(found, FACE_MIDDLE), center)
+    store(found, FACE_MIDDLE, add(origin, pose.to_world(poses, pose_a, middle)))

@@ -31,7 +31,10 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, special
 from rigid_body_sim.physics.contact.collision import manifold_record, pose
 from rigid_body_sim.physics.contact.collision.aabb import extent
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    FACE_CORNERS,
+    FACE_AREA,
+    FACE_MIDDLE,
+    FACE_RADIUS,
+    FACE_SQUARE,
     FEATURE,
     MOST,
     NORMAL,
@@ -87,12 +90,15 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch 
     RESULTS,
     RESULTS_USED,
     SLOT,
-    SLOT_CORNERS,
+    SLOT_AREA,
     SLOT_COUNT,
     SLOT_FACET,
+    SLOT_MIDDLE,
     SLOT_NORMAL,
     SLOT_OVER,
     SLOT_POINTS,
+    SLOT_RADIUS,
+    SLOT_SQUARE,
     SLOTS,
     SLOTS_USED,
 )
@@ -158,7 +164,7 @@ def _ask_plane(
     normal = load(parameters, plane + FACET_NORMAL)
     height = dot(normal, center) - parameters[plane + OFFSET]
     limit = found[NEAR] + max(-dot(normal, load(found, MOTION)), 0.0)
-    found[FACE_CORNERS] = 0.0
+    found[FACE_AREA] = 0.0
     count = collide_plane(parameters, shape_a, plane, poses, pose_a, pose_b, limit, found)
     if count > 0 and parameters[surface + IS_GRAPH] == 0.0:
         least = found[POINTS + SEPARATION]
@@ -171,7 +177,9 @@ def _ask_plane(
     at = SLOTS + SLOT * int(found[SLOTS_USED])
     found[SLOTS_USED] += 1.0
     found[at + SLOT_FACET], found[at + SLOT_COUNT], found[at + SLOT_OVER] = facet, count, 0.0
-    found[at + SLOT_CORNERS] = max(float(count), found[FACE_CORNERS])
+    found[at + SLOT_AREA], found[at + SLOT_RADIUS] = found[FACE_AREA], found[FACE_RADIUS]
+    found[at + SLOT_SQUARE] = found[FACE_SQUARE]
+    store(found, at + SLOT_MIDDLE, load(found, FACE_MIDDLE))
     store(found, at + SLOT_NORMAL, normal)
     for index in range(count):
         copy_point(found, at + SLOT_POINTS + POINT * index, POINTS + POINT * index)
@@ -259,12 +267,15 @@ def _take_out_covered(flush: float, parameters: Array, planes: int, found: Array
 
 
 @kernel
-def _corners_of(result: int, found: Array) -> Any:
-    """Corners of the face of a manifold: that on the plane, where all of it is over the facet."""
+def _write_face(result: int, place: int, found: Array, manifolds: Array) -> None:
+    """Write the face of a manifold: that on the plane, where all of it is over the facet."""
+    manifolds[place + manifold_record.FACE_AREA] = 0.0
     at = _slot_of(found[result + KEY], found)
     if at != NO_SLOT and _is_done(at, found):
-        return found[at + SLOT_CORNERS]
-    return found[result + COUNT]
+        manifolds[place + manifold_record.FACE_AREA] = found[at + SLOT_AREA]
+        manifolds[place + manifold_record.FACE_RADIUS] = found[at + SLOT_RADIUS]
+        manifolds[place + manifold_record.FACE_SQUARE] = found[at + SLOT_SQUARE]
+        store(manifolds, place + manifold_record.FACE_MIDDLE, load(found, at + SLOT_MIDDLE))
 
 
 @kernel
@@ -458,7 +469,7 @@ def write_manifolds(
             manifolds[place + manifold_record.COLLIDER_A] = float(a)
             manifolds[place + manifold_record.COLLIDER_B] = float(b)
             manifolds[place + manifold_record.POINT_COUNT] = float(count)
-            manifolds[place + manifold_record.CORNERS] = _corners_of(best, found)
+            _write_face(best, place, found, manifolds)
             manifolds[place + manifold_record.PIECES] = float(pieces)
             store(
                 manifolds, place + manifold_record.NORMAL,

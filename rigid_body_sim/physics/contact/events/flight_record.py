@@ -1,0 +1,59 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A body in flight between two impacts, as it is at an instant of its own; what is seen of a collider
+at another instant; and an event: a pair of colliders that may meet in the tick.
+"""
+
+from rigid_body_sim.physics.arrays import Record
+from rigid_body_sim.physics.state.blocks import ROTATION
+
+flight = Record()
+TIME = flight.number('s', 'instant of the state, since the start of the tick; NOT_LOADED')
+POSITION = flight.vector('m', 'of the centre of mass, world')
+POSITION_RESIDUAL = flight.vector('m', 'what rounding lost of it')
+MOMENTUM = flight.vector('kg m/s', 'world axes')
+MOMENTUM_RESIDUAL = flight.vector('kg m/s', 'what rounding lost of it')
+ORIENTATION = flight.quaternion('-', 'principal axes to world')
+ANGULAR_MOMENTUM = flight.vector('kg m^2/s', 'about the centre of mass, world axes')
+FORCE = flight.vector('N', 'held over the tick')
+TORQUE = flight.vector('N m', 'held over the tick, world axes')
+INVERSE_MASS = flight.number('1/kg', '')
+INVERSE_MOMENTS = flight.vector('1/(kg m^2)', 'principal')
+STRUCK = flight.number('-', '1: an impact has changed its motion in this tick')
+REACH = flight.number('m', 'bound of its way in this tick, from where it began')
+BEGUN_AT = flight.vector('m', 'where its centre of mass was at the start of the tick')
+SIZE = flight.padding(48)  # six cache lines
+
+NOT_LOADED = -1.0
+
+view = Record()
+CENTER = view.vector('m', 'centre of mass of the body')
+VELOCITY = view.vector('m/s', '')
+ACCELERATION = view.vector('m/s^2', '')
+SPIN = view.vector('rad/s', 'of the surface: what leaves the shape where it is does not count')
+BEND = view.number('m/s^2', 'bound of what turning adds to the acceleration of points')
+SPIN_BOUND = view.number('rad/s', 'bound of the spin')
+VIEW = view.size
+
+event = Record()
+COLLIDER_A = event.number('-', 'number of collider A; type of A <= type of B')
+COLLIDER_B = event.number('-', 'number of collider B')
+INSTANT = event.number('s', 'at which the two meet, since the start of the tick; infinite: never')
+APPROACH = event.number('m/s', 'speed at which they approach each other then')
+STRUCK_SO_FAR = event.number('-', 'impacts of the pair in this tick')
+SLOW = event.number('m/s', 'a slower approach is no impact: the solver takes the pair')
+NORMAL = event.vector('-', 'axis along which they meet, from A to B')
+GAP = event.number('m', 'of the two where it was looked for')
+EVENT = event.padding(12)
+
+NEVER = 1e300  # [s]
+
+# behind the two views: where points of an impact are listed, and the corners of A and of B that
+# they are found from
+MOST_POINTS = 8
+TOUCHING = 2 * VIEW
+CORNERS_A = TOUCHING + 3 * MOST_POINTS
+CORNERS_B = CORNERS_A + 3 * MOST_POINTS
+VIEWS = CORNERS_B + 3 * MOST_POINTS
+BEHIND_BLOCKS = VIEWS + 2 * ROTATION  # and behind the blocks in which A and B are turned

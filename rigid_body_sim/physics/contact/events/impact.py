@@ -1,0 +1,241 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+One impact of a pair: both bodies are brought to the instant, get their impulse, and the list of
+impacts an entry.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rigid_body_sim.physics.arrays import Array
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
+from rigid_body_sim.physics.contact.collision import material_record
+from rigid_body_sim.physics.contact.events import flight_record, impact_list
+from rigid_body_sim.physics.contact.events.collision_matrix import StruckBody
+from rigid_body_sim.physics.contact.events.flight import (
+    NO_VECTOR,
+    Flights,
+    body_of,
+    orientation_of,
+    spin_of,
+)
+from rigid_body_sim.physics.contact.events.point_impact import point_impact
+from rigid_body_sim.physics.contact.solver import pair_material_record
+from rigid_body_sim.physics.contact.solver_bodies import world_inverse_inertia
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    cross,
+    dot,
+    load,
+    negate,
+    scale,
+    store,
+    subtract,
+)
+
+NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
+meet_at_points = slot(
+    'kernel (count, body_a, body_b, normal, ...): lets two meet at several points'
+)
+look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
+find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
+
+
+@inline
+def _pair_material(a: int, b: int, count: int, of_pairs: Array) -> Any:
+    """Restitution and friction that the scene gives a pair of its own; NaN: none."""
+    pair_id = float(max(a, b) * count + min(a, b))
+    low, high = 0, len(of_pairs) // pair_material_record.SIZE
+    while low < high:
+        middle = (low + high) // 2
+        if of_pairs[middle * pair_material_record.SIZE + pair_material_record.PAIR_ID] < pair_id:
+            low = middle + 1
+        else:
+            high = middle
+    place = low * pair_material_record.SIZE
+    if place < len(of_pairs) and of_pairs[place + pair_material_record.PAIR_ID] == pair_id:
+        return (
+            of_pairs[place + pair_material_record.RESTITUTION],
+            of_pairs[place + pair_material_record.FRICTION],
+        )
+    return math.nan, math.nan
+
+
+@kernel
+def material_of(a: int, b: int, flights: Flights) -> Any:
+    """Restitution and friction of a pair of colliders."""
+    materials = flights.materials
+    row_a, row_b = a * material_record.SIZE, b * material_record.SIZE
+    restitution = max(
+        materials[row_a + material_record.RESTITUTION],
+        materials[row_b + material_record.RESTITUTION],
+    )
+    friction = math.sqrt(
+        materials[row_a + material_record.FRICTION] * materials[row_b + material_record.FRICTION]
+    )
+    count = len(materials) // material_record.SIZE
+    own_restitution, own_friction = _pair_material(a, b, count, flights.pair_materials)
+    if own_restitution == own_restitution:
+        restitution = own_restitution
+    if own_friction == own_friction:
+        friction = own_friction
+    return restitution, friction
+
+
+@inline
+def inertia_of(body: int, flights: Flights) -> Any:
+    """Inverse mass and world inverse inertia of a body in flight; zero of what cannot move."""
+    if body < 0:
+        return 0.0, NO_INERTIA
+    records, row = flights.records, body * flight_record.SIZE
+    moments = load(records, row + flight_record.INVERSE_MOMENTS)
+    inverse = (moments[0], 0.0, 0.0, moments[0], 0.0, moments[0])
+    if moments[0] != moments[1] or moments[1] != moments[2]:
+        inverse = world_inverse_inertia(orientation_of(row, records), moments)
+    return records[row + flight_record.INVERSE_MASS], inverse
+
+
+@inline
+def velocity_at(side: int, body: int, point: Any, flights: Flights) -> Any:
+    """Velocity of a body at a point [m/s], as it was looked at; and the arm of the point [m]."""
+    views, view = flights.views, side * flight_record.VIEW
+    arm = subtract(point, load(views, view + flight_record.CENTER))
+    spin = load(views, view + flight_record.SPIN)
+    if 0 <= body < flights.motion.rigid_count:
+        records, row = flights.records, body * flight_record.SIZE
+        moments = load(records, row + flight_record.INVERSE_MOMENTS)
+        momentum = load(records, row + flight_record.ANGULAR_MOMENTUM)
+        if moments[0] != moments[1] or moments[1] != moments[2]:
+            spin = spin_of(orientation_of(row, records), momentum, moments)
+        else:
+            spin = scale(moments[0], momentum)
+    return add(load(views, view + flight_record.VELOCITY), cross(spin, arm)), arm
+
+
+@inline
+def push(body: int, arm: Any, impulse: Any, flights: Flights) -> None:
+    """Let an impulse [N s] act on a body in flight at an arm [m]."""
+    if body < 0:
+        return
+    records, row = flights.records, body * flight_record.SIZE
+    momentum = add(load(records, row + flight_record.MOMENTUM), impulse)
+    store(records, row + flight_record.MOMENTUM, momentum)
+    if body < flights.motion.rigid_count:
+        momentum = load(records, row + flight_record.ANGULAR_MOMENTUM)
+        momentum = add(momentum, cross(arm, impulse))
+        store(records, row + flight_record.ANGULAR_MOMENTUM, momentum)
+
+
+@inline
+def _rest_of_sequence(restitution: float, approach: float, normal: Any, flights: Flights) -> Any:
+    """
+    Return how long a sequence of ever smaller impacts lasts from one of them on [s]: the sum of
+    its flights, 2 e u / (a (1 - e)), a the acceleration at which the two fall back.
+    """
+    views = flights.views
+    pull = subtract(
+        load(views, flight_record.VIEW + flight_record.ACCELERATION),
+        load(views, flight_record.ACCELERATION),
+    )
+    back = -dot(normal, pull)
+    if not (back > 0.0 and restitution < 1.0):
+        return 0.0
+    return 2.0 * restitution * approach / (back * (1.0 - restitution))
+
+
+@inline
+def _struck(body: int, arm: Any, flights: Flights) -> StruckBody:
+    """Return a body as the laws of impact take it."""
+    inverse_mass, inverse_inertia = inertia_of(body, flights)
+    return StruckBody(inverse_mass, inverse_inertia, arm)
+
+
+@kernel
+def _meet_at_a_point(
+    body_a: int, body_b: int, normal: Any, material: Any, flights: Flights
+) -> Any:
+    """Let two bodies meet at the first point of the list; return the impulse on B [N s]."""
+    point = load(flights.views, flight_record.TOUCHING)
+    velocity_a, arm_a = velocity_at(0, body_a, point, flights)
+    velocity_b, arm_b = velocity_at(1, body_b, point, flights)
+    impulse = point_impact(
+        _struck(body_a, arm_a, flights),
+        _struck(body_b, arm_b, flights),
+        normal,
+        subtract(velocity_b, velocity_a),
+        material[0],
+        material[1],
+    )
+    push(body_a, arm_a, negate(impulse), flights)
+    push(body_b, arm_b, impulse, flights)
+    return impulse
+
+
+@kernel
+def write_impact(
+    number: int, event: Any, kind: float, point: Any, normal: Any, impulse: Any, flights: Flights
+) -> None:  # fmt: skip
+    """
+    Write an impact into the list.
+
+    event : tick, part of it [s], collider A, collider B, approach [m/s]
+    """
+    entry, impacts = number * impact_list.SIZE, flights.impacts
+    impacts[entry + impact_list.TICK] = event[0]
+    impacts[entry + impact_list.PART] = event[1]
+    impacts[entry + impact_list.COLLIDER_A] = float(event[2])
+    impacts[entry + impact_list.COLLIDER_B] = float(event[3])
+    impacts[entry + impact_list.APPROACH] = event[4]
+    impacts[entry + impact_list.KIND] = kind
+    store(impacts, entry + impact_list.POINT, point)
+    store(impacts, entry + impact_list.NORMAL, normal)
+    store(impacts, entry + impact_list.IMPULSE, impulse)
+    impacts[entry + impact_list.AT_ONCE] = 1.0
+
+
+def _strike(
+    row: int, time: float, threshold: float, tick: float, number: int, flights: Flights
+) -> None:  # fmt: skip
+    """
+    Let the two colliders of an event meet at an instant [s].
+
+        threshold : [m/s] slower approach returns nothing
+        tick      : number of the tick;   number : of the impact in the list
+    """
+    pairs, views = flights.pairs, flights.views
+    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    body_a, body_b = body_of(a, flights), body_of(b, flights)
+    for body in (body_a, body_b):
+        if body >= 0:
+            bring(body, time, flights)
+            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0
+    look(0, a, time, flights)
+    look(1, b, time, flights)
+    normal = load(pairs, row + flight_record.NORMAL)
+    count = find_points(a, b, normal, flights)
+    restitution, friction = material_of(a, b, flights)
+    kind, rest, share = impact_list.IMPACT, 0.0, 1.0
+    approach = pairs[row + flight_record.APPROACH]
+    if approach < threshold and restitution > 0.0:
+        kind = impact_list.SUMMED
+        rest = _rest_of_sequence(restitution, approach, normal, flights)
+        if rest > 0.0:
+            share = (1.0 - restitution) / (1.0 + restitution)
+        restitution = 0.0
+    if count == 1:
+        impulse = _meet_at_a_point(body_a, body_b, normal, (restitution, friction), flights)
+    else:
+        impulse = meet_at_points(count, body_a, body_b, normal, (restitution, friction), flights)
+    mean = NO_VECTOR
+    for index in range(count):
+        point = load(views, flight_record.TOUCHING + 3 * index)
+        mean = add_scaled(mean, 1.0 / count, point)
+    event = (tick, time + rest, a, b, approach)
+    write_impact(number, event, kind, mean, normal, scale(1.0 / share, impulse), flights)
+    flights.impacts[number * impact_list.SIZE + impact_list.AT_ONCE] = share

@@ -1,0 +1,82 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The kernels of impacts for one scene: its integrator, its pairs of shapes, what its forces need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from rigid_body_sim.physics.compile.kernels import specialise
+from rigid_body_sim.physics.contact.collision.narrow_phase import collider_of_pairs
+from rigid_body_sim.physics.contact.events import (
+    closest_axis,
+    contact_points,
+    flight,
+    impact,
+    impact_queue,
+    joint,
+    time_of_impact,
+)
+
+
+class ImpactKernels(NamedTuple):
+    """
+    What the tick calls.
+
+    find_impacts : see `impact_queue`
+    meet_now     : see `impact_queue`
+    land         : see `impact_queue`
+    """
+
+    find_impacts: Callable[..., Any]
+    meet_now: Callable[..., Any]
+    land: Callable[..., Any]
+
+
+def impact_kernels(
+    name: str, kernels: Sequence[tuple[int, int, Callable[..., Any]]], *,
+    drift_rotation: Callable[..., Any], coupled: bool,
+) -> ImpactKernels:  # fmt: skip
+    """
+    Make the kernels of impacts of a scene.
+
+        name           : of the integrator
+        kernels        : (type of A, type of B, pair kernel)
+        drift_rotation : of the integrator, see `schemes.splitting`
+        coupled        : whether a force depends on the state
+    """
+    offered: dict[str, Any] = {
+        'drift_rotation': drift_rotation,
+        'collide': collider_of_pairs(kernels),
+        'COUPLED': coupled,
+    }
+
+    def make(slot: str, function: Any) -> None:
+        offered[slot] = specialise(function, name=name, offered=offered)
+
+    make('turned', flight._turned)
+    make('look', flight._look)
+    make('bring', flight._bring)
+    make('axis', closest_axis._axis)
+    make('find_instant', time_of_impact._find_instant)
+    make('find_points', contact_points._find_points)
+    offered['meet_at_points'] = joint.meet_at_points
+    make('add_carriers', joint._add_carriers)
+    make('meet_with_load', joint._meet_with_load)
+    make('strike', impact._strike)
+    make('closing_speed', impact_queue._closing_speed)
+    make('is_left_to_solver', impact_queue._is_left_to_solver)
+    make('wants_a_cut', impact_queue._wants_a_cut)
+    make('find_events', impact_queue._find_events)
+    make('ask_neighbours', impact_queue._ask_neighbours)
+    make('ask_again', impact_queue._ask_again)
+    make('follow_impacts', impact_queue._follow_impacts)
+    make('find_impacts', impact_queue._find_impacts)
+    make('measure', impact_queue._measure)
+    make('next_of_cluster', impact_queue._next_of_cluster)
+    make('meet_now', impact_queue._meet_now)
+    make('land', impact_queue._land)
+    return ImpactKernels(offered['find_impacts'], offered['meet_now'], offered['land'])

@@ -1,0 +1,390 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Impacts at several points at once, from the bodies in flight to the tables of `joint_impact` and
+back: the corners of a face, and what is struck together with the contacts that carry it.
+
+A contact that carries load takes part with the points whose features the impulse cache knows as
+such that push; it holds, and returns nothing of its own. So do those behind it, and so on.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rigid_body_sim.physics.arrays import Array
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
+from rigid_body_sim.physics.contact.collision import collider_record
+from rigid_body_sim.physics.contact.collision.collider import SURFACE
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FEATURE,
+    MOST,
+    NORMAL,
+    POINT,
+    POINTS,
+    POSITION,
+)
+from rigid_body_sim.physics.contact.events import event_lists, flight_record, impact_list
+from rigid_body_sim.physics.contact.events import joint_impact_record as record
+from rigid_body_sim.physics.contact.events.contact_points import size_of
+from rigid_body_sim.physics.contact.events.flight import (
+    NO_VECTOR,
+    Flights,
+    body_of,
+    orientation_of,
+    pose_of_side,
+    spin_of,
+    take_off,
+)
+from rigid_body_sim.physics.contact.events.impact import (
+    inertia_of,
+    material_of,
+    push,
+    velocity_at,
+    write_impact,
+)
+from rigid_body_sim.physics.contact.events.joint_impact import JointImpact, joint_impact
+from rigid_body_sim.physics.contact.solver import cache_record
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    apply_symmetric,
+    cross,
+    dot,
+    load,
+    negate,
+    scale,
+    store,
+)
+
+NEAR = 1e-3  # [-] of the size: separation up to which a contact that carries load is looked for
+WORLD = -1.0  # in place of the row of a body
+LIGHT = 1e-6  # [-] of the impulse that stops what strikes: a contact that pushes by less in a
+# substep carries nothing
+NO_LOAD = 0  # of an impact: nothing carries who is struck
+
+collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
+find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
+add_carriers = slot(
+    'kernel (number, least, cache, flights): adds the points of contacts with load'
+)
+look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
+
+
+@inline
+def _put_body(row: int, body: int, flights: Flights) -> None:
+    """Write a body in flight into a row of the table."""
+    bodies, place = flights.joint_bodies, row * record.BODY_SIZE
+    records, begin = flights.records, body * flight_record.SIZE
+    inverse_mass, inertia = inertia_of(body, flights)
+    bodies[place + record.INVERSE_MASS] = inverse_mass
+    for entry in range(6):
+        bodies[place + record.INVERSE_INERTIA + entry] = inertia[entry]
+    momentum = load(records, begin + flight_record.MOMENTUM)
+    store(bodies, place + record.VELOCITY, scale(inverse_mass, momentum))
+    spin = NO_VECTOR
+    if body < flights.motion.rigid_count:
+        spin = spin_of(
+            orientation_of(begin, records),
+            load(records, begin + flight_record.ANGULAR_MOMENTUM),
+            load(records, begin + flight_record.INVERSE_MOMENTS),
+        )
+    store(bodies, place + record.ANGULAR_VELOCITY, spin)
+
+
+@inline
+def _put_side(row: int, side: int, body: int, flights: Flights) -> None:
+    """Write A or B, as it was looked at, into a row; what is told has no mass."""
+    if body >= 0:
+        _put_body(row, body, flights)
+        return
+    bodies, place, view = flights.joint_bodies, row * record.BODY_SIZE, side * flight_record.VIEW
+    for entry in range(record.BODY_SIZE):
+        bodies[place + entry] = 0.0
+    store(bodies, place + record.VELOCITY, load(flights.views, view + flight_record.VELOCITY))
+    store(bodies, place + record.ANGULAR_VELOCITY, load(flights.views, view + flight_record.SPIN))
+
+
+@inline
+def _put_point(
+    number: int, rows: Any, arms: Any, normal: Any, material: Any, flights: Flights
+) -> None:
+    """
+    Write a point into the table.
+
+    rows : of the bodies A and B, or WORLD;   material : restitution and friction
+    """
+    points, place = flights.joint_points, number * record.POINT_SIZE
+    points[place + record.BODY_A], points[place + record.BODY_B] = rows
+    store(points, place + record.ARM_A, arms[0])
+    store(points, place + record.ARM_B, arms[1])
+    store(points, place + record.NORMAL, normal)
+    points[place + record.RESTITUTION], points[place + record.FRICTION] = material
+
+
+@kernel
+def meet_at_points(
+    count: int, body_a: int, body_b: int, normal: Any, material: Any, flights: Flights
+) -> Any:
+    """
+    Let two bodies, as they were looked at, meet at all points of the list; return the impulse on B
+    [N s].
+
+    material : restitution and friction
+    """
+    views, points = flights.views, flights.joint_points
+    _put_side(0, 0, body_a, flights)
+    _put_side(1, 1, body_b, flights)
+    for index in range(count):
+        point = load(views, flight_record.TOUCHING + 3 * index)
+        _, arm_a = velocity_at(0, body_a, point, flights)
+        _, arm_b = velocity_at(1, body_b, point, flights)
+        _put_point(index, (0.0, 1.0), (arm_a, arm_b), normal, material, flights)
+    joint_impact(JointImpact(2, count, flights.joint_bodies, points))
+    total = NO_VECTOR
+    for index in range(count):
+        place = index * record.POINT_SIZE
+        impulse = load(points, place + record.IMPULSE)
+        push(body_a, load(points, place + record.ARM_A), negate(impulse), flights)
+        push(body_b, load(points, place + record.ARM_B), impulse, flights)
+        total = add(total, impulse)
+    return total
+
+
+@inline
+def _row_of(body: int, flights: Flights) -> Any:
+    """Row of a body in the table; WORLD: it is not in it."""
+    if body < 0:
+        return WORLD
+    return float(flights.links[event_lists.ASKED * flights.motion.body_count + body]) - 1.0
+
+
+@inline
+def _enter(body: int, count: int, flights: Flights) -> int:
+    """Put a body into the table, unless it is there; return how many are."""
+    if body < 0 or _row_of(body, flights) != WORLD:
+        return count
+    take_off(body, flights)
+    _put_body(count, body, flights)
+    flights.links[event_lists.ASKED * flights.motion.body_count + body] = count + 1
+    return count + 1
+
+
+@inline
+def _is_loaded(entry: int, least: float, cache: Array) -> bool:
+    """Tell whether a manifold of the cache pushes by more than an impulse [N s] in a substep."""
+    for index in range(int(cache[entry + cache_record.POINTS])):
+        place = entry + cache_record.MANIFOLD_HEAD + index * cache_record.POINT_SIZE
+        if cache[place + cache_record.NORMAL_IMPULSE] > least:
+            return True
+    return False
+
+
+@inline
+def _next_entry(entry: int, cache: Array) -> int:
+    """Where the next manifold of the cache begins."""
+    points = int(cache[entry + cache_record.POINTS])
+    return entry + cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+
+
+@inline
+def _pair_of(entry: int, cache: Array, flights: Flights) -> Any:
+    """Colliders of a manifold of the cache, type of A <= type of B."""
+    table = flights.colliders.table
+    count = len(table) // collider_record.SIZE
+    pair_id = int(cache[entry + cache_record.PAIR_ID])
+    a, b = pair_id // count, pair_id % count
+    type_a = table[a * collider_record.SIZE + collider_record.TYPE]
+    type_b = table[b * collider_record.SIZE + collider_record.TYPE]
+    if type_a > type_b or (type_a == type_b and a > b):
+        return b, a
+    return a, b
+
+
+@kernel
+def enter_carriers(count: int, least: float, cache: Array, flights: Flights) -> int:
+    """
+    Put all bodies into the table that contacts with load connect with those in it; return how
+    many there are. NO_LOAD: no such contact.
+    """
+    loaded, grown = False, True
+    while grown:
+        grown, entry = False, cache_record.HEAD
+        for _manifold in range(int(cache[cache_record.MANIFOLDS])):
+            a, b = _pair_of(entry, cache, flights)
+            body_a, body_b = body_of(a, flights), body_of(b, flights)
+            known_a = body_a >= 0 and _row_of(body_a, flights) != WORLD
+            known_b = body_b >= 0 and _row_of(body_b, flights) != WORLD
+            if (known_a or known_b) and _is_loaded(entry, least, cache):
+                loaded = True
+                before = count
+                count = _enter(body_b, _enter(body_a, count, flights), flights)
+                grown |= count > before
+            entry = _next_entry(entry, cache)
+    return count if loaded else NO_LOAD
+
+
+@inline
+def _pushes(feature: float, entry: int, least: float, cache: Array) -> bool:
+    """Tell whether a manifold of the cache has a feature that pushes."""
+    for index in range(int(cache[entry + cache_record.POINTS])):
+        place = entry + cache_record.MANIFOLD_HEAD + index * cache_record.POINT_SIZE
+        if (
+            cache[place + cache_record.FEATURE] == feature
+            and cache[place + cache_record.NORMAL_IMPULSE] > least
+        ):
+            return True
+    return False
+
+
+def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> int:
+    """
+    Add the points of all contacts with load between bodies of the table; return how many there
+    are then.
+    """
+    colliders, found = flights.colliders, flights.found
+    room = len(flights.joint_points) // record.POINT_SIZE
+    entry = cache_record.HEAD
+    for _manifold in range(int(cache[cache_record.MANIFOLDS])):
+        begin = entry
+        entry = _next_entry(entry, cache)
+        a, b = _pair_of(begin, cache, flights)
+        body_a, body_b = body_of(a, flights), body_of(b, flights)
+        row_a, row_b = _row_of(body_a, flights), _row_of(body_b, flights)
+        table_a, table_b = a * collider_record.SIZE, b * collider_record.SIZE
+        type_b = colliders.table[table_b + collider_record.TYPE]
+        if (row_a == WORLD and row_b == WORLD) or type_b == SURFACE:
+            continue
+        if not _is_loaded(begin, least, cache):
+            continue
+        look(0, a, 0.0, flights)
+        look(1, b, 0.0, flights)
+        points = collide(
+            colliders.table[table_a + collider_record.TYPE], type_b, colliders.parameters,
+            colliders.table[table_a + collider_record.PARAMETERS],
+            colliders.table[table_b + collider_record.PARAMETERS], colliders.poses,
+            pose_of_side(0, flights), pose_of_side(1, flights),
+            NEAR * (size_of(a, colliders) + size_of(b, colliders)), found,
+        )  # fmt: skip
+        normal = load(found, NORMAL)
+        _, friction = material_of(a, b, flights)
+        for index in range(min(points, MOST)):
+            place = POINTS + POINT * index
+            if number < room and _pushes(found[place + FEATURE], begin, least, cache):
+                point = load(found, place + POSITION)
+                _, arm_a = velocity_at(0, body_a, point, flights)
+                _, arm_b = velocity_at(1, body_b, point, flights)
+                arms = (arm_a, arm_b)
+                _put_point(number, (row_a, row_b), arms, normal, (0.0, friction), flights)
+                flights.joint_points[number * record.POINT_SIZE + record.COLLIDER_A] = float(a)
+                flights.joint_points[number * record.POINT_SIZE + record.COLLIDER_B] = float(b)
+                number += 1
+    return number
+
+
+@inline
+def _inverse_mass_at(side: int, body: int, normal: Any, flights: Flights) -> Any:
+    """Inverse effective mass of a body along a normal at the first point of the list [1/kg]."""
+    inverse_mass, inertia = inertia_of(body, flights)
+    point = load(flights.views, flight_record.TOUCHING)
+    _, arm = velocity_at(side, body, point, flights)
+    lever = cross(arm, normal)
+    return inverse_mass + dot(lever, apply_symmetric(inertia, lever))
+
+
+def _meet_with_load(
+    row: int, threshold: float, number: int, cache: Array, flights: Flights
+) -> int:
+    """
+    Let the two colliders of an event meet now, together with the contacts that carry them. Return
+    how many impacts that makes in the list; NO_LOAD: nothing happened.
+
+        threshold : [m/s] slower approach returns nothing
+        number    : of the first impact in the list
+    """
+    pairs, views, motion = flights.pairs, flights.views, flights.motion
+    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    body_a, body_b = body_of(a, flights), body_of(b, flights)
+    for body in (body_a, body_b):
+        if body >= 0:
+            take_off(body, flights)
+    look(0, a, 0.0, flights)
+    look(1, b, 0.0, flights)
+    normal = load(pairs, row + flight_record.NORMAL)
+    count = find_points(a, b, normal, flights)
+    inverse = _inverse_mass_at(0, body_a, normal, flights)
+    inverse += _inverse_mass_at(1, body_b, normal, flights)
+    least = LIGHT * pairs[row + flight_record.APPROACH] / inverse
+    for body in range(motion.body_count):
+        flights.links[event_lists.ASKED * motion.body_count + body] = 0
+    known = _enter(body_b, _enter(body_a, 0, flights), flights)
+    known = enter_carriers(known, least, cache, flights)
+    if known == NO_LOAD:
+        return NO_LOAD
+    restitution, friction = material_of(a, b, flights)
+    if pairs[row + flight_record.APPROACH] < threshold:
+        restitution = 0.0
+    rows = (_row_of(body_a, flights), _row_of(body_b, flights))
+    if body_a < 0:
+        _put_side(known, 0, body_a, flights)
+        rows = (float(known), rows[1])
+        known += 1
+    if body_b < 0:
+        _put_side(known, 1, body_b, flights)
+        rows = (rows[0], float(known))
+        known += 1
+    for index in range(count):
+        point = load(views, flight_record.TOUCHING + 3 * index)
+        _, arm_a = velocity_at(0, body_a, point, flights)
+        _, arm_b = velocity_at(1, body_b, point, flights)
+        _put_point(index, rows, (arm_a, arm_b), normal, (restitution, friction), flights)
+    points = add_carriers(count, least, cache, flights)
+    tables = JointImpact(known, points, flights.joint_bodies, flights.joint_points)
+    kind = impact_list.JOINT if joint_impact(tables) else impact_list.UNSETTLED
+    total, mean, listed = NO_VECTOR, NO_VECTOR, number + 1
+    for index in range(points):
+        place = index * record.POINT_SIZE
+        impulse = load(flights.joint_points, place + record.IMPULSE)
+        _push_row(index, impulse, flights)
+        if index < count:
+            total = add(total, impulse)
+            touching = load(views, flight_record.TOUCHING + 3 * index)
+            mean = add_scaled(mean, 1.0 / count, touching)
+        elif dot(impulse, impulse) > 0.0:
+            _write_carrier(listed, kind, index, impulse, flights)
+            listed += 1
+    event = (0.0, 0.0, a, b, pairs[row + flight_record.APPROACH])
+    write_impact(number, event, kind, mean, normal, total, flights)
+    return listed - number
+
+
+@inline
+def _write_carrier(number: int, kind: float, index: int, impulse: Any, flights: Flights) -> None:
+    """Write what a contact with load gave into the list of impacts."""
+    points, place = flights.joint_points, index * record.POINT_SIZE
+    a, b = int(points[place + record.COLLIDER_A]), int(points[place + record.COLLIDER_B])
+    body = body_of(a, flights)
+    arm = load(points, place + record.ARM_A)
+    if body < 0:
+        body = body_of(b, flights)
+        arm = load(points, place + record.ARM_B)
+    center = load(flights.records, body * flight_record.SIZE + flight_record.POSITION)
+    normal = load(points, place + record.NORMAL)
+    write_impact(number, (0.0, 0.0, a, b, 0.0), kind, add(center, arm), normal, impulse, flights)
+
+
+@inline
+def _push_row(index: int, impulse: Any, flights: Flights) -> None:
+    """Let the impulse of a point act on the bodies in whose rows it is."""
+    points, place = flights.joint_points, index * record.POINT_SIZE
+    count = flights.motion.body_count
+    for body in range(count):
+        row = _row_of(body, flights)
+        if row == WORLD:
+            continue
+        if row == points[place + record.BODY_A]:
+            push(body, load(points, place + record.ARM_A), negate(impulse), flights)
+            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0
+        elif row == points[place + record.BODY_B]:
+            push(body, load(points, place + record.ARM_B), impulse, flights)
+            flights.records[body * flight_record.SIZE + flight_record.STRUCK] = 1.0

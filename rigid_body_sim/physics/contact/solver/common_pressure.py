@@ -1,0 +1,439 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What several faces carry together: the pressure of one surface.
+
+A body that lies on four tiles presses on sixteen points, and statics determine three sums of what
+they carry. Passes over the constraints leave the rest as it comes: a tile of which a sliver is
+covered carries as much as one under half of the body. Friction feels it: a body that drills on
+tiles is braked by where it presses. So where statics leave a choice, the impulses that are
+recalled are chosen anew, with the same force and the same torque: those of a pressure that is
+linear over all faces of one body on one other with one normal, and nowhere pulls,
+
+    N_i = w_i max(alpha + beta . (r_i - c), 0)
+    sum N_i and sum N_i r_i as recalled,   w_i = A u_i: `pressure_of_face`
+
+A : [m^2] area of the face, or [m] length of the line of a manifold of two points
+c : mean of the points by w
+What cannot move is one body. A plane carries the whole face of a body, also beside a box that is
+flush with it: it has all the weight. A point takes part that was pressed, or touches.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
+from rigid_body_sim.physics.contact.collision.collider import PLANE
+from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.solver import (
+    constraint,
+    contact_point,
+    patch_friction,
+    pressure_of_face,
+    surface_friction,
+    wide_lanes,
+)
+from rigid_body_sim.physics.vectors import cross, dot, load, scale, subtract
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+TOUCHES = 3e-7  # [m] apart: so far what rests may tremble
+ALIKE = 1e-9  # [-] 1 - cos of an angle of 4e-5: normals of one surface
+ROUNDS = 8  # [-] in which points that would pull are left out, at most
+THIN = 1e-9  # [-] of the second moment: points are as good as in a line
+EXACT = 1e-9  # [-] of the torque that may be lost by the choice
+DONE = -2.0  # `manifold_record.STATE` of what belongs to a surface that was looked at
+NONE = -1.0  # in place of a manifold
+
+
+@inline
+def _owner(record: int, table: Indices, manifolds: Array) -> Any:
+    """Body of a manifold that moves, and on which side it is (0: A)."""
+    collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
+    collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+    body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
+    body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
+    return (body_a, 0) if body_a >= 0 else (body_b, 1)
+
+
+@inline
+def _other(record: int, side: int, manifolds: Array, rows: Array) -> float:
+    """Where the other body begins: all that cannot move is one, each that is driven its own."""
+    lane = int(manifolds[record + manifold_record.LANE])
+    return rows[lane + (constraint.BODY_B if side == 0 else constraint.BODY_A)]
+
+
+@inline
+def _is_line(record: int, manifolds: Array) -> bool:
+    """Tell whether a manifold has two points."""
+    return manifolds[record + manifold_record.POINT_COUNT] == 2.0
+
+
+@inline
+def _is_measured(record: int, manifolds: Array) -> bool:
+    """Tell whether a manifold has a face that was measured."""
+    return (
+        manifolds[record + manifold_record.POINT_COUNT] > 2.0
+        and manifolds[record + manifold_record.FACE_AREA] > 0.0
+    )
+
+
+@kernel
+def _link(manifold_count: int, table: Indices, manifolds: Array, bodies: Array) -> bool:
+    """
+    Make the list of the manifolds of several points of each body: the first one, and behind each
+    the next (`ghosts` had its own there). Tell whether statics leave something to choose.
+    """
+    for index in range(manifold_count):
+        record = index * manifold_record.SIZE
+        if manifolds[record + manifold_record.POINT_COUNT] > 1.0:
+            body, _ = _owner(record, table, manifolds)
+            bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD] = NONE
+    found = False
+    for index in range(manifold_count):
+        record = index * manifold_record.SIZE
+        if manifolds[record + manifold_record.POINT_COUNT] > 1.0:
+            body, _ = _owner(record, table, manifolds)
+            head = body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD
+            first = bodies[head]
+            found = found or first >= 0.0 or _is_measured(record, manifolds)
+            manifolds[record + manifold_record.NEXT_OF_A] = first
+            manifolds[record + manifold_record.STATE] = 0.0
+            bodies[head] = float(record)
+    return found
+
+
+@kernel
+def _list_surface(
+    record: int, table: Indices, manifolds: Array, rows: Array, bodies: Array, members: Indices
+) -> int:  # fmt: skip
+    """List where the manifolds begin that are of one surface with one of them; return how many."""
+    body, side = _owner(record, table, manifolds)
+    other = _other(record, side, manifolds, rows)
+    normal = scale(1.0 - 2.0 * side, load(manifolds, record + manifold_record.NORMAL))
+    count = 0
+    place = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD])
+    while place >= 0:
+        _, its_side = _owner(place, table, manifolds)
+        its_normal = scale(1.0 - 2.0 * its_side, load(manifolds, place + manifold_record.NORMAL))
+        if (
+            _other(place, its_side, manifolds, rows) == other
+            and 1.0 - dot(normal, its_normal) < ALIKE
+        ):
+            members[count] = place
+            manifolds[place + manifold_record.STATE] = DONE
+            count += 1
+        place = int(manifolds[place + manifold_record.NEXT_OF_A])
+    return count
+
+
+@kernel
+def _size_of(record: int, frame: Any, manifolds: Array) -> float:
+    """
+    Return the area of the face of a manifold [m^2], or the length of its line [m]: nothing where
+    others have areas.
+    """
+    if frame[2] and _is_line(record, manifolds):
+        return 0.0
+    normal = load(manifolds, record + manifold_record.NORMAL)
+    if _is_measured(record, manifolds):
+        return manifolds[record + manifold_record.FACE_AREA]
+    points = record + manifold_record.POINTS
+    origin = load(manifolds, points)
+    first = subtract(load(manifolds, points + manifold.POINT), origin)
+    count = int(manifolds[record + manifold_record.POINT_COUNT])
+    if count == 2:
+        return math.sqrt(dot(first, first))
+    second = subtract(load(manifolds, points + 2 * manifold.POINT), origin)
+    if count == 3:
+        return 0.5 * abs(dot(normal, cross(first, second)))
+    # of four corners in any order, the diagonals are those that span most
+    third = subtract(load(manifolds, points + 3 * manifold.POINT), origin)
+    twice = abs(dot(normal, cross(first, subtract(third, second))))
+    twice = max(twice, abs(dot(normal, cross(second, subtract(third, first)))))
+    return 0.5 * max(twice, abs(dot(normal, cross(third, subtract(second, first)))))
+
+
+@inline
+def _takes_part(row: int, rows: Array) -> bool:
+    """Tell whether a point was pressed, or touches."""
+    return (
+        rows[row + contact_point.NORMAL_IMPULSE] > 0.0
+        or rows[row + contact_point.INITIAL_SEPARATION] <= TOUCHES
+    )
+
+
+@kernel
+def _carrier(
+    count: int, members: Indices, width: int, table: Indices, manifolds: Array, rows: Array
+) -> int:  # fmt: skip
+    """Return the place in the list of a plane on which a face lies, or -1."""
+    for place in range(count):
+        record = members[place]
+        collider = int(manifolds[record + manifold_record.COLLIDER_B])
+        if table[collider * collider_record.SIZE + collider_record.TYPE] != PLANE:
+            continue
+        lane = int(manifolds[record + manifold_record.LANE])
+        points, taking_part = int(manifolds[record + manifold_record.POINT_COUNT]), 0
+        for index in range(points):
+            row = lane + constraint.SIZE + index * width
+            taking_part += 1 if _takes_part(row, rows) else 0
+        if taking_part > 2 or taking_part == points:
+            return place
+    return -1
+
+
+@kernel
+def _sum_up(
+    count: int, members: Indices, carrier: int, width: int, frame: Any, pressure: Any,
+    manifolds: Array, rows: Array,
+) -> Any:  # fmt: skip
+    """
+    Sum up over the points of a surface: impulses and their moments; of those on which a pressure
+    (alpha, beta) presses, weights and their moments; and how many it would change.
+
+        pressure : with a third number, whether to look at it: else it presses on all
+    """
+    alpha, beta_1, beta_2, known = pressure
+    total, total_1, total_2 = 0.0, 0.0, 0.0
+    w, w_1, w_2, w_11, w_12, w_22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for place in range(count):
+        record = members[place]
+        lane = int(manifolds[record + manifold_record.LANE])
+        size = _size_of(record, frame, manifolds)
+        size = 0.0 if carrier >= 0 and place != carrier else size
+        shares = pressure_of_face.weights(record, frame[1], manifolds)
+        for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+            row = lane + constraint.SIZE + index * width
+            if not _takes_part(row, rows):
+                continue
+            x, y = pressure_of_face.place(record, index, frame[0], frame[1], manifolds)
+            weight = size * shares[index]
+            impulse = rows[row + contact_point.NORMAL_IMPULSE]
+            total += impulse
+            total_1 += impulse * x
+            total_2 += impulse * y
+            if known and not alpha + beta_1 * x + beta_2 * y > 0.0:
+                continue
+            w += weight
+            w_1 += weight * x
+            w_2 += weight * y
+            w_11 += weight * x * x
+            w_12 += weight * x * y
+            w_22 += weight * y * y
+    return total, total_1, total_2, w, w_1, w_2, w_11, w_12, w_22
+
+
+@inline
+def _pressure(sums: Any) -> Any:
+    """Return alpha and beta of sums, and whether there are such."""
+    total, total_1, total_2, w, w_1, w_2, w_11, w_12, w_22 = sums
+    if not (w > 0.0 and total > 0.0):
+        return 0.0, 0.0, 0.0, False
+    c_1, c_2 = w_1 / w, w_2 / w
+    s_11, s_12, s_22 = w_11 - w_1 * c_1, w_12 - w_1 * c_2, w_22 - w_2 * c_2
+    m_1, m_2 = total_1 - total * c_1, total_2 - total * c_2
+    trace = s_11 + s_22
+    if not trace > 0.0:
+        return 0.0, 0.0, 0.0, False
+    if s_11 * s_22 - s_12 * s_12 > THIN * trace * trace:
+        determinant = s_11 * s_22 - s_12 * s_12
+        beta_1 = (s_22 * m_1 - s_12 * m_2) / determinant
+        beta_2 = (s_11 * m_2 - s_12 * m_1) / determinant
+    else:  # of a line: along its points
+        along = (s_11 * m_1 + s_12 * m_2, s_12 * m_1 + s_22 * m_2)
+        beta_1, beta_2 = along[0] / (trace * trace), along[1] / (trace * trace)
+    lost_1 = m_1 - (s_11 * beta_1 + s_12 * beta_2)
+    lost_2 = m_2 - (s_12 * beta_1 + s_22 * beta_2)
+    lost, size = lost_1 * lost_1 + lost_2 * lost_2, total * total * trace / w
+    return total / w - beta_1 * c_1 - beta_2 * c_2, beta_1, beta_2, lost <= EXACT * EXACT * size
+
+
+@kernel
+def _is_consistent(
+    count: int, members: Indices, width: int, frame: Any, before: Any, now: Any, manifolds: Array,
+    rows: Array,
+) -> bool:  # fmt: skip
+    """Tell whether two pressures press on the same points."""
+    for place in range(count):
+        record = members[place]
+        lane = int(manifolds[record + manifold_record.LANE])
+        for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+            if not _takes_part(lane + constraint.SIZE + index * width, rows):
+                continue
+            x, y = pressure_of_face.place(record, index, frame[0], frame[1], manifolds)
+            pressed = not before[3] or before[0] + before[1] * x + before[2] * y > 0.0
+            if (now[0] + now[1] * x + now[2] * y > 0.0) != pressed:
+                return False
+    return True
+
+
+@kernel
+def _most(count: int, members: Indices, width: int, manifolds: Array, rows: Array) -> int:
+    """Return where the manifold begins that carries most."""
+    best, most = members[0], -1.0
+    for place in range(count):
+        lane = int(manifolds[members[place] + manifold_record.LANE])
+        press = 0.0
+        for index in range(int(manifolds[members[place] + manifold_record.POINT_COUNT])):
+            row = lane + constraint.SIZE + index * width
+            press += rows[row + contact_point.NORMAL_IMPULSE]
+        if press > most:
+            best, most = members[place], press
+    return best
+
+
+@kernel
+def _share_of_all(
+    count: int, members: Indices, carrier: int, frame: Any, manifolds: Array
+) -> Any:  # fmt: skip
+    """Return k_face of all faces of a surface: see `surface_friction`."""
+    if carrier >= 0:
+        return pressure_of_face.uniform_share(members[carrier], frame[1], manifolds)
+    of_points = uniform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for place in range(count):
+        record = members[place]
+        size = _size_of(record, frame, manifolds)
+        shares = pressure_of_face.weights(record, frame[1], manifolds)
+        own = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        if not size > 0.0:
+            continue
+        for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+            x, y = pressure_of_face.place(record, index, frame[0], frame[1], manifolds)
+            own = _with(own, size * shares[index], x, y)
+        of_points = _sum(of_points, own, 0.0)
+        s_11, s_12, s_22 = _second_moment(own)
+        trace = s_11 + s_22
+        square = pressure_of_face.mean_square(record, trace, manifolds)
+        uniform = _sum(uniform, own, own[0] * (square / trace - 1.0) if trace > 0.0 else 0.0)
+    s_11, s_12, s_22 = _second_moment(of_points)
+    trace = s_11 + s_22
+    q = patch_friction.flatness(trace, s_11 * s_22 - s_12 * s_12)
+    s_11, s_12, s_22 = _second_moment(uniform)
+    k = (s_11 + s_22) / trace
+    of_uniform = patch_friction.flatness(s_11 + s_22, s_11 * s_22 - s_12 * s_12)
+    k *= patch_friction.shape_factor(of_uniform) / patch_friction.shape_factor(q)
+    return pressure_of_face.of_face(k, q)
+
+
+@inline
+def _sum(sums: Any, own: Any, more: float) -> Any:
+    """Add two sums, and so much more of the second moment Sigma of the second."""
+    s_11, s_12, s_22 = _second_moment(own)
+    return (
+        sums[0] + own[0], sums[1] + own[1], sums[2] + own[2], sums[3] + own[3] + more * s_11,
+        sums[4] + own[4] + more * s_12, sums[5] + own[5] + more * s_22,
+    )  # fmt: skip
+
+
+@inline
+def _with(sums: Any, weight: float, x: float, y: float) -> Any:
+    """Add a weight at a place to sums: 1, x, y, xx, xy, yy."""
+    return (
+        sums[0] + weight, sums[1] + weight * x, sums[2] + weight * y, sums[3] + weight * x * x,
+        sums[4] + weight * x * y, sums[5] + weight * y * y,
+    )  # fmt: skip
+
+
+@inline
+def _second_moment(sums: Any) -> Any:
+    """Return Sigma of such sums: 11, 12, 22."""
+    x, y = sums[1] / sums[0], sums[2] / sums[0]
+    return sums[3] / sums[0] - x * x, sums[4] / sums[0] - x * y, sums[5] / sums[0] - y * y
+
+
+@kernel
+def _find_pressure(
+    count: int, members: Indices, carrier: int, width: int, frame: Any, manifolds: Array,
+    rows: Array,
+) -> Any:  # fmt: skip
+    """Return alpha and beta of the pressure of a surface, and whether there is one."""
+    pressure = 0.0, 0.0, 0.0, False
+    for _ in range(ROUNDS):
+        before = pressure
+        sums = _sum_up(count, members, carrier, width, frame, before, manifolds, rows)
+        pressure = _pressure(sums)
+        if not pressure[3]:
+            return pressure
+        if _is_consistent(count, members, width, frame, before, pressure, manifolds, rows):
+            return pressure
+    return 0.0, 0.0, 0.0, False
+
+
+@kernel
+def _press_as_one(
+    count: int, members: Indices, width: int, table: Indices, manifolds: Array, rows: Array
+) -> None:
+    """Choose the impulses of one surface."""
+    lane = int(manifolds[members[0] + manifold_record.LANE])
+    _, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
+    areas = False
+    for place in range(count):
+        areas = areas or not _is_line(members[place], manifolds)
+    origin = load(manifolds, members[0] + manifold_record.POINTS)
+    frame = origin, (tangent_1, tangent_2), areas
+    carrier = -1
+    if count > 1:
+        carrier = _carrier(count, members, width, table, manifolds, rows)
+    pressure = _find_pressure(count, members, carrier, width, frame, manifolds, rows)
+    if carrier >= 0 and not pressure[3]:
+        carrier = -1
+        pressure = _find_pressure(count, members, carrier, width, frame, manifolds, rows)
+    if not pressure[3]:
+        return
+    alpha, beta_1, beta_2, _ = pressure
+    for place in range(count):
+        record = members[place]
+        lane = int(manifolds[record + manifold_record.LANE])
+        size = _size_of(record, frame, manifolds)
+        size = 0.0 if carrier >= 0 and place != carrier else size
+        shares = pressure_of_face.weights(record, frame[1], manifolds)
+        for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+            row = lane + constraint.SIZE + index * width
+            if _takes_part(row, rows):
+                x, y = pressure_of_face.place(record, index, frame[0], frame[1], manifolds)
+                impulse = size * shares[index] * (alpha + beta_1 * x + beta_2 * y)
+                rows[row + contact_point.NORMAL_IMPULSE] = max(impulse, 0.0)
+    if count > 1:
+        for place in range(count):
+            lane = int(manifolds[members[place] + manifold_record.LANE])
+            _, side = _owner(members[place], table, manifolds)
+            surface_friction.name_mover(lane, side, width, rows)
+        surface_friction.join(
+            count, members, _most(count, members, width, manifolds, rows),
+            _share_of_all(count, members, carrier, frame, manifolds), width, manifolds, rows,
+        )  # fmt: skip
+
+
+@kernel
+def share_pressure(
+    manifold_count: int, width: int, table: Indices, manifolds: Array, rows: Array, bodies: Array,
+    members: Indices,
+) -> None:  # fmt: skip
+    """
+    Choose the recalled impulses of all surfaces that several faces are.
+
+        width   : numbers of a point
+        members : scratch, one number a manifold
+    """
+    surface_friction.begin_tick(rows)
+    if not _link(manifold_count, table, manifolds, bodies):
+        return
+    for index in range(manifold_count):
+        record = index * manifold_record.SIZE
+        if (
+            manifolds[record + manifold_record.POINT_COUNT] < 2.0
+            or manifolds[record + manifold_record.STATE] == DONE
+        ):
+            continue
+        count = _list_surface(record, table, manifolds, rows, bodies, members)
+        if count > 1 or _is_measured(record, manifolds):
+            _press_as_one(count, members, width, table, manifolds, rows)

@@ -1,0 +1,50 @@
+// Impacts at their instants: a ring around the point, across the normal, that opens for a moment.
+import * as THREE from 'three';
+import { arrayOf } from 'view/run';
+import { IMPACT } from 'view/palette';
+
+const LASTS = 0.25;                     // [s] of the run that a ring is seen
+const SMALL = 0.3, LARGE = 1.0;        // [-] of the usual arrow: radius at its begin and end
+const MOST = 256;                       // rings at once: the last ones
+const Z = new THREE.Vector3(0, 0, 1);
+
+export class Impacts {
+  constructor(run) {
+    this.group = new THREE.Group();
+    this.told = run.impacts;
+    if (!this.told) return;
+    this.times = arrayOf(run.impacts.times, run.buffer);
+    this.places = arrayOf(run.impacts.places, run.buffer);            // point, normal
+    this.arrow = run.arrow;
+    const material = new THREE.MeshBasicMaterial({ color: IMPACT.color, side: THREE.DoubleSide, transparent: true, opacity: 0.85, depthTest: false });
+    this.mesh = new THREE.InstancedMesh(new THREE.RingGeometry(0.82, 1, 40), material, MOST);
+    this.mesh.frustumCulled = false;
+    this.mesh.renderOrder = 3;
+    this.mesh.count = 0;
+    this.group.add(this.mesh);
+  }
+
+  // The number of the first impact after a time.
+  after(time) {
+    let low = 0, high = this.times.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= time) low = middle + 1; else high = middle;
+    }
+    return low;
+  }
+
+  show(time, visible) {
+    if (!this.told) return;
+    const end = visible ? this.after(time) : 0, first = visible ? Math.max(this.after(time - LASTS), end - MOST) : 0;
+    const turn = new THREE.Quaternion(), matrix = new THREE.Matrix4(), point = new THREE.Vector3(), normal = new THREE.Vector3(), size = new THREE.Vector3();
+    this.mesh.count = 0;
+    for (let i = first; i < end; i++) {
+      const share = (time - this.times[i]) / LASTS;
+      turn.setFromUnitVectors(Z, normal.fromArray(this.places, 6 * i + 3));
+      size.setScalar(this.arrow * (SMALL + (LARGE - SMALL) * share));
+      this.mesh.setMatrixAt(this.mesh.count++, matrix.compose(point.fromArray(this.places, 6 * i), turn, size));
+    }
+    this.mesh.instanceMatrix.needsUpdate = true;
+  }
+}
