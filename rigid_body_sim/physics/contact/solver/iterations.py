@@ -332,7 +332,6 @@ def _relax(
             relax_all_in_common(lanes, used, constraints, points, scratch, inverse_h, 0.0, 0.0)
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
-                patch_friction.clear_moments(lanes, scratch)
                 patch_friction.find_slide(lanes, constraints, patch, scratch)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]

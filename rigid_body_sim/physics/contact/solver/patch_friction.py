@@ -269,8 +269,12 @@ def clear_moments(lanes: int, scratch: Array) -> None:
 
 @kernel
 def find_slide(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
-    """Find how much of what presses the friction of each lane is: `solve`."""
+    """
+    Find how much of what presses the friction of each lane is: `solve`; begin the sum of what does
+    now.
+    """
     for lane in range(lanes):
+        scratch[lane + lane_scratch.PRESS] = 0.0
         along_1 = patch[lane + friction_patch.IMPULSE_1]
         along_2 = patch[lane + friction_patch.IMPULSE_2]
         mu = constraints[lane + constraint.FRICTION]
