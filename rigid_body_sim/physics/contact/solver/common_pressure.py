@@ -87,7 +87,7 @@ def _is_measured(record: int, manifolds: Array) -> bool:
 
 
 @kernel
-def _link(manifold_count: int, table: Indices, manifolds: Array, bodies: Array) -> bool:
+def _link(manifold_count: int, table: Indices, manifolds: Array, bodies: Array) -> Any:
     """
     Make the list of the manifolds of several points of each body: the first one, and behind each
     the next (`ghosts` had its own there). Tell whether statics leave something to choose.

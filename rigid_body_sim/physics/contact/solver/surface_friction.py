@@ -57,13 +57,13 @@ def _point_row(lane: int, point: int, width: int) -> int:
 
 
 @inline
-def _moves_a(lane: int, width: int, rows: Array) -> bool:
+def _moves_a(lane: int, width: int, rows: Array) -> Any:
     """Tell whether the body whose faces they are is A of a manifold."""
     return rows[_patch_of(lane, width) + friction_patch.MOVER] > 0.0
 
 
 @inline
-def _sign(lane: int, head: int, width: int, rows: Array) -> float:
+def _sign(lane: int, head: int, width: int, rows: Array) -> Any:
     """Return 1 if A and B are those of another manifold, -1 if they are the other way round."""
     mover = friction_patch.MOVER
     return rows[_patch_of(lane, width) + mover] * rows[_patch_of(head, width) + mover]
@@ -87,7 +87,7 @@ def _arm_of_center(lane: int, width: int, rows: Array) -> Any:
 
 
 @inline
-def any_surface(rows: Array) -> bool:
+def any_surface(rows: Array) -> Any:
     """Tell whether some manifolds have one friction in this tick."""
     return rows[lane_scratch.SURFACES] > 0.0
 
