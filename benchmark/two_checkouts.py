@@ -31,6 +31,7 @@ import argparse
 import json
 import math
 import os
+import signal
 import statistics
 import subprocess
 import sys
@@ -83,6 +84,7 @@ def checked_out(other: str, folder: Path = ROOT) -> Iterator[tuple[Path, str]]:
     commit = git('rev-parse', '--verify', f'{other}^{{commit}}', folder=folder)
     with tempfile.TemporaryDirectory(prefix='bench_') as temporary:
         place = Path(temporary) / 'checkout'
+        git('worktree', 'prune', folder=folder)  # of a run that was killed
         git('worktree', 'add', '--detach', str(place), commit, folder=folder)
         try:
             yield place, f'{other} ({git("log", "-1", "--format=%h %s", commit, folder=folder)})'
@@ -355,5 +357,11 @@ def main(words: Sequence[str] | None = None, *, folder: Path = ROOT) -> int:
     return 1 if slower else 0
 
 
+def _stop(*_: object) -> None:
+    """End as an exception does: worktree and caches go."""
+    sys.exit(143)
+
+
 if __name__ == '__main__':
+    signal.signal(signal.SIGTERM, _stop)
     sys.exit(main())

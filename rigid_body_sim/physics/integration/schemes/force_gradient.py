@@ -48,7 +48,7 @@ from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 from rigid_body_sim.physics.integration.schemes.state_space import no_rotation
 from rigid_body_sim.physics.integration.schemes.state_space.lanes import (
     multiply,
-    normalised,
+    nearly_normalised,
     read_quaternion,
     read_vector,
     write_quaternion,
@@ -96,10 +96,9 @@ TURNS = turning_rows.size
 
 # a place beside the motion at which forces are asked: shares of (k1, k2, what was evaluated last),
 # of h^2 M^-1 k for r and q and of h k for p and L
-NO_SHARE = (0.0, 0.0, 0.0)
-CORRECTED = ((0.0, 0.0, 1 / 24), NO_SHARE)  # F*, of forces without velocity
-SECOND = ((0.0, 0.0, 1 / 24), (0.0, 0.0, 1 / 3))  # h/2 k1 = h/6 k1, which p has by then, + h/3 k1
-THIRD = ((1 / 24, 0.0, 0.0), (-1 / 6, 0.0, 1 / 2))
+AHEAD = 1 / 24  # of h^2 M^-1 k, for F*
+SECOND = ((0.0, 0.0, AHEAD), (0.0, 0.0, 1 / 3))  # h/2 k1 = h/6 k1, which p has by then, + h/3 k1
+THIRD = ((AHEAD, 0.0, 0.0), (-1 / 6, 0.0, 1 / 2))
 FOURTH = ((-1 / 6, -1 / 2, 2 / 3), (-1 / 6, -1.0, 4 / 3))  # k3 = 2 F* - k2, F* the last
 # what is kept on the way there
 ALL, LAST, PLACE = 1, 2, 3  # place and k1; k2; the place alone
@@ -109,6 +108,8 @@ drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L
 kick_all = slot('kernel (n_bodies, n_rigid, h, translation, rotation): kicks all bodies')
 leave_attitude = slot('kernel (n_rigid, h, shares, keeping, rotation, work): `_leave_attitude`')
 return_attitude = slot('kernel (n_rigid, averages, rotation, work): `_return_attitude`')
+move_attitude_on = slot('kernel (n_rigid, h, rotation, work): `_move_attitude_on`')
+put_attitude_back = slot('kernel (n_rigid, rotation, work): `_put_attitude_back`')
 # bound for each scene
 VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
 evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
@@ -149,11 +150,11 @@ def _leave_place(n_bodies, h, shares, keeping, translation, work):
 
 @inline
 def _turned_by(q, v):
-    """Turn an attitude by a small rotation vector v, body axes: q (v/2, 1), normalised."""
+    """Turn an attitude by a small rotation vector v, body axes: q (v/2, 1), of unit length."""
     x, y, z, w = q
     half = scale(0.5, v)
     a, b, c = add(add_scaled((x, y, z), w, half), cross((x, y, z), half))
-    return normalised((a, b, c, w - (x * half[0] + y * half[1] + z * half[2])))
+    return nearly_normalised((a, b, c, w - (x * half[0] + y * half[1] + z * half[2])))
 
 
 @kernel
@@ -212,6 +213,65 @@ def _return_attitude(n_rigid, averages, rotation, work):
             if averages:
                 both = add(read_vector(kept, lane + TORQUE_2), read_vector(state, lane + TORQUE))
                 write_vector(state, lane + TORQUE, scale(0.5, both))
+
+
+@kernel
+def _move_place_on(n_bodies, h, translation, work):
+    """Keep r, and move it on by what the forces there give."""
+    for block in range(block_count(n_bodies)):
+        state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
+        kept = work[block * POINTS : (block + 1) * POINTS]
+        for lane in range(lanes_in(block, n_bodies)):
+            place = read_vector(state, lane + POSITION)
+            write_vector(kept, lane + KEPT_POSITION, place)
+            step = AHEAD * h * h * state[lane + INVERSE_MASS]
+            place = add_scaled(place, step, read_vector(state, lane + FORCE))
+            write_vector(state, lane + POSITION, place)
+
+
+@kernel
+def _move_attitude_on(n_rigid, h, rotation, work):
+    """Keep q, and turn it on by what the torques there give."""
+    for block in range(block_count(n_rigid)):
+        state = rotation[block * ROTATION : (block + 1) * ROTATION]
+        kept = work[block * TURNS : (block + 1) * TURNS]
+        for lane in range(lanes_in(block, n_rigid)):
+            q = read_quaternion(state, lane + ORIENTATION)
+            write_quaternion(kept, lane + KEPT_ORIENTATION, q)
+            torque = rotated_back(q, read_vector(state, lane + TORQUE))
+            turn = multiply(torque, read_vector(state, lane + INVERSE_MOMENTS))
+            write_quaternion(state, lane + ORIENTATION, _turned_by(q, scale(AHEAD * h * h, turn)))
+
+
+@kernel
+def _put_place_back(n_bodies, translation, work):
+    """Put r back."""
+    for block in range(block_count(n_bodies)):
+        state = translation[block * TRANSLATION : (block + 1) * TRANSLATION]
+        kept = work[block * POINTS : (block + 1) * POINTS]
+        for lane in range(lanes_in(block, n_bodies)):
+            write_vector(state, lane + POSITION, read_vector(kept, lane + KEPT_POSITION))
+
+
+@kernel
+def _put_attitude_back(n_rigid, rotation, work):
+    """Put q back."""
+    for block in range(block_count(n_rigid)):
+        state = rotation[block * ROTATION : (block + 1) * ROTATION]
+        kept = work[block * TURNS : (block + 1) * TURNS]
+        for lane in range(lanes_in(block, n_rigid)):
+            q = read_quaternion(kept, lane + KEPT_ORIENTATION)
+            write_quaternion(state, lane + ORIENTATION, q)
+
+
+@inline
+def _move_no_attitude_on(n_rigid, h, rotation, work):
+    """Turn nothing: there are points alone."""
+
+
+@inline
+def _put_no_attitude_back(n_rigid, rotation, work):
+    """Put nothing back: there are points alone."""
 
 
 @inline
@@ -281,8 +341,13 @@ def _advance_coupled(
         else:
             start_evaluation(*world)
             evaluate(0, middle, translation, rotation, elements, ranges)
-            evaluate_there(h, CORRECTED, PLACE, middle, *world, *acting)
-            go_back(False, *world, workspace)
+            _move_place_on(n_bodies, h, translation, workspace)
+            of_turns = workspace[block_count(n_bodies) * POINTS :]
+            move_attitude_on(n_rigid, h, rotation, of_turns)
+            start_evaluation(*world)
+            evaluate(0, middle, translation, rotation, elements, ranges)
+            _put_place_back(n_bodies, translation, workspace)
+            put_attitude_back(n_rigid, rotation, of_turns)
             kick_and_move(2.0 * h / 3.0, 0.5 * h, *world, method)
             start_evaluation(*world)
             evaluate(0, end, translation, rotation, elements, ranges)
@@ -324,6 +389,8 @@ class ForceGradient:
             'drift_rotation': self.drift_rotation,
             'leave_attitude': _leave_attitude if rotates else _leave_no_attitude,
             'return_attitude': _return_attitude if rotates else _return_no_attitude,
+            'move_attitude_on': _move_attitude_on if rotates else _move_no_attitude_on,
+            'put_attitude_back': _put_attitude_back if rotates else _put_no_attitude_back,
             'kick_all': self._splitting().kick_all(),
             'VELOCITY_DEPENDENT': velocity_dependent,
         }
