@@ -196,7 +196,6 @@ def write_impact(
     store(impacts, entry + impact_list.POINT, point)
     store(impacts, entry + impact_list.NORMAL, normal)
     store(impacts, entry + impact_list.IMPULSE, impulse)
-    impacts[entry + impact_list.AT_ONCE] = 1.0
 
 
 def _strike(
@@ -220,13 +219,11 @@ def _strike(
     normal = load(pairs, row + flight_record.NORMAL)
     count = find_points(a, b, normal, flights)
     restitution, friction = material_of(a, b, flights)
-    kind, rest, share = impact_list.IMPACT, 0.0, 1.0
+    kind, rest = impact_list.IMPACT, 0.0
     approach = pairs[row + flight_record.APPROACH]
     if approach < threshold and restitution > 0.0:
         kind = impact_list.SUMMED
         rest = _rest_of_sequence(restitution, approach, normal, flights)
-        if rest > 0.0:
-            share = (1.0 - restitution) / (1.0 + restitution)
         restitution = 0.0
     if count == 1:
         impulse = _meet_at_a_point(body_a, body_b, normal, (restitution, friction), flights)
@@ -237,5 +234,4 @@ def _strike(
         point = load(views, flight_record.TOUCHING + 3 * index)
         mean = add_scaled(mean, 1.0 / count, point)
     event = (tick, time + rest, a, b, approach)
-    write_impact(number, event, kind, mean, normal, scale(1.0 / share, impulse), flights)
-    flights.impacts[number * impact_list.SIZE + impact_list.AT_ONCE] = share
+    write_impact(number, event, kind, mean, normal, impulse, flights)

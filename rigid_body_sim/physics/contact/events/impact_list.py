@@ -17,9 +17,8 @@ COLLIDER_B = impact.number('-', 'number of collider B')
 KIND = impact.number('-', 'what kind of impact, by the names below')
 POINT = impact.vector('m', 'midway between the surfaces, world axes; of several, their mean')
 NORMAL = impact.vector('-', 'unit normal from A to B, world axes')
-IMPULSE = impact.vector('N s', 'on B; A gets the opposite; of a sequence the sum; world axes')
+IMPULSE = impact.vector('N s', 'on B; A gets the opposite; world axes')
 APPROACH = impact.number('m/s', 'speed at which the points approached each other along the normal')
-AT_ONCE = impact.number('-', 'share of the impulse that acted at this instant')
 SIZE = impact.padding(16)  # two cache lines
 
 # kinds

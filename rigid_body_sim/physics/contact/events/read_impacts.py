@@ -61,7 +61,6 @@ def of_last_tick(lists: Sequence[Array], tick: float, table: NDArray[np.int64]) 
         found[:, impact_list.POINT : impact_list.POINT + 3],
         found[:, impact_list.NORMAL : impact_list.NORMAL + 3],
         np.zeros(len(found)),
-        found[:, impact_list.AT_ONCE, None]
-        * found[:, impact_list.IMPULSE : impact_list.IMPULSE + 3],
+        found[:, impact_list.IMPULSE : impact_list.IMPULSE + 3],
         np.zeros((len(found), 3)),
     )
