@@ -13,7 +13,7 @@ linear over all faces of one body on one other with one normal, and nowhere pull
     N_i = w_i max(alpha + beta . (r_i - c), 0)
     sum N_i and sum N_i r_i as recalled,   w_i = A u_i: `pressure_of_face`
 
-A : [m^2] area of the face, or [m] length of the line of a manifold of two points
+A : [m^2] area of the face; a manifold of two points, which is a line, has none
 c : mean of the points by w
 What cannot move is one body. A plane carries the whole face of a body, also beside a box that is
 flush with it: it has all the weight. A point takes part that was pressed, or touches.
@@ -21,7 +21,6 @@ flush with it: it has all the weight. A point takes part that was pressed, or to
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -136,12 +135,9 @@ def _list_surface(
 
 
 @kernel
-def _size_of(record: int, frame: Any, manifolds: Array) -> float:
-    """
-    Return the area of the face of a manifold [m^2], or the length of its line [m]: nothing where
-    others have areas.
-    """
-    if frame[2] and _is_line(record, manifolds):
+def _size_of(record: int, manifolds: Array) -> float:
+    """Return the area of the face of a manifold [m^2]; a line has none."""
+    if _is_line(record, manifolds):
         return 0.0
     normal = load(manifolds, record + manifold_record.NORMAL)
     if _is_measured(record, manifolds):
@@ -150,8 +146,6 @@ def _size_of(record: int, frame: Any, manifolds: Array) -> float:
     origin = load(manifolds, points)
     first = subtract(load(manifolds, points + manifold.POINT), origin)
     count = int(manifolds[record + manifold_record.POINT_COUNT])
-    if count == 2:
-        return math.sqrt(dot(first, first))
     second = subtract(load(manifolds, points + 2 * manifold.POINT), origin)
     if count == 3:
         return 0.5 * abs(dot(normal, cross(first, second)))
@@ -208,7 +202,7 @@ def _sum_up(
     for place in range(count):
         record = members[place]
         lane = int(manifolds[record + manifold_record.LANE])
-        size = _size_of(record, frame, manifolds)
+        size = _size_of(record, manifolds)
         size = 0.0 if carrier >= 0 and place != carrier else size
         shares = pressure_of_face.weights(record, frame[1], manifolds)
         for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
@@ -301,7 +295,7 @@ def _share_of_all(
     of_points = uniform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for place in range(count):
         record = members[place]
-        size = _size_of(record, frame, manifolds)
+        size = _size_of(record, manifolds)
         shares = pressure_of_face.weights(record, frame[1], manifolds)
         own = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if not size > 0.0:
@@ -369,17 +363,32 @@ def _find_pressure(
 
 
 @kernel
+def _are_of_several(count: int, members: Indices, table: Indices, manifolds: Array) -> bool:
+    """
+    Tell whether the faces on which a body lies are of several colliders: parts of a body that lie
+    on one press as they may.
+    """
+    first = -1
+    for place in range(count):
+        _, side = _owner(members[place], table, manifolds)
+        other = int(manifolds[members[place] + manifold_record.COLLIDER_A + 1 - side])
+        if first >= 0 and other != first:
+            return True
+        first = other
+    return False
+
+
+@kernel
 def _press_as_one(
     count: int, members: Indices, width: int, table: Indices, manifolds: Array, rows: Array
 ) -> None:
     """Choose the impulses of one surface."""
+    if count > 1 and not _are_of_several(count, members, table, manifolds):
+        return
     lane = int(manifolds[members[0] + manifold_record.LANE])
     _, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
-    areas = False
-    for place in range(count):
-        areas = areas or not _is_line(members[place], manifolds)
     origin = load(manifolds, members[0] + manifold_record.POINTS)
-    frame = origin, (tangent_1, tangent_2), areas
+    frame = origin, (tangent_1, tangent_2)
     carrier = -1
     if count > 1:
         carrier = _carrier(count, members, width, table, manifolds, rows)
@@ -393,7 +402,7 @@ def _press_as_one(
     for place in range(count):
         record = members[place]
         lane = int(manifolds[record + manifold_record.LANE])
-        size = _size_of(record, frame, manifolds)
+        size = _size_of(record, manifolds)
         size = 0.0 if carrier >= 0 and place != carrier else size
         shares = pressure_of_face.weights(record, frame[1], manifolds)
         for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
@@ -411,6 +420,17 @@ def _press_as_one(
             count, members, _most(count, members, width, manifolds, rows),
             _share_of_all(count, members, carrier, frame, manifolds), width, manifolds, rows,
         )  # fmt: skip
+
+
+@kernel
+def _faces(count: int, members: Indices, manifolds: Array) -> int:
+    """
+    Count the manifolds of a surface; 0 if all are lines: what rolls on them presses as it goes.
+    """
+    faces = 0
+    for place in range(count):
+        faces += 0 if _is_line(members[place], manifolds) else 1
+    return count if faces > 0 else 0
 
 
 @kernel
@@ -435,5 +455,5 @@ def share_pressure(
         ):
             continue
         count = _list_surface(record, table, manifolds, rows, bodies, members)
-        if count > 1 or _is_measured(record, manifolds):
+        if _faces(count, members, manifolds) > 1 or _is_measured(record, manifolds):
             _press_as_one(count, members, width, table, manifolds, rows)
