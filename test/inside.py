@@ -301,21 +301,6 @@ class _Lively:
         return vars(world).get('angular', False) or vars(world).get('bounces', False)
 
 
-def know_forces(patch, *kinds):
-    """
-    Let the kernel of each scene with forces know these kinds of forces too.
-
-    patch : pytest's monkeypatch
-    """
-    made = ActingElements.__init__
-
-    def knowing(self, scene, layout):
-        made(self, scene, layout)
-        _know(self, kinds, scene, layout)
-
-    patch.setattr(ActingElements, '__init__', knowing)
-
-
 def _know(elements, kinds, scene, layout):
     """
     Let what acts in a scene know more kinds of forces.

@@ -117,6 +117,17 @@ def test_a_manifold_is_finite_and_within_the_margin_for_any_polyhedra(case):
     check(collide(a, b, pose_a, pose_b, MARGIN), case)
 
 
+@pytest.mark.parametrize('size', [1e-160, 1e-154])
+def test_the_normal_of_a_cylinder_whose_square_lost_digits_is_a_unit_vector(size):
+    corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * size
+    turn = np.eye(3).ravel()
+    pose_b = np.concatenate(([0.0, 1.57313218 * size, 0.0], turn))
+    pose_a = np.concatenate((np.zeros(3), turn))
+    found = collide(cylinder(size, size), hull(corners), pose_a, pose_b, MARGIN)
+    assert len(found)
+    check(found, size)
+
+
 @settings(max_examples=100)
 @given(hard_hulls(), TURNS, TURNS, SHARES)
 def test_a_hull_on_a_plane_touches_with_its_lowest_corner(solid, turn, tilt, share):

@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 
 ON_END = 0.05  # [-] sine of the angle between normal and axis: below, an end touches as it is
 OFF = 1e-6  # [rad] beside the normal: so the two neighbours of that edge are never alike
+# [m] beyond, its square loses digits or is infinite: the prism touches as it is
+LEAST_RADIUS, MOST_RADIUS = 1e-150, 1e150
 DEEP = 0.1  # [-] of the radius
 
 turned = Record(begin=scratch.SIZE)
@@ -67,7 +69,7 @@ def turn_towards_normal(numbers: Array, begin: int, found: Array, place: int) ->
     first_x, first_y, _ = load(numbers, begin + VERTICES)
     radius = math.sqrt(first_x * first_x + first_y * first_y)
     size = radius * across
-    if not (size > 0.0 and found[POINTS + SEPARATION] > -DEEP * radius):
+    if not (LEAST_RADIUS < radius < MOST_RADIUS and found[POINTS + SEPARATION] > -DEEP * radius):
         return False
     along_x, along_y = along_x - OFF * along_y, along_y + OFF * along_x
     cosine = (along_x * first_x + along_y * first_y) / size
