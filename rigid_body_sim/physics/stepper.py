@@ -640,7 +640,7 @@ class Stepper:
         layout, scheme = self._layout, self._scheme
         count = min(blocks(layout.n_moving), PARTS_OF_EACH * threads())
         meet = kernel is not self._free or self.contact is not None
-        if meet or threads() == 1 or count == 1 or not COMPILED:
+        if meet or threads() == 1 or count < 2 or not COMPILED:
             return []
         if not isinstance(scheme, Splitting) or self._integrator.remembers is not None:
             return []  # it keeps what all blocks need in its workspace
