@@ -49,7 +49,7 @@ from rigid_body_sim.physics.state.blocks import (
     scatter,
 )
 from rigid_body_sim.physics.state.layout import Layout
-from rigid_body_sim.physics.vectors import add, load, store, store_strided
+from rigid_body_sim.physics.vectors import add, dot, load, store, store_strided
 
 Array = NDArray[np.float64]
 
@@ -102,7 +102,8 @@ def _put_all(forces, torques, n_moving, n_rigid, weights, translation, rotation)
 
 @inline
 def _is_asked(vectors, i):
-    return vectors[3 * i] != 0.0 or vectors[3 * i + 1] != 0.0 or vectors[3 * i + 2] != 0.0
+    x, y, z = load(vectors, 3 * i)
+    return x != 0.0 or y != 0.0 or z != 0.0
 
 
 @kernel
@@ -126,21 +127,14 @@ def _take_rows(given_force, given_torque, scene_index, still, n_rigid, turns, ax
     if wrong > 0:
         return wrong
     for core in range(len(scene_index)):
-        i = scene_index[core]
-        for k in range(3):
-            if turns == 0 or core >= n_rigid:
-                force[3 * core + k] = given_force[3 * i + k] + 0.0  # no zero is negative
-                torque[3 * core + k] = given_torque[3 * i + k] + 0.0
-            else:
-                x, y, z = (
-                    axes[9 * core + 3 * k],
-                    axes[9 * core + 3 * k + 1],
-                    axes[9 * core + 3 * k + 2],
-                )
-                a, b, c = load(given_force, 3 * i)
-                force[3 * core + k] = x * a + y * b + z * c + 0.0
-                a, b, c = load(given_torque, 3 * i)
-                torque[3 * core + k] = x * a + y * b + z * c + 0.0
+        f = load(given_force, 3 * scene_index[core])
+        t = load(given_torque, 3 * scene_index[core])
+        if turns == 1 and core < n_rigid:
+            x, y, z = load(axes, 9 * core), load(axes, 9 * core + 3), load(axes, 9 * core + 6)
+            f = dot(x, f), dot(y, f), dot(z, f)
+            t = dot(x, t), dot(y, t), dot(z, t)
+        store(force, 3 * core, add(f, NO_VECTOR))  # no zero is negative
+        store(torque, 3 * core, add(t, NO_VECTOR))
     return wrong
 
 

@@ -41,9 +41,9 @@ def read_impacts(
         start_ns + tick.astype(np.int64) * dt_ns,
         part,
         table[colliders * collider_record.SIZE + collider_record.SCENE_INDEX],
-        rows[:, impact_list.POINT : impact_list.POINT + 3],
-        rows[:, impact_list.NORMAL : impact_list.NORMAL + 3],
-        rows[:, impact_list.IMPULSE : impact_list.IMPULSE + 3],
+        _vectors(rows, impact_list.POINT),
+        _vectors(rows, impact_list.NORMAL),
+        _vectors(rows, impact_list.IMPULSE),
         rows[:, impact_list.APPROACH],
         rows[:, impact_list.KIND].astype(np.int64),
     )
@@ -58,9 +58,13 @@ def of_last_tick(lists: Sequence[Array], tick: float, table: NDArray[np.int64]) 
     colliders = found[:, [impact_list.COLLIDER_A, impact_list.COLLIDER_B]].astype(np.int64)
     return Contacts(
         table[colliders * collider_record.SIZE + collider_record.SCENE_INDEX],
-        found[:, impact_list.POINT : impact_list.POINT + 3],
-        found[:, impact_list.NORMAL : impact_list.NORMAL + 3],
+        _vectors(found, impact_list.POINT),
+        _vectors(found, impact_list.NORMAL),
         np.zeros(len(found)),
-        found[:, impact_list.IMPULSE : impact_list.IMPULSE + 3],
+        _vectors(found, impact_list.IMPULSE),
         np.zeros((len(found), 3)),
     )
+
+
+def _vectors(rows: Array, field: int) -> Array:
+    return rows[:, field : field + 3]

@@ -257,6 +257,7 @@ def _is_consistent(
     rows: Array,
 ) -> bool:  # fmt: skip
     """Tell whether two pressures press on the same points."""
+    alpha, slope_1, slope_2, is_known = before
     for place in range(count):
         record = members[place]
         lane = int(manifolds[record + manifold_record.LANE])
@@ -264,7 +265,7 @@ def _is_consistent(
             if not _takes_part(lane + constraint.SIZE + index * width, rows):
                 continue
             x, y = pressure_of_face.place(record, index, frame[0], frame[1], manifolds)
-            pressed = not before[3] or before[0] + before[1] * x + before[2] * y > 0.0
+            pressed = not is_known or alpha + slope_1 * x + slope_2 * y > 0.0
             if (now[0] + now[1] * x + now[2] * y > 0.0) != pressed:
                 return False
     return True
@@ -322,26 +323,30 @@ def _share_of_all(
 def _sum(sums: Any, own: Any, more: float) -> Any:
     """Add two sums, and so much more of the second moment Sigma of the second."""
     s_11, s_12, s_22 = _second_moment(own)
+    n, x, y, xx, xy, yy = sums
+    n_2, x_2, y_2, xx_2, xy_2, yy_2 = own
     return (
-        sums[0] + own[0], sums[1] + own[1], sums[2] + own[2], sums[3] + own[3] + more * s_11,
-        sums[4] + own[4] + more * s_12, sums[5] + own[5] + more * s_22,
+        n + n_2, x + x_2, y + y_2, xx + xx_2 + more * s_11, xy + xy_2 + more * s_12,
+        yy + yy_2 + more * s_22,
     )  # fmt: skip
 
 
 @inline
 def _with(sums: Any, weight: float, x: float, y: float) -> Any:
     """Add a weight at a place to sums: 1, x, y, xx, xy, yy."""
+    n, sum_x, sum_y, xx, xy, yy = sums
     return (
-        sums[0] + weight, sums[1] + weight * x, sums[2] + weight * y, sums[3] + weight * x * x,
-        sums[4] + weight * x * y, sums[5] + weight * y * y,
+        n + weight, sum_x + weight * x, sum_y + weight * y, xx + weight * x * x,
+        xy + weight * x * y, yy + weight * y * y,
     )  # fmt: skip
 
 
 @inline
 def _second_moment(sums: Any) -> Any:
     """Return Sigma of such sums: 11, 12, 22."""
-    x, y = sums[1] / sums[0], sums[2] / sums[0]
-    return sums[3] / sums[0] - x * x, sums[4] / sums[0] - x * y, sums[5] / sums[0] - y * y
+    n, sum_x, sum_y, xx, xy, yy = sums
+    x, y = sum_x / n, sum_y / n
+    return xx / n - x * x, xy / n - x * y, yy / n - y * y
 
 
 @kernel
