@@ -23,7 +23,7 @@ SCENE = {
     'version': 1,
     'name': 'reference',
     'dt': 0.001,
-    'contact': {'mode': 'timestep'},
+    'contact': {'mode': 'event'},
     'bodies': [
         {'name': BODY, 'shape': {'type': 'sphere', 'radius': 0.1}, 'mass': 1.0},
         {'name': 'floor', 'shape': {'type': 'plane', 'normal': [0, 0, 1]}, 'fixed': True},
@@ -50,6 +50,8 @@ MEANINGS = {
     '/tf': 'world frame to each body, body to each of its frames; `publish_tf`',
     '~/markers': 'shapes as they collide, frames, arrows of commands and of contact forces; '
     '`publish_markers`',
+    '~/impacts': 'impacts at their instants since the last published states, in scenes with '
+    '`contact: {mode: event}`; fields: [Impacts at their instants](event_contact.md)',
     '/clock': 'simulation time; `publish_clock`',
     '/diagnostics': 'real-time factor, overruns, refused and lost commands, drift, energy '
     'balance, warnings; stamped with wall time, because a paused run still reports',

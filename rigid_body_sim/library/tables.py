@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.library.run_arrays import RunArrays
 from rigid_body_sim.missing_packages import missing
+from rigid_body_sim.physics.state.impacts import KINDS
 from rigid_body_sim.recording.new_output import check_folder
 
 if TYPE_CHECKING:
@@ -72,6 +73,30 @@ def columns(run: RunArrays) -> dict[str, Array]:
     if run.scene is not None:
         table |= {name: getattr(run, name) for name in ENERGIES}
     return table
+
+
+def impact_columns(run: RunArrays) -> dict[str, Any]:
+    """
+    Give the impacts as a table, column by column: name -> (m,).
+
+    time [s]; tick_ns [ns] and remainder [s], from which it is rounded; kind; the bodies a and b;
+    point.x … z [m], normal.x … z from a to b, impulse.x … z [N s] on b, world axes; approach [m/s]
+    """
+    impacts = run.impacts
+    scene = run.scene
+    names = np.array(run.names if scene is None else [body.name for body in scene.bodies])
+    table: dict[str, Any] = {
+        'time': impacts.time,
+        'tick_ns': impacts.tick_ns,
+        'remainder': impacts.remainder,
+        'kind': np.array(KINDS)[impacts.kind],
+        'a': names[impacts.bodies[:, 0]],
+        'b': names[impacts.bodies[:, 1]],
+    }
+    for quantity in ('point', 'normal', 'impulse'):
+        array = getattr(impacts, quantity)
+        table |= {f'{quantity}.{axis}': array[:, i] for i, axis in enumerate('xyz')}
+    return table | {'approach': impacts.approach}
 
 
 def to_pandas(run: RunArrays) -> pandas.DataFrame:
@@ -118,13 +143,29 @@ def write_parquet(
 ) -> None:
     """Write the table as a Parquet file, as a whole or not at all."""
     pyarrow = _need('pyarrow')
-    parquet = import_module('pyarrow.parquet')
-    arrays = {name: np.ascontiguousarray(values) for name, values in columns(run).items()}
-    table = pyarrow.table({n: pyarrow.array(a, from_pandas=False) for n, a in arrays.items()})
-    told = {f'rigid_body_sim.{key}': str(value) for key, value in _facts(run).items()}
-    with _replacing(Path(path)) as new:
-        parquet.write_table(table.replace_schema_metadata(told), new)
+    _write_parquet(pyarrow, run, columns(run), Path(path))
     progress(len(run.time))
+
+
+def _write_parquet(pyarrow: Any, run: RunArrays, table: dict[str, Any], path: Path) -> None:
+    parquet = import_module('pyarrow.parquet')
+    arrays = {name: np.ascontiguousarray(values) for name, values in table.items()}
+    made = pyarrow.table({n: pyarrow.array(a, from_pandas=False) for n, a in arrays.items()})
+    told = {f'rigid_body_sim.{key}': str(value) for key, value in _facts(run).items()}
+    with _replacing(path) as new:
+        parquet.write_table(made.replace_schema_metadata(told), new)
+
+
+def write_impacts(run: RunArrays, path: str | os.PathLike[str]) -> None:
+    """Write the impacts of a run as CSV or Parquet, by the suffix; see `impact_columns`."""
+    table, place = impact_columns(run), Path(path)
+    if place.suffix.lower() == '.parquet':
+        _write_parquet(_need('pyarrow'), run, table, place)
+        return
+    rows = zip(*(column.tolist() for column in table.values()), strict=True)
+    with _replacing(place) as new, new.open('w', encoding='utf-8', newline='') as file:
+        file.write(','.join(table) + '\n')
+        file.writelines(','.join(map(str, row)) + '\n' for row in rows)
 
 
 def write_csv(

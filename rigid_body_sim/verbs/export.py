@@ -11,6 +11,10 @@ BODY.torque.x … z [N m], all in world axes; kinetic_energy, potential_energy a
 Force and torque are what commands exert: in each row those last told at its instant or before. The
 numbers are those of the bag to the bit; CSV has the up to 17 digits that say as much. A Parquet
 file needs pyarrow.
+
+With --impacts a row per impact of `contact: {mode: event}`: time [s], and as exact as it is known,
+tick_ns [ns] and remainder [s] from there; kind; the bodies a and b; point [m], normal from a to b
+and impulse on b [N s], world axes; approach [m/s].
 """
 
 from __future__ import annotations
@@ -47,6 +51,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help='FILE.csv or FILE.parquet; one that exists is replaced',
     )
+    parser.add_argument(
+        '--impacts',
+        action='store_true',
+        help='the impacts at their instants, in place of the states',
+    )
     parser.add_argument('--json', action='store_true', help='print one JSON object')
 
 
@@ -65,6 +74,11 @@ def run(arguments: argparse.Namespace) -> int:
     hidden = arguments.json or not sys.stderr.isatty()
     with tqdm(unit=' messages', unit_scale=True, disable=hidden, leave=False) as bar:
         found = open_bag(arguments.bag, progress=bar.update)
+    if arguments.impacts:
+        with STOP.kept():
+            tables.write_impacts(found, output)
+        _tell(arguments, found)
+        return 0
     with (
         STOP.kept(),  # half a table looks like a whole one
         tqdm(total=len(found.time), unit=' rows', disable=hidden, leave=False) as bar,
@@ -75,17 +89,19 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _tell(arguments: argparse.Namespace, found: Run) -> None:
-    count = len(tables.columns(found))
+    of_impacts = arguments.impacts
+    count = len(tables.impact_columns(found) if of_impacts else tables.columns(found))
+    rows = len(found.impacts if of_impacts else found.time)
     if arguments.json:
         said = {
             'output': str(arguments.output),
-            'rows': len(found.time),
+            'rows': rows,
             'columns': count,
             'bodies': len(found.names),
             'end_reason': found.end_reason,
         }
         print(json.dumps(said))
         return
-    print(f'{arguments.output}: {len(found.time)} rows, {count} columns')
+    print(f'{arguments.output}: {rows} rows, {count} columns')
     if found.problem:
         say(f'rigid_body_sim export: {arguments.bag}: {found.problem}')

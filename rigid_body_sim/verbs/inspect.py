@@ -171,7 +171,8 @@ def _of_needs(needs: dict[str, Any]) -> Iterator[str]:
         f'{needs["degrees_of_freedom"]} degrees of freedom'
     )
     contact = needs['contact']
-    yield '  contact: ' + ('none' if contact == 'none' else f'{contact}; see docs/contact.md')
+    page = 'event_contact' if contact == 'event' else 'contact'
+    yield '  contact: ' + ('none' if contact == 'none' else f'{contact}; see docs/{page}.md')
     if needs['coupled']:
         on = ', '.join(needs['on_velocity'])
         yield (

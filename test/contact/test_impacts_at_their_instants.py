@@ -192,6 +192,23 @@ def test_a_sphere_that_strikes_a_rough_plane_slips_or_sticks(mu, e):
     np.testing.assert_allclose(state.angular_velocity[-1], (0, spin, 0), rtol=0, atol=1e-11)
 
 
+def test_216_elastic_balls_keep_their_energy_and_do_not_overlap():
+    rng = np.random.default_rng(1)
+    grid = np.stack(np.meshgrid(*[np.arange(6) * 0.21] * 3), axis=-1).reshape(-1, 3)
+    places = grid + (0, 0, 1.101) + rng.uniform(-1e-3, 1e-3, grid.shape)
+    sim = world(*(ball(f'b{i}', x, mass=10.0) for i, x in enumerate(places)))
+    energy, count = sim.energy(), 0
+    for _ in range(50):
+        sim.step(25)
+        count += len(sim.impacts())
+        centers = sim.state.position[WITNESSES:]
+        apart = np.linalg.norm(centers[:, None] - centers, axis=2) + np.eye(len(centers))
+        assert apart.min() > 2 * RADIUS - 1e-10
+        assert centers[:, 2].min() > RADIUS - 1e-10
+    assert count > 3000
+    assert sim.energy() == pytest.approx(energy, rel=1e-12)
+
+
 # ---------------------------------------------------------------- boxes
 
 

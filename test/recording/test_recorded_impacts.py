@@ -4,6 +4,7 @@
 Impacts at their instants in a bag: what the simulation had, to the bit, also for other readers.
 """
 
+import csv
 import dataclasses
 import json
 import struct
@@ -100,3 +101,14 @@ def test_without_event_mode_there_is_neither_topic_nor_word(tmp_path, capsys):
     facts = json.loads(capsys.readouterr().out)
     assert facts['impacts'] is None
     assert not [name for name in facts['topics'] if name.endswith('impacts')]
+
+
+def test_a_table_of_impacts_has_their_numbers_to_the_bit(run, bag, tmp_path):
+    file = tmp_path / 'impacts.csv'
+    assert main(['export', str(bag), '-o', str(file), '--impacts']) == 0
+    rows = list(csv.DictReader(file.read_text().splitlines()))
+    assert len(rows) == len(run.impacts)
+    assert [float(row['remainder']) for row in rows] == run.impacts.remainder.tolist()
+    assert [float(row['impulse.z']) for row in rows] == run.impacts.impulse[:, 2].tolist()
+    assert {row['a'] for row in rows} | {row['b'] for row in rows} == {'ground', 'ball'}
+    assert rows[-1]['kind'] == 'summed'
