@@ -75,8 +75,9 @@ def test_a_ball_leaves_cubes_that_rest_with_e_v(count):
     first = int(np.argmax(found.approach))
     after = sim.state.velocity[place, 2] + GRAVITY * (DT - found.remainder[first])
     assert before < 0.0
-    # round-off; what carries returns nothing, so it holds as the ground does
-    assert after == pytest.approx(0.8 * found.approach[first], rel=1e-9)
+    # what carries returns nothing, so it holds as the ground does; the cubes still settle into
+    # their sink, at less than 1e-6 m/s each
+    assert after == pytest.approx(0.8 * found.approach[first], abs=1e-6 * count)
     # the instant is that of the fall onto a cube that has sunk a little
     fall = np.sqrt(2 * 0.2 / GRAVITY)
     assert found.time[first] == pytest.approx(fall, abs=count * SINK / (GRAVITY * fall))
