@@ -90,7 +90,7 @@ def summarise(bag: Bag) -> ImpactSummary | None:
         if largest is None or sizes[first] > largest.value:
             a, b = (str(names[place]) for place in found.bodies[first])
             largest = LargestImpulse(float(sizes[first]), (a, b), float(found.time[first]))
-    kinds = dict(zip(KINDS, counts.tolist(), strict=True))
+    kinds = {str(kind): int(count) for kind, count in zip(KINDS, counts, strict=True)}
     return ImpactSummary(messages, int(counts.sum()), kinds, largest)
 
 

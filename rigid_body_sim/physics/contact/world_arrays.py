@@ -238,6 +238,8 @@ class WorldArrays:
         """
         self.counts[tick_counts.PIECE] = self.counts[tick_counts.FINE] = 0
         self.counts[tick_counts.CUTTING] = tick_counts.ASKS_FOR_CUTS
+        self.counts[tick_counts.INSTANT] = tick_counts.NOTHING
+        self.counts[tick_counts.IMPACTS] = 0
         self.table[collider_record.STANDS_BACK :: collider_record.SIZE] = 0
         self.neighbours[neighbour_list.AGE] = neighbour_list.NO_LIST
         for scratch in (self.colours, self.touching, self.marks, self.saved, self.open_batches):

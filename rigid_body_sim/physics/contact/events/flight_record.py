@@ -45,9 +45,13 @@ STRUCK_SO_FAR = event.number('-', 'impacts of the pair in this tick')
 SLOW = event.number('m/s', 'a slower approach is no impact: the solver takes the pair')
 NORMAL = event.vector('-', 'axis along which they meet, from A to B')
 GAP = event.number('m', 'of the two where it was looked for')
+MANIFOLD = event.number('-', 'place of its manifold; NONE')
+HELD = event.number('-', 'how many of the two the solver moved when they were asked; KEPT')
 EVENT = event.padding(12)
 
 NEVER = 1e300  # [s]
+NONE = -1.0
+KEPT = 3.0  # the pair is left to the solver
 
 # behind the two views: where points of an impact are listed, and the corners of A and of B that
 # they are found from

@@ -70,6 +70,7 @@ def impact_kernels(
     make('closing_speed', impact_queue._closing_speed)
     make('is_left_to_solver', impact_queue._is_left_to_solver)
     make('wants_a_cut', impact_queue._wants_a_cut)
+    make('ask_first', impact_queue._ask_first)
     make('find_events', impact_queue._find_events)
     make('ask_neighbours', impact_queue._ask_neighbours)
     make('ask_again', impact_queue._ask_again)

@@ -67,6 +67,7 @@ follow_impacts = slot('kernel (tick, h, flights, counts): lets impact follow imp
 closing_speed = slot('kernel (a, b, flights): bound of the speed of two against each other')
 is_left_to_solver = slot('kernel (found, a, b, row, ...): tells whether the solver gets a pair')
 wants_a_cut = slot('kernel (row, a, b, flights): tells whether an impact wants a cut')
+ask_first = slot('kernel (row, held, h, ...): asks a pair from the start of the tick on')
 ask_again = slot('kernel (body, time, h, flights): asks the pairs of a body anew')
 ask_neighbours = slot(
     'kernel (body, time, h, flights, counts): finds whom a struck body may reach'
@@ -81,8 +82,18 @@ def _is_carried(body: int, flights: Flights) -> bool:
 
 @inline
 def _carry(body: int, flights: Flights) -> None:
-    if body >= 0:
-        flights.links[event_lists.CARRIED * flights.motion.body_count + body] = 1
+    """Note that the solver moves a body: it does not fly."""
+    count = flights.motion.body_count
+    if body >= 0 and flights.links[event_lists.CARRIED * count + body] == 0:
+        flights.links[event_lists.CARRIED * count + body] = 1
+        flights.records[body * flight_record.SIZE + flight_record.TIME] = flight_record.NOT_LOADED
+
+
+@inline
+def _held(a: int, b: int, flights: Flights) -> float:
+    """Count the colliders of a pair whose bodies the solver moves."""
+    held = 1.0 if _is_carried(body_of(a, flights), flights) else 0.0
+    return held + (1.0 if _is_carried(body_of(b, flights), flights) else 0.0)
 
 
 @inline
@@ -182,6 +193,8 @@ def _add_event(a: int, b: int, h: float, flights: Flights, counts: Indices) -> i
     pairs[row + flight_record.INSTANT] = flight_record.NEVER
     pairs[row + flight_record.APPROACH] = 0.0
     pairs[row + flight_record.SLOW] = _speed_that_counts(a, b, h, flights)
+    pairs[row + flight_record.MANIFOLD] = flight_record.NONE
+    pairs[row + flight_record.HELD] = flight_record.NONE
     count = flights.motion.body_count
     enter(event, body_of(a, flights), 0, count, flights.links)
     enter(event, body_of(b, flights), 1, count, flights.links)
@@ -244,27 +257,61 @@ def _find_events(
             == 2
         ):
             continue
-        body_a, body_b = body_of(a, flights), body_of(b, flights)
-        if not kept and first < m:
-            held_a = body_a < 0 or _is_carried(body_a, flights)
-            held_b = body_b < 0 or _is_carried(body_b, flights)
-            kept = (held_a and held_b) and closing_speed(a, b, flights) < _speed_of_carried(
-                a, b, h, flights
-            )
-        if not kept:
-            if not _room_for_event(flights, counts):
-                return False
-            row = _add_event(a, b, h, flights, counts) * flight_record.EVENT
-            found = find_instant(a, b, 0.0, h, row, flights)
-            kept = is_left_to_solver(found, a, b, row, flights, counts)
-            if kept:
-                flights.pairs[row + flight_record.INSTANT] = flight_record.NEVER
-        if kept and first < m:
+        if kept:
             for place in range(first, m):
                 manifolds[place * manifold_record.SIZE + manifold_record.STATE] = KEPT
-            _carry(body_a, flights)
-            _carry(body_b, flights)
+                _carry(body_of(a, flights), flights)
+                _carry(body_of(b, flights), flights)
+            continue
+        if not _room_for_event(flights, counts):
+            return False
+        row = _add_event(a, b, h, flights, counts) * flight_record.EVENT
+        if first < m:
+            flights.pairs[row + flight_record.MANIFOLD] = float(first)
+    asked = True
+    while asked:
+        asked = False
+        for event in range(1, counts[tick_counts.EVENTS]):
+            row = event * flight_record.EVENT
+            a = int(flights.pairs[row + flight_record.COLLIDER_A])
+            b = int(flights.pairs[row + flight_record.COLLIDER_B])
+            held, before = _held(a, b, flights), flights.pairs[row + flight_record.HELD]
+            if before != flight_record.KEPT and before != held:
+                ask_first(row, held, h, manifolds, flights, counts)
+                asked = True
     return True
+
+
+def _ask_first(
+    row: int, held: float, h: float, manifolds: Array, flights: Flights, counts: Indices
+) -> None:
+    """
+    Ask a pair when it meets, from the start of the tick on; keep its manifold where it is left to
+    the solver.
+
+        held : how many of the two the solver moves
+    """
+    pairs = flights.pairs
+    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    body_a, body_b = body_of(a, flights), body_of(b, flights)
+    has_manifold = pairs[row + flight_record.MANIFOLD] != flight_record.NONE
+    free = (1.0 if body_a >= 0 else 0.0) + (1.0 if body_b >= 0 else 0.0)
+    kept = False
+    if has_manifold and held == free:
+        kept = closing_speed(a, b, flights) < _speed_of_carried(a, b, h, flights)
+    if not kept:
+        found = find_instant(a, b, 0.0, h, row, flights)
+        kept = is_left_to_solver(found, a, b, row, flights, counts)
+    pairs[row + flight_record.HELD] = held
+    if not kept:
+        return
+    pairs[row + flight_record.INSTANT] = flight_record.NEVER
+    pairs[row + flight_record.HELD] = flight_record.KEPT
+    if has_manifold:
+        place = int(pairs[row + flight_record.MANIFOLD])
+        manifolds[place * manifold_record.SIZE + manifold_record.STATE] = KEPT
+        _carry(body_a, flights)
+        _carry(body_b, flights)
 
 
 @inline
