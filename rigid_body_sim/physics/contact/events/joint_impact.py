@@ -48,6 +48,7 @@ from rigid_body_sim.physics.vectors import (
 
 TINIEST = 1e-300  # [N s]
 SETTLED = 1e-16  # [-] of the largest impulse: changes below are round-off
+ENOUGH = 1e-10  # [-] the same, after the last sweep: by less nobody sees that it did not settle
 MOST_SWEEPS = 400  # there and back; of a face 3 to 20, of a stack of ten boxes some hundred
 ROUND_OFF = 1e-13  # [-] of the energy: what is more than that is a gain
 NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -290,15 +291,16 @@ def _solve(compresses: bool, impact: JointImpact) -> bool:
     Niebe & Erleben, VRIPHYS 2010).
     """
     for rubs in (False, True):
-        square = 0.0
+        square, change = 0.0, math.inf
         for sweep in range(MOST_SWEEPS):
             _begin_sweep(impact)
             forth = _sweep(False, compresses, rubs, impact)
-            if max(forth, _sweep(True, compresses, rubs, impact)) <= SETTLED:
+            change = max(forth, _sweep(True, compresses, rubs, impact))
+            if change <= SETTLED:
                 break
             if sweep + 1 < MOST_SWEEPS:
                 square = _go_on(square, impact)
-        else:
+        if change > ENOUGH:
             return False
     return True
 
