@@ -497,7 +497,10 @@ class ContactWorld:
                 if length < SHORT * h and not self._has_woken:
                     arrays.put_cache(cache)
             if is_cut:
+                listed = len(self.impacts)
                 self._meet(call, tick, h, begin + length, tick_counts.STRIKES)
+                if len(self.impacts) == listed:  # nobody approaches where the two touch
+                    number = cuts.MOST_CUTS
             begin, number = begin + length, number + 1
             if not is_cut or not begin < h:
                 break

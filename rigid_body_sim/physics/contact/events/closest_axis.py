@@ -32,19 +32,11 @@ from rigid_body_sim.physics.contact.collision.collider import (
     HULL,
     PLANE,
     SPHERE,
-    ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL as FOUND_NORMAL
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
-    FACES,
-    Hull,
-    planes_of,
-)
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
-    PLANE as FACE_PLANE,
-)
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES, NORMAL
 from rigid_body_sim.physics.contact.events import flight_record
+from rigid_body_sim.physics.contact.events.contact_points import corners
 from rigid_body_sim.physics.contact.events.flight import Flights, pose_of_side
 from rigid_body_sim.physics.vectors import (
     add,
@@ -156,36 +148,36 @@ def _axis(a: int, b: int, flights: Flights) -> Any:
 
 
 @kernel
-def _across(collider: int, place: int, normal: Any, colliders: ColliderArrays) -> Any:
+def _across(collider: int, place: int, out: Any, flights: Flights) -> Any:
     """
-    Count the axes of a collider that are across a normal: 2 of a face, 1 of an edge; and give one.
+    Count the axes of a collider that are across its normal at the contact, out of it: 2 of a face,
+    1 of an edge; and give one.
     """
     row = collider * collider_record.SIZE
-    kind = colliders.table[row + collider_record.TYPE]
+    kind = flights.colliders.table[row + collider_record.TYPE]
     count, one = 0, NO_VECTOR
     if kind == BOX:
         for index in range(3):
-            axis = pose.axis(colliders.poses, place, index)
-            if abs(dot(axis, normal)) < ACROSS:
+            axis = pose.axis(flights.colliders.poses, place, index)
+            if abs(dot(axis, out)) < ACROSS:
                 count, one = count + 1, axis
     elif kind == CAPSULE or kind == CYLINDER:
-        axis = pose.axis(colliders.poses, place, 2)
-        along = dot(axis, normal)
+        axis = pose.axis(flights.colliders.poses, place, 2)
+        along = dot(axis, out)
         if abs(along) < ACROSS:
             count, one = 1, axis
         elif kind == CYLINDER and 1.0 - abs(along) < ACROSS * ACROSS:
             count = 2
     elif kind == HULL:
-        local = pose.to_shape(colliders.poses, place, normal)
-        begin = colliders.table[row + collider_record.PARAMETERS]
-        planes = planes_of(Hull(colliders.parameters, begin))
-        for face in range(int(colliders.parameters[begin + FACES])):
-            off = subtract(load(colliders.parameters, planes + FACE_PLANE * face), local)
-            if dot(off, off) < ACROSS * ACROSS:
-                count = 2
-            off = add(load(colliders.parameters, planes + FACE_PLANE * face), local)
-            if dot(off, off) < ACROSS * ACROSS:
-                count = 2
+        found = corners(
+            collider, place, out, flight_record.CORNERS_A, flights.colliders, flights.views
+        )
+        if found == 2:
+            first = load(flights.views, flight_record.CORNERS_A)
+            edge = subtract(load(flights.views, flight_record.CORNERS_A + 3), first)
+            count, one = 1, scale(1.0 / math.sqrt(dot(edge, edge)), edge)
+        elif found > 2:
+            count = 2
     elif kind == PLANE:
         count = 2
     return count, one
@@ -194,15 +186,15 @@ def _across(collider: int, place: int, normal: Any, colliders: ColliderArrays) -
 @kernel
 def turn_of_axis(a: int, b: int, normal: Any, flights: Flights) -> Any:
     """Return how fast the axis turns with the features it belongs to [1/s]: see the module."""
-    views, colliders = flights.views, flights.colliders
+    views = flights.views
     spin_a = load(views, flight_record.SPIN)
     spin_b = load(views, flight_record.VIEW + flight_record.SPIN)
     if dot(spin_a, spin_a) + dot(spin_b, spin_b) == 0.0:
         return NO_VECTOR
-    count_b, edge_b = _across(b, pose_of_side(1, flights), normal, colliders)
+    count_b, edge_b = _across(b, pose_of_side(1, flights), negate(normal), flights)
     if count_b >= 2 and dot(spin_b, spin_b) == 0.0:
         return NO_VECTOR
-    count_a, edge_a = _across(a, pose_of_side(0, flights), normal, colliders)
+    count_a, edge_a = _across(a, pose_of_side(0, flights), normal, flights)
     if count_a >= 2:
         return cross(spin_a, normal)
     if count_b >= 2:

@@ -76,7 +76,7 @@ def size_of(collider: int, colliders: ColliderArrays) -> Any:
 
 
 @kernel
-def _corners(
+def corners(
     collider: int, place: int, out: Any, target: int, colliders: ColliderArrays, views: Array
 ) -> int:
     """
@@ -181,9 +181,9 @@ def _find_points(a: int, b: int, normal: Any, flights: Flights) -> int:
     colliders, views = flights.colliders, flights.views
     place_a, place_b = pose_of_side(0, flights), pose_of_side(1, flights)
     radius_a, radius_b = radius_about_core(a, colliders), radius_about_core(b, colliders)
-    count_a = _corners(a, place_a, normal, flight_record.CORNERS_A, colliders, views)
+    count_a = corners(a, place_a, normal, flight_record.CORNERS_A, colliders, views)
     out = negate(normal)
-    count_b = _corners(b, place_b, out, flight_record.CORNERS_B, colliders, views)
+    count_b = corners(b, place_b, out, flight_record.CORNERS_B, colliders, views)
     row_b = b * collider_record.SIZE
     type_b = colliders.table[row_b + collider_record.TYPE]
     count = 0

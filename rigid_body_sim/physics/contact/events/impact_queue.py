@@ -33,7 +33,12 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE
 from rigid_body_sim.physics.contact.collision.nearest_axis import radius_about_core
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET
-from rigid_body_sim.physics.contact.events import event_lists, flight_record, joint_impact_record
+from rigid_body_sim.physics.contact.events import (
+    event_lists,
+    flight_record,
+    impact_list,
+    joint_impact_record,
+)
 from rigid_body_sim.physics.contact.events.closest_axis import turn_of_axis
 from rigid_body_sim.physics.contact.events.event_lists import enter, following
 from rigid_body_sim.physics.contact.events.flight import Flights, body_of, put_down, take_off
@@ -430,7 +435,10 @@ def _follow_impacts(tick: float, h: float, flights: Flights, counts: Indices) ->
         strike(
             row, time, pairs[row + flight_record.SLOW], tick, counts[tick_counts.IMPACTS], flights
         )
-        counts[tick_counts.IMPACTS] += 1
+        if _is_none(counts[tick_counts.IMPACTS], flights):
+            pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)
+        else:
+            counts[tick_counts.IMPACTS] += 1
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
         _join(body_a, body_b, flights)
         for body in (body_a, body_b):
@@ -652,6 +660,13 @@ def _next_of_cluster(flights: Flights, counts: Indices) -> int:
     return best
 
 
+@inline
+def _is_none(number: int, flights: Flights) -> bool:
+    """Tell whether an impact of the list has no impulse."""
+    impulse = load(flights.impacts, number * impact_list.SIZE + impact_list.IMPULSE)
+    return dot(impulse, impulse) == 0.0
+
+
 def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) -> None:
     """
     Look at event 0 with the bodies as they are: its gap and its approach; or let it happen, and
@@ -681,6 +696,9 @@ def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) ->
             if listed == NO_LOAD:
                 strike(row, 0.0, slow, 0.0, number, flights)
                 listed = 1
+            if _is_none(number, flights):  # where they touch they do not approach
+                pairs[row + flight_record.STRUCK_SO_FAR] = float(MOST_IMPACTS)
+                listed = 0
             counts[tick_counts.IMPACTS] = number + listed
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
         event = next_of_cluster(flights, counts)
