@@ -92,7 +92,8 @@ def _motion(run: RunArrays) -> RecordedMotion:
             )
         )
     meets = run.scene is not None and run.scene.contact.get('mode', 'none') != 'none'
-    return RecordedMotion(tuple(tracks), run.time[acts], {} if meets else None)
+    loads = {} if meets else None
+    return RecordedMotion(tuple(tracks), run.time[acts], loads, impacts=run.impacts)
 
 
 def html_of_simulation(simulation: Simulation) -> str:

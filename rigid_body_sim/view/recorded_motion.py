@@ -162,7 +162,7 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
         {touching[name]: _load(rows, samples) for name, rows in loads.items()}
         if touching or scene_has_contact(bag)
         else None,
-        read_impacts(bag),
+        impacts=read_impacts(bag),
     )
 
 
