@@ -18,6 +18,7 @@ export function listen(view) {
     source.close();
     document.body.dataset.live = 'ended';
     document.getElementById('about').textContent += ' · ended';
+    view.arrows?.scale();
     view.choose(view.chosen);
   });
   source.onopen = () => { document.body.dataset.live = 'on'; };
