@@ -361,7 +361,7 @@ def _loads(axes: Axes, motion: RecordedMotion) -> None:
 
 def _impacts(axes: Axes, motion: RecordedMotion) -> None:
     """Draw the impulse of each impact at its instant."""
-    axes.set_ylabel('impulse of impacts [N s]')
+    axes.set_ylabel('impacts [N s]')
     found = motion.impacts
     sizes = np.linalg.norm(found.impulse, axis=1)
     axes.vlines(found.time, 0.0, sizes, color='#e03131', linewidth=0.8)
