@@ -157,6 +157,33 @@ def scene_document(
     }
 
 
+def smooth_balls(
+    places: Sequence[Sequence[float]],
+    speeds: Sequence[Sequence[float]],
+    *,
+    mass: float,
+    radius: float,
+) -> list[dict[str, Any]]:
+    """Write balls without friction and loss over a ground, places in [m] and speeds in [m/s]."""
+    ball = {
+        'mass': mass,
+        'shape': {'type': 'sphere', 'radius': radius},
+        'restitution': 1.0,
+        'friction': 0.0,
+    }
+    return [
+        {'name': 'ground', 'shape': {'type': 'plane', 'normal': [0, 0, 1]}, 'friction': 0.0},
+        *(
+            {
+                'name': f'ball_{number}',
+                **ball,
+                'initial': {'position': list(place), 'velocity': list(speed)},
+            }
+            for number, (place, speed) in enumerate(zip(places, speeds, strict=True))
+        ),
+    ]
+
+
 def principal(moments: Sequence[float]) -> dict[str, float]:
     """Inertia with principal axes along the axes of the body, as a scene writes it."""
     return dict(zip(('ixx', 'iyy', 'izz'), map(float, moments), strict=True))

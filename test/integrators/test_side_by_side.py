@@ -85,10 +85,11 @@ def test_an_interrupt_of_one_part_puts_all_back(three_threads):
 
 
 def test_all_calls_are_made_once_and_an_error_is_told_when_all_have_ended(three_threads):
-    group, made, lock = SideBySide(), [], threading.Lock()
+    group, begun, made, lock = SideBySide(), [], [], threading.Lock()
 
     def call(number, factor):
-        time.sleep(0.002)
+        begun.append(number)
+        time.sleep(0.002)  # [s] longer than it takes to give the next call away
         with lock:
             made.append(number)
         if number == 3:
@@ -97,13 +98,14 @@ def test_all_calls_are_made_once_and_an_error_is_told_when_all_have_ended(three_
 
     calls = [lambda factor, n=n: call(n, factor) for n in range(12) if n != 3]
     assert sorted(group.call(calls, (2,))) == sorted(2 * n for n in range(12) if n != 3)
+    begun.clear()
     made.clear()
     with pytest.raises(ArithmeticError):
         group.call([*calls, lambda factor: call(3, factor)], (2,))
+    assert sorted(begun) == sorted(made) == sorted(set(made))  # nothing goes on
+    told = len(begun)
     group.rest()
-    ended = len(made)
-    time.sleep(0.02)
-    assert len(made) == ended == len(set(made))
+    assert len(begun) == told
 
 
 def test_environment_says_how_many_threads(monkeypatch):

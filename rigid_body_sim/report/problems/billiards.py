@@ -18,6 +18,7 @@ from rigid_body_sim.report.problem import (
     ladder,
     position_error,
     scene_document,
+    smooth_balls,
 )
 
 RADIUS, SPEED, PITCH, HOVER = 0.03, 2.0, 0.064, 1.0  # [m], [m/s], [m], [m]
@@ -42,20 +43,7 @@ PROBLEM = Problem(
     shows='Each impact turns the error of its instant and direction into one of all that follow.',
     document=scene_document(
         'billiards',
-        [
-            {'name': 'ground', 'shape': {'type': 'plane', 'normal': [0, 0, 1]}, 'friction': 0.0},
-            *(
-                {
-                    'name': f'ball_{number}',
-                    'shape': {'type': 'sphere', 'radius': RADIUS},
-                    'mass': 0.2,
-                    'restitution': 1.0,
-                    'friction': 0.0,
-                    'initial': {'position': list(place), 'velocity': list(speed)},
-                }
-                for number, (place, speed) in enumerate(zip(PLACES, SPEEDS, strict=True))
-            ),
-        ],
+        smooth_balls(PLACES, SPEEDS, mass=0.2, radius=RADIUS),
         contact={'mode': 'timestep'},
     ),
     duration=DURATION,

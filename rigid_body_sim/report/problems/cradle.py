@@ -16,6 +16,7 @@ from rigid_body_sim.report.problem import (
     ladder,
     position_error,
     scene_document,
+    smooth_balls,
 )
 
 COUNT, RADIUS, SPEED, GAP, HOVER = 5, 0.05, 1.0, 0.0503, 1.0  # [-], [m], [m/s], [m], [m]
@@ -40,20 +41,7 @@ PROBLEM = Problem(
     'ones leave.',
     document=scene_document(
         'cradle',
-        [
-            {'name': 'ground', 'shape': {'type': 'plane', 'normal': [0, 0, 1]}, 'friction': 0.0},
-            *(
-                {
-                    'name': f'ball_{number}',
-                    'shape': {'type': 'sphere', 'radius': RADIUS},
-                    'mass': 1.0,
-                    'restitution': 1.0,
-                    'friction': 0.0,
-                    'initial': {'position': list(place), 'velocity': list(speed)},
-                }
-                for number, (place, speed) in enumerate(zip(PLACES, SPEEDS, strict=True))
-            ),
-        ],
+        smooth_balls(PLACES, SPEEDS, mass=1.0, radius=RADIUS),
         contact={'mode': 'timestep'},
     ),
     duration=DURATION,
