@@ -163,6 +163,27 @@ def test_in_a_cradle_an_impact_runs_from_ball_to_ball(e, gap):
     assert sim.state.velocity[-1, 0] == pytest.approx(last, abs=1e-12)
 
 
+@pytest.mark.parametrize('side', [1, -1])
+@pytest.mark.parametrize('order', [(0, 1, 2), (2, 1, 0), (1, 0, 2)])
+def test_of_impacts_at_one_instant_that_with_the_greatest_approach_comes_first(side, order):
+    """
+    Into a ball at rest run two that touch it, with 2 and 1 m/s, e = 1/2: by hand the first blow is
+    that of the faster one, whichever side it comes from and wherever it stands in the scene. The
+    other way round they would end at -0.0625, 0.140625 and 0.921875 m/s.
+    """
+    radius, speeds = 0.125, (2.0, 0.0, -1.0)  # gaps of zero to the last bit
+    balls = [
+        ball(f'b{i}', (side * 2 * radius * (i - 1), 0, 1), (side * v, 0, 0), radius=radius, e=0.5)
+        for i, v in enumerate(speeds)
+    ]
+    sim = world(*(balls[i] for i in order), gravity=0.0)
+    sim.step(1)
+    after = [sim.state.velocity[WITNESSES + order.index(i), 0] for i in range(3)]
+    by_hand = side * np.array([-0.15625, 0.28125, 0.875])
+    np.testing.assert_allclose(after, by_hand, rtol=0, atol=1e-15)  # of a few roundings
+    assert len(sim.impacts()) == 3
+
+
 @pytest.mark.parametrize('mass', [1.0, 1e-2, 1e4])
 @pytest.mark.parametrize('e', [0.0, 0.7, 1.0])
 def test_an_oblique_impact_of_two_spheres_is_that_of_newton(mass, e):
