@@ -42,6 +42,7 @@ KINDS = {
     'twist': cdr.TwistStamped.TYPE,
     'applied_wrench': cdr.WrenchStamped.TYPE,
     'contacts': cdr.PointCloud2.TYPE,
+    'impacts': cdr.PointCloud2.TYPE,
 }
 
 

@@ -6,7 +6,8 @@ A motion that grows: messages come in any order, instants at which all bodies ar
 An instant is a stamp. It is whole when every body has its pose and, as far as they have topics for
 it, its twist; those that are never whole, because somebody began to listen in the middle, are left
 out. Contacts are told of bodies that have some, before the states of their tick: who hears them
-in another order (`late`) waits for a later instant before one goes out.
+in another order (`late`) waits for a later instant before one goes out. Impacts have instants of
+their own: they go out as they came.
 """
 
 from __future__ import annotations
@@ -19,14 +20,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.analysis.recorded_contacts import read_points
+from rigid_body_sim.analysis.recorded_impacts import impacts_of
+from rigid_body_sim.physics.state import impacts
+from rigid_body_sim.physics.state.impacts import Impacts
+from rigid_body_sim.recording.impact_packing import impact_points
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track, track_of
 
 Array = NDArray[np.float64]
 
 _STAMP = Struct('<iI')  # behind the four bytes that begin every payload
 SECOND = 10**9  # [ns]
-CONTACTS = 'contacts'
-LEAVES = ('pose', 'twist', 'applied_wrench', CONTACTS)
+CONTACTS, IMPACTS = 'contacts', 'impacts'
+LEAVES = ('pose', 'twist', 'applied_wrench', CONTACTS, IMPACTS)
 
 
 class GrowingMotion:
@@ -34,7 +39,7 @@ class GrowingMotion:
     Takes payloads, gives motions.
 
     poses : topics of the poses of all bodies
-    others : topics of twists, applied wrenches and contacts, as far as there are any
+    others : topics of twists, applied wrenches, contacts and impacts, as far as there are any
     late   : whether contacts may come behind the states of their tick
     """
 
@@ -48,6 +53,8 @@ class GrowingMotion:
         self._tells_contacts = any(name.endswith(f'/{CONTACTS}') for name in others)
         self._contacts: dict[int, dict[str, bytes]] = {}
         self._late = late and self._tells_contacts
+        self._tells_impacts = any(name.endswith(f'/{IMPACTS}') for name in others)
+        self._impacts: list[Impacts] = []
         self._newest = -1  # whole instant at the last call
         self._last = -1
 
@@ -55,6 +62,9 @@ class GrowingMotion:
         """Take a message."""
         if topic.endswith('/applied_wrench'):
             self._wrenches.setdefault(topic, []).append(payload)
+            return
+        if topic.endswith(f'/{IMPACTS}'):
+            self._impacts.append(impacts_of(impact_points(payload)))
             return
         sec, nanosec = _STAMP.unpack_from(payload, 4)
         stamp = sec * SECOND + nanosec
@@ -80,6 +90,7 @@ class GrowingMotion:
         wrenches, self._wrenches = self._wrenches, {}
         touching = tuple(self._touching(stamp) for stamp in shown)
         self._contacts = {t: found for t, found in self._contacts.items() if t > self._last}
+        struck, self._impacts = impacts.joined(self._impacts), []
         return RecordedMotion(
             tuple(
                 track_of(
@@ -92,6 +103,7 @@ class GrowingMotion:
             ),
             np.empty(0),
             touching=touching if self._tells_contacts else None,
+            impacts=struck if self._tells_impacts else None,
         )
 
     def _touching(self, stamp: int) -> dict[str, Array]:
@@ -121,4 +133,7 @@ def joined(blocks: Iterable[RecordedMotion]) -> RecordedMotion:
         touching=None
         if blocks[0].touching is None
         else tuple(each for block in blocks for each in block.touching or ()),
+        impacts=None
+        if blocks[0].impacts is None
+        else impacts.joined([block.impacts for block in blocks if block.impacts is not None]),
     )

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.model import shapes
 from rigid_body_sim.physics.model.scene import Body, Scene
+from rigid_body_sim.physics.state.impacts import Impacts
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.view.contact_arrows import arrows_of, read_arrows
 from rigid_body_sim.view.drawn_forces import ArrowSet, RecordedStates, drawn_ties, force_arrows
@@ -70,7 +71,7 @@ class Look:
     scene   : None where nobody knows it
     spins   : whether angular momenta are told
     wrenches : whether commands are
-    energies, contacts : whether they are
+    energies, contacts, impacts : whether they are
     """
 
     names: list[str]
@@ -80,6 +81,7 @@ class Look:
     wrenches: bool
     energies: bool = False
     contacts: bool = False
+    impacts: bool = False
 
 
 def page_record(
@@ -112,7 +114,9 @@ def page_record(
     energies = energies_of(scene, motion, times) if live and scene is not None else None
     told = _touching(motion, times) if live else None
     look = Look(
-        names, first, scene, spins, wrenches, energies is not None, contacts=told is not None
+        *(names, first, scene, spins, wrenches, energies is not None),
+        contacts=told is not None,
+        impacts=live and motion.impacts is not None,
     )
     series = _series(motion, times, states, sets, look) | _energies(energies)
     drawn = DrawnShapes(numbers, ball=sizes.ball, meshes_collide=_collides(scene))
@@ -130,7 +134,7 @@ def page_record(
         'contacts': _contacts(bag, times, bodies, numbers, sizes.arrow)
         if told is None
         else arrows_of(told, _places(scene)).drawn(numbers, sizes.arrow),
-        'impacts': _impacts(motion, numbers),
+        'impacts': _impacts(motion.impacts, numbers, live=live),
         'curves': _live_curves(look) if energy is None else _curves(energy, numbers),
         'live': live,
         'series': _packed(series, numbers),
@@ -153,6 +157,8 @@ def more_of(motion: RecordedMotion, look: Look) -> tuple[dict[str, Any], bytes]:
     if look.contacts:
         arrows = arrows_of(motion.touching or (), _places(look.scene))
         record['contacts'] = arrows.drawn(numbers, 0.0)
+    if look.impacts:
+        record['impacts'] = _impacts(motion.impacts, numbers)
     return record | {'series': _packed(series, numbers)}, numbers.joined()
 
 
@@ -449,10 +455,15 @@ def _contacts(
     return None if touching is None else touching.drawn(numbers, length)
 
 
-def _impacts(motion: RecordedMotion, numbers: PageNumbers) -> dict[str, Any] | None:
-    """Give the marks of impacts at their instants; of more than a page holds, the hardest."""
-    found = motion.impacts
-    if not len(found):
+def _impacts(
+    found: Impacts | None, numbers: PageNumbers, *, live: bool = False
+) -> dict[str, Any] | None:
+    """
+    Give the marks of impacts at their instants; of more than a page holds, the hardest.
+
+    live : there may be some later, where there are none yet
+    """
+    if found is None or not (live or len(found)):
         return None
     if len(found) > MOST_IMPACTS:
         sizes = np.linalg.norm(found.impulse, axis=1)

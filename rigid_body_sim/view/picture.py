@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.analysis.recorded_contacts import HOW_TO_RECORD
 from rigid_body_sim.physics.model import rotation
 from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.physics.state.impacts import Impacts
 from rigid_body_sim.view.energy_history import EnergyHistory, spin_of
 from rigid_body_sim.view.line_styles import NAMED_BODIES, OTHERS, color_places, style
 from rigid_body_sim.view.recorded_motion import RecordedMotion, Track
@@ -123,8 +124,9 @@ def _panels(motion: RecordedMotion, energy: EnergyHistory | None) -> list[Callab
             panels.append(lambda axes: _drift(axes, energy))
     if motion.loads and any(len(load.time) for load in motion.loads.values()):
         panels.append(lambda axes: _loads(axes, motion))
-    if len(motion.impacts):
-        panels.append(lambda axes: _impacts(axes, motion))
+    impacts = motion.impacts
+    if impacts is not None and len(impacts):
+        panels.append(lambda axes: _impacts(axes, impacts))
     return panels
 
 
@@ -359,10 +361,9 @@ def _loads(axes: Axes, motion: RecordedMotion) -> None:
     axes.set_ylim(bottom=0.0)
 
 
-def _impacts(axes: Axes, motion: RecordedMotion) -> None:
+def _impacts(axes: Axes, found: Impacts) -> None:
     """Draw the impulse of each impact at its instant."""
     axes.set_ylabel('impacts [N s]')
-    found = motion.impacts
     sizes = np.linalg.norm(found.impulse, axis=1)
     axes.vlines(found.time, 0.0, sizes, color='#e03131', linewidth=0.8)
     axes.plot(found.time, sizes, color='#e03131', linestyle='none', marker='o', markersize=2.5)

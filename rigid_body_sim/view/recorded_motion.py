@@ -22,9 +22,9 @@ from rigid_body_sim.analysis.recorded_contacts import (
     read_points,
     scene_has_contact,
 )
-from rigid_body_sim.analysis.recorded_impacts import read_impacts
+from rigid_body_sim.analysis.recorded_impacts import impact_topic, read_impacts
 from rigid_body_sim.errors import UserError
-from rigid_body_sim.physics.state.impacts import NO_IMPACTS, Impacts
+from rigid_body_sim.physics.state.impacts import Impacts
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE
@@ -87,14 +87,14 @@ class RecordedMotion:
                    through each other
     touching     : of a run that goes on: at each instant the contacts that each body was told of,
                    rows as `recording.contact_packing` has them; None: no topic tells contacts
-    impacts      : at their instants, where the bag has them
+    impacts      : at their instants; None: no topic tells them
     """
 
     tracks: tuple[Track, ...]
     command_time: Array
     loads: dict[str, Load] | None = None
     touching: tuple[Mapping[str, Array], ...] | None = None
-    impacts: Impacts = NO_IMPACTS
+    impacts: Impacts | None = None
 
 
 def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
@@ -162,7 +162,7 @@ def read_motion(bag: Bag, *, samples: int) -> RecordedMotion:
         {touching[name]: _load(rows, samples) for name, rows in loads.items()}
         if touching or scene_has_contact(bag)
         else None,
-        impacts=read_impacts(bag),
+        impacts=None if impact_topic(bag) is None else read_impacts(bag),
     )
 
 

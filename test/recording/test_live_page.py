@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.analysis.recorded_contacts import read_points
+from rigid_body_sim.analysis.recorded_impacts import read_impacts
 from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.scene import load_scene
@@ -171,6 +172,47 @@ def test_energies_and_contact_forces_grow_with_the_run_as_the_whole_bag_has_them
     assert np.array_equal(potential, history.potential[rows])
     assert np.array_equal(total, kinetic + potential)
     assert 'energy [J]' in grown['titles']
+
+
+BALLS = """
+dt: 0.004
+gravity: [0, 0, -9.81]
+contact: {mode: event}
+bodies:
+  - {name: ground, shape: {type: plane, normal: [0, 0, 1]}, restitution: 0.9}
+  - {name: low, shape: {type: sphere, radius: 0.1}, mass: 1, initial: {position: [0, 0, 0.3]}}
+  - {name: high, shape: {type: sphere, radius: 0.1}, mass: 1, initial: {position: [1, 0, 0.4]}}
+"""
+
+
+def test_impacts_grow_with_the_run_as_the_whole_bag_has_them(tab, tmp_path):
+    scene = tmp_path / 'balls.yaml'
+    scene.write_text(BALLS)
+    parser = argparse.ArgumentParser()
+    simulate.add_arguments(parser)
+    words = [str(scene), '-o', str(tmp_path / 'run'), '--duration', '2', '--json']
+    assert simulate.run(parser.parse_args(words)) == 0
+    whole = read_impacts(Bag(tmp_path / 'run'))
+    writing = Writing(tmp_path, next((tmp_path / 'run').glob('*.mcap')).read_bytes())
+    writing.up_to(0.1)  # nobody has met anybody yet
+    with live_page_of(BagFollower(writing.path)) as (run, address):
+        tab.open(address)
+        tab.wait_for("document.body.dataset.state === 'ready' && document.body.dataset.live")
+        assert tab.evaluate('[view.impacts.times.length, !!view.layers.impacts]') == [0, True]
+        for part in (0.4, 0.7, 1.0):
+            writing.up_to(part)
+            run.look()
+        tab.wait_for("document.body.dataset.live === 'ended'")
+        times, places = tab.evaluate('[[...view.impacts.times], [...view.impacts.places]]')
+        tab.evaluate(f'view.seek({times[0] + 0.02})')
+        tab.wait_for('view.impacts.mesh.count === 1')
+        assert tab.errors == []
+        tab.open(address)  # who comes later finds all of them
+        tab.wait_for("document.body.dataset.state === 'ready'")
+        assert tab.evaluate('[...view.impacts.times]') == times
+    assert len(whole) > 10
+    assert times == whole.time.tolist()
+    assert places == np.hstack((whole.point, whole.normal)).astype('f4').ravel().tolist()
 
 
 def test_a_state_waits_for_the_contacts_that_come_behind_it(touching):

@@ -4,11 +4,16 @@
 The live page of a running node: what it publishes arrives, in scene order, with the node's scene.
 """
 
+import json
+import signal
 import time
 from contextlib import contextmanager
 
 import numpy as np
 
+from rigid_body_sim.analysis.recorded_impacts import read_impacts
+from rigid_body_sim.recording import cdr
+from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.ros.state_listener import StateListener
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.view.growing_motion import joined
@@ -46,6 +51,44 @@ def test_the_states_of_a_node_arrive_with_its_scene(start_node, meet):
         assert np.all(ticks > 0.5) and np.allclose(ticks, np.round(ticks), atol=1e-6)
         # nothing pushes anybody: all stay, to the bit, where the scene puts them
         assert np.all(track.position == body.initial.position)
+
+
+BOUNCING = """
+dt: 0.004
+gravity: [0, 0, -9.81]
+contact: {mode: event}
+bodies:
+  - {name: ground, shape: {type: plane, normal: [0, 0, 1]}, restitution: 1}
+  - {name: ball, shape: {type: sphere, radius: 0.1}, mass: 2, initial: {position: [0, 0, 0.15]}}
+"""
+
+
+def test_impacts_of_a_node_are_published_recorded_and_in_its_live_page(
+    start_node, meet, run_verb, tmp_path, monkeypatch
+):
+    """A ball that loses nothing meets the ground at odd multiples of its time of fall."""
+    monkeypatch.setenv('RIGID_BODY_SIM_COMPILE', '1')
+    path = tmp_path / 'bouncing.yaml'
+    path.write_text(BOUNCING)
+    node = start_node(scene=path, record='true', record_path='live')
+    peer = meet(node)
+    told = peer.listen('rigid_body_sim/impacts', cdr.PointCloud2)
+    with heard(node, 60) as (motion, listener):
+        record, numbers, look = page_record(motion, listener.scene, live=True)
+    peer.until(lambda: len(told) > 3, 'impacts')
+    assert node.stop(signal.SIGINT) == 0
+    bag = Bag(node.folder / 'live')
+    whole = read_impacts(bag)
+    fall = np.sqrt(2 * 0.05 / 9.81)  # [s]
+    expected = fall * (2 * np.arange(len(whole)) + 1)
+    # round-off of that many flights, each some 1e-16 s
+    assert np.allclose(whole.time, expected, rtol=0, atol=1e-12)
+    of_bag = [m.data for m in bag.messages([f'{node.namespace}/rigid_body_sim/impacts'])]
+    assert {cdr.encode(each) for each in told} <= set(of_bag)
+    shown = array_of(record['impacts']['times'], numbers)
+    assert look.impacts and len(shown) and set(shown) <= set(whole.time)
+    outcome = json.loads(run_verb('replay', bag.path, '--json').stdout)
+    assert outcome['identical'], outcome
 
 
 def test_energies_and_contact_forces_of_a_node_are_in_the_page(start_node, meet):

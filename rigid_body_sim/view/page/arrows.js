@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import { arrowGeometry } from 'view/shapes';
 import { ARROWS } from 'view/palette';
-import { arrayOf, rotate } from 'view/run';
+import { arrayOf, joined, rotate } from 'view/run';
 
 const RECENT = 250;                     // instants whose contacts say how long an arrow is, while a run goes on
 const USUAL = 0.9;                      // [-] share of the vectors that are no longer than the usual arrow
@@ -138,13 +138,6 @@ function scaled(arrow, sizes) {
   sizes.sort((a, b) => a - b);
   const usual = sizes[Math.floor(USUAL * (sizes.length - 1))];
   return usual > 0 ? arrow / usual : undefined;
-}
-
-function joined(a, b) {
-  const both = new a.constructor(a.length + b.length);
-  both.set(a);
-  both.set(b, a.length);
-  return both;
 }
 
 export class Arrows {

@@ -1,6 +1,6 @@
 // Impacts at their instants: a ring around the point, across the normal, that opens for a moment.
 import * as THREE from 'three';
-import { arrayOf } from 'view/run';
+import { arrayOf, joined } from 'view/run';
 import { IMPACT } from 'view/palette';
 
 const LASTS = 0.25;                     // [s] of the run that a ring is seen
@@ -22,6 +22,10 @@ export class Impacts {
     this.mesh.renderOrder = 3;
     this.mesh.count = 0;
     this.group.add(this.mesh);
+    run.grownImpacts.push((told, buffer) => {
+      this.times = joined(this.times, arrayOf(told.times, buffer));
+      this.places = joined(this.places, arrayOf(told.places, buffer));
+    });
   }
 
   // The number of the first impact after a time.

@@ -10,11 +10,16 @@ class Series {
   }
 
   append(more) {
-    const grown = new this.values.constructor(this.values.length + more.length);
-    grown.set(this.values);
-    grown.set(more, this.values.length);
-    this.values = grown;
+    this.values = joined(this.values, more);
   }
+}
+
+// Two arrays of one kind, one behind the other.
+export function joined(first, second) {
+  const both = new first.constructor(first.length + second.length);
+  both.set(first);
+  both.set(second, first.length);
+  return both;
 }
 
 // An array out of the page: { kind, at [byte], size [numbers] }.
@@ -30,6 +35,7 @@ export class Run {
     for (const [name, entry] of Object.entries(record.series))
       this.series[name] = new Series(arrayOf(entry, buffer), entry.width);
     this.grownContacts = [];            // who takes contacts that come while a run goes on
+    this.grownImpacts = [];             // and impacts
     this.origins = record.bodies.map(body => body.origin);
   }
 
@@ -42,6 +48,7 @@ export class Run {
     for (const [name, entry] of Object.entries(record.series))
       this.series[name].append(arrayOf(entry, buffer));
     if (record.contacts) this.grownContacts.forEach(take => take(record.contacts, buffer));
+    if (record.impacts) this.grownImpacts.forEach(take => take(record.impacts, buffer));
   }
 
   // Where a time lies: { k, next, s } with times[k] <= time, s the fraction on the way to the next.
