@@ -20,7 +20,7 @@ from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.report.evaluations import evaluations_per_step
 from rigid_body_sim.report.method import Method
-from rigid_body_sim.report.problem import Final, Problem
+from rigid_body_sim.report.problem import Control, Final, Problem
 
 ENGINE = 'rigid_body_sim'
 DRIFT_SAMPLES = 32  # looks at the invariants over a run: enough to catch an oscillation
@@ -132,6 +132,31 @@ class OurRunner:
         return self.simulation.state
 
 
+class CommandedRunner(OurRunner):
+    """A `Simulation` that is commanded before each tick, from what its state is then."""
+
+    def __init__(self, simulation: Simulation, ticks: int, control: Control) -> None:
+        super().__init__(simulation, ticks)
+        self.control = control
+
+    def advance(self) -> None:
+        """Read, command, step."""
+        command(self.simulation, self.ticks, self.control)
+
+    def first(self) -> None:
+        """Do the same: nothing is kept of what is commanded."""
+        self.advance()
+
+
+def command(simulation: Simulation, ticks: int, control: Control) -> None:
+    """Step so many ticks, commanding all bodies before each."""
+    for _ in range(ticks):
+        now = simulation.state
+        force, torque = control(now.velocity, now.angular_velocity)
+        simulation.set_wrenches(force=force, torque=torque)
+        simulation.step(1)
+
+
 @dataclass(frozen=True)
 class Setting:
     """
@@ -172,6 +197,8 @@ def our_entry(
         simulation = Simulation(
             scene, integrator=method.integrator, integrator_options=options, dt=setting.dt
         )
+        if problem.control is not None:
+            return CommandedRunner(simulation, ticks, problem.control)
         return OurRunner(simulation, ticks, problem.instants)
 
     fixed = setting.tolerance is None

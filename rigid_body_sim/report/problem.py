@@ -32,6 +32,10 @@ QUICK_BODIES = 1_000
 SEED = 1  # of whatever a problem draws at random
 
 
+# velocities and angular velocities (n, 3), world -> forces and torques (n, 3), world
+Control = Callable[[Array, Array], tuple[Array, Array]]
+
+
 class Final(Protocol):
     """
     The bodies at the end of a run, scene order; `Simulation.state` is one.
@@ -67,6 +71,7 @@ class Problem:
     error_on_way : (instant from 0, state) -> error, where there are several
     error_of_run : simulation at the end of a run -> error, where a state does not tell it; then
                    other engines are not asked
+    control      : who commands all bodies before each step, in Python; None: nobody
     reference    : where the exact end comes from
     useless      : error from which on a result says nothing; such points are "not accurate"
     integrators  : methods that suit, measured by default: see `report.method`
@@ -109,6 +114,7 @@ class Problem:
     most_steps: int = 100_000
     heading: str = ''
     error_of_run: Callable[[Simulation], float] | None = None
+    control: Control | None = None
 
     def error_at_end(self, simulation: Simulation) -> float:
         """Give the error of a run of ours that has come to its end."""

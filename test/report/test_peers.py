@@ -77,6 +77,14 @@ def test_a_sweep_takes_the_steps_of_the_problem_and_their_errors():
     assert min(point.error for point in points) > 0.01  # it knows nothing of flips
 
 
+def test_who_cannot_be_commanded_in_the_loop_is_refused():
+    problem = PROBLEMS['closed_loop']
+    (point,) = measured(Engine('Turn', '1', (Way('only', Turn),)), problem)
+    assert point.status == REFUSED and 'a controller in the loop' in point.note
+    points = measured(Engine('Turn', '1', (Way('only', Turn, commanded=True),)), problem)
+    assert [point.bodies for point in points] == list(problem.bodies)
+
+
 def test_a_sweep_ends_after_a_run_that_takes_long():
     def slow(task, dt):
         return Turn(task, dt, seconds=1.1 * SLOW if dt < 1.0 else 0.0)

@@ -8,6 +8,7 @@ import pytest
 from rigid_body_sim import Simulation
 from rigid_body_sim.exact import free_asymmetric_top, free_symmetric_top, quadratic_flow
 from rigid_body_sim.exact.attitude import angle_between
+from rigid_body_sim.report.entry import command
 from rigid_body_sim.report.method import method
 from rigid_body_sim.report.problem import THROUGHPUT, ladder
 from rigid_body_sim.report.problems import PROBLEMS, needle, torque_free_top
@@ -29,6 +30,7 @@ PROMISED = {
     'billiards',
     'cradle',
     'tumbling_cube',
+    'closed_loop',
 }
 # dt [s] at which rk4 is far from its limits: what it errs by there, from its order
 FINE = {
@@ -41,6 +43,7 @@ FINE = {
     'damped_fall': (0.01, 1e-8),
     'orientation_torque': (0.01, 1e-6),
     'throughput': (0.001, 1e-12),
+    'closed_loop': (0.001, 1e-13),
     'kepler': (0.005, 1e-5),
     'pendulum': (0.01, 1e-6),
     'rocket': (1.0, 1e-2),
@@ -101,7 +104,11 @@ def test_scene_and_exact_end_are_the_same_motion(name):
     scene = used.scene_of(problem.scene(bodies))
     simulation = Simulation(scene, integrator=used.integrator, dt=dt)
     start = problem.error(simulation.state)
-    simulation.step(round(problem.duration / dt))
+    ticks = round(problem.duration / dt)
+    if problem.control is None:
+        simulation.step(ticks)
+    else:
+        command(simulation, ticks, problem.control)
     assert problem.error_at_end(simulation) < bound
     # before it has moved it is far from there, but for whole periods, what is at rest, and energy
     assert start > 10 * bound or name in AT_THE_START

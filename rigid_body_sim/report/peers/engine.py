@@ -34,6 +34,7 @@ class Way:
                       accurate it can be
     contact         : whether it is for bodies on the ground; others are for bodies that touch
                       nothing
+    commanded       : whether it can be commanded before each step
     """
 
     method: str
@@ -43,6 +44,7 @@ class Way:
     most_bodies: int = 1000
     finer: bool = False
     contact: bool = False
+    commanded: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,10 @@ class Engine:
         ways = [way for way in self.ways if way.contact == (task.ground is not None)]
         if not ways:
             raise InvalidModel('contact is not written for this engine')
+        if task.control is not None:
+            ways = [way for way in ways if way.commanded]
+            if not ways:
+                raise InvalidModel('a controller in the loop is not written for this engine')
         return ways
 
     def _build(self, problem: Problem, way: Way, bodies: int, setting: float) -> Runner:

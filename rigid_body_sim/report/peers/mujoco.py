@@ -26,6 +26,7 @@ from rigid_body_sim.physics.model.scene import Body
 from rigid_body_sim.physics.model.shapes import Box, Sphere
 from rigid_body_sim.report.peers.engine import Way
 from rigid_body_sim.report.peers.task import End, Task
+from rigid_body_sim.report.problem import Control
 
 ENGINE = 'MuJoCo'
 PACKAGE = 'mujoco'
@@ -65,6 +66,7 @@ def load() -> tuple[str, tuple[Way, ...]]:
                 evaluations=evaluations,
                 finer=evaluations > 1,
                 most_bodies=100 if method == 'implicit' else 1000,  # grows as their square
+                commanded=True,
             )
             for method, evaluations in METHODS.items()
             if method.lower() in known
@@ -95,8 +97,23 @@ class MujocoRunner:
         self.data.qpos[:], self.data.qvel[:] = self._start
 
     def advance(self) -> None:
-        """All steps in one call."""
-        self.mujoco.mj_step(self.model, self.data, nstep=self.steps)
+        """All steps in one call, or one by one where each is commanded."""
+        if self.task.control is None:
+            self.mujoco.mj_step(self.model, self.data, nstep=self.steps)
+        else:
+            self._command(self.task.control)
+
+    def _command(self, control: Control) -> None:
+        """
+        Read, command, step, by views of its arrays. Angular velocities are in body axes: the same
+        for bodies that begin unturned and keep their axis of rotation.
+        """
+        step, model, data = self.mujoco.mj_step, self.model, self.data
+        rates, wrenches = data.qvel.reshape(-1, 6), data.xfrc_applied[1:]
+        velocity, spin = rates[:, :3], rates[:, 3:]
+        for _ in range(self.steps):
+            wrenches[:, :3], wrenches[:, 3:] = control(velocity, spin)
+            step(model, data)
 
     def final(self) -> End:
         """Read joint positions and velocities."""

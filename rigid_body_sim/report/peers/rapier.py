@@ -20,6 +20,7 @@ from rigid_body_sim.physics.model.scene import Body
 from rigid_body_sim.physics.model.shapes import Box, Sphere
 from rigid_body_sim.report.peers.engine import Way
 from rigid_body_sim.report.peers.task import End, Task
+from rigid_body_sim.report.problem import Control
 
 ENGINE = 'Rapier'
 PACKAGE = 'rapier3d'
@@ -31,8 +32,15 @@ def load() -> tuple[str, tuple[Way, ...]]:
     import rapier3d
 
     return rapier3d.__version__, (
-        Way('1 substep', partial(RapierRunner, rapier3d, 1), evaluations=1, most_bodies=1000),
-        Way('4 substeps', partial(RapierRunner, rapier3d, 4), evaluations=1, most_bodies=1000),
+        *(
+            Way(
+                f'{substeps} substep{"s" * (substeps > 1)}',
+                partial(RapierRunner, rapier3d, substeps),
+                evaluations=1,
+                commanded=True,
+            )
+            for substeps in (1, 4)
+        ),
         Way('4 substeps', partial(RapierRunner, rapier3d, 4), contact=True),
         Way('20 substeps', partial(RapierRunner, rapier3d, 20), contact=True),
     )
@@ -106,6 +114,9 @@ class RapierRunner:
     def advance(self) -> None:
         """Step after step; a spring is the caller's."""
         step, task = self.world.step, self.task
+        if task.control is not None:
+            self._command(task.control)
+            return
         if not task.stiffness:
             for _ in range(self.steps):
                 step()
@@ -123,6 +134,20 @@ class RapierRunner:
                 )
             )
             step()
+
+    def _command(self, control: Control) -> None:
+        """Read, command, step, body by body: it has no arrays of them."""
+        bodies = [self.world.rigid_bodies[handle] for handle in self.handles]
+        for _ in range(self.steps):
+            velocity = np.array([_vector(body.linvel) for body in bodies])
+            spin = np.array([_vector(body.angvel) for body in bodies])
+            forces, torques = (part.tolist() for part in control(velocity, spin))
+            for body, force, torque in zip(bodies, forces, torques, strict=True):
+                body.reset_forces()
+                body.reset_torques()
+                body.add_force(tuple(force))
+                body.add_torque(tuple(torque))
+            self.world.step()
 
     def final(self) -> End:
         """Read translations, rotations and velocities."""

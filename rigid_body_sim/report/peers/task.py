@@ -23,7 +23,7 @@ from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Body, Scene, Vector
 from rigid_body_sim.physics.model.shapes import Box, Plane, Sphere
 from rigid_body_sim.physics.model.variable_mass import flow_of
-from rigid_body_sim.report.problem import Problem
+from rigid_body_sim.report.problem import Control, Problem
 
 Array = NDArray[np.float64]
 
@@ -83,6 +83,7 @@ class Task:
     arm       : (3,) [m] from the pivot to the centre of mass, body axes
     duration  : [s]
     ground    : the plane z = 0, first body of the scene; None: nothing touches
+    control   : who commands all bodies before each step; None: nobody
     """
 
     bodies: tuple[Body, ...]
@@ -94,6 +95,7 @@ class Task:
     pivot: Vector | None = None
     arm: Vector = ZERO
     ground: Body | None = None
+    control: Control | None = None
 
     @property
     def body(self) -> Body:
@@ -122,7 +124,8 @@ class Task:
         """
         Read a problem; InvalidModel where it holds what engines do not have in common.
         """
-        return cls.of_scene(problem.scene(bodies), problem.duration)
+        task = cls.of_scene(problem.scene(bodies), problem.duration)
+        return dataclasses.replace(task, control=problem.control)
 
     @classmethod
     def of_scene(cls, scene: Scene, duration: float) -> Task:
