@@ -112,7 +112,7 @@ def run_once(problem: Problem, entry: Entry) -> tuple[Point, Runner | None, floa
         if entry.engine == ENGINE:
             raise
         return Point.of(entry, REFUSED, said(failure)), None, 0.0
-    begin = time.perf_counter()
+    begin = time.process_time()
     try:
         runner.fresh()
         if isinstance(runner, OurRunner):
@@ -120,12 +120,12 @@ def run_once(problem: Problem, entry: Entry) -> tuple[Point, Runner | None, floa
         else:
             runner.advance()
     except SimulationDiverged as diverged:
-        return Point.of(entry, DIVERGED, str(diverged)), None, time.perf_counter() - begin
+        return Point.of(entry, DIVERGED, str(diverged)), None, time.process_time() - begin
     except Exception as failure:
         if entry.engine == ENGINE:
             raise
-        return Point.of(entry, DIVERGED, said(failure)), None, time.perf_counter() - begin
-    seconds = time.perf_counter() - begin
+        return Point.of(entry, DIVERGED, said(failure)), None, time.process_time() - begin
+    seconds = time.process_time() - begin
     with np.errstate(all='ignore'):  # an end on its way to infinity
         error = _error(problem, runner)
     if not math.isfinite(error):

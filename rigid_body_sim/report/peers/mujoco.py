@@ -8,8 +8,9 @@ masses are slide joints with joint stiffness and damping, along the axes on whic
 pivot is a ball joint.
 
 With contact: pyramidal and elliptic cones; contacts as stiff as the step allows, with a time
-constant of two steps and 1 ms at least. It knows no restitution: a bounce without loss is a spring
-without damping, whose contact takes twenty steps.
+constant of two steps and 1 ms at least, and an impedance of 0.99, or as near to one as it takes
+("stiff"). It knows no restitution: a bounce without loss is a spring without damping, whose contact
+takes twenty steps.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ PACKAGE = 'mujoco'
 
 METHODS = {'RK4': 4, 'Euler': 1, 'implicit': 1, 'implicitfast': 1, 'discrete': 1}
 CONES = {'pyramidal': 1, 'elliptic': 10}  # with the ratio of the impedances of friction
+IMPEDANCES = {'': 0.99, ', stiff': 0.9999}  # [-] the largest that it takes
 SHORTEST = 1e-3  # [s] time constant of a contact
 LASTS = 20.0  # [step] what a contact without loss takes
 OPTION = (
@@ -50,12 +52,13 @@ def load() -> tuple[str, tuple[Way, ...]]:
     known = {name.removeprefix('mjINT_').lower() for name in mujoco.mjtIntegrator.__members__}
     contact = [
         Way(
-            f'implicitfast, {cone} cone',
-            partial(MujocoRunner, mujoco, 'implicitfast', cone=cone),
+            f'implicitfast, {cone} cone{words}',
+            partial(MujocoRunner, mujoco, 'implicitfast', cone=cone, impedance=impedance),
             evaluations=1,
             contact=True,
         )
         for cone in CONES
+        for words, impedance in IMPEDANCES.items()
     ]
     return mujoco.__version__, (
         *contact,
@@ -78,11 +81,20 @@ class MujocoRunner:
     """A run of MuJoCo."""
 
     def __init__(
-        self, mujoco: Any, method: str, task: Task, dt: float, *, cone: str | None = None
+        self,
+        mujoco: Any,
+        method: str,
+        task: Task,
+        dt: float,
+        *,
+        cone: str | None = None,
+        impedance: float = 0.99,
     ) -> None:
         self.mujoco, self.task = mujoco, task
         document = (
-            _document(task, method, dt) if cone is None else _contact(task, method, dt, cone)
+            _document(task, method, dt)
+            if cone is None
+            else _contact(task, method, dt, cone, impedance)
         )
         self.model = mujoco.MjModel.from_xml_string(document)
         self.data = mujoco.MjData(self.model)
@@ -138,13 +150,14 @@ def _document(task: Task, method: str, dt: float) -> str:
     return f'<mujoco>{option}<worldbody>{bodies}</worldbody></mujoco>'
 
 
-def _contact(task: Task, method: str, dt: float, cone: str) -> str:
+def _contact(task: Task, method: str, dt: float, cone: str, impedance: float) -> str:
     """Write a scene with a ground; friction and restitution are those of the first body."""
     material = task.body.material
+    impedances = f'solimp="{impedance} {impedance} 0.001"'
     if material.restitution == 0.0:
-        spring = f'solref="{max(2.0 * dt, SHORTEST)!r} 1" solimp="0.99 0.99 0.001"'
+        spring = f'solref="{max(2.0 * dt, SHORTEST)!r} 1" {impedances}'
     elif material.restitution == 1.0:
-        spring = f'solref="{-((math.pi / (LASTS * dt)) ** 2)!r} 0" solimp="0.99 0.99 0.001"'
+        spring = f'solref="{-((math.pi / (LASTS * dt)) ** 2)!r} 0" {impedances}'
     else:
         raise InvalidModel('it has no restitution between 0 and 1')
     shared = f'condim="3" friction="{material.friction!r} 0 0" {spring}'

@@ -53,7 +53,7 @@ PROBLEM = Problem(
     reference="Coulomb's friction and the moment 2/5 m R^2",
     useless=0.5,
     integrators=('dmv6',),
-    steps=ladder(0.02, 0.0002),
+    steps=ladder(0.1, 0.0002),
     errors=CONTACT_ERRORS,
     tick=0.02,
 )

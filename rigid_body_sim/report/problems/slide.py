@@ -60,7 +60,7 @@ PROBLEM = Problem(
     reference="Coulomb's friction",
     useless=1.0,
     integrators=('dmv6',),
-    steps=ladder(0.02, 0.0005),
+    steps=ladder(0.1, 0.0005),
     errors=CONTACT_ERRORS,
     tick=0.02,
 )

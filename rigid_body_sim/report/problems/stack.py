@@ -52,7 +52,7 @@ PROBLEM = Problem(
     reference='statics: nothing moves',
     useless=0.1,
     integrators=('dmv6',),
-    steps=ladder(0.02, 0.001),
+    steps=ladder(0.1, 0.001),
     errors=CONTACT_ERRORS,
     tick=0.02,
 )
