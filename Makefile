@@ -65,7 +65,7 @@ report-peers: venv  ## the same beside MuJoCo, Drake, DART, Pinocchio and Rapier
 	@cd $(ROOT) && sed -n 's/^\([a-z].*\)/\1/p' benchmark/peers.txt | while read -r peer; do \
 		$(PYTHON) -m pip install --quiet --disable-pip-version-check -c requirements/runtime.txt "$$peer" || \
 		echo "$$peer could not be installed: the report goes on without it"; done
-	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report --peers -o report_output $(REPORT_ARGS)
+	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report --peers --starts -o report_output $(REPORT_ARGS)
 
 wheel: venv  ## a wheel with bitcode of all shipped scenes: its first start needs no numba; some minutes
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim warm_up --bitcode -j 2

@@ -13,6 +13,7 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from rigid_body_sim.report.entry import ENGINE
 from rigid_body_sim.report.pareto import ERRORS
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.tables import ratio, time_text
@@ -24,7 +25,7 @@ GOALS = ((1e-4, 30.0), (1e-8, 100.0), (1e-10, 100.0))  # error -> ratio aimed at
 LIMITS = (
     'Costs are those of the steps. Starting Python, reading a scene and compiling kernels, which '
     'takes seconds the first time and is kept on disk, come before; so does the building of a '
-    'model in other engines.',
+    'model in other engines. The first start has a table of its own where it was measured.',
     'A run of one or two steps costs what its call costs, a few microseconds: there a closed form '
     'or a high order gains nothing over any other method.',
     'Most problems are a single body. The other engines are made for robots and heaps, and carry '
@@ -47,6 +48,22 @@ def losses(report: Row) -> list[str]:
         said += _grouped(problem, cheaper, _dearer)
         if problem['kind'] == THROUGHPUT:
             said += _slower_steps(problem)
+    return said + _slower_starts(report)
+
+
+def _slower_starts(report: Row) -> list[str]:
+    """Say of each way to start ours where another engine is there before."""
+    rows = report.get('starts') or []
+    said = []
+    for ours in (row for row in rows if row['engine'] == ENGINE):
+        others = [r for r in rows if r['engine'] != ENGINE and r['scene'] == ours['scene']]
+        best = min(others, key=lambda row: row['cost'], default=None)
+        if best is not None and best['cost'] < ours['cost']:
+            said.append(
+                f'First start, {ours["scene"]}: ours {ours["way"]} takes '
+                f'{time_text(ours["cost"])} of processor time, {best["engine"]} '
+                f'{time_text(best["cost"])}.'
+            )
     return said
 
 

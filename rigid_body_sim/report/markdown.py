@@ -20,7 +20,7 @@ from rigid_body_sim.report import peers, results
 from rigid_body_sim.report.losses import LIMITS, losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import series_of
-from rigid_body_sim.report.tables import as_markdown, ratios, summaries
+from rigid_body_sim.report.tables import WAITED, as_markdown, ratios, starts, summaries
 
 FILE = 'report.md'
 COLORS = 64
@@ -73,6 +73,9 @@ def markdown(report: Row, *, pictures: str = '') -> str:
             'problem.',
             *map(as_markdown, tables),
         ]
+    begun = starts(report)
+    if begun is not None:
+        parts += ['## First start', WAITED, as_markdown(begun)]
     last = ''
     for problem in results.in_parts(report['problems']):
         if problem.get('heading', '') != last:

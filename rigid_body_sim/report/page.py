@@ -21,7 +21,15 @@ from rigid_body_sim.report import peers, results
 from rigid_body_sim.report.losses import LIMITS, losses, missed_goals
 from rigid_body_sim.report.problem import THROUGHPUT
 from rigid_body_sim.report.series import Series, axes_of, front_of, series_of
-from rigid_body_sim.report.tables import as_html, points, ratios, summaries, time_text
+from rigid_body_sim.report.tables import (
+    WAITED,
+    as_html,
+    points,
+    ratios,
+    starts,
+    summaries,
+    time_text,
+)
 
 FILE = 'report.html'
 TITLE = 'Speed against error'
@@ -54,7 +62,7 @@ def page(report: Row) -> str:
         contents=''.join(
             f'<a href="#{_escaped(p["name"])}">{_escaped(p["title"])}</a>' for p in problems
         ),
-        summary=_summary(report),
+        summary=_summary(report) + _starts(report),
         problems='\n'.join(_under_headings(problems)),
         absent=_engines(report) + _absent(report['absent']),
         footer=_footer(report),
@@ -105,6 +113,16 @@ def _summary(report: Row) -> str:
         + _list('Where ours loses', losses(report), 'Nowhere on these problems and errors.')
         + _list('Where it falls short of the goal', missed_goals(report), 'Nowhere.')
         + '</section>'
+    )
+
+
+def _starts(report: Row) -> str:
+    table = starts(report)
+    if table is None:
+        return ''
+    return (
+        f'<section id="first_start"><h2>First start</h2><p class="soft">{_escaped(WAITED)}</p>'
+        f'{as_html(table)}</section>'
     )
 
 

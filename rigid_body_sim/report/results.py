@@ -10,6 +10,7 @@ What a report found, as JSON and CSV.
                    "reference", "useless", "points": [fields of `report.point.Point`],
                    "at_equal_error": [fields of `report.pareto.AtError`],
                    "at_equal_bodies": [see `report.throughput`], "verdict"}],
+     "starts": [fields of `report.first_start.Start`],
      "absent": [{"engine", "reason"}]}
 
 "kind" is "work_precision" (points differ in method and step) or "throughput" (in method and number
@@ -73,9 +74,16 @@ def report(
     made: Mapping[str, Any],
     problems: Sequence[Mapping[str, Any]],
     absent: Sequence[Mapping[str, str]] = (),
+    starts: Sequence[Mapping[str, Any]] = (),
 ) -> dict[str, Any]:
     """Put a whole report together."""
-    return {'schema': SCHEMA, 'made': dict(made), 'problems': list(problems), 'absent': [*absent]}
+    return {
+        'schema': SCHEMA,
+        'made': dict(made),
+        'problems': list(problems),
+        'starts': [*starts],
+        'absent': [*absent],
+    }
 
 
 def write(results: Mapping[str, Any], folder: Path) -> None:

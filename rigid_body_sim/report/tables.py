@@ -6,6 +6,7 @@ The tables of a report, written once for the page and for Markdown.
     summaries : how many times cheaper than the best peer, problem by problem
     ratios    : one problem: who is cheapest at an error, or at a number of bodies
     points    : everything that was measured
+    starts    : how long the first step is waited for
 """
 
 from __future__ import annotations
@@ -20,6 +21,11 @@ from rigid_body_sim.report.problem import THROUGHPUT
 
 Row = Mapping[str, Any]
 NOTHING = '–'
+WAITED = (
+    'What is waited for before the first step: a process that imports its packages, reads the '
+    'scene, makes one step and ends. Ours compiles its kernels from source, with an empty cache, '
+    'or makes them from bitcode that came with the package; later it finds them in the cache.'
+)
 
 
 @dataclass(frozen=True)
@@ -268,6 +274,26 @@ def points(problem: Row) -> Table:
                 words(said, 'note'),
             ],
             ' '.join(marks),
+        )
+    return table
+
+
+def starts(report: Row) -> Table | None:
+    """How long starts took; None where none was measured."""
+    if not report.get('starts'):
+        return None
+    table = Table(('scene', 'engine', 'start', 'processor time', 'least and most', 'on the clock'))
+    for row in report['starts']:
+        table.add(
+            [
+                words(row['scene']),
+                words(f'{row["engine"]} {row["version"]}'),
+                words(row['way']),
+                seconds(row['cost']),
+                words(f'{time_text(row["cost_low"])} … {time_text(row["cost_high"])}'),
+                seconds(row['wall']),
+            ],
+            'ours' if row['engine'] == ENGINE else '',
         )
     return table
 

@@ -93,6 +93,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f'tick is tried; default {own_scene.PUBLISH_RATE:g}',
     )
     parser.add_argument(
+        '--starts',
+        action='store_true',
+        help='also how long the first step is waited for, from source, from shipped bitcode and '
+        'later; takes minutes',
+    )
+    parser.add_argument(
         '--quick', action='store_true', help='short runs, few bodies, three repetitions'
     )
     parser.add_argument(
@@ -110,6 +116,7 @@ def run(arguments: argparse.Namespace) -> int:
     wanted = _wanted(arguments)
     about = made(repetitions=wanted.repetitions, quick=wanted.quick, seed=SEED)
     done: list[dict[str, Any]] = []
+    begun: list[dict[str, Any]] = []
 
     def interrupted() -> str:
         end_helpers()
@@ -135,6 +142,10 @@ def run(arguments: argparse.Namespace) -> int:
                 done.append(results.problem_results(problem, points))
                 _publish(about, done, wanted)
                 print(f'{name}: {done[-1]["verdict"]}', flush=True)
+            if arguments.starts:
+                with _Progress('first start') as progress:
+                    begun += _starts(wanted, progress)
+                _publish(about, done, wanted, begun)
     except KeyboardInterrupt:  # in a program that calls this verb
         say(f'rigid_body_sim report: stopped by {STOP.name}{interrupted()}')
         return STOP.exit_code
@@ -147,9 +158,22 @@ def rest_words(done: int, of: int, elapsed: float) -> str:
     return f', some {elapsed / done * (of - done):.0f} s left' if done else ''
 
 
-def _publish(about: dict[str, Any], done: list[dict[str, Any]], wanted: _Wanted) -> None:
+def _publish(
+    about: dict[str, Any],
+    done: list[dict[str, Any]],
+    wanted: _Wanted,
+    begun: Sequence[dict[str, Any]] = (),
+) -> None:
     with STOP.kept():
-        publish(results.report(about, done, wanted.absent), wanted.output)
+        publish(results.report(about, done, wanted.absent, begun), wanted.output)
+
+
+def _starts(wanted: _Wanted, progress: _Progress) -> list[dict[str, Any]]:
+    from rigid_body_sim.report import first_start, peers
+
+    engines = {peer.engine for peer in wanted.peers}
+    names = [name for name in peers.names() if peers.engine_of(name) in engines]
+    return first_start.measure(names, repetitions=wanted.repetitions, progress=progress.show)
 
 
 @dataclass(frozen=True)
@@ -167,8 +191,8 @@ class _Wanted:
 
 def _wanted(arguments: argparse.Namespace) -> _Wanted:
     """Check the command line."""
-    for other in ('problems', 'peers'):
-        if arguments.scene and getattr(arguments, other) is not None:
+    for other in ('problems', 'peers', 'starts'):
+        if arguments.scene and getattr(arguments, other) not in (None, False):
             raise UserError(f'--scene and --{other}: give one of them')
     for name in ('duration', 'tolerance', 'publish-rate'):
         value = getattr(arguments, name.replace('-', '_'))

@@ -7,6 +7,7 @@ Other engines, measured beside ours: a module of this folder with `ENGINE`, `PAC
     PACKAGE : what pip installs
     load    : () -> its version and the ways to run it; imports the engine, so ImportError where it
               is absent
+    start   : (task, dt [s]) -> a program that makes one step, and what it reads; may be missing
 
 To add an engine, write one file. An engine that is not there becomes a row with the reason. All of
 them: `pip install rigid_body_sim[peers]`.
@@ -21,6 +22,8 @@ from typing import Any, NamedTuple
 
 from rigid_body_sim.report.entry import Peer
 from rigid_body_sim.report.peers.engine import Engine
+from rigid_body_sim.report.peers.task import Task
+from rigid_body_sim.report.problem import Problem
 
 
 class Absent(NamedTuple):
@@ -56,6 +59,32 @@ def find(wanted: Iterable[str] | None = None) -> tuple[list[Peer], list[Absent]]
         else:
             found.append(Engine(module.ENGINE, version, ways, getattr(module, 'PRECISION', 'f64')))
     return found, absent
+
+
+def engine_of(name: str) -> str:
+    """Name of the engine of a module, as its authors write it."""
+    return _module(name).ENGINE
+
+
+class Started(NamedTuple):
+    """A program that imports an engine, builds a problem and makes one step."""
+
+    engine: str
+    version: str
+    program: str
+    reads: str
+
+
+def start_of(name: str, problem: Problem, dt: float) -> Started | None:
+    """Give the start of an engine; None where it is absent or nobody wrote one."""
+    module = _module(name)
+    if not hasattr(module, 'start'):
+        return None
+    try:
+        version, _ = module.load()
+    except ImportError:
+        return None
+    return Started(module.ENGINE, version, *module.start(Task.of(problem), dt))
 
 
 def how_run(points: Iterable[Mapping[str, Any]]) -> list[tuple[str, str, str]]:

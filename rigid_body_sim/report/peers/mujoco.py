@@ -9,8 +9,8 @@ pivot is a ball joint.
 
 With contact: pyramidal and elliptic cones; contacts as stiff as the step allows, with a time
 constant of two steps and 1 ms at least, and an impedance of 0.99, or as near to one as it takes
-("stiff"). It knows no restitution: a bounce without loss is a spring without damping, whose contact
-takes twenty steps.
+("stiff"). It knows no restitution: a bounce without loss is a spring without damping, whose
+contact takes twenty steps.
 """
 
 from __future__ import annotations
@@ -75,6 +75,21 @@ def load() -> tuple[str, tuple[Way, ...]]:
             if method.lower() in known
         ),
     )
+
+
+START = """
+import sys
+import mujoco
+model = mujoco.MjModel.from_xml_string(sys.stdin.read())
+mujoco.mj_step(model, mujoco.MjData(model))
+"""
+
+
+def start(task: Task, dt: float) -> tuple[str, str]:
+    """Give a program that makes one step, and the model that it reads; from its zero position."""
+    if task.ground is None:
+        return START, _document(task, 'Euler', dt)
+    return START, _contact(task, 'implicitfast', dt, 'pyramidal', IMPEDANCES[''])
 
 
 class MujocoRunner:

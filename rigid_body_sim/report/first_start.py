@@ -1,0 +1,158 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a user waits for before the first step: a process that reads a scene, makes one step and ends.
+
+Ours in three ways: from source, with an empty cache of kernels; from bitcode that came with the
+package, with an empty cache too; and every later start. Another engine takes part where its module
+has `start`, which gives a program and what it reads. Costs are processor time of the process and
+of what it started, the import of Python packages with it; how long that was on the clock depends
+on what else the machine does, and stands beside it.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from rigid_body_sim import __version__
+from rigid_body_sim.errors import RunError
+from rigid_body_sim.report import peers
+from rigid_body_sim.report.entry import ENGINE
+from rigid_body_sim.report.measure import Progress
+from rigid_body_sim.report.problems import PROBLEMS
+
+PROBLEMS_STARTED = ('throughput', 'stack')  # a free body; ten boxes in contact
+SOURCE, BITCODE, LATER = 'from source', 'from shipped bitcode', 'every later start'
+FROM_SOURCE = 3  # starts from source at most: each takes long
+STEP = 0.005  # [s]
+OURS = """
+import sys
+from pathlib import Path
+from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim.physics.compile import kernels
+if sys.argv[2]:
+    kernels.IMAGES.shipped = next(Path(sys.argv[2]).iterdir())
+Simulation(load_scene(sys.argv[1])).step(1)
+"""
+
+
+@dataclass(frozen=True)
+class Start:
+    """
+    How long a start took; its fields are those of the report.
+
+    scene          : title of the problem whose scene it is
+    way            : SOURCE, BITCODE, LATER, or what the engine calls it
+    cost           : [s] of processor time, median; cost_low, cost_high: least and most
+    wall           : [s] on the clock, median
+    runs           : starts
+    """
+
+    engine: str
+    version: str
+    scene: str
+    way: str
+    cost: float
+    cost_low: float
+    cost_high: float
+    wall: float
+    runs: int
+
+
+def measure(
+    engines: Sequence[str], *, repetitions: int, progress: Progress = lambda _text: None
+) -> list[dict[str, Any]]:
+    """
+    Measure starts of ours, and of other engines by their names as modules of `report.peers`.
+
+    returns : rows with the fields of `Start`
+    """
+    found: list[Start] = []
+    for name in PROBLEMS_STARTED:
+        found += _of_ours(name, repetitions, progress)
+        for engine in engines:
+            found += _of_peer(engine, name, repetitions, progress)
+    return [asdict(start) for start in found]
+
+
+def _of_ours(name: str, repetitions: int, progress: Progress) -> Iterator[Start]:
+    problem = PROBLEMS[name]
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        scene = folder / f'{name}.yaml'
+        scene.write_text(yaml.safe_dump({**_mapping(name), 'dt': STEP}))
+        bitcode = folder / 'bitcode'
+        make = [sys.executable, '-m', 'rigid_body_sim', 'warm_up', str(scene)]
+        progress(f'{problem.title}: bitcode to be shipped')
+        _run([*make, '--bitcode', str(bitcode)], _cache(folder / 'made'))
+        for way in (SOURCE, BITCODE, LATER):
+            shipped = str(bitcode) if way == BITCODE else ''
+            command = [sys.executable, '-c', OURS, str(scene), shipped]
+            taken = []
+            for run in range(min(repetitions, FROM_SOURCE) if way == SOURCE else repetitions):
+                progress(f'{problem.title}: {way}, {run + 1}')
+                cache = 'made' if way == LATER else f'{way} {run}'
+                taken.append(_run(command, _cache(folder / cache)))
+            yield _start(ENGINE, __version__, problem.title, way, taken)
+
+
+def _mapping(name: str) -> dict[str, Any]:
+    document = PROBLEMS[name].document
+    assert isinstance(document, Mapping)
+    return dict(document)
+
+
+def _of_peer(engine: str, name: str, repetitions: int, progress: Progress) -> Iterator[Start]:
+    given = peers.start_of(engine, PROBLEMS[name], STEP)
+    if given is None:
+        return
+    taken = []
+    for run in range(repetitions):
+        progress(f'{PROBLEMS[name].title}: {given.engine}, {run + 1}')
+        taken.append(_run([sys.executable, '-c', given.program], os.environ, given.reads))
+    yield _start(given.engine, given.version, PROBLEMS[name].title, 'every start', taken)
+
+
+def _cache(folder: Path) -> Mapping[str, str]:
+    """Environment with a kernel cache of its own."""
+    return os.environ | {'RIGID_BODY_SIM_CACHE': str(folder), 'NUMBA_CACHE_DIR': str(folder)}
+
+
+def _run(
+    command: Sequence[str], environment: Mapping[str, str], reads: str = ''
+) -> tuple[float, float]:
+    """Run a process: processor time and time on the clock [s]; RunError if it fails."""
+    before, begin = _children(), time.perf_counter()
+    done = subprocess.run(
+        command, env=environment, input=reads, text=True, capture_output=True, check=False
+    )
+    wall = time.perf_counter() - begin
+    if done.returncode:
+        raise RunError(f'a start to be measured failed ({done.returncode}): {done.stderr[-400:]}')
+    return _children() - before, wall
+
+
+def _children() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _start(
+    engine: str, version: str, scene: str, way: str, taken: Sequence[tuple[float, float]]
+) -> Start:
+    costs, walls = zip(*taken, strict=True)
+    middle = statistics.median(costs)
+    wall = statistics.median(walls)
+    return Start(engine, version, scene, way, middle, min(costs), max(costs), wall, len(taken))
