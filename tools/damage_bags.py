@@ -52,10 +52,30 @@ COMMANDS = """time,body,kind,frame,fx,fy,fz,tx,ty,tz
 0.010,box,torque,body,0,0,0,0.01,0,0
 0.015,ball,impulse,world,0.3,0,0,0,0,0
 """
+BOUNCES = """version: 1
+name: bounces
+dt: 0.004
+gravity: [0, 0, -9.81]
+contact: {mode: event}
+bodies:
+  - {name: floor, shape: {type: plane, normal: [0, 0, 1]}}
+  - name: ball
+    mass: 1.0
+    restitution: 0.8
+    shape: {type: sphere, radius: 0.05}
+    initial: {position: [0, 0, 0.051], velocity: [1, 0, -1]}
+  - name: box
+    mass: 1.0
+    restitution: 0.5
+    shape: {type: box, size: [0.1, 0.1, 0.1]}
+    initial: {position: [0.3, 0, 0.09], velocity: [0, 0, -2], angular_velocity: [3, 1, 2]}
+"""
+WRITTEN = {'bounces': BOUNCES}  # scenes that are not shipped
 SOURCES = (
     ('two_bodies', '--duration', '0.03', '--publish-rate', '200'),
     ('oscillator', '--duration', '0.05'),
     ('rolling_sphere', '--duration', '0.02', '--publish-rate', '200', '--contacts'),
+    ('bounces', '--duration', '0.06'),
 )
 MEMORY = 6 << 30  # [bytes] of address space
 ALLOWED = {0, 1, 2, 3}
@@ -484,7 +504,11 @@ def make_sources(place: Path, scenes: Sequence[Sequence[str]]) -> list[Path]:
     for scene, *settings in scenes:
         words = [*settings, *(['--commands', commands] if scene == 'two_bodies' else [])]
         bag = place / f'source_{len(bags)}'
-        outcome = call('simulate', scene, '-o', bag, *words, limit=300)
+        source = scene
+        if scene in WRITTEN:
+            source = place / f'{scene}.yaml'
+            source.write_text(WRITTEN[scene])
+        outcome = call('simulate', source, '-o', bag, *words, limit=300)
         if outcome.code != 0:
             raise SystemExit(f'cannot record {scene}: {outcome.err}')
         bags.append(bag)
@@ -523,6 +547,8 @@ def trial(
     if slow:
         law('replay --dt', 'replay', bag, '--dt', '0.0005')
         law('inverse', 'inverse', bag, '-o', work / 'inverse')
+        law('export', 'export', bag, '-o', work / 'states.csv')
+        law('export --impacts', 'export', bag, '--impacts', '-o', work / 'impacts.csv')
         law('view', 'view', bag, '-o', work / 'view.png')
         law('view', 'view', bag, '-o', work / 'view.html')
     return laws, 'whole' if checked == 0 else 'found'

@@ -3,12 +3,14 @@
 """
 Attack what reads scenes: `python tools/fuzz_scenes.py [--cases 60000] [--seed 1]`.
 
-Four kinds of cases, by turns: shipped scenes with damaged text; shipped scenes with damaged trees,
-as mappings; one number of a scene written in any way; records made in Python with junk in a field.
-Each must be accepted, or refused by one printable line of the package's own exceptions, within
-seconds and without a warning; a number that is accepted must be what JSON and C call it. Every
-tenth scene that is accepted is also made a simulation and stepped. A case is made of the seed and
-its number alone: --only N repeats it and shows what failed. Exit code 1 where a case failed.
+Five kinds of cases, by turns: shipped scenes with damaged text; shipped scenes with damaged trees,
+as mappings; trees of random structure, drawn from the schema of the scenes with junk here and
+there; one number of a scene written in any way; records made in Python with junk in a field. A
+third of the scenes whose bodies meet do so by `mode: event`. Each must be accepted, or refused by
+one printable line of the package's own exceptions, within seconds of processor time and without a
+warning; a number that is accepted must be what JSON and C call it. Every tenth scene that is
+accepted is also made a simulation and stepped. A case is made of the seed and its number alone:
+--only N repeats it and shows what failed. Exit code 1 where a case failed.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import json
 import math
 import os
 import random
+import resource
 import signal
 import sys
 import time
@@ -40,12 +43,16 @@ from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
 from rigid_body_sim.physics.forces.elements import FORCES
 from rigid_body_sim.physics.model.scene import Body, MassFlow, Material, Motion, Pivot, Scene
 from rigid_body_sim.physics.model.shapes import Box, Capsule, Particle, Plane, Sphere
-from rigid_body_sim.scene.shipped_scenes import shipped_scenes
+from rigid_body_sim.scene.shipped_scenes import schema_path, shipped_scenes
 
-PATIENCE = 20  # [s] for one case
+PATIENCE = 20  # [s] of processor time for one case
+WAITING = 6  # times that: a busy machine is no failure
+MEMORY = 6 << 30  # [bytes] of address space
 STEPPED = 10  # every so many accepted scenes are stepped
 LARGE = 3000  # [byte] larger scenes come in a tenth of the cases
 MANY = 60  # [-] bodies; scenes of more are read only
+MEETING = 6  # [-] the same where they meet
+DEEP = 7  # levels of a drawn tree; further in everything is short
 
 JUNK: tuple[Any, ...] = (
     None, True, False, 0, -1, 1, 2.5, -0.0, 1e308, -1e308, 5e-324, 1e-9, 10**400, -(10**20),
@@ -81,9 +88,11 @@ class Fuzz:
         self._texts = [path.read_bytes() for path in paths]
         self._folders = [path.parent for path in paths]
         self._small = [i for i, text in enumerate(self._texts) if len(text) < LARGE]
+        self._schema = json.loads(schema_path().read_text())
         self._kinds: tuple[Callable[[random.Random], Any], ...] = (
             self._damaged_text,
             self._damaged_tree,
+            self._drawn_tree,
             self._number,
             self._record,
         )
@@ -92,7 +101,8 @@ class Fuzz:
         """Return 'accepted', 'refused', or what went wrong, after 'failed: '."""
         chance = random.Random(f'{self._seed} {case}')
         kind = self._kinds[case % len(self._kinds)]
-        signal.alarm(PATIENCE)
+        signal.setitimer(signal.ITIMER_PROF, PATIENCE)
+        signal.alarm(WAITING * PATIENCE)
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter('error')
@@ -108,6 +118,7 @@ class Fuzz:
             where = f'{Path(place.filename).name}:{place.lineno}'
             return f'failed: {type(error).__name__} at {where}: {str(error)[:200]}'
         finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
             signal.alarm(0)
 
     def _pick(self, chance: random.Random) -> int:
@@ -116,17 +127,25 @@ class Fuzz:
 
     def _damaged_text(self, chance: random.Random) -> str:
         scene = self._pick(chance)
-        text = bytearray(self._texts[scene])
+        text = bytearray(_by_events(self._texts[scene], chance))
         for _ in range(chance.choice((1, 1, 1, 2, 3, 8))):
             _damage(text, chance)
         return self._take(bytes(text), chance, folder=self._folders[scene])
 
     def _damaged_tree(self, chance: random.Random) -> str:
         scene = self._pick(chance)
-        tree = yaml.safe_load(self._texts[scene])
+        tree = yaml.safe_load(_by_events(self._texts[scene], chance))
         for _ in range(chance.choice((1, 1, 1, 2, 3))):
             _graft(tree, chance)
         return self._take(tree, chance, folder=self._folders[scene])
+
+    def _drawn_tree(self, chance: random.Random) -> str:
+        tree = _drawn(
+            self._schema, self._schema, chance, junk=chance.choice((0.0, 0.0, 0.01, 0.1))
+        )
+        if isinstance(tree, dict):
+            _tidy(tree, chance)
+        return self._take(tree, chance, folder=self._folders[self._pick(chance)])
 
     def _number(self, chance: random.Random) -> str:
         text = _number_text(chance)
@@ -153,10 +172,92 @@ class Fuzz:
     def _take(self, source: Any, chance: random.Random, *, folder: Path) -> str:
         os.chdir(folder)  # where the files lie that the scene names
         scene = load_scene(source)
-        is_small = len(scene.bodies) <= MANY and scene.contact['mode'] == 'none'
+        is_small = len(scene.bodies) <= (MANY if scene.contact['mode'] == 'none' else MEETING)
         if is_small and chance.randrange(STEPPED) == 0:
             Simulation(scene, integrator='rk4').step(2)
         return 'accepted'
+
+
+def _by_events(text: bytes, chance: random.Random) -> bytes:
+    return text.replace(b'mode: timestep', b'mode: event') if chance.random() < 0.3 else text
+
+
+def _drawn(schema: Any, whole: Any, chance: random.Random, *, junk: float, depth: int = 0) -> Any:
+    """Draw what a schema allows, but for junk: mappings, lists, words, numbers of any size."""
+    if chance.random() < junk:
+        return chance.choice(JUNK)
+    while '$ref' in schema:
+        schema = whole['definitions'][schema['$ref'].rpartition('/')[2]]
+    if 'const' in schema:
+        return schema['const']
+    if 'enum' in schema:
+        return chance.choice(schema['enum'])
+    if 'anyOf' in schema:
+        return _drawn(chance.choice(schema['anyOf']), whole, chance, junk=junk, depth=depth)
+    kinds = schema.get('type', 'object')
+    kind = kinds if isinstance(kinds, str) else kinds[0]
+    if kind == 'object':
+        return _drawn_mapping(schema, whole, chance, junk=junk, depth=depth)
+    if kind == 'array':
+        low = schema.get('minItems', 0)
+        high = min(schema.get('maxItems', low + 3), low + 3) if depth < DEEP else low
+        items = schema.get('items', {'type': 'number'})
+        if isinstance(items, dict):
+            items = [items] * chance.randint(low, max(low, high))
+        return [_drawn(item, whole, chance, junk=junk, depth=depth + 1) for item in items]
+    if kind == 'null':
+        return None
+    if kind == 'boolean':
+        return chance.random() < 0.5
+    if kind in ('number', 'integer'):
+        return _drawn_number(schema, chance, whole=kind == 'integer')
+    return chance.choice(('a', 'b', 'c', 'a', 'b', 'world', 'x', 'ring.stl', '1.5', ''))
+
+
+def _drawn_mapping(
+    schema: Any, whole: Any, chance: random.Random, *, junk: float, depth: int
+) -> dict[Any, Any]:
+    found: dict[Any, Any] = {}
+    rules = [schema]
+    keys = schema.get('properties', {})
+    if 'type' in keys and isinstance(keys['type'], dict):  # of which kind, then its own keys
+        kind = _drawn(keys['type'], whole, chance, junk=junk, depth=depth)
+        found['type'] = kind
+        for rule in schema.get('allOf', ()):
+            said = rule.get('if', {}).get('properties', {}).get('type', {})
+            if kind in (said.get('const'), *said.get('enum', ())):
+                rules.append(rule['then'])
+    for rule in rules:
+        needed = rule.get('required', ())
+        for key, value in rule.get('properties', {}).items():
+            wanted = 0.99 if key in needed else (0.1 if depth < DEEP else 0.0)
+            if isinstance(value, dict) and key not in found and chance.random() < wanted:
+                found[key] = _drawn(value, whole, chance, junk=junk, depth=depth + 1)
+    return found
+
+
+def _tidy(tree: dict[Any, Any], chance: random.Random) -> None:
+    """Give a drawn scene what would otherwise keep nearly all from being accepted."""
+    tree.update(version=1, dt=chance.choice((1e-3, 0.004, 1e-9, 0.5)))
+    bodies = tree.get('bodies')
+    for name, body in zip('abcd', bodies if isinstance(bodies, list) else (), strict=False):
+        if isinstance(body, dict) and chance.random() < 0.95:
+            body['name'] = name
+            mass = chance.choice((0.5, 1.0, 20.0))
+            if chance.random() < 0.7:
+                body.pop('urdf', None)
+                body.setdefault('shape', {'type': 'box', 'size': [0.1, 0.2, 0.3]})
+            if 'density' not in body and 'motion' not in body and chance.random() < 0.8:
+                body['mass'] = mass
+
+
+def _drawn_number(schema: Any, chance: random.Random, *, whole: bool) -> float:
+    low = schema.get('minimum', schema.get('exclusiveMinimum', -math.inf))
+    high = schema.get('maximum', schema.get('exclusiveMaximum', math.inf))
+    if whole:
+        return chance.randint(int(max(low, -5)), int(min(high, max(low, 0) + 20)))
+    size = 10.0 ** (chance.uniform(-3, 3) if chance.random() < 0.9 else chance.uniform(-320, 308))
+    return min(high, max(low, chance.choice((1, 1, 1, -1, 0)) * size))
 
 
 def _judged(message: str) -> str:
@@ -347,6 +448,8 @@ def main() -> int:
     parser.add_argument('--only', type=int, help='repeat this case')
     arguments = parser.parse_args()
     signal.signal(signal.SIGALRM, _too_long)
+    signal.signal(signal.SIGPROF, _too_long)
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     fuzz = Fuzz(arguments.seed)
     if arguments.only is not None:
         print(fuzz.run(arguments.only))
@@ -354,16 +457,17 @@ def main() -> int:
     ended: Counter[str] = Counter()
     started, slowest = time.monotonic(), (0.0, 0)
     for case in range(arguments.first, arguments.first + arguments.cases):
-        begun = time.monotonic()
+        begun = time.process_time()
         said = fuzz.run(case)
-        slowest = max(slowest, (time.monotonic() - begun, case))
+        slowest = max(slowest, (time.process_time() - begun, case))
         ended[said.partition(':')[0]] += 1
         if said.startswith('failed'):
             print(f'seed {arguments.seed} case {case}: {said}', flush=True)
     wall = time.monotonic() - started
     counts = ', '.join(f'{ended[kind]} {kind}' for kind in ('accepted', 'refused', 'failed'))
     print(f'{arguments.cases} cases: {counts}; {wall:.0f} s')
-    print(f'the slowest took {slowest[0]:.1f} s: case {slowest[1]}')
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f'the slowest took {slowest[0]:.1f} s: case {slowest[1]}; {memory:.0f} MiB at most')
     return 1 if ended['failed'] else 0
 
 

@@ -6,12 +6,16 @@ Stop runs at random moments by one or two signals, or kill them, and see what is
     python tools/interrupt_runs.py --trials 200 --seed 7
     python tools/interrupt_runs.py --trials 200 --seed 7 --kill
     python tools/interrupt_runs.py --trials 50 --node [--kill]
+    python tools/interrupt_runs.py --trials 60 --verbs
 
 After a signal: the exit code is that of a signal sent (or 0: it came after the end), nothing looks
 like a traceback, no bag or a whole one that `bag check` and `replay` like. After SIGKILL: `bag
-recover` and `replay` like what is left, and what is lost was handed to the recorder less than
-half a second (wall) before. Most runs are forked from this process, which has everything imported;
-every `--fresh`-th is a process of its own, so that signals fall into its start too.
+recover` and `replay` like what is left, and what is lost was handed to the recorder less than half
+a second (wall) before; of the node, whose recorder nobody can ask, the file was written to less
+than half a second before. --verbs stops `replay`, `sweep`, `report` in place of runs: exit code,
+no traceback, and no file that looks done and is not. Most runs are forked from this process, which
+has everything imported; every `--fresh`-th is a process of its own, so that signals fall into its
+start too.
 
 Exit code 1 if anything was otherwise; the folders of such trials are kept and named.
 """
@@ -19,10 +23,12 @@ Exit code 1 if anything was otherwise; the folders of such trials are kept and n
 from __future__ import annotations
 
 import argparse
+import atexit
 import contextlib
 import faulthandler
 import io
 import itertools
+import json
 import mmap
 import os
 import random
@@ -55,6 +61,22 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 CODES = {number: 128 + number for number in SIGNALS}
 SUSPICIOUS = ('Traceback', 'Exception ignored', 'Fatal Python error', 'Segmentation')
 
+# elastic, so that impacts never end: ten and more in each message that is written
+IMPACTS = """version: 1
+name: impacts
+dt: 0.004
+contact: {mode: event}
+bodies:
+  - {name: floor, restitution: 1.0, shape: {type: plane, normal: [0, 0, 1]}}
+  - {name: roof, restitution: 1.0, shape: {type: plane, normal: [0, 0, -1], offset: -0.3}}
+  - name: ball
+    mass: 1.0
+    restitution: 1.0
+    shape: {type: sphere, radius: 0.05}
+    initial: {position: [0, 0, 0.1], velocity: [0, 0, -20]}
+    repeat: {count: [3, 1, 1], spacing: [0.5, 0, 0]}
+"""
+WRITTEN = {'impacts': IMPACTS}  # scenes that are not shipped
 FAST = {
     'two_bodies': ['two_bodies', '--duration', '1e6'],
     'two_bodies at 1 Hz': ['two_bodies', '--duration', '1e6', '--publish-rate', '1'],
@@ -62,6 +84,7 @@ FAST = {
     'ten_bodies': ['ten_bodies', '--duration', '1e5', '--publish-rate', '1000'],
     'stack': ['stack', '--duration', '1e5'],
     'a short run': ['two_bodies', '--duration', '2'],
+    'impacts': ['impacts', '--duration', '1e6'],
 }
 SLOW = {
     'scipy_radau': ['two_bodies', '--integrator', 'scipy_radau', '--publish-rate', '10',
@@ -72,7 +95,23 @@ AUTO = {'auto': ['two_bodies', '--integrator', 'auto', '--duration', '1e5']}
 NODE = {
     'node': ['two_bodies', 'real_time_factor:=1.0'],
     'node, as fast as it can': ['two_bodies', 'real_time_factor:=0.0'],
+    'node, impacts': ['impacts', 'real_time_factor:=1.0'],
 }
+SWEEP = ('two_bodies', '--vary', 'box.mass=uniform:1:2', '--seed', '3', '--duration', '100')
+VERBS = {
+    'replay': ['replay', 'long'],
+    'sweep': ['sweep', *SWEEP, '--runs', '1000', '-j', '1'],
+    'sweep, two workers': ['sweep', *SWEEP, '--runs', '1000', '-j', '2'],
+    'report': ['report', '--problems', 'oscillator', '--integrators', 'dmv6', 'rk4', 'rk8'],
+    'simulate with an estimate': [
+        'simulate',
+        'two_bodies',
+        '--estimate-error',
+        '--duration',
+        '1e6',
+    ],
+}
+LONG = 3000  # [s] of the bag that is replayed
 
 
 class Outcome(NamedTuple):
@@ -85,20 +124,40 @@ class Outcome(NamedTuple):
     loss: float
 
 
-def words_of(case: str, bag: Path) -> list[str]:
+def scene_of(name: str) -> str:
+    """Give what the verbs take for a scene: its name, or the file that is written for it."""
+    if name not in WRITTEN:
+        return name
+    file = Path(tempfile.gettempdir()) / f'interrupt_runs_{os.getpid()}_{name}.yaml'
+    if not file.exists():
+        file.write_text(WRITTEN[name])
+        atexit.register(file.unlink, missing_ok=True)
+    return str(file)
+
+
+def words_of(case: str, bag: Path, long: Path | None) -> list[str]:
     """Give the command line of a case."""
+    if case in VERBS:
+        verb, *words = VERBS[case]
+        output = [] if verb == 'replay' else ['-o', str(bag)]
+        if verb == 'sweep':
+            output[-1] += '.parquet'
+        return [verb, *(str(long) if word == 'long' else word for word in words), *output]
     if case in NODE:
         scene, factor = NODE[case]
-        words = [f'scene:={scene}', factor, 'record:=true', f'record_path:={bag}']
+        words = [f'scene:={scene_of(scene)}', factor, 'record:=true', f'record_path:={bag}']
         return ['sim_node', '--ros-args', *(w for word in words for w in ('-p', word))]
-    return ['simulate', *{**FAST, **SLOW, **AUTO}[case], '-o', str(bag)]
+    scene, *words = {**FAST, **SLOW, **AUTO}[case]
+    return ['simulate', scene_of(scene), *words, '-o', str(bag)]
 
 
 def warm_up(case: str) -> None:
     """Compile what a case needs: otherwise every signal comes while that is done."""
+    if case in VERBS:
+        return
     scene, *options = NODE[case] if case in NODE else {**FAST, **SLOW, **AUTO}[case]
     chosen = dict(itertools.pairwise(options)).get('--integrator')
-    simulation = Simulation(load_scene(find_scene(scene)), integrator=chosen)
+    simulation = Simulation(load_scene(find_scene(scene_of(scene))), integrator=chosen)
     simulation.prepare(commands_in_body_axes=case in NODE)
 
 
@@ -195,6 +254,27 @@ def seen_in(bag: Path, *, killed: bool) -> tuple[str, list[str], int]:
     return kind, problems, int(last)
 
 
+def left_by(case: str, bag: Path, code: int) -> list[str]:
+    """Say what is wrong with the files of a verb that was stopped."""
+    problems = []
+    table, page, results = bag.with_name('bag.parquet'), bag / 'report.html', bag / 'report.json'
+    if case.startswith('sweep'):
+        if code == 0 and not table.exists():
+            problems.append('done without a table')
+        if table.exists():
+            import pandas
+
+            rows = len(pandas.read_parquet(table))
+            problems += [] if rows == 1000 else [f'a table of {rows} rows']
+    if page.exists() and not page.read_text().rstrip().endswith('</html>'):
+        problems.append('half a page')
+    if results.exists():
+        json.loads(results.read_text())
+    if code == 0 and case == 'report' and not page.exists():
+        problems.append('done without a page')
+    return problems
+
+
 def lost(log: mmap.mmap, last_tick: int, killed: float) -> float:
     """Tell how long before its end the run had handed over the first state that is lost [s]."""
     size = LOG.size * LOG_ROOM
@@ -208,16 +288,18 @@ def lost(log: mmap.mmap, last_tick: int, killed: float) -> float:
     return max(0.0, killed - first)
 
 
-def trial(case: str, chance: random.Random, folder: Path, options: argparse.Namespace) -> Outcome:
+def trial(
+    case: str, chance: random.Random, folder: Path, options: argparse.Namespace, long: Path | None
+) -> Outcome:
     """Do one."""
     bag, said = folder / 'bag', folder / 'said'
     said.touch()
-    fresh = chance.random() * options.fresh < 1.0
+    fresh = chance.random() * options.fresh < 1.0 or case == 'sweep, two workers'
     log = None
     if options.kill and not fresh:
         log = mmap.mmap(-1, LOG.size * LOG_ROOM)
     late = 8.0 if fresh else 3.0
-    process = begin(words_of(case, bag), said, log, fresh=fresh)
+    process = begin(words_of(case, bag, long), said, log, fresh=fresh)
     time.sleep(chance.uniform(0.0, late) if chance.random() < 0.8 else chance.uniform(0.0, 0.3))
     numbers = [signal.SIGKILL] if options.kill else [chance.choice(SIGNALS)]
     if not options.kill and chance.random() < 0.5:
@@ -249,8 +331,16 @@ def trial(case: str, chance: random.Random, folder: Path, options: argparse.Name
     if code not in allowed:
         problems.append(f'exit code {code}')
     problems += [f'said {word}' for word in SUSPICIOUS if word in text]
+    if case in VERBS and VERBS[case][0] != 'simulate':
+        problems += left_by(case, bag, code)
+        return Outcome(code, 'of no run', problems, reaction, 0.0)
+    written = max((file.stat().st_mtime for file in bag.glob('*.mcap')), default=0.0)
     kind, found, last = seen_in(bag, killed=options.kill)
     loss = 0.0
+    if case in NODE and code == -9 and kind == 'saved':
+        loss = max(0.0, time.time() - (time.monotonic() - sent) - written)
+        if loss > PROMISED:
+            found.append(f'written {loss:.2f} s before')
     if log is not None and code == -9:
         loss = lost(log, last, sent)
         if loss > PROMISED:
@@ -285,10 +375,12 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--kill', action='store_true', help='SIGKILL in place of signals')
     parser.add_argument('--node', action='store_true', help='the node in place of simulate')
+    parser.add_argument('--verbs', action='store_true', help='other verbs in place of simulate')
     parser.add_argument('--fresh', type=int, default=8, help='every so manieth: a new process')
     parser.add_argument('--cases', nargs='+', help='only these')
     options = parser.parse_args()
     cases = [*NODE] if options.node else [*FAST, *SLOW, *([] if options.kill else AUTO)]
+    cases = [*VERBS] if options.verbs else cases
     cases = options.cases or cases
     if options.node:
         options.fresh = 1  # middleware does not like to be forked
@@ -296,12 +388,17 @@ def main() -> int:
     chance = random.Random(options.seed)
     outcomes: dict[str, list[Outcome]] = defaultdict(list)
     wrong = 0
+    long = None
     for case in cases:
         warm_up(case)
+    if options.verbs:
+        long = Path(tempfile.mkdtemp()) / 'long'
+        atexit.register(shutil.rmtree, long.parent, ignore_errors=True)
+        quiet('simulate', 'two_bodies', '--duration', str(LONG), '-o', str(long))
     for number in range(options.trials):
         case = cases[number % len(cases)]
         folder = Path(tempfile.mkdtemp(prefix=f'interrupt_{number}_'))
-        outcome = trial(case, chance, folder, options)
+        outcome = trial(case, chance, folder, options, long)
         outcomes[case].append(outcome)
         if outcome.problems:
             wrong += 1
