@@ -19,6 +19,8 @@ from rigid_body_sim.physics.simulation import Simulation
 from .. import inside
 from .touching import H, ball, box, ground, heap, lean, scene
 
+HERE = Path(__file__).parent
+PATHS = str(HERE.parent), str(HERE.parents[1])
 RUN = """
 import sys; sys.path[:0] = sys.argv[1], sys.argv[1] + '/..'
 import inside, pytest
@@ -54,56 +56,20 @@ print(sim.state_bytes().hex())
 """
 
 
-ALONE_AND_SHARED = """
-import sys; sys.path[:0] = sys.argv[1], sys.argv[1] + '/..'
-import inside, pytest
-from touching import ball, box, ground, lean
-from rigid_body_sim.physics.forces.elements.drag import Drag
-from rigid_body_sim.physics.forces.elements.spring import Spring
-from rigid_body_sim.physics.simulation import Simulation
-brick = box('brick', (0.3, 0.2, 0.1), (0, 0, 0.09), turn=(1, 2, 3))
-bodies = [brick, ball('ball', 0.1, (0.05, 0, 0.25), velocity=(0, 0, -1))]
-spring = Spring('brick', 'world', 40.0, b_point=(0.0, 0.0, 0.5))
-scenes = {
-    'bounces': ({'restitution': 0.5}, {}),
-    'rolls': ({'rolling_friction': 0.02}, {}),
-    'sleeps': ({'restitution': 0.5}, {'sleeping': True}),
-    'pulled': ({'restitution': 0.5}, {'forces': (spring,)}),
-    'braked': ({'rolling_friction': 0.02}, {'forces': (Drag('ball', linear=0.3),)}),
-    'ignores': ({'restitution': 0.5}, {'ignore': [['brick', 'ball']]}),
-    'pairs': ({'restitution': 0.5}, {'pairs': [{'bodies': ['brick', 'ball'], 'friction': 0.1}]}),
-}
-for name, (material, more) in scenes.items():
-    bits, known, touched = [], [], False
-    for shares in (False, True):
-        with pytest.MonkeyPatch.context() as patch:
-            if shares:
-                inside.share_kernels(patch)
-            sim = Simulation(lean([ground(material=material), *bodies], **more))
-            bits.append(b'')
-            for _ in range(24):
-                sim.step()
-                touched |= len(sim.contacts()) > 0
-                bits[-1] += sim.state.values.tobytes()
-            known.append(len(inside.known_pairs(sim)))
-    print(name, bits[0] == bits[1], known[0] < known[1], touched)
-"""
-
-
 def test_what_a_shared_kernel_knows_beside_its_scene_changes_no_bit():
     """
     Of a state. Of what does not roll, contacts may remember -0 in place of 0.
     """
     done = subprocess.run(
-        [sys.executable, '-c', ALONE_AND_SHARED, str(Path(__file__).parent)],
-        env={**os.environ, 'RIGID_BODY_SIM_COMPILE': '0'},
+        [sys.executable, str(HERE / 'shared_cases.py')],
+        env={**os.environ, 'RIGID_BODY_SIM_COMPILE': '0', 'PYTHONPATH': ':'.join(PATHS)},
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    lines = [line.split() for line in done.stdout.splitlines()]
-    assert len(lines) == 7 and {tuple(said) for _, *said in lines} == {('True',) * 3}, lines
+    scenes = dict(line.split(': ') for line in done.stdout.splitlines())
+    assert len(scenes) >= 14 and {*scenes.values()} == {'True True True'}, scenes
 
 
 def test_many_ticks_at_once_give_the_bits_of_one_by_one_and_of_every_run():

@@ -1,0 +1,86 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Scenes of every kind that a kernel of contact may be made for, each run with its own kernel and
+with the one that tests share (`inside.share_kernels`): a program, for `test_same_bits.py`.
+
+Prints of each scene whether both gave the same bits, whether the shared kernel knows more, and
+whether anything touched.
+"""
+
+from dataclasses import replace
+
+import inside
+import pytest
+from touching import ball, box, ground, lean
+
+from rigid_body_sim.physics.forces.elements.drag import Drag
+from rigid_body_sim.physics.forces.elements.spring import Spring
+from rigid_body_sim.physics.model.height_field import height_field
+from rigid_body_sim.physics.model.scene import (
+    Body,
+    MassFlow,
+    Oscillation,
+    Pivot,
+    PrescribedMotion,
+)
+from rigid_body_sim.physics.simulation import Simulation
+
+TICKS = 12
+
+BRICK = box('brick', (0.3, 0.2, 0.1), (0, 0, 0.07), turn=(1, 2, 3))
+BALL = ball('ball', 0.1, (0.05, 0, 0.25), velocity=(0, 0, -1))
+LIVELY, ROLLS = {'restitution': 0.5}, {'rolling_friction': 0.02}
+GROUND = ground(material=LIVELY)
+ROUGH = ground(material=ROLLS)
+SLAB = box('slab', (4, 4, 0.2), (0, 0, -0.1), fixed=True, material=LIVELY)
+SHAKEN = replace(SLAB, motion=PrescribedMotion(heave=(Oscillation(0.01, 0.1),)))
+BELT = replace(SLAB, surface_velocity=(1.0, 0.0, 0.0))
+HUNG = replace(BRICK, pivot=Pivot((0.14, 0.0, 0.0), (0.1, 0.0, 0.07)))
+LEAKING = replace(BRICK, mass_flow=MassFlow(-0.2))
+HILL = height_field([[0.0, 0.1, 0.0], [0.05, 0.0, 0.1]], spacing=1.0, origin=(-1.0, -0.5, 0.0))
+SPRING = Spring('brick', 'world', 40.0, b_point=(0.0, 0.0, 0.5))
+RULE = {'bodies': ['brick', 'ball'], 'friction': 0.1}
+SCENES = {
+    'bounces': ((GROUND, BRICK, BALL), {}),
+    'rolls': ((ROUGH, BRICK, BALL), {}),
+    'sleeps': ((GROUND, BRICK, BALL), {'sleeping': True}),
+    'pulled': ((GROUND, BRICK, BALL), {'forces': (SPRING,)}),
+    'braked': ((ROUGH, BRICK, BALL), {'forces': (Drag('ball', linear=0.3),)}),
+    'ignores': ((GROUND, BRICK, BALL), {'ignore': [['brick', 'ball']]}),
+    'pairs': ((GROUND, BRICK, BALL), {'pairs': [RULE]}),
+    'driven': ((SHAKEN, BRICK, BALL), {}),
+    'belt': ((BELT, BRICK, BALL), {}),
+    'pivoted': ((GROUND, HUNG, BALL), {}),
+    'flows': ((GROUND, LEAKING, BALL), {}),
+    'triangles': ((Body('hill', HILL, 0.0, fixed=True), BRICK, BALL), {}),
+    'events': ((GROUND, BRICK, BALL), {'mode': 'event'}),
+    'events, pulled': ((GROUND, BRICK, BALL), {'mode': 'event', 'forces': (SPRING,)}),
+}
+
+
+def run(bodies, settings):
+    """
+    Give the states of all ticks, how many pairs of shapes the kernel knows, and whether anything
+    touched.
+    """
+    sim = Simulation(lean(bodies, **settings))
+    bits, touched = b'', False
+    for _ in range(TICKS):
+        sim.step()
+        bits += sim.state.values.tobytes()
+        touched |= len(sim.contacts()) > 0
+    return bits, len(inside.known_pairs(sim)), touched
+
+
+def main():
+    for name, scene in SCENES.items():
+        own, known, touched = run(*scene)
+        with pytest.MonkeyPatch.context() as patch:
+            inside.share_kernels(patch)
+            shared, known_shared, _ = run(*scene)
+        print(f'{name}: {own == shared} {known < known_shared} {touched}')
+
+
+if __name__ == '__main__':
+    main()
