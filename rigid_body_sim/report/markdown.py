@@ -62,9 +62,10 @@ def markdown(report: Row, *, pictures: str = '') -> str:
     pictures : what stands before the names that `report.pictures` gives
     """
     parts = ['# Speed against error', _made(report['made'])]
-    tables = summaries(report)
-    if tables:
+    tables, begun = summaries(report), starts(report)
+    if tables or begun is not None:
         parts += _list('Where ours loses', losses(report))
+    if tables:
         parts += _list('Where it falls short of the goal', missed_goals(report))
         parts += [
             '## How many times cheaper than the best peer',
@@ -73,7 +74,6 @@ def markdown(report: Row, *, pictures: str = '') -> str:
             'problem.',
             *map(as_markdown, tables),
         ]
-    begun = starts(report)
     if begun is not None:
         parts += ['## First start', WAITED, as_markdown(begun)]
     last = ''

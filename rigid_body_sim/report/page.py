@@ -102,15 +102,16 @@ def _made(made: Row) -> str:
 
 def _summary(report: Row) -> str:
     tables = summaries(report)
+    lost = _list('Where ours loses', losses(report), 'Nowhere on these problems and errors.')
     if not tables:
-        return ''
+        return f'<section id="summary">{lost}</section>' if report.get('starts') else ''
     return (
         '<section id="summary"><h2>How many times cheaper than the best peer</h2>'
         '<p class="soft">Cost of the cheapest peer point over that of our cheapest, both at least '
         'as accurate as the error at the head; behind a slash, by a method that is the closed '
         'form of the problem.</p>'
         + ''.join(map(as_html, tables))
-        + _list('Where ours loses', losses(report), 'Nowhere on these problems and errors.')
+        + lost
         + _list('Where it falls short of the goal', missed_goals(report), 'Nowhere.')
         + '</section>'
     )
