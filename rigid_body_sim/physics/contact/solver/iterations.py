@@ -59,6 +59,7 @@ start_point = slot('kernel (lanes, constraints, points, scratch): starts a subst
 start_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 restore_point = slot('kernel (lanes, constraints, points, scratch): applies restitution')
 restore_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
+relax_friction = slot('kernel (lanes, constraints, patch, scratch): relaxes friction of patches')
 solve_all_in_common = slot('kernel (lanes, used, ...): soft normals, what is common')
 relax_all_in_common = slot('kernel (lanes, used, ...): the same after the motion')
 restore_all_in_common = slot('kernel (lanes, used, ...): the same of restitution')
@@ -349,7 +350,7 @@ def _relax(
                         lanes, used, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
                         friction_patch.IMPULSE_1, False, rows,
                     )  # fmt: skip
-                patch_friction.relax(lanes, constraints, patch, scratch)
+                relax_friction(lanes, constraints, patch, scratch)
                 if not patch_friction.any_starts(used, scratch):
                     break
         points = rows[first : first + WIDTH]
@@ -478,7 +479,7 @@ def solver(
         'PATCHES': patches,
     }
     for rubs, kind in ((True, 'point'), (False, 'normal')):
-        solve_one, relax_one = solve.visits(rubs=rubs, on_rims=on_rims)
+        solve_one, relax_one = solve.visits(rubs=rubs, on_rims=on_rims, turns=turns)
         offered |= {
             f'solve_{kind}': solve_one,
             f'relax_{kind}': relax_one,
@@ -487,11 +488,12 @@ def solver(
             f'restore_{kind}': restitution.visit(rubs=rubs),
         }
     for kind in ('solve', 'relax', 'restore'):
-        stirring, in_common = common_impulse.visit(kind, width)
+        stirring, in_common = common_impulse.visit(kind, width, turns=turns)
         offered[f'{kind}_all_in_common'] = specialise(
             _all_in_common, name=f'{kind}_{width}', find_stirring=stirring,
             solve_in_common=in_common,
         )  # fmt: skip
+    offered['relax_friction'] = patch_friction.relaxation(turns=turns)
     passes = {
         'prepare': _prepare,
         'solve_normals': _solve_normals,
