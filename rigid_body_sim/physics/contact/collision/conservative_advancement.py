@@ -74,7 +74,7 @@ Indices = NDArray[np.int64]
 FAST = 0.5  # [-] of the radius of the smaller: motion in a tick from which a pair is advanced
 PIECE = 0.25  # [-] of it: motion in a piece of a finer tick
 MOST_PIECES = 4096
-STEPS = 24  # of the advancement; a pair still undecided then is taken as a hit
+STEPS = 48  # of the advancement; a pair still undecided then is taken as a hit
 SHARE = 0.5  # [-] of the gap: room that turning may take in one step
 PAST = 0.02  # [-] of the time: so long after the gap is used up a hit is looked for
 ROUNDING = 1e-9  # [-] of the radius of the smaller: so far outside a point is of a body
@@ -238,9 +238,26 @@ def _turned(normal: Any, begin: int, end: int, poses: Array) -> Any:
 
 
 @inline
-def _reached(gap: float, last: float, room: float) -> Any:
-    """Return which share of a step an axis separates: 1: all of it."""
-    return 1.0 if last > room else (gap - room) / (gap - last)
+def _reach_of(begun: float, horizon: float, gap: float, bend: float) -> float:
+    """Return the end of a step whose room is a share of the gap."""
+    left = horizon - begun
+    if bend * left * left > 8.0 * SHARE * gap:
+        return min(begun + math.sqrt(8.0 * SHARE * gap / bend), horizon)
+    return horizon
+
+
+@inline
+def _reached(begun: float, until: float, gap: float, last: float, bend: float) -> float:
+    """
+    Return the time to which an axis separates for sure.
+
+        gap, last : along it, at the start and at the end of a step
+    """
+    span = until - begun
+    room = 0.125 * bend * span * span
+    if last > room:
+        return until
+    return begun + span * max((gap - room) / (gap - last), 0.0)
 
 
 def _stays_apart(
@@ -263,9 +280,8 @@ def _stays_apart(
     motion = 2.0 * motion_of(colliders.swept_aabbs, a, b, horizon)  # horizon <= 2 ticks
     begin_a, begin_b = a * pose.SIZE, b * pose.SIZE  # at the start of a step
     end_a, end_b = count * pose.SIZE, (count + 1) * pose.SIZE  # at the end of it
-    turns_a, turns_b = dot(of_a.spin, of_a.spin) > 0.0, dot(of_b.spin, of_b.spin) > 0.0
+    turns = dot(of_a.spin, of_a.spin) + dot(of_b.spin, of_b.spin) > 0.0
     begun = 0.0
-    ended = 0.0
     true_shapes = TRUE_SHAPES and _asks_true_shapes(a, b, table)
     if true_shapes and not gap_along(a, begin_a, b, begin_b, normal, colliders) > 0.0:
         normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
@@ -273,39 +289,29 @@ def _stays_apart(
         gap = gap_along(a, begin_a, b, begin_b, normal, colliders)
         if not gap > (touching if begun > 0.0 else 0.0):
             return False
-        left = horizon - begun
         bent = max(bend + dot(pull, normal), 0.0)
-        with_a = with_b = least = bent
-        if turns_a:
-            with_a = bend_seen_from(of_a, of_b, normal, begun, left)
-            least = min(least, with_a)
-        if turns_b:
-            with_b = bend_seen_from(of_b, of_a, negate(normal), begun, left)
-            least = min(least, with_b)
-        until = horizon
-        if least * left * left > 8.0 * SHARE * gap:
-            until = min(begun + math.sqrt(8.0 * SHARE * gap / least), horizon)
-        if ended != until:
+        until = _reach_of(begun, horizon, gap, bent)
+        move(a, end_a, until, of_a, poses)
+        move(b, end_b, until, of_b, poses)
+        last = gap_along(a, end_a, b, end_b, normal, colliders)
+        reached = _reached(begun, until, gap, last, bent)
+        if reached < horizon and turns:
+            with_a = bend_seen_from(of_a, of_b, normal, begun, horizon - begun)
+            with_b = bend_seen_from(of_b, of_a, negate(normal), begun, horizon - begun)
+            until = _reach_of(begun, horizon, gap, min(with_a, with_b))
             move(a, end_a, until, of_a, poses)
             move(b, end_b, until, of_b, poses)
-            ended = until
-        span = until - begun
-        curve = 0.125 * span * span
-        last = gap_along(a, end_a, b, end_b, normal, colliders)
-        share = _reached(gap, last, curve * bent)
-        if turns_a and share < 1.0:
             axis = _turned(normal, begin_a, end_a, poses)
             last = gap_along(a, end_a, b, end_b, axis, colliders)
-            share = max(share, _reached(gap, last, curve * with_a))
-        if turns_b and share < 1.0:
+            reached = max(reached, _reached(begun, until, gap, last, with_a))
             axis = _turned(normal, begin_b, end_b, poses)
             last = gap_along(a, end_a, b, end_b, axis, colliders)
-            share = max(share, _reached(gap, last, curve * with_b))
-        if share == 1.0 and until == horizon:
+            reached = max(reached, _reached(begun, until, gap, last, with_b))
+        if reached >= horizon:
             return True
-        if not share * span > STANDSTILL * horizon:
+        if not reached - begun > STANDSTILL * horizon:
             return False
-        begun = until if share == 1.0 else begun + share * span
+        begun = reached
         begin_a, begin_b = (count + 2) * pose.SIZE, (count + 3) * pose.SIZE
         move(a, begin_a, begun, of_a, poses)
         move(b, begin_b, begun, of_b, poses)
