@@ -43,10 +43,12 @@ from rigid_body_sim.physics.vectors import (
 # the points differ by less than this
 STILL = 1e-9
 
-# [rad/s] turn of the two bodies against each other, across the normal, above which nothing is
-# solved in common: there is no symmetry to keep. A stack that trembles turns by less, and comes to
-# rest ten times as fast by what its points have in common.
+# [rad/s] turn of the two bodies against each other, as far as it gives the points of a face unlike
+# velocities along the normal, above which nothing is solved in common: there is no symmetry to
+# keep. What rolls turns about the line on which it lies: its points move alike however fast it is.
+# A stack that trembles turns by less, and comes to rest ten times as fast by what is common.
 TURNING = 1.0
+POINT = 1e-16  # [m^2] of the sum of squares: points that are no farther apart are one
 
 SOFT = slot('[-] whether overlaps are soft, before the motion')
 BOUNCING = slot('[-] whether it is the impulse of restitution')
@@ -156,14 +158,15 @@ def _find_stirring(
 
 
 def _add_point(
-    point: int, lane: int, along: float, sums: Any, constraints: Array, points: Array,
+    point: int, lane: int, along: float, turn: Any, sums: Any, constraints: Array, points: Array,
     inverse_h: float, slop: float, cap: float,
 ) -> Any:  # fmt: skip
     """
-    Add a point to the sums: how many take part, m sigma, m sigma b + iota J, iota, arms. Return
+    Add a point to the sums: how many take part, m sigma, m sigma b + iota J, iota, arms; squares
+    of the ways from the first point, and of what the turn gives them along the normal. Return
     them, and 1 if it takes part.
     """
-    count, mass, drive, softness, arm_a, arm_b = sums
+    count, mass, drive, softness, arm_a, arm_b, lengths, rises = sums
     row = lane + point * WIDTH
     impulse, bias, stiff, iota, takes_part = law(
         constraints, points, lane, row, along, inverse_h, slop, cap
@@ -172,6 +175,8 @@ def _add_point(
     bias = bias if takes_part else 0.0
     stiff, iota = share * stiff, share * iota
     own_a, own_b = wide_lanes.arms(points, row)
+    way = subtract(own_b, wide_lanes.vector(points, lane + contact_point.ARM_B))
+    rise = dot(turn, way)
     added = (
         count + share,
         mass + stiff,
@@ -179,6 +184,8 @@ def _add_point(
         softness + iota,
         add_scaled(arm_a, share, own_a),
         add_scaled(arm_b, share, own_b),
+        lengths + share * dot(way, way),
+        rises + share * (rise * rise),
     )
     return added, share
 
@@ -217,12 +224,27 @@ def _apply_to_point(
 
 
 @inline
+def _move_alike(sums: Any, turn: Any, points: Array, lane: int) -> Any:
+    """
+    Tell whether the turn gives the points that take part one velocity along the normal: they
+    differ by less than those of a face that turns by TURNING.
+    """
+    count, _, _, _, _, arm, lengths, rises = sums
+    share = 1.0 / (count if count > 1.0 else 1.0)
+    first = wide_lanes.vector(points, lane + contact_point.ARM_B)
+    middle = subtract(scale(share, arm), first)
+    rise = dot(turn, middle)
+    spread = lengths - count * dot(middle, middle)
+    return rises - count * (rise * rise) < 0.5 * TURNING * TURNING * (spread - POINT)
+
+
+@inline
 def _change(
     sums: Any, along: float, normal: Any, spins: Any, of_centers: Any, constraints: Array,
     lane: int, turns: bool,
 ) -> Any:  # fmt: skip
     """Return the common change J' of a lane, 0 where it has none."""
-    count, mass, drive, softness, arm_a, arm_b = sums
+    count, mass, drive, softness, arm_a, arm_b, _, _ = sums
     several = count > 1.0
     share = 1.0 / (count if several else 1.0)
     arm_a, arm_b = scale(share, arm_a), scale(share, arm_b)
@@ -253,8 +275,8 @@ def _solve_in_common(
     slop: float, cap: float,
 ) -> None:  # fmt: skip
     """
-    Solve what the points of each lane have in common: of lanes that are visited, and whose bodies
-    do not turn against each other.
+    Solve what the points of each lane have in common: of lanes that are visited, and whose points
+    move alike.
 
     starts : False: only where an impulse was clamped the last time
     points : all points of each lane
@@ -264,18 +286,26 @@ def _solve_in_common(
         spins = wide_lanes.angular_velocities(constraints, scratch, lane, TURNS)
         turn = cross(normal, subtract(spins[1], spins[0]))
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
-        alike = active & (dot(turn, turn) < TURNING * TURNING)
-        alike = alike if starts else scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0
         linear = wide_lanes.vector(scratch, lane + lane_scratch.IMPULSE)
         of_centers = wide_lanes.velocity_of_centers(constraints, scratch, lane)
         along = dot(normal, of_centers)
         nothing = (0.0, 0.0, 0.0)
-        sums = (0.0, 0.0, 0.0, 0.0, nothing, nothing)
+        sums = (0.0, 0.0, 0.0, 0.0, nothing, nothing, 0.0, 0.0)
         given = (0.0, nothing, nothing, scratch[lane + lane_scratch.LARGEST_CHANGE], 0.0)
-        sums, share_0 = add_point(0, lane, along, sums, constraints, points, inverse_h, slop, cap)
-        sums, share_1 = add_point(1, lane, along, sums, constraints, points, inverse_h, slop, cap)
-        sums, share_2 = add_point(2, lane, along, sums, constraints, points, inverse_h, slop, cap)
-        sums, share_3 = add_point(3, lane, along, sums, constraints, points, inverse_h, slop, cap)
+        sums, share_0 = add_point(
+            0, lane, along, turn, sums, constraints, points, inverse_h, slop, cap
+        )
+        sums, share_1 = add_point(
+            1, lane, along, turn, sums, constraints, points, inverse_h, slop, cap
+        )
+        sums, share_2 = add_point(
+            2, lane, along, turn, sums, constraints, points, inverse_h, slop, cap
+        )
+        sums, share_3 = add_point(
+            3, lane, along, turn, sums, constraints, points, inverse_h, slop, cap
+        )
+        alike = active & _move_alike(sums, turn, points, lane)
+        alike = alike if starts else scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0
         common = _change(sums, along, normal, spins, of_centers, constraints, lane, TURNS)
         common = common if alike else 0.0
         given = apply_to_point(0, lane, share_0, common, given, points)

@@ -13,7 +13,8 @@ linear over all faces of one body on one other with one normal, and nowhere pull
     N_i = w_i max(alpha + beta . (r_i - c), 0)
     sum N_i and sum N_i r_i as recalled,   w_i = A u_i: `pressure_of_face`
 
-A : [m^2] area of the face; a manifold of two points, which is a line, has none
+A : [m^2] area of the face; a manifold of two points, which is a line, has none, but where all
+    are lines: there A is the length [m]
 c : mean of the points by w
 What cannot move is one body. A plane carries the whole face of a body, also beside a box that is
 flush with it: it has all the weight. A point takes part that was pressed, or touches.
@@ -21,6 +22,7 @@ flush with it: it has all the weight. A point takes part that was pressed, or to
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -74,6 +76,15 @@ def _other(record: int, side: int, manifolds: Array, rows: Array) -> float:
 def _is_line(record: int, manifolds: Array) -> bool:
     """Tell whether a manifold has two points."""
     return manifolds[record + manifold_record.POINT_COUNT] == 2.0
+
+
+@inline
+def _all_lines(count: int, members: Indices, manifolds: Array) -> bool:
+    """Tell whether all manifolds of a surface have two points."""
+    lines = True
+    for place in range(count):
+        lines = lines and _is_line(members[place], manifolds)
+    return lines
 
 
 @inline
@@ -135,16 +146,20 @@ def _list_surface(
 
 
 @kernel
-def _size_of(record: int, manifolds: Array) -> float:
-    """Return the area of the face of a manifold [m^2]; a line has none."""
-    if _is_line(record, manifolds):
-        return 0.0
+def _size_of(record: int, lines: bool, manifolds: Array) -> float:
+    """
+    Return the area of the face of a manifold [m^2]; a line has none.
+
+        lines : where all are lines: the length of each [m]
+    """
     normal = load(manifolds, record + manifold_record.NORMAL)
     if _is_measured(record, manifolds):
         return manifolds[record + manifold_record.FACE_AREA]
     points = record + manifold_record.POINTS
     origin = load(manifolds, points)
     first = subtract(load(manifolds, points + manifold.POINT), origin)
+    if _is_line(record, manifolds):
+        return math.sqrt(dot(first, first)) if lines else 0.0
     count = int(manifolds[record + manifold_record.POINT_COUNT])
     second = subtract(load(manifolds, points + 2 * manifold.POINT), origin)
     if count == 3:
@@ -196,13 +211,14 @@ def _sum_up(
 
         pressure : with a third number, whether to look at it: else it presses on all
     """
+    lines = _all_lines(count, members, manifolds)
     alpha, beta_1, beta_2, known = pressure
     total, total_1, total_2 = 0.0, 0.0, 0.0
     w, w_1, w_2, w_11, w_12, w_22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for place in range(count):
         record = members[place]
         lane = int(manifolds[record + manifold_record.LANE])
-        size = _size_of(record, manifolds)
+        size = _size_of(record, lines, manifolds)
         size = 0.0 if carrier >= 0 and place != carrier else size
         shares = pressure_of_face.weights(record, frame[1], manifolds)
         for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
@@ -293,10 +309,11 @@ def _share_of_all(
     """Return k_face of all faces of a surface: see `surface_friction`."""
     if carrier >= 0:
         return pressure_of_face.uniform_share(members[carrier], frame[1], manifolds)
+    lines = _all_lines(count, members, manifolds)
     of_points = uniform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for place in range(count):
         record = members[place]
-        size = _size_of(record, manifolds)
+        size = _size_of(record, lines, manifolds)
         shares = pressure_of_face.weights(record, frame[1], manifolds)
         own = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if not size > 0.0:
@@ -404,10 +421,11 @@ def _press_as_one(
     if not pressure[3]:
         return
     alpha, beta_1, beta_2, _ = pressure
+    lines = _all_lines(count, members, manifolds)
     for place in range(count):
         record = members[place]
         lane = int(manifolds[record + manifold_record.LANE])
-        size = _size_of(record, manifolds)
+        size = _size_of(record, lines, manifolds)
         size = 0.0 if carrier >= 0 and place != carrier else size
         shares = pressure_of_face.weights(record, frame[1], manifolds)
         for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
@@ -425,17 +443,6 @@ def _press_as_one(
             count, members, _most(count, members, width, manifolds, rows),
             _share_of_all(count, members, carrier, frame, manifolds), width, manifolds, rows,
         )  # fmt: skip
-
-
-@kernel
-def _faces(count: int, members: Indices, manifolds: Array) -> int:
-    """
-    Count the manifolds of a surface; 0 if all are lines: what rolls on them presses as it goes.
-    """
-    faces = 0
-    for place in range(count):
-        faces += 0 if _is_line(members[place], manifolds) else 1
-    return count if faces > 0 else 0
 
 
 @kernel
@@ -460,5 +467,5 @@ def share_pressure(
         ):
             continue
         count = _list_surface(record, table, manifolds, rows, bodies, members)
-        if _faces(count, members, manifolds) > 1 or _is_measured(record, manifolds):
+        if count > 1 or _is_measured(record, manifolds):
             _press_as_one(count, members, width, table, manifolds, rows)
