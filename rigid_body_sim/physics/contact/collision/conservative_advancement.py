@@ -13,8 +13,13 @@ than
 because each point moves along n with an acceleration of at most that (a_n: that of the two centres
 apart; R: longest lever). While the chord less this room stays positive, n separates; at the time
 at which it may not, the pair is put there and asked for the axis of then, and so on until the time
-is over, or until no axis gains time: then the two touch. With a cylinder the axis is that of the
-true shapes (`nearest_axis`), else that of the manifold. Mirtich's advancement (Impulse-based
+is over, or until no axis gains time: then the two touch. With a cylinder or a hull the axis is
+that of the true shapes (`nearest_axis`), else that of the manifold.
+
+Of two that slide or roll past each other the nearest points stay as near and n turns, and a fixed
+axis gains what time the gap lasts. So the same is asked of an axis that turns with A, and with B,
+where the bend is that of the other one as seen from there (`free_motion.bend_seen_from`); that
+which gains most counts. Mirtich's advancement (Impulse-based
 dynamic simulation, 1996) has the speed of any point in any direction in place of that along n, and
 so crawls past whatever passes near.
 
@@ -42,12 +47,14 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.collider import (
     CYLINDER,
+    HULL,
     SPHERE,
     ColliderArrays,
 )
 from rigid_body_sim.physics.contact.collision.free_motion import (
     FreeMotion,
     angle_of,
+    bend_seen_from,
     free_motion,
     move,
     moved_with,
@@ -59,7 +66,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
 )
 from rigid_body_sim.physics.contact.collision.nearest_axis import nearest_axis
 from rigid_body_sim.physics.contact.collision.support import gap_along, is_inside
-from rigid_body_sim.physics.vectors import add_scaled, dot, load, subtract
+from rigid_body_sim.physics.vectors import add_scaled, dot, load, negate, subtract
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -72,12 +79,14 @@ SHARE = 0.5  # [-] of the gap: room that turning may take in one step
 PAST = 0.02  # [-] of the time: so long after the gap is used up a hit is looked for
 ROUNDING = 1e-9  # [-] of the radius of the smaller: so far outside a point is of a body
 STANDSTILL = 1e-6  # [-] of the time: an advance by less is none, the two touch
+TOUCHING = 1e-6  # [-] of the radius of the smaller: what comes so near touches
 
 collide = slot(
     'kernel (type of A, type of B, parameters, shape_a, shape_b, poses, pose_a, pose_b, margin, '
     'found): finds the manifold of two shapes'
 )
 CYLINDERS = slot('[-] whether some collider is a cylinder')
+TRUE_SHAPES = slot('[-] whether some collider is a cylinder or a hull')
 stays_apart = slot('kernel (a, b, count, horizon, normal, ...): tells whether an axis separates')
 
 
@@ -214,6 +223,43 @@ def _misses(
     return stays_apart(a, b, count, horizon, normal, of_a, of_b, colliders, found)
 
 
+@inline
+def _asks_true_shapes(a: int, b: int, table: Any) -> bool:
+    """Tell whether the axes of a pair are those of `nearest_axis`: with a cylinder or a hull."""
+    type_a = table[a * collider_record.SIZE + collider_record.TYPE]
+    type_b = table[b * collider_record.SIZE + collider_record.TYPE]
+    return type_a == CYLINDER or type_b == CYLINDER or type_a == HULL or type_b == HULL
+
+
+@kernel
+def _turned(normal: Any, begin: int, end: int, poses: Array) -> Any:
+    """Return an axis that a collider takes with it from one pose to another."""
+    return pose.to_world(poses, end, pose.to_shape(poses, begin, normal))
+
+
+@inline
+def _reach_of(begun: float, horizon: float, gap: float, bend: float) -> float:
+    """Return the end of a step whose room is a share of the gap."""
+    left = horizon - begun
+    if bend * left * left > 8.0 * SHARE * gap:
+        return min(begun + math.sqrt(8.0 * SHARE * gap / bend), horizon)
+    return horizon
+
+
+@inline
+def _reached(begun: float, until: float, gap: float, last: float, bend: float) -> float:
+    """
+    Return the time to which an axis separates for sure.
+
+        gap, last : along it, at the start and at the end of a step
+    """
+    span = until - begun
+    room = 0.125 * bend * span * span
+    if last > room:
+        return until
+    return begun + span * max((gap - room) / (gap - last), 0.0)
+
+
 def _stays_apart(
     a: int, b: int, count: int, horizon: float, normal: Any, of_a: FreeMotion, of_b: FreeMotion,
     colliders: ColliderArrays, found: Array,
@@ -230,45 +276,46 @@ def _stays_apart(
     shape_b = table[row_b + collider_record.PARAMETERS]
     pull = subtract(of_b.acceleration, of_a.acceleration)
     bend = of_a.bend + of_b.bend
+    touching = TOUCHING * smaller_radius(colliders.local_bounds, a, b)
     motion = 2.0 * motion_of(colliders.swept_aabbs, a, b, horizon)  # horizon <= 2 ticks
     begin_a, begin_b = a * pose.SIZE, b * pose.SIZE  # at the start of a step
     end_a, end_b = count * pose.SIZE, (count + 1) * pose.SIZE  # at the end of it
+    turns = dot(of_a.spin, of_a.spin) + dot(of_b.spin, of_b.spin) > 0.0
     begun = 0.0
-    ended = 0.0
-    if (
-        CYLINDERS
-        and has_cylinder(a, b, table)
-        and not gap_along(a, begin_a, b, begin_b, normal, colliders) > 0.0
-    ):
+    true_shapes = TRUE_SHAPES and _asks_true_shapes(a, b, table)
+    if true_shapes and not gap_along(a, begin_a, b, begin_b, normal, colliders) > 0.0:
         normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
     for _step in range(STEPS):
         gap = gap_along(a, begin_a, b, begin_b, normal, colliders)
-        if not gap > 0.0:
+        if not gap > (touching if begun > 0.0 else 0.0):
             return False
         bent = max(bend + dot(pull, normal), 0.0)
-        until = horizon
-        if bent * (horizon - begun) * (horizon - begun) > 8.0 * SHARE * gap:
-            until = min(begun + math.sqrt(8.0 * SHARE * gap / bent), horizon)
-        if ended != until:
+        until = _reach_of(begun, horizon, gap, bent)
+        move(a, end_a, until, of_a, poses)
+        move(b, end_b, until, of_b, poses)
+        last = gap_along(a, end_a, b, end_b, normal, colliders)
+        reached = _reached(begun, until, gap, last, bent)
+        if reached < horizon and turns:
+            with_a = bend_seen_from(of_a, of_b, normal, begun, horizon - begun)
+            with_b = bend_seen_from(of_b, of_a, negate(normal), begun, horizon - begun)
+            until = _reach_of(begun, horizon, gap, min(with_a, with_b))
             move(a, end_a, until, of_a, poses)
             move(b, end_b, until, of_b, poses)
-            ended = until
-        span = until - begun
-        room = 0.125 * bent * span * span
-        last = gap_along(a, end_a, b, end_b, normal, colliders)
-        if last > room:
-            if until == horizon:
-                return True
-            begun = until
-        else:
-            advance = span * (gap - room) / (gap - last)
-            if not advance > STANDSTILL * horizon:
-                return False
-            begun += advance
+            axis = _turned(normal, begin_a, end_a, poses)
+            last = gap_along(a, end_a, b, end_b, axis, colliders)
+            reached = max(reached, _reached(begun, until, gap, last, with_a))
+            axis = _turned(normal, begin_b, end_b, poses)
+            last = gap_along(a, end_a, b, end_b, axis, colliders)
+            reached = max(reached, _reached(begun, until, gap, last, with_b))
+        if reached >= horizon:
+            return True
+        if not reached - begun > STANDSTILL * horizon:
+            return False
+        begun = reached
         begin_a, begin_b = (count + 2) * pose.SIZE, (count + 3) * pose.SIZE
         move(a, begin_a, begun, of_a, poses)
         move(b, begin_b, begun, of_b, poses)
-        if CYLINDERS and has_cylinder(a, b, table):
+        if true_shapes:
             normal = nearest_axis(a, begin_a, b, begin_b, normal, colliders, found)
             continue
         points = collide(
@@ -281,18 +328,21 @@ def _stays_apart(
     return False
 
 
-def miss_finder(name: str, collide: Callable[..., Any], *, cylinders: bool) -> Callable[..., Any]:
+def miss_finder(
+    name: str, collide: Callable[..., Any], *, cylinders: bool, true_shapes: bool
+) -> Callable[..., Any]:
     """
     Make the kernel that tells whether a pair misses, with the pair kernels of a scene.
 
-        cylinders : whether some collider is a cylinder
+        cylinders   : whether some collider is a cylinder
+        true_shapes : whether some is a cylinder or a hull
     """
-    stays_apart = stays_apart_finder(name, collide, cylinders=cylinders)
+    stays_apart = stays_apart_finder(name, collide, true_shapes=true_shapes)
     return specialise(_misses, name=name, CYLINDERS=cylinders, stays_apart=stays_apart)
 
 
 def stays_apart_finder(
-    name: str, collide: Callable[..., Any], *, cylinders: bool
+    name: str, collide: Callable[..., Any], *, true_shapes: bool
 ) -> Callable[..., Any]:
     """Make the kernel that proves that a pair stays apart; arguments as of `miss_finder`."""
-    return specialise(_stays_apart, name=name, CYLINDERS=cylinders, collide=collide)
+    return specialise(_stays_apart, name=name, TRUE_SHAPES=true_shapes, collide=collide)

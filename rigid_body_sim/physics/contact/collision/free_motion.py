@@ -59,6 +59,7 @@ class FreeMotion(NamedTuple):
     velocity     : [m/s];  acceleration : [m/s^2]
     spin         : [rad/s];  spin_change : [rad/s^2]
     bend         : bound of what turning adds to the acceleration of any of its points [m/s^2]
+    lever        : bound of how far any of its points is from the centre of mass [m]
     """
 
     center: Any
@@ -67,6 +68,7 @@ class FreeMotion(NamedTuple):
     spin: Any
     spin_change: Any
     bend: float
+    lever: float
 
 
 @inline
@@ -93,16 +95,17 @@ def free_motion(collider: int, colliders: ColliderArrays, bodies: Array) -> Any:
     """Return the free motion of a collider from the start of the tick on."""
     center = load(colliders.poses, collider * pose.SIZE + pose.POSITION)
     body = collider_record.solver_body(collider, colliders.table) * solver_bodies.SIZE
-    if bodies[body + solver_bodies.INVERSE_MASS] == 0.0:
-        return FreeMotion(center, NOWHERE, NOWHERE, NOWHERE, NOWHERE, 0.0)
-    spin, change = _turning(body, bodies)
     row = collider * swept_aabbs.SIZE
-    mass_center = load(bodies, body + solver_bodies.START_POSITION)
+    stands = bodies[body + solver_bodies.INVERSE_MASS] == 0.0
+    mass_center = center if stands else load(bodies, body + solver_bodies.START_POSITION)
     arm = subtract(load(colliders.swept_aabbs, row + swept_aabbs.CENTER), mass_center)
     lever = (
         math.sqrt(dot(arm, arm))
         + colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
     )
+    if stands:
+        return FreeMotion(center, NOWHERE, NOWHERE, NOWHERE, NOWHERE, 0.0, lever)
+    spin, change = _turning(body, bodies)
     return FreeMotion(
         mass_center,
         load(colliders.swept_aabbs, row + swept_aabbs.VELOCITY),
@@ -110,7 +113,47 @@ def free_motion(collider: int, colliders: ColliderArrays, bodies: Array) -> Any:
         spin,
         change,
         (dot(spin, spin) + math.sqrt(dot(change, change))) * lever,
+        lever,
     )
+
+
+@kernel
+def bend_seen_from(
+    frame: FreeMotion, other: FreeMotion, normal: Any, begun: float, span: float
+) -> float:
+    """
+    Bound the acceleration of the points of one body along an axis that turns with another one
+    [m/s^2].
+
+        normal : the axis, towards the other, at the time `begun` [s];  span : [s] from then on
+
+    With rho = d + r from the centre of the frame, d the centre of the other and r from there, it
+    is n . of
+
+        a + w x (w x d) - 2 w x v - alpha x rho + alpha' x r
+          + w' x (w' x r) - 2 w x (w' x r) + w x (w x r)
+
+    whose last three are (W x (W x r)) + (w' x w) x r, W = w' - w. The first three are taken as
+    they are at the start, with room for what they and n turn by.
+    """
+    pull = subtract(other.acceleration, frame.acceleration)
+    velocity = add_scaled(subtract(other.velocity, frame.velocity), begun, pull)
+    apart = add_scaled(subtract(other.center, frame.center), begun, velocity)
+    apart = add_scaled(apart, -0.5 * begun * begun, pull)
+    spin, spin_of_other = frame.spin, other.spin
+    inward = cross(spin, subtract(cross(spin, apart), scale(2.0, velocity)))
+    along = add(pull, inward)
+    rate, speed = math.sqrt(dot(spin, spin)), math.sqrt(dot(velocity, velocity))
+    pulled = math.sqrt(dot(pull, pull))
+    reached = math.sqrt(dot(apart, apart)) + (speed + 0.5 * pulled * span) * span + other.lever
+    drift = rate * (2.0 * pulled + rate * (speed + 0.5 * pulled * span)) * span
+    bound = dot(normal, along) + rate * span * math.sqrt(dot(along, along)) + drift
+    relative = subtract(spin_of_other, spin)
+    twist = cross(spin, spin_of_other)
+    bound += (dot(relative, relative) + math.sqrt(dot(twist, twist))) * other.lever
+    bound += math.sqrt(dot(frame.spin_change, frame.spin_change)) * reached
+    bound += math.sqrt(dot(other.spin_change, other.spin_change)) * other.lever
+    return max(bound, 0.0)
 
 
 @inline

@@ -576,18 +576,19 @@ def _drop_ghosts(
 
 
 def ghost_dropper(
-    name: str, collide: Callable[..., Any], *, ground: bool, cylinders: bool
+    name: str, collide: Callable[..., Any], *, ground: bool, cylinders: bool, true_shapes: bool
 ) -> Callable[..., Any]:
     """
     Make the kernel that takes ghosts out, with the pair kernels of a scene.
 
-        ground    : whether some collider is ground of triangles
-        cylinders : whether some is a cylinder
+        ground      : whether some collider is ground of triangles
+        cylinders   : whether some is a cylinder
+        true_shapes : whether some is a cylinder or a hull
     """
-    misses = miss_finder(name, collide, cylinders=cylinders)
+    misses = miss_finder(name, collide, cylinders=cylinders, true_shapes=true_shapes)
     of_ground = misses
     if ground:
-        of_ground = ground_miss_finder(name, collide, cylinders=cylinders)
+        of_ground = ground_miss_finder(name, collide, true_shapes=true_shapes)
     return specialise(
         _drop_ghosts, name=name, GROUND=ground, misses=misses, ground_misses=of_ground
     )

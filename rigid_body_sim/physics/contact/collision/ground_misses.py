@@ -209,12 +209,12 @@ def _ground_misses(
 
 
 def ground_miss_finder(
-    name: str, collide: Callable[..., Any], *, cylinders: bool
+    name: str, collide: Callable[..., Any], *, true_shapes: bool
 ) -> Callable[..., Any]:
     """
     Make the kernel that tells whether a body misses ground, with the kernels of a scene.
 
-        cylinders : whether some collider is a cylinder
+        true_shapes : whether some collider is a cylinder or a hull
     """
-    stays_apart = stays_apart_finder(name, collide, cylinders=cylinders)
+    stays_apart = stays_apart_finder(name, collide, true_shapes=true_shapes)
     return specialise(_ground_misses, name=name, collide=collide, stays_apart=stays_apart)

@@ -25,7 +25,12 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
     swept_aabbs,
 )
-from rigid_body_sim.physics.contact.collision.collider import CYLINDER, SURFACE, ColliderArrays
+from rigid_body_sim.physics.contact.collision.collider import (
+    CYLINDER,
+    HULL,
+    SURFACE,
+    ColliderArrays,
+)
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     FAST,
     motion_of,
@@ -268,10 +273,13 @@ def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> C
     collide = collider_of_pairs(kernels)
     ground = any(type_b == SURFACE for _, type_b, _ in kernels)
     cylinders = any(CYLINDER in (type_a, type_b) for type_a, type_b, _ in kernels)
+    true_shapes = cylinders or any(HULL in (type_a, type_b) for type_a, type_b, _ in kernels)
     ground_misses = collide
     if ground:
-        ground_misses = ground_miss_finder(name, collide, cylinders=cylinders)
+        ground_misses = ground_miss_finder(name, collide, true_shapes=true_shapes)
     return specialise(
         _find_manifolds, name=name, GROUND=ground, collide=collide, ground_misses=ground_misses,
-        drop_ghosts=ghost_dropper(name, collide, ground=ground, cylinders=cylinders),
+        drop_ghosts=ghost_dropper(
+            name, collide, ground=ground, cylinders=cylinders, true_shapes=true_shapes
+        ),
     )  # fmt: skip

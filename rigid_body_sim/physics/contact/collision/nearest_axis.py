@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The axis along which two colliders are farthest apart, for pairs with a cylinder: by GJK over the
-true shapes (`geometry.polyhedra.gjk`), of which no prism stands for a cylinder.
+The axis along which two colliders are farthest apart, for pairs with a cylinder or a hull: by GJK
+over the true shapes (`geometry.polyhedra.gjk`), of which no prism stands for a cylinder.
 
 The kernels of such pairs give a normal at which a manifold can hold: that of a prism where rim
 meets rim, of a face or a mantle where those are near. What passes by less than a prism differs

@@ -120,7 +120,9 @@ def _mark_impacts(
             points = rows[first : first + width]
             for lane in range(used):
                 arm_a, arm_b = wide_lanes.arms(points, lane)
-                velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+                velocity = wide_lanes.relative_velocity(
+                    constraints, scratch, lane, arm_a, arm_b, True
+                )
                 normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
                 presses = points[lane + contact_point.NORMAL_IMPULSE] > 0.0
                 if presses and abs(dot(normal, velocity)) > MOVES:

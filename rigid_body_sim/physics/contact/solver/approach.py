@@ -180,7 +180,7 @@ def approach_velocities(
     for lane in range(lanes):
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
         arm_a, arm_b = wide_lanes.arms(points, lane)
-        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b, True)
         normal_velocity = dot(normal, velocity)
         separation = points[lane + contact_point.INITIAL_SEPARATION]
         of_centers = wide_lanes.vector(scratch, lane + lane_scratch.RELATIVE_VELOCITY)

@@ -33,7 +33,6 @@ from rigid_body_sim.physics.contact.solver.solve import OPEN, soft_law
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
-    apply_symmetric,
     cross,
     dot,
     scale,
@@ -54,6 +53,7 @@ POINT = 1e-16  # [m^2] of the sum of squares: points that are no farther apart a
 SOFT = slot('[-] whether overlaps are soft, before the motion')
 BOUNCING = slot('[-] whether it is the impulse of restitution')
 WIDTH = slot('[-] numbers of a point')
+TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 law = slot('kernel (constraints, points, lane, ...): J, b, m sigma, iota, and who takes part')
 add_stir = slot('kernel (point, lane, ...): adds a point to the sums of what stirs')
 add_point = slot('kernel (point, lane, ...): adds a point to the sums')
@@ -241,7 +241,7 @@ def _move_alike(sums: Any, turn: Any, points: Array, lane: int) -> Any:
 @inline
 def _change(
     sums: Any, along: float, normal: Any, spins: Any, of_centers: Any, constraints: Array,
-    lane: int,
+    lane: int, turns: bool,
 ) -> Any:  # fmt: skip
     """Return the common change J' of a lane, 0 where it has none."""
     count, mass, drive, softness, arm_a, arm_b, _, _ = sums
@@ -252,13 +252,17 @@ def _change(
     turning = subtract(cross(spin_b, arm_b), cross(spin_a, arm_a))
     velocity = dot(normal, add(of_centers, turning))
     moment_a, moment_b = cross(arm_a, normal), cross(arm_b, normal)
-    inverse_a = wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_A)
-    inverse_b = wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_B)
+    turn_a = wide_lanes.apply_inverse_inertia(
+        constraints, lane + constraint.INVERSE_INERTIA_A, turns, moment_a
+    )
+    turn_b = wide_lanes.apply_inverse_inertia(
+        constraints, lane + constraint.INVERSE_INERTIA_B, turns, moment_b
+    )
     rate = (
         constraints[lane + constraint.INVERSE_MASS_A]
         + constraints[lane + constraint.INVERSE_MASS_B]
-        + dot(moment_a, apply_symmetric(inverse_a, moment_a))
-        + dot(moment_b, apply_symmetric(inverse_b, moment_b))
+        + dot(moment_a, turn_a)
+        + dot(moment_b, turn_b)
     )
     stiffness = count * rate * mass + softness
     stirs = abs(mass * along + drive) > STILL * mass
@@ -279,7 +283,7 @@ def _solve_in_common(
     """
     for lane in range(lanes):
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-        spins = wide_lanes.angular_velocities(constraints, scratch, lane)
+        spins = wide_lanes.angular_velocities(constraints, scratch, lane, TURNS)
         turn = cross(normal, subtract(spins[1], spins[0]))
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         linear = wide_lanes.vector(scratch, lane + lane_scratch.IMPULSE)
@@ -302,7 +306,7 @@ def _solve_in_common(
         )
         alike = active & _move_alike(sums, turn, points, lane)
         alike = alike if starts else scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0
-        common = _change(sums, along, normal, spins, of_centers, constraints, lane)
+        common = _change(sums, along, normal, spins, of_centers, constraints, lane, TURNS)
         common = common if alike else 0.0
         given = apply_to_point(0, lane, share_0, common, given, points)
         given = apply_to_point(1, lane, share_1, common, given, points)
@@ -322,17 +326,19 @@ def _solve_in_common(
         scratch[lane + lane_scratch.COMMON_CLAMPED] = clamped
 
 
-def visit(kind: str, width: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
+def visit(kind: str, width: int, *, turns: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """
     Make the kernels of a pass: which lanes stir, and what they have in common.
 
         kind  : solve, relax or restore
         width : numbers of a point
+        turns : whether the inertia of anything turns with it
     """
     offered: dict[str, Any] = {
         'SOFT': kind == 'solve',
         'BOUNCING': kind == 'restore',
         'WIDTH': width,
+        'TURNS': turns,
     }
     name = f'{kind}_{width}'
     for slot_name, source in (

@@ -59,6 +59,7 @@ start_point = slot('kernel (lanes, constraints, points, scratch): starts a subst
 start_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 restore_point = slot('kernel (lanes, constraints, points, scratch): applies restitution')
 restore_normal = slot('kernel (lanes, constraints, points, scratch): the same without friction')
+relax_friction = slot('kernel (lanes, constraints, patch, scratch): relaxes friction of patches')
 solve_all_in_common = slot('kernel (lanes, used, ...): soft normals, what is common')
 relax_all_in_common = slot('kernel (lanes, used, ...): the same after the motion')
 restore_all_in_common = slot('kernel (lanes, used, ...): the same of restitution')
@@ -102,13 +103,18 @@ def _face(first: int, width: int) -> Any:
 
 
 def _all_in_common(
-    lanes: int, used: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
-    slop: float, cap: float,
+    lanes: int, used: int, may_rest: bool, constraints: Array, points: Array, scratch: Array,
+    inverse_h: float, slop: float, cap: float,
 ) -> None:  # fmt: skip
-    """Solve what the points of a batch have in common, until no impulse is clamped."""
-    find_stirring(lanes, constraints, points, scratch, inverse_h, slop, cap)
-    if not common_impulse.any_stirs(used, scratch):
-        return
+    """
+    Solve what the points of a batch have in common, until no impulse is clamped.
+
+    may_rest : whether to ask first if there is anything: what the last pass has changed stirs
+    """
+    if may_rest:
+        find_stirring(lanes, constraints, points, scratch, inverse_h, slop, cap)
+        if not common_impulse.any_stirs(used, scratch):
+            return
     for iteration in range(COMMON_ITERATIONS):
         solve_in_common(lanes, iteration == 0, constraints, points, scratch, inverse_h, slop, cap)
         if not common_impulse.is_clamped(used, scratch):
@@ -228,7 +234,10 @@ def _solve_normals(
             solve.gather_unsettled(lanes, step, constraints, scratch, bodies)
         if PATCHES and point_count > 1:
             points = rows[first : first + MOST * WIDTH]
-            solve_all_in_common(lanes, used, constraints, points, scratch, inverse_h, slop, cap)
+            solve_all_in_common(
+                lanes, used, number_of_pass == 0, constraints, points, scratch, inverse_h, slop,
+                cap,
+            )  # fmt: skip
         rolls = False
         if RIMS:
             rolls = rolling_frame.find_turns(used, inverse_h, constraints, scratch, bodies)
@@ -329,7 +338,9 @@ def _relax(
         several = PATCHES and point_count > 1
         if several:
             points = rows[first : first + MOST * WIDTH]
-            relax_all_in_common(lanes, used, constraints, points, scratch, inverse_h, 0.0, 0.0)
+            relax_all_in_common(
+                lanes, used, number_of_pass == 0, constraints, points, scratch, inverse_h, 0.0, 0.0
+            )
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.find_slide(lanes, constraints, patch, scratch)
@@ -349,7 +360,7 @@ def _relax(
                         lanes, used, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
                         friction_patch.IMPULSE_1, False, rows,
                     )  # fmt: skip
-                patch_friction.relax(lanes, constraints, patch, scratch)
+                relax_friction(lanes, constraints, patch, scratch)
                 if not patch_friction.any_starts(used, scratch):
                     break
         points = rows[first : first + WIDTH]
@@ -400,7 +411,9 @@ def _apply_restitution(
             solve.gather_momenta(lanes, constraints, scratch, bodies)
             if PATCHES and point_count > 1:
                 points = rows[first : first + MOST * WIDTH]
-                restore_all_in_common(lanes, used, constraints, points, scratch, 0.0, 0.0, 0.0)
+                restore_all_in_common(
+                    lanes, used, True, constraints, points, scratch, 0.0, 0.0, 0.0
+                )
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if PATCHES and point_count > 1:
@@ -478,7 +491,7 @@ def solver(
         'PATCHES': patches,
     }
     for rubs, kind in ((True, 'point'), (False, 'normal')):
-        solve_one, relax_one = solve.visits(rubs=rubs, on_rims=on_rims)
+        solve_one, relax_one = solve.visits(rubs=rubs, on_rims=on_rims, turns=turns)
         offered |= {
             f'solve_{kind}': solve_one,
             f'relax_{kind}': relax_one,
@@ -487,11 +500,12 @@ def solver(
             f'restore_{kind}': restitution.visit(rubs=rubs),
         }
     for kind in ('solve', 'relax', 'restore'):
-        stirring, in_common = common_impulse.visit(kind, width)
+        stirring, in_common = common_impulse.visit(kind, width, turns=turns)
         offered[f'{kind}_all_in_common'] = specialise(
             _all_in_common, name=f'{kind}_{width}', find_stirring=stirring,
             solve_in_common=in_common,
         )  # fmt: skip
+    offered['relax_friction'] = patch_friction.relaxation(turns=turns)
     passes = {
         'prepare': _prepare,
         'solve_normals': _solve_normals,

@@ -47,10 +47,11 @@ of the tick, so c of now is measured from it. Both its arms end in one point, wh
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
-from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
@@ -77,6 +78,8 @@ POINT = 1e-16  # [m^2] a patch with less of a second moment is a point
 START = 1e-6  # [m/s] change of a tangential velocity that is left alone where a contact starts
 STALE = 0.1  # [-] of what presses: a patch on which so much more or less does is measured anew
 SETTLED = 1e-12  # [-] of what presses: friction that changes by less has settled
+
+TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 
 
 @inline
@@ -419,7 +422,9 @@ def _gauge(force: float, twist: float) -> Any:
 
 
 @inline
-def _change(old: Any, constraints: Array, patch: Array, scratch: Array, lane: int) -> Any:
+def _change(
+    old: Any, constraints: Array, patch: Array, scratch: Array, lane: int, turns: bool
+) -> Any:
     """
     Return how a visit changes a wrench about the centre, and the square of the change as an
     impulse.
@@ -432,8 +437,8 @@ def _change(old: Any, constraints: Array, patch: Array, scratch: Array, lane: in
     step = patch[lane + friction_patch.STEP]
     twist_step = step * patch[lane + friction_patch.LENGTH_SQUARED]
     limit = constraints[lane + constraint.FRICTION] * scratch[lane + lane_scratch.PRESS]
-    omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
-    velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+    omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane, turns)
+    velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b, turns)
     turn = dot(normal, subtract(omega_b, omega_a))
     velocity_1 = dot(tangent_1, velocity) - turn * c_2
     velocity_2 = dot(tangent_2, velocity) + turn * c_1
@@ -452,8 +457,7 @@ def _change(old: Any, constraints: Array, patch: Array, scratch: Array, lane: in
     return (change_1, change_2, turned + (c_1 * change_2 - c_2 * change_1)), size
 
 
-@kernel
-def relax(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
+def _relax(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
     """
     Solve the friction of each lane, after all its normals, which add up what presses: `solve`.
 
@@ -463,7 +467,7 @@ def relax(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
     """
     for lane in range(lanes):
         old = _wrench(patch, lane + friction_patch.IMPULSE_1)
-        change, size = _change(old, constraints, patch, scratch, lane)
+        change, size = _change(old, constraints, patch, scratch, lane, TURNS)
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         size = size if active else 0.0
         change = (
@@ -481,12 +485,17 @@ def relax(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
         _apply(change, constraints, patch, scratch, lane)
 
 
+def relaxation(*, turns: bool) -> Callable[..., Any]:
+    """Make the kernel that solves friction; turns: the inertia of something turns with it."""
+    return specialise(_relax, name='turns' if turns else 'round', TURNS=turns)
+
+
 @kernel
 def apply_restitution(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
     """Solve the friction on the impulses of restitution of each lane: see `restitution`."""
     for lane in range(lanes):
         old = _wrench(patch, lane + friction_patch.RESTITUTION_1)
-        change, size = _change(old, constraints, patch, scratch, lane)
+        change, size = _change(old, constraints, patch, scratch, lane, True)
         settled = SETTLED * scratch[lane + lane_scratch.PRESS]
         changes = size > settled * settled
         size = size if changes else 0.0

@@ -38,7 +38,7 @@ def _apply_restitution(lanes: int, constraints: Array, points: Array, scratch: A
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
         arm_a, arm_b = wide_lanes.arms(points, lane)
-        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b, True)
         approach = points[lane + contact_point.APPROACH_VELOCITY]
         target = -constraints[lane + constraint.RESTITUTION] * approach if approach < 0.0 else 0.0
         old = points[lane + contact_point.RESTITUTION_NORMAL]

@@ -55,7 +55,7 @@ def solve(lanes: int, constraints: Array, points: Array, scratch: Array) -> None
     for lane in range(lanes):
         frame = wide_lanes.contact_frame(constraints, lane)
         normal, tangent_1, tangent_2 = frame
-        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane)
+        omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane, True)
         omega = subtract(omega_b, omega_a)
         press = points[lane + contact_point.NORMAL_IMPULSE]
         old_1 = points[lane + contact_point.ROLLING_IMPULSE_1]

@@ -61,6 +61,7 @@ LIFTS = 0.5  # [-] x from which a visit takes into account that friction lifts
 
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
 RIMS = slot('[-] whether a cylinder may touch with its rim')
+TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 
 
 @kernel
@@ -247,7 +248,7 @@ def _solve_normals(
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
         arm_a, arm_b = wide_lanes.arms(points, lane)
-        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b, TURNS)
         old = points[lane + contact_point.NORMAL_IMPULSE]
         largest = scratch[lane + lane_scratch.LARGEST_CHANGE]
         pressed_already = scratch[lane + lane_scratch.PRESSES]
@@ -329,7 +330,7 @@ def _relax(
     for lane in range(lanes):
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
         arm_a, arm_b = wide_lanes.arms(points, lane)
-        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b)
+        velocity = wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b, TURNS)
         separation = points[lane + contact_point.SEPARATION]
         old = points[lane + contact_point.NORMAL_IMPULSE]
         mass = points[lane + contact_point.NORMAL_MASS]
@@ -385,11 +386,19 @@ def _relax(
         wide_lanes.apply_impulse(scratch, lane, arm_a, arm_b, impulse)
 
 
-def visits(*, rubs: bool, on_rims: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Make the kernels that solve and relax a point; rubs: with its friction; on_rims: a cylinder
-    may touch with its rim."""
+def visits(
+    *, rubs: bool, on_rims: bool, turns: bool
+) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """
+    Make the kernels that solve and relax a point.
+
+        rubs    : with its friction
+        on_rims : a cylinder may touch with its rim
+        turns   : the inertia of something turns with it
+    """
     name = f'{"rubs" if rubs else "smooth"}_{"rims" if on_rims else "plain"}'
+    name += '' if turns else '_round'
     return (
-        specialise(_solve_normals, name=name, RUBS=rubs, RIMS=on_rims),
-        specialise(_relax, name=name, RUBS=rubs),
+        specialise(_solve_normals, name=name, RUBS=rubs, RIMS=on_rims, TURNS=turns),
+        specialise(_relax, name=name, RUBS=rubs, TURNS=turns),
     )

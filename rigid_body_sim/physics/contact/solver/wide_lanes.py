@@ -74,17 +74,27 @@ def arms(points: Array, lane: int) -> Any:
 
 
 @inline
-def angular_velocities(constraints: Array, scratch: Array, lane: int) -> Any:
-    """Angular velocities omega = I^-1 L of A and B [rad/s]."""
+def apply_inverse_inertia(rows: Array, row: int, turns: bool, v: Any) -> Any:
+    """
+    Return I^-1 v of a body of a lane.
+
+        row   : where its inverse inertia begins
+        turns : whether the inertia of anything turns with it: else it is a number, of cubes and
+                balls, and six of its nine entries are zero
+    """
+    if turns:
+        return apply_symmetric(symmetric(rows, row), v)
+    return scale(rows[row], v)
+
+
+@inline
+def angular_velocities(constraints: Array, scratch: Array, lane: int, turns: bool) -> Any:
+    """Angular velocities omega = I^-1 L of A and B [rad/s]; turns: see above."""
+    angular_a = vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A)
+    angular_b = vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B)
     return (
-        apply_symmetric(
-            symmetric(constraints, lane + constraint.INVERSE_INERTIA_A),
-            vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A),
-        ),
-        apply_symmetric(
-            symmetric(constraints, lane + constraint.INVERSE_INERTIA_B),
-            vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B),
-        ),
+        apply_inverse_inertia(constraints, lane + constraint.INVERSE_INERTIA_A, turns, angular_a),
+        apply_inverse_inertia(constraints, lane + constraint.INVERSE_INERTIA_B, turns, angular_b),
     )
 
 
@@ -104,10 +114,10 @@ def velocity_of_centers(constraints: Array, scratch: Array, lane: int) -> Any:
 
 @inline
 def relative_velocity(
-    constraints: Array, scratch: Array, lane: int, arm_a: Any, arm_b: Any
+    constraints: Array, scratch: Array, lane: int, arm_a: Any, arm_b: Any, turns: bool
 ) -> Any:
     """Velocity of B relative to A at a point: v_B - v_A + (w_B x r_B - w_A x r_A) [m/s]."""
-    omega_a, omega_b = angular_velocities(constraints, scratch, lane)
+    omega_a, omega_b = angular_velocities(constraints, scratch, lane, turns)
     of_centers = velocity_of_centers(constraints, scratch, lane)
     return add(of_centers, subtract(cross(omega_b, arm_b), cross(omega_a, arm_a)))
 
