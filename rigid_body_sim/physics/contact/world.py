@@ -489,7 +489,7 @@ class ContactWorld:
             status = self._piece(call, tick, h, (begin, length), cutting)
             is_cut = status is None
             if is_cut:
-                status, length = self._reach_impact(call, tick, h, (begin, length), motion)
+                status, length, is_cut = self._reach_impact(call, tick, h, (begin, length), motion)
             if status != 0.0:
                 break
             if length > 0.0:
@@ -513,15 +513,16 @@ class ContactWorld:
     def _reach_impact(
         self, call: Call, tick: float, h: float, piece: tuple[float, float],
         motion: tuple[Any, Any],
-    ) -> tuple[float, float]:  # fmt: skip
+    ) -> tuple[float, float, bool]:  # fmt: skip
         """
         Advance to the impact at which a piece of a tick, [s] from where and how long, is to be
-        cut; return the status and the length of the way [s].
+        cut; return the status, the length of the way [s], and whether the two have met.
         """
         arrays, (begin, most) = self.arrays, piece
         length = min(float(arrays.event_pairs[flight_record.INSTANT]), most)
         if not length > 0.0:
-            return 0.0, 0.0
+            return 0.0, 0.0, True
+        seen = 0.0, 0.0
         start = (*(np.array(blocks) for blocks in motion), arrays.cache_in_use.copy())
         works, overlaps, mark = self.work_of_drives, dict(self._overlaps), len(self.impacts)
         for step_number in range(cuts.STEPS):
@@ -533,14 +534,14 @@ class ContactWorld:
                 del self.impacts[mark:]
             status = self._piece(call, tick, h, (begin, length), tick_counts.HIDES_CUTS)
             if status != 0.0:
-                return math.nan if status is None else status, length
+                return math.nan if status is None else status, length, False
             seen = self._meet(call, tick, h, begin + length, tick_counts.LOOKS)
             better = cuts.better_instant(length, seen, most)
             if not abs(better - length) > cuts.EXACT * h or not better > 0.0:
                 break
             if step_number + 1 < cuts.STEPS:
                 length = better
-        return 0.0, length
+        return 0.0, length, length < most or cuts.have_met(seen, h)
 
     def _meet(
         self, call: Call, tick: float, h: float, begin: float, what: int

@@ -81,7 +81,7 @@ stays_apart = slot('kernel (a, b, count, horizon, normal, ...): tells whether an
 
 
 @inline
-def _key_of(record: int, manifolds: Array) -> float:
+def key_of(record: int, manifolds: Array) -> float:
     """Return the key of a manifold of ground among those of its pair, see `surface_scratch`."""
     pair_id = manifolds[record + manifold_record.PAIR_ID]
     return (pair_id - math.floor(pair_id)) * KEYS
@@ -95,7 +95,7 @@ def reach_of_manifold(
     Bound how far along a direction that reaches of a surface which a manifold is of [m]: the AABB
     of its facet; or all triangles around the one whose edge or vertex it is.
     """
-    key = _key_of(record, manifolds)
+    key = key_of(record, manifolds)
     if key < FREE:
         plane = surface + int(parameters[surface + PLANES]) + FACET * int(key)
         reach = 0.0
@@ -114,9 +114,9 @@ def reach_of_manifold(
 
 
 @kernel
-def _is_of(record: int, row: int, surface: int, parameters: Array, manifolds: Array) -> bool:
+def is_of(record: int, row: int, surface: int, parameters: Array, manifolds: Array) -> bool:
     """Tell whether a manifold is of a triangle."""
-    key = _key_of(record, manifolds)
+    key = key_of(record, manifolds)
     if key < FREE:
         return parameters[row + FACET_OF] == math.floor(key)
     if row == surface + int(parameters[surface + TRIANGLES]) + TRIANGLE * int(key - FREE):
@@ -192,7 +192,7 @@ def _ground_misses(
         for entry in range(LISTED, LISTED + listed):
             row = int(found[entry])
             if not (
-                missed and (record == ALL or _is_of(record, row, surface, parameters, manifolds))
+                missed and (record == ALL or is_of(record, row, surface, parameters, manifolds))
             ):
                 continue
             if not _passes_plane(a, row, reach, horizon, colliders):

@@ -32,12 +32,14 @@ from rigid_body_sim.physics.contact.collision.collider import (
     HULL,
     PLANE,
     SPHERE,
+    SURFACE,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL as FOUND_NORMAL
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES, NORMAL
 from rigid_body_sim.physics.contact.events import flight_record
 from rigid_body_sim.physics.contact.events.contact_points import corners
 from rigid_body_sim.physics.contact.events.flight import Flights, pose_of_side
+from rigid_body_sim.physics.contact.events.ground_parts import across_triangle, plane_of
 from rigid_body_sim.physics.vectors import (
     add,
     cross,
@@ -53,7 +55,9 @@ PARALLEL = 1e-12  # [-] squared sine of the angle of edges that have no common n
 ACROSS = 1e-7  # [-] cosine of the angle of an axis with n below which it is across
 SAME_PLANE = 1e-9  # [-] squared sine of the angle of two edges below which one speaks for both
 
+GROUND = slot('[-] whether some collider is ground of triangles')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
+axis_to_triangle = slot('kernel (a, b, flights): the axis between a body and one triangle')
 
 
 @inline
@@ -121,8 +125,11 @@ def _axis(a: int, b: int, flights: Flights) -> Any:
     type_a, type_b = table[row_a + collider_record.TYPE], table[row_b + collider_record.TYPE]
     shape_a = table[row_a + collider_record.PARAMETERS]
     shape_b = table[row_b + collider_record.PARAMETERS]
-    if type_b == PLANE:
-        return negate(load(arrays.parameters, shape_b + NORMAL))
+    plane = plane_of(b, flights.colliders)
+    if plane >= 0:
+        return negate(load(arrays.parameters, plane + NORMAL))
+    if GROUND and type_b == SURFACE:
+        return axis_to_triangle(a, b, flights)
     place_a, place_b = pose_of_side(0, flights), pose_of_side(1, flights)
     offset = subtract(load(poses, place_b), load(poses, place_a))
     size = math.sqrt(dot(offset, offset))
@@ -178,8 +185,10 @@ def _across(collider: int, place: int, out: Any, flights: Flights) -> Any:
             count, one = 1, scale(1.0 / math.sqrt(dot(edge, edge)), edge)
         elif found > 2:
             count = 2
-    elif kind == PLANE:
+    elif kind == PLANE or (kind == SURFACE and plane_of(collider, flights.colliders) >= 0):
         count = 2
+    elif kind == SURFACE:
+        count, one = across_triangle(collider, out, flights.colliders)
     return count, one
 
 

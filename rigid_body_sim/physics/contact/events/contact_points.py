@@ -19,7 +19,7 @@ from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
-from rigid_body_sim.physics.contact.collision import bounds_record, collider_record, pose
+from rigid_body_sim.physics.contact.collision import collider_record, pose
 from rigid_body_sim.physics.contact.collision.collider import (
     BOX,
     CAPSULE,
@@ -50,6 +50,11 @@ from rigid_body_sim.physics.contact.collision.shape_parameters import (
 )
 from rigid_body_sim.physics.contact.events import flight_record
 from rigid_body_sim.physics.contact.events.flight import Flights, pose_of_side
+from rigid_body_sim.physics.contact.events.ground_parts import (
+    corners_of_triangle,
+    lever_of,
+    plane_of,
+)
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -65,14 +70,10 @@ PARALLEL = 1e-12  # [-] squared sine of the angle of edges that do not cross
 FACE = flight_record.MOST_POINTS  # corners: as many as there is room for, or more
 NEAR = 1e-9  # [-] of the size: separation up to which the pair kernel is asked for points
 
+GROUND = slot('[-] whether some collider is ground of triangles')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
-
-
-@inline
-def size_of(collider: int, colliders: ColliderArrays) -> Any:
-    """Radius of a collider that has one, else 0 [m]."""
-    radius = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
-    return radius if radius < math.inf else 0.0
+all_lie_over = slot('kernel (b, count, flights): tells whether corners of A lie over a facet')
+points_on_ground = slot('kernel (a, b, normal, flights): lists the points on ground')
 
 
 @kernel
@@ -87,14 +88,16 @@ def corners(
     kind = colliders.table[row + collider_record.TYPE]
     shape = colliders.table[row + collider_record.PARAMETERS]
     parameters, poses = colliders.parameters, colliders.poses
-    if kind == PLANE or kind == SURFACE:
+    if plane_of(collider, colliders) >= 0:
         return FACE
+    if kind == SURFACE:
+        return corners_of_triangle(collider, out, target, colliders, views)
     middle = load(poses, place + pose.POSITION)
     if kind == SPHERE:
         store(views, target, middle)
         return 1
     local = pose.to_shape(poses, place, out)
-    least = SAME * size_of(collider, colliders)
+    least = SAME * lever_of(collider, colliders)
     count = 0
     if kind == BOX or kind == CAPSULE:
         half = (0.0, 0.0, parameters[shape + HALF_LENGTH])
@@ -187,7 +190,10 @@ def _find_points(a: int, b: int, normal: Any, flights: Flights) -> int:
     row_b = b * collider_record.SIZE
     type_b = colliders.table[row_b + collider_record.TYPE]
     count = 0
-    if count_a == 1 or (type_b == PLANE and count_a < FACE):
+    flat = type_b == PLANE
+    if GROUND and type_b == SURFACE and count_a > 1:
+        flat = all_lie_over(b, min(count_a, FACE), flights)
+    if count_a == 1 or (flat and count_a < FACE):
         for index in range(count_a):
             corner = load(views, flight_record.CORNERS_A + 3 * index)
             _put(index, add_scaled(corner, radius_a, normal), views)
@@ -202,8 +208,12 @@ def _find_points(a: int, b: int, normal: Any, flights: Flights) -> int:
             point = load(views, flight_record.TOUCHING + 3 * index)
             _put(index, add_scaled(point, radius_a, normal), views)
         return count
+    if GROUND and type_b == SURFACE:
+        count = points_on_ground(a, b, normal, flights)
+        if count > 0:
+            return count
     row_a = a * collider_record.SIZE
-    size = size_of(a, colliders) + size_of(b, colliders)
+    size = lever_of(a, colliders) + lever_of(b, colliders)
     found = collide(
         colliders.table[row_a + collider_record.TYPE], type_b, colliders.parameters,
         colliders.table[row_a + collider_record.PARAMETERS],

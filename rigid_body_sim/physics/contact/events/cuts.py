@@ -87,6 +87,16 @@ def better_instant(length: float, seen: Any, most: float) -> float:
     return min(max(length + gap / approach, 0.0), most)
 
 
+def have_met(seen: Any, h: float) -> bool:
+    """
+    Tell whether two touch that a piece up to the end of the tick [s] has brought together.
+
+    seen : gap [m] and approach [m/s]
+    """
+    gap, approach = seen
+    return gap <= max(approach, 0.0) * SAME_INSTANT * h
+
+
 def number_of(ticks: Any, h: float, whole: float) -> Any:
     """Give the numbers of the ticks of a length [s] in which ticks of another one begin."""
     return np.floor(h * ticks / whole + SAME_INSTANT)

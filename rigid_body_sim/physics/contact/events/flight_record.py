@@ -47,11 +47,16 @@ NORMAL = event.vector('-', 'axis along which they meet, from A to B')
 GAP = event.number('m', 'of the two where it was looked for')
 MANIFOLD = event.number('-', 'place of its manifold; NONE')
 HELD = event.number('-', 'how many of the two the solver moved when they were asked; KEPT')
-EVENT = event.padding(12)
+PART = event.number('-', 'of ground, which part is met: see `on_ground`; NO_PART')
+LOADED = event.number(
+    '-', 'pair id of its manifold, which carries load elsewhere: see `free_points`; NONE'
+)
+EVENT = event.padding(16)
 
 NEVER = 1e300  # [s]
 NONE = -1.0
 KEPT = 3.0  # the pair is left to the solver
+NO_PART = 0.0
 
 # behind the two views: where points of an impact are listed, and the corners of A and of B that
 # they are found from
@@ -59,5 +64,12 @@ MOST_POINTS = 8
 TOUCHING = 2 * VIEW
 CORNERS_A = TOUCHING + 3 * MOST_POINTS
 CORNERS_B = CORNERS_A + 3 * MOST_POINTS
-VIEWS = CORNERS_B + 3 * MOST_POINTS
+# and then the axis of the last evaluation (none: 0), and the facets of ground that are asked
+LAST_AXIS = CORNERS_B + 3 * MOST_POINTS
+FIRST_PART = LAST_AXIS + 3  # an event: of the part of ground that is met first
+FACETS = FIRST_PART + EVENT
+FACET, LEFT_FROM = 0, 1  # of each: its number; from which instant on its triangles are asked [s]
+FACET_SIZE = 2
+MOST_FACETS = 48
+VIEWS = FACETS + FACET_SIZE * MOST_FACETS
 BEHIND_BLOCKS = VIEWS + 2 * ROTATION  # and behind the blocks in which A and B are turned

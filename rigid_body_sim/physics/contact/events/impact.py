@@ -22,6 +22,7 @@ from rigid_body_sim.physics.contact.events.flight import (
     orientation_of,
     spin_of,
 )
+from rigid_body_sim.physics.contact.events.ground_parts import ask_part
 from rigid_body_sim.physics.contact.events.point_impact import point_impact
 from rigid_body_sim.physics.contact.solver import pair_material_record
 from rigid_body_sim.physics.contact.solver_bodies import world_inverse_inertia
@@ -217,7 +218,9 @@ def _strike(
     look(0, a, time, flights)
     look(1, b, time, flights)
     normal = load(pairs, row + flight_record.NORMAL)
+    ask_part(b, pairs[row + flight_record.PART], flights.colliders)
     count = find_points(a, b, normal, flights)
+    ask_part(b, flight_record.NO_PART, flights.colliders)
     restitution, friction = material_of(a, b, flights)
     kind, rest = impact_list.IMPACT, 0.0
     approach = pairs[row + flight_record.APPROACH]

@@ -10,14 +10,18 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from rigid_body_sim.physics.compile.kernels import specialise
+from rigid_body_sim.physics.contact.collision.collider import SURFACE
 from rigid_body_sim.physics.contact.collision.narrow_phase import collider_of_pairs
 from rigid_body_sim.physics.contact.events import (
     closest_axis,
     contact_points,
     flight,
+    free_points,
+    ground_parts,
     impact,
     impact_queue,
     joint,
+    on_ground,
     time_of_impact,
 )
 
@@ -48,10 +52,13 @@ def impact_kernels(
         drift_rotation : of the integrator, see `schemes.splitting`
         coupled        : whether a force depends on the state
     """
+    ground = any(type_b == SURFACE for _, type_b, _ in kernels)
     offered: dict[str, Any] = {
         'drift_rotation': drift_rotation,
         'collide': collider_of_pairs(kernels),
         'COUPLED': coupled,
+        'GROUND': ground,
+        **dict.fromkeys(_OF_GROUND, _nothing),
     }
 
     def make(slot: str, function: Any) -> None:
@@ -60,9 +67,17 @@ def impact_kernels(
     make('turned', flight._turned)
     make('look', flight._look)
     make('bring', flight._bring)
+    if ground:
+        make('axis_to_triangle', ground_parts._axis_to_triangle)
+        make('ask_surface', on_ground._ask_surface)
+        make('points_on_ground', on_ground._points_on_ground)
+        offered['all_lie_over'] = on_ground.all_lie_over
     make('axis', closest_axis._axis)
     make('find_instant', time_of_impact._find_instant)
     make('find_points', contact_points._find_points)
+    make('find_manifold', free_points._find_manifold)
+    make('measure_free_points', free_points._measure_free_points)
+    make('list_free_points', free_points._list_free_points)
     offered['meet_at_points'] = joint.meet_at_points
     make('add_carriers', joint._add_carriers)
     make('meet_with_load', joint._meet_with_load)
@@ -70,6 +85,14 @@ def impact_kernels(
     make('closing_speed', impact_queue._closing_speed)
     make('is_left_to_solver', impact_queue._is_left_to_solver)
     make('wants_a_cut', impact_queue._wants_a_cut)
+    if ground:
+        make('lies_over_facet', on_ground._lies_over_facet)
+        make('take_part', on_ground._take_part)
+        make('find_on_facets', on_ground._find_on_facets)
+        make('find_on_triangles', on_ground._find_on_triangles)
+        make('find_on_ground', on_ground._find_on_ground)
+        make('measure_ground', on_ground._measure_ground)
+        make('ask_ground_first', impact_queue._ask_ground_first)
     make('ask_first', impact_queue._ask_first)
     make('find_events', impact_queue._find_events)
     make('ask_neighbours', impact_queue._ask_neighbours)
@@ -81,3 +104,14 @@ def impact_kernels(
     make('meet_now', impact_queue._meet_now)
     make('land', impact_queue._land)
     return ImpactKernels(offered['find_impacts'], offered['meet_now'], offered['land'])
+
+
+# what only scenes with ground of triangles call
+_OF_GROUND = (
+    'axis_to_triangle', 'ask_surface', 'points_on_ground', 'all_lie_over', 'find_on_ground',
+    'measure_ground', 'ask_ground_first',
+)  # fmt: skip
+
+
+def _nothing(*_arguments: Any) -> None:
+    """Stand for what a scene has not."""

@@ -42,30 +42,42 @@ from rigid_body_sim.physics.contact.events import (
 from rigid_body_sim.physics.contact.events.closest_axis import turn_of_axis
 from rigid_body_sim.physics.contact.events.event_lists import enter, following
 from rigid_body_sim.physics.contact.events.flight import Flights, body_of, put_down, take_off
+from rigid_body_sim.physics.contact.events.free_points import hide_free_points
+from rigid_body_sim.physics.contact.events.ground_parts import ask_part, is_ground, lever_of
 from rigid_body_sim.physics.contact.events.impact import material_of
 from rigid_body_sim.physics.contact.events.joint import NO_LOAD
+from rigid_body_sim.physics.contact.events.on_ground import NO_MANIFOLD
 from rigid_body_sim.physics.contact.events.time_of_impact import MISSES, STAYS, extremes
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import cache_record
 from rigid_body_sim.physics.vectors import dot, load, store, subtract
 
 MOST_IMPACTS = 64  # [-] of a pair in a tick; then it is about to rest
+LATE = (
+    1.5  # [-] of the tick: so far is asked ahead of what the solver moves, whose forces bend its
+)
+# way; what does not arrive within the tick is no impact of it (`cuts`)
 AHEAD = 1e-12  # [s] extreme points of then are those of now
 TOUCHES = 1e-11  # [-] of the size: a smaller gap is none
 ROOMY = 2.0  # [-] of the way that a struck body may go: so far its neighbours are looked for
 
+NO_VECTOR = (0.0, 0.0, 0.0)
 KEPT, DROPPED = 1.0, 0.0  # what becomes of a manifold
 
+GROUND = slot('[-] whether some collider is ground of triangles')
 COUPLED = slot('[-] whether a force depends on the state')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 bring = slot('kernel (body, time, flights): takes a body in flight to an instant')
 axis = slot('kernel (a, b, flights): the axis along which two colliders are farthest apart')
-measure = slot('kernel (row, flights): gap and approach of a pair as it is now')
+measure_free_points = slot('kernel (row, cache, flights): gap and approach of free points')
+measure = slot('kernel (row, cache, flights, counts): gap and approach of a pair as it is now')
 meet_with_load = slot(
     'kernel (row, threshold, number, cache, flights): lets two meet with their load'
 )
-next_of_cluster = slot('kernel (flights, counts): the pair that meets next at this instant')
+next_of_cluster = slot('kernel (cache, flights, counts): the pair that meets next at this instant')
 find_instant = slot('kernel (a, b, start, end, row, flights): tells whether two meet, and when')
+find_on_ground = slot('kernel (a, b, start, end, row, ...): tells whether ground is met, and when')
+measure_ground = slot('kernel (row, a, b, flights, counts): approach of what touches ground now')
 strike = slot('kernel (row, time, threshold, tick, number, flights): lets two meet')
 find_events = slot('kernel (h, pair_ids, manifolds, flights, counts): asks all pairs')
 follow_impacts = slot('kernel (tick, h, flights, counts): lets impact follow impact')
@@ -73,7 +85,8 @@ closing_speed = slot('kernel (a, b, flights): bound of the speed of two against 
 is_left_to_solver = slot('kernel (found, a, b, row, ...): tells whether the solver gets a pair')
 wants_a_cut = slot('kernel (row, a, b, flights): tells whether an impact wants a cut')
 ask_first = slot('kernel (row, held, h, ...): asks a pair from the start of the tick on')
-ask_again = slot('kernel (body, time, h, flights): asks the pairs of a body anew')
+ask_ground_first = slot('kernel (row, h, manifolds, flights, counts): the same of ground')
+ask_again = slot('kernel (body, time, h, flights, counts): asks the pairs of a body anew')
 ask_neighbours = slot(
     'kernel (body, time, h, flights, counts): finds whom a struck body may reach'
 )
@@ -109,8 +122,14 @@ def _moves(collider: int, body: int, flights: Flights) -> bool:
 
 
 @kernel
-def mark_loaded(count: int, manifolds: Array, cache: Array, flights: Flights) -> None:
-    """Keep the manifolds that carry load: what they hold is carried."""
+def mark_loaded(
+    h: float, manifolds: Array, cache: Array, flights: Flights, counts: Indices
+) -> bool:
+    """
+    Keep the manifolds that carry load: what they hold is carried. Their free points are events.
+    Tell whether there was room for these.
+    """
+    count = counts[tick_counts.MANIFOLDS]
     left, old = int(cache[cache_record.MANIFOLDS]), cache_record.HEAD
     for m in range(count):
         record = m * manifold_record.SIZE
@@ -130,6 +149,52 @@ def mark_loaded(count: int, manifolds: Array, cache: Array, flights: Flights) ->
             manifolds[record + manifold_record.STATE] = KEPT
             _carry(body_of(int(manifolds[record + manifold_record.COLLIDER_A]), flights), flights)
             _carry(body_of(int(manifolds[record + manifold_record.COLLIDER_B]), flights), flights)
+            if counts[tick_counts.CUTTING] != tick_counts.LEAVES_CUTS and not _free_points_fly(
+                record, old, h, manifolds, cache, flights, counts
+            ):
+                return False
+    return True
+
+
+@kernel
+def _free_points_fly(
+    record: int, entry: int, h: float, manifolds: Array, cache: Array, flights: Flights,
+    counts: Indices,
+) -> bool:  # fmt: skip
+    """
+    Hide the free points of a manifold that carries load, and make an event of the one that arrives
+    first in this tick. Tell whether there was room for it.
+    """
+    points = int(manifolds[record + manifold_record.POINT_COUNT])
+    known = int(cache[entry + cache_record.POINTS])
+    if points <= known and _all_push(entry, cache):
+        return True
+    a = int(manifolds[record + manifold_record.COLLIDER_A])
+    b = int(manifolds[record + manifold_record.COLLIDER_B])
+    slow = _speed_of_carried(a, b, h, flights)
+    instant, approach = hide_free_points(record, entry, slow, h, cache, manifolds, flights)
+    if manifolds[record + manifold_record.POINT_COUNT] == 0.0:
+        manifolds[record + manifold_record.STATE] = DROPPED
+    if instant == flight_record.NEVER:
+        return True
+    if not _room_for_event(flights, counts):
+        return False
+    row = _add_event(a, b, h, flights, counts) * flight_record.EVENT
+    flights.pairs[row + flight_record.INSTANT] = instant
+    flights.pairs[row + flight_record.APPROACH] = approach
+    flights.pairs[row + flight_record.HELD] = flight_record.KEPT
+    flights.pairs[row + flight_record.LOADED] = manifolds[record + manifold_record.PAIR_ID]
+    return True
+
+
+@inline
+def _all_push(entry: int, cache: Array) -> bool:
+    """Tell whether all points of a manifold of the cache push."""
+    for index in range(int(cache[entry + cache_record.POINTS])):
+        place = entry + cache_record.MANIFOLD_HEAD + index * cache_record.POINT_SIZE
+        if not cache[place + cache_record.NORMAL_IMPULSE] > 0.0:
+            return False
+    return True
 
 
 @kernel
@@ -200,6 +265,9 @@ def _add_event(a: int, b: int, h: float, flights: Flights, counts: Indices) -> i
     pairs[row + flight_record.SLOW] = _speed_that_counts(a, b, h, flights)
     pairs[row + flight_record.MANIFOLD] = flight_record.NONE
     pairs[row + flight_record.HELD] = flight_record.NONE
+    pairs[row + flight_record.PART] = flight_record.NO_PART
+    pairs[row + flight_record.LOADED] = flight_record.NONE
+    store(pairs, row + flight_record.NORMAL, NO_VECTOR)
     count = flights.motion.body_count
     enter(event, body_of(a, flights), 0, count, flights.links)
     enter(event, body_of(b, flights), 1, count, flights.links)
@@ -249,13 +317,18 @@ def _find_events(
         if type_a > type_b or (type_a == type_b and a > b):
             a, b = b, a
             type_a, type_b = type_b, type_a
-        first, kept = m, type_b == SURFACE
+        first, kept, parts = m, False, 0
         while (
             m < manifold_count
             and int(manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]) == pair_id
         ):
-            kept |= manifolds[m * manifold_record.SIZE + manifold_record.STATE] == KEPT
+            if manifolds[m * manifold_record.SIZE + manifold_record.STATE] == KEPT:
+                kept = True
+            else:
+                parts += 1
             m += 1
+        if GROUND and type_b == SURFACE:  # some of its parts may be the solver's, others not
+            kept = kept and parts == 0
         if (
             table[a * collider_record.SIZE + collider_record.STANDS_BACK]
             + table[b * collider_record.SIZE + collider_record.STANDS_BACK]
@@ -287,6 +360,12 @@ def _find_events(
     return True
 
 
+@inline
+def _within(h: float, instant: float) -> float:
+    """Return an instant [s], if it is one, within a tick."""
+    return min(instant, h) if instant < flight_record.NEVER else instant
+
+
 def _ask_first(
     row: int, held: float, h: float, manifolds: Array, flights: Flights, counts: Indices
 ) -> None:
@@ -301,11 +380,20 @@ def _ask_first(
     body_a, body_b = body_of(a, flights), body_of(b, flights)
     has_manifold = pairs[row + flight_record.MANIFOLD] != flight_record.NONE
     free = (1.0 if body_a >= 0 else 0.0) + (1.0 if body_b >= 0 else 0.0)
+    end = h if held == 0.0 else LATE * h
     kept = False
     if has_manifold and held == free:
         kept = closing_speed(a, b, flights) < _speed_of_carried(a, b, h, flights)
+    if GROUND and is_ground(b, flights.colliders) and not kept:
+        pairs[row + flight_record.HELD] = held
+        pairs[row + flight_record.INSTANT] = flight_record.NEVER
+        if has_manifold:
+            ask_ground_first(row, end, manifolds, flights, counts)
+        pairs[row + flight_record.INSTANT] = _within(h, pairs[row + flight_record.INSTANT])
+        return
     if not kept:
-        found = find_instant(a, b, 0.0, h, row, flights)
+        found = find_instant(a, b, 0.0, end, row, flights)
+        pairs[row + flight_record.INSTANT] = _within(h, pairs[row + flight_record.INSTANT])
         kept = is_left_to_solver(found, a, b, row, flights, counts)
     pairs[row + flight_record.HELD] = held
     if not kept:
@@ -313,10 +401,47 @@ def _ask_first(
     pairs[row + flight_record.INSTANT] = flight_record.NEVER
     pairs[row + flight_record.HELD] = flight_record.KEPT
     if has_manifold:
-        place = int(pairs[row + flight_record.MANIFOLD])
-        manifolds[place * manifold_record.SIZE + manifold_record.STATE] = KEPT
+        _keep_pair(int(pairs[row + flight_record.MANIFOLD]), manifolds, counts)
         _carry(body_a, flights)
         _carry(body_b, flights)
+
+
+@inline
+def _goes_on(first: int, m: int, manifolds: Array, counts: Indices) -> bool:
+    """Tell whether a manifold is of the pair whose first one is given."""
+    if m >= counts[tick_counts.MANIFOLDS]:
+        return False
+    pair = manifolds[first * manifold_record.SIZE + manifold_record.PAIR_ID]
+    return math.floor(manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]) == (
+        math.floor(pair)
+    )
+
+
+@inline
+def _keep_pair(first: int, manifolds: Array, counts: Indices) -> None:
+    """Leave all manifolds of a pair to the solver."""
+    m = first
+    while _goes_on(first, m, manifolds, counts):
+        manifolds[m * manifold_record.SIZE + manifold_record.STATE] = KEPT
+        m += 1
+
+
+def _ask_ground_first(
+    row: int, h: float, manifolds: Array, flights: Flights, counts: Indices
+) -> None:
+    """
+    Ask a body and ground when they meet, from the start of the tick on; the solver keeps the parts
+    that carry load, or that it is left.
+    """
+    pairs = flights.pairs
+    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    first = int(pairs[row + flight_record.MANIFOLD])
+    find_on_ground(a, b, 0.0, h, row, first, manifolds, flights, counts)
+    m = first
+    while _goes_on(first, m, manifolds, counts):
+        if manifolds[m * manifold_record.SIZE + manifold_record.STATE] == KEPT:
+            _carry(body_of(a, flights), flights)
+        m += 1
 
 
 @inline
@@ -380,7 +505,7 @@ def _wants_a_cut(row: int, a: int, b: int, flights: Flights) -> bool:
     )
 
 
-def _ask_again(body: int, time: float, h: float, flights: Flights) -> None:
+def _ask_again(body: int, time: float, h: float, flights: Flights, counts: Indices) -> None:
     """Ask the pairs of a body anew when they meet, from an instant on."""
     if body < 0:
         return
@@ -390,6 +515,9 @@ def _ask_again(body: int, time: float, h: float, flights: Flights) -> None:
         row = entry // 2 * flight_record.EVENT
         a = int(pairs[row + flight_record.COLLIDER_A])
         b = int(pairs[row + flight_record.COLLIDER_B])
+        if pairs[row + flight_record.LOADED] != flight_record.NONE:
+            entry = following(entry, count, flights.links)
+            continue
         start = time
         for collider in (a, b):
             other = body_of(collider, flights)
@@ -397,7 +525,10 @@ def _ask_again(body: int, time: float, h: float, flights: Flights) -> None:
                 take_off(other, flights)
                 place = other * flight_record.SIZE + flight_record.TIME
                 start = max(start, flights.records[place])
-        find_instant(a, b, start, h, row, flights)
+        if GROUND and is_ground(b, flights.colliders):
+            find_on_ground(a, b, start, h, row, NO_MANIFOLD, flights.found, flights, counts)
+        else:
+            find_instant(a, b, start, h, row, flights)
         entry = following(entry, count, flights.links)
 
 
@@ -445,8 +576,8 @@ def _follow_impacts(tick: float, h: float, flights: Flights, counts: Indices) ->
             if body >= 0 and not ask_neighbours(body, time, h, flights, counts):
                 counts[tick_counts.STATUS] = tick_counts.SHORT_OF_EVENTS
                 return False
-        ask_again(body_a, time, h, flights)
-        ask_again(body_b, time, h, flights)
+        ask_again(body_a, time, h, flights, counts)
+        ask_again(body_b, time, h, flights, counts)
 
 
 @inline
@@ -476,6 +607,7 @@ def _lists_pair(body: int, a: int, b: int, flights: Flights) -> bool:
         if (
             pairs[row + flight_record.COLLIDER_A] == a
             and pairs[row + flight_record.COLLIDER_B] == b
+            and pairs[row + flight_record.LOADED] == flight_record.NONE
         ):
             return True
         entry = following(entry, count, flights.links)
@@ -546,7 +678,7 @@ def _ask_neighbours(body: int, time: float, h: float, flights: Flights, counts: 
         for other in range(count):
             moved = body_of(other, flights)
             kind = table[other * collider_record.SIZE + collider_record.TYPE]
-            if moved == body or kind == SURFACE:
+            if moved == body:
                 continue
             if not _may_reach(own, other, way, body, h, flights):
                 continue
@@ -595,8 +727,9 @@ def _find_impacts(
         flights.records[body * flight_record.SIZE + flight_record.TIME] = flight_record.NOT_LOADED
     before = counts[tick_counts.IMPACTS]
     counts[tick_counts.EVENTS] = 1
-    mark_loaded(counts[tick_counts.MANIFOLDS], manifolds, cache, flights)
-    if not find_events(h, pair_ids, manifolds, flights, counts):
+    if not mark_loaded(h, manifolds, cache, flights, counts) or not find_events(
+        h, pair_ids, manifolds, flights, counts
+    ):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_EVENTS
         return False
     if not follow_impacts(tick, h, flights, counts):
@@ -623,10 +756,17 @@ def _land(h: float, flights: Flights) -> None:
             put_down(body, flights)
 
 
-def _measure(row: int, flights: Flights) -> Any:
+def _measure(row: int, cache: Array, flights: Flights, counts: Indices) -> Any:
     """Return gap and approach of the pair of an event as both are now; write its axis."""
     pairs = flights.pairs
     a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    if pairs[row + flight_record.LOADED] != flight_record.NONE:
+        return measure_free_points(row, cache, flights)
+    if GROUND and is_ground(b, flights.colliders):
+        if row > 0:
+            return measure_ground(row, a, b, flights, counts)
+        store(flights.views, flight_record.LAST_AXIS, load(pairs, row + flight_record.NORMAL))
+        ask_part(b, pairs[row + flight_record.PART], flights.colliders)
     look(0, a, 0.0, flights)
     look(1, b, 0.0, flights)
     normal = axis(a, b, flights)
@@ -634,12 +774,13 @@ def _measure(row: int, flights: Flights) -> Any:
     turn = turn_of_axis(a, b, normal, flights)
     rounding = radius_about_core(a, flights.colliders) + radius_about_core(b, flights.colliders)
     gap, rate = extremes(a, b, normal, turn, AHEAD, rounding, flights)
+    ask_part(b, flight_record.NO_PART, flights.colliders)
     return gap, -rate
 
 
-def _next_of_cluster(flights: Flights, counts: Indices) -> int:
+def _next_of_cluster(cache: Array, flights: Flights, counts: Indices) -> int:
     """Find the touching pair with the greatest approach; NO_EVENT: there is none."""
-    pairs, bounds = flights.pairs, flights.colliders.local_bounds
+    pairs = flights.pairs
     best, most = event_lists.NO_EVENT, 0.0
     for event in range(1, counts[tick_counts.EVENTS]):
         row = event * flight_record.EVENT
@@ -649,11 +790,8 @@ def _next_of_cluster(flights: Flights, counts: Indices) -> int:
             continue
         if pairs[row + flight_record.STRUCK_SO_FAR] >= MOST_IMPACTS:
             continue
-        gap, approach = measure(row, flights)
-        size = 0.0
-        for collider in (a, b):
-            radius = bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
-            size += radius if radius < math.inf else 0.0
+        gap, approach = measure(row, cache, flights, counts)
+        size = lever_of(a, flights.colliders) + lever_of(b, flights.colliders)
         if gap <= TOUCHES * size and approach > max(most, pairs[row + flight_record.SLOW]):
             best, most = event, approach
             pairs[row + flight_record.APPROACH] = approach
@@ -678,7 +816,7 @@ def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) ->
     for body in range(count):
         flights.links[event_lists.CARRIED * count + body] = 0
         flights.records[body * flight_record.SIZE + flight_record.TIME] = flight_record.NOT_LOADED
-    pairs[flight_record.GAP], pairs[flight_record.APPROACH] = measure(0, flights)
+    pairs[flight_record.GAP], pairs[flight_record.APPROACH] = measure(0, cache, flights, counts)
     if not strikes:
         return
     for event in range(1, counts[tick_counts.EVENTS]):
@@ -701,7 +839,7 @@ def _meet_now(strikes: bool, cache: Array, flights: Flights, counts: Indices) ->
                 listed = 0
             counts[tick_counts.IMPACTS] = number + listed
         pairs[row + flight_record.STRUCK_SO_FAR] += 1.0
-        event = next_of_cluster(flights, counts)
+        event = next_of_cluster(cache, flights, counts)
         if event == event_lists.NO_EVENT:
             break
         row = event * flight_record.EVENT

@@ -15,7 +15,6 @@ from typing import Any
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
 from rigid_body_sim.physics.contact.collision import collider_record
-from rigid_body_sim.physics.contact.collision.collider import SURFACE
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FEATURE,
     MOST,
@@ -24,9 +23,17 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINTS,
     POSITION,
 )
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
+    COUNT as RESULT_COUNT,
+)
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
+    NORMAL as RESULT_NORMAL,
+)
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
+    RESULT_POINTS,
+)
 from rigid_body_sim.physics.contact.events import event_lists, flight_record, impact_list
 from rigid_body_sim.physics.contact.events import joint_impact_record as record
-from rigid_body_sim.physics.contact.events.contact_points import size_of
 from rigid_body_sim.physics.contact.events.flight import (
     NO_VECTOR,
     Flights,
@@ -35,6 +42,13 @@ from rigid_body_sim.physics.contact.events.flight import (
     pose_of_side,
     spin_of,
     take_off,
+)
+from rigid_body_sim.physics.contact.events.free_points import pushes
+from rigid_body_sim.physics.contact.events.ground_parts import (
+    ask_part,
+    is_ground,
+    lever_of,
+    result_of,
 )
 from rigid_body_sim.physics.contact.events.impact import (
     inertia_of,
@@ -63,7 +77,10 @@ LIGHT = 1e-6  # [-] of the impulse that stops what strikes: a contact that pushe
 # substep carries nothing
 NO_LOAD = 0  # of an impact: nothing carries who is struck
 
+GROUND = slot('[-] whether some collider is ground of triangles')
+ask_surface = slot('kernel (a, b, margin, flights): finds all manifolds of a body and a surface')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
+list_free_points = slot('kernel (row, cache, flights): lists free points that have arrived')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
 add_carriers = slot(
     'kernel (number, least, cache, flights): adds the points of contacts with load'
@@ -224,19 +241,6 @@ def enter_carriers(count: int, least: float, cache: Array, flights: Flights) -> 
     return count if loaded else NO_LOAD
 
 
-@inline
-def _pushes(feature: float, entry: int, least: float, cache: Array) -> bool:
-    """Tell whether a manifold of the cache has a feature that pushes."""
-    for index in range(int(cache[entry + cache_record.POINTS])):
-        place = entry + cache_record.MANIFOLD_HEAD + index * cache_record.POINT_SIZE
-        if (
-            cache[place + cache_record.FEATURE] == feature
-            and cache[place + cache_record.NORMAL_IMPULSE] > least
-        ):
-            return True
-    return False
-
-
 def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> int:
     """
     Add the points of all contacts with load between bodies of the table; return how many there
@@ -251,26 +255,34 @@ def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> 
         a, b = _pair_of(begin, cache, flights)
         body_a, body_b = body_of(a, flights), body_of(b, flights)
         row_a, row_b = _row_of(body_a, flights), _row_of(body_b, flights)
-        table_a, table_b = a * collider_record.SIZE, b * collider_record.SIZE
-        type_b = colliders.table[table_b + collider_record.TYPE]
-        if (row_a == WORLD and row_b == WORLD) or type_b == SURFACE:
+        if row_a == WORLD and row_b == WORLD:
             continue
         if not _is_loaded(begin, least, cache):
             continue
         look(0, a, 0.0, flights)
         look(1, b, 0.0, flights)
-        points = collide(
-            colliders.table[table_a + collider_record.TYPE], type_b, colliders.parameters,
-            colliders.table[table_a + collider_record.PARAMETERS],
-            colliders.table[table_b + collider_record.PARAMETERS], colliders.poses,
-            pose_of_side(0, flights), pose_of_side(1, flights),
-            NEAR * (size_of(a, colliders) + size_of(b, colliders)), found,
-        )  # fmt: skip
-        normal = load(found, NORMAL)
+        margin = NEAR * (lever_of(a, colliders) + lever_of(b, colliders))
+        normals, places, points = NORMAL, POINTS, 0
+        if GROUND and is_ground(b, colliders):
+            ask_surface(a, b, margin, flights)
+            at = result_of(cache[begin + cache_record.PAIR_ID], found)
+            if at >= 0:
+                normals, places = at + RESULT_NORMAL, at + RESULT_POINTS
+                points = int(found[at + RESULT_COUNT])
+        else:
+            table_a, table_b = a * collider_record.SIZE, b * collider_record.SIZE
+            points = collide(
+                colliders.table[table_a + collider_record.TYPE],
+                colliders.table[table_b + collider_record.TYPE], colliders.parameters,
+                colliders.table[table_a + collider_record.PARAMETERS],
+                colliders.table[table_b + collider_record.PARAMETERS], colliders.poses,
+                pose_of_side(0, flights), pose_of_side(1, flights), margin, found,
+            )  # fmt: skip
+        normal = load(found, normals)
         _, friction = material_of(a, b, flights)
         for index in range(min(points, MOST)):
-            place = POINTS + POINT * index
-            if number < room and _pushes(found[place + FEATURE], begin, least, cache):
+            place = places + POINT * index
+            if number < room and pushes(found[place + FEATURE], begin, least, cache):
                 point = load(found, place + POSITION)
                 _, arm_a = velocity_at(0, body_a, point, flights)
                 _, arm_b = velocity_at(1, body_b, point, flights)
@@ -311,16 +323,22 @@ def _meet_with_load(
     look(0, a, 0.0, flights)
     look(1, b, 0.0, flights)
     normal = load(pairs, row + flight_record.NORMAL)
-    count = find_points(a, b, normal, flights)
+    ask_part(b, pairs[row + flight_record.PART], flights.colliders)
+    free = pairs[row + flight_record.LOADED] != flight_record.NONE
+    count = list_free_points(row, cache, flights) if free else 0
+    if count == 0:
+        count = find_points(a, b, normal, flights)
+    ask_part(b, flight_record.NO_PART, flights.colliders)
     inverse = _inverse_mass_at(0, body_a, normal, flights)
     inverse += _inverse_mass_at(1, body_b, normal, flights)
     least = LIGHT * pairs[row + flight_record.APPROACH] / inverse
     for body in range(motion.body_count):
         flights.links[event_lists.ASKED * motion.body_count + body] = 0
     known = _enter(body_b, _enter(body_a, 0, flights), flights)
-    known = enter_carriers(known, least, cache, flights)
-    if known == NO_LOAD:
+    carried = enter_carriers(known, least, cache, flights)
+    if carried == NO_LOAD and not free:
         return NO_LOAD
+    known = max(known, carried)
     restitution, friction = material_of(a, b, flights)
     if pairs[row + flight_record.APPROACH] < threshold:
         restitution = 0.0

@@ -24,13 +24,13 @@ from typing import Any
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.collision import bounds_record, collider_record
-from rigid_body_sim.physics.contact.collision.collider import PLANE
+from rigid_body_sim.physics.contact.collision import collider_record
 from rigid_body_sim.physics.contact.collision.nearest_axis import core_point, radius_about_core
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL, OFFSET, RADIUS
 from rigid_body_sim.physics.contact.events import flight_record
 from rigid_body_sim.physics.contact.events.closest_axis import turn_of_axis
 from rigid_body_sim.physics.contact.events.flight import Flights, body_of, pose_of_side
+from rigid_body_sim.physics.contact.events.ground_parts import lever_of, plane_of
 from rigid_body_sim.physics.vectors import (
     add,
     add_scaled,
@@ -54,15 +54,15 @@ AT_ONCE = 1e-13  # [-] of the tick: a step that is none
 
 MISSES, MEETS, STAYS = 0, 1, 2  # what is found
 
+GROUND = slot('[-] whether some collider is ground of triangles')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
 axis = slot('kernel (a, b, flights): the axis along which two colliders are farthest apart')
 
 
 @inline
-def _point_of_plane(plane: int, point: Any, flights: Flights) -> Any:
+def _point_of_plane(begin: int, point: Any, flights: Flights) -> Any:
     """Return the point of a plane that is nearest to a point."""
     colliders = flights.colliders
-    begin = colliders.table[plane * collider_record.SIZE + collider_record.PARAMETERS]
     out = load(colliders.parameters, begin + NORMAL)
     height = dot(out, point) - colliders.parameters[begin + OFFSET]
     return add_scaled(point, -height, out)
@@ -84,8 +84,9 @@ def extremes(
     center_b = load(views, flight_record.VIEW + flight_record.CENTER)
     of_a = add_scaled(normal, ahead, add(turn, cross(normal, spin_a)))
     point_a = core_point(a, pose_of_side(0, flights), of_a, center_a, colliders)
-    if colliders.table[b * collider_record.SIZE + collider_record.TYPE] == PLANE:
-        point_b = subtract(_point_of_plane(b, add(point_a, center_a), flights), center_b)
+    plane = plane_of(b, flights.colliders)
+    if plane >= 0:
+        point_b = subtract(_point_of_plane(plane, add(point_a, center_a), flights), center_b)
     else:
         of_b = add_scaled(normal, ahead, add(turn, cross(normal, spin_b)))
         point_b = core_point(b, pose_of_side(1, flights), negate(of_b), center_b, colliders)
@@ -108,13 +109,6 @@ def _first_root(c0: float, c1: float, c2: float) -> float:
     if c2 < 0.0:
         return (c1 + root) / -c2
     return flight_record.NEVER
-
-
-@inline
-def _lever(collider: int, flights: Flights) -> Any:
-    bounds = collider * bounds_record.SIZE
-    radius = flights.colliders.local_bounds[bounds + bounds_record.RADIUS]
-    return radius if radius < math.inf else 0.0
 
 
 @inline
@@ -176,7 +170,7 @@ def _bend(a: int, b: int, normal: Any, turn: Any, distance: float, flights: Flig
         load(views, flight_record.VIEW + flight_record.VELOCITY),
         load(views, flight_record.VELOCITY),
     )
-    lever_a, lever_b = _lever(a, flights), _lever(b, flights)
+    lever_a, lever_b = lever_of(a, flights.colliders), lever_of(b, flights.colliders)
     speed = (
         math.sqrt(dot(velocity, velocity))
         + views[flight_record.SPIN_BOUND] * lever_a
@@ -215,10 +209,11 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
                 pairs[row + flight_record.INSTANT] = time + after
             return found
         normal = axis(a, b, flights)
+        store(pairs, row + flight_record.NORMAL, normal)
         turn = turn_of_axis(a, b, normal, flights)
         left = end - time
         gap, rate = extremes(a, b, normal, turn, SOON * left, rounding, flights)
-        if gap < -OVERLAP * (_lever(a, flights) + _lever(b, flights)):
+        if gap < -OVERLAP * (lever_of(a, flights.colliders) + lever_of(b, flights.colliders)):
             break
         bend = _bend(a, b, normal, turn, abs(gap), flights)
         curve = dot(normal, pull) - bend
@@ -233,19 +228,23 @@ def _find_instant(a: int, b: int, start: float, end: float, row: int, flights: F
             step = root
         if step == left:
             return MISSES
+        if GROUND:
+            store(views, flight_record.LAST_AXIS, add_scaled(normal, step, turn))
         center = load(views, flight_record.CENTER)
-        size = _lever(a, flights) + _lever(b, flights) + math.sqrt(dot(center, center))
+        size = (
+            lever_of(a, flights.colliders)
+            + lever_of(b, flights.colliders)
+            + math.sqrt(dot(center, center))
+        )
         if gap <= ROUND_OFF * size or time + step == time:
             speeds = _speeds(a, b, flights)
             if rate < -STILL * speeds:
                 pairs[row + flight_record.INSTANT] = time
                 pairs[row + flight_record.APPROACH] = -rate
-                store(pairs, row + flight_record.NORMAL, normal)
                 return MEETS
             if step < AT_ONCE * rest or time + step == time:
                 pairs[row + flight_record.INSTANT] = time
                 pairs[row + flight_record.APPROACH] = max(-rate, 0.0)
-                store(pairs, row + flight_record.NORMAL, normal)
                 return STAYS
         time += step
     pairs[row + flight_record.INSTANT] = time
@@ -262,6 +261,6 @@ def _speeds(a: int, b: int, flights: Flights) -> Any:
     return (
         math.sqrt(dot(velocity_a, velocity_a))
         + math.sqrt(dot(velocity_b, velocity_b))
-        + views[flight_record.SPIN_BOUND] * _lever(a, flights)
-        + views[flight_record.VIEW + flight_record.SPIN_BOUND] * _lever(b, flights)
+        + views[flight_record.SPIN_BOUND] * lever_of(a, flights.colliders)
+        + views[flight_record.VIEW + flight_record.SPIN_BOUND] * lever_of(b, flights.colliders)
     )
