@@ -5,9 +5,7 @@ Manifold reduction: up to four of many points that carry as well as all of them.
 
 The deepest; the one farthest from it; the two that span the largest triangles with these, one on
 either side. Points that coincide with a chosen one are left out. Of points nearly as good as
-another the first counts (`manifold.TIE`, `manifold.LEAD`); but of two boxes, of points as deep as
-the deepest the one farthest from the middle of all: a face that lies flat on another is held at
-its corners, not halfway between two.
+another the first counts (`manifold.TIE`, `manifold.LEAD`).
 
 `polyhedra.extreme_points` is the other reduction, for faces of many corners.
 """
@@ -103,21 +101,19 @@ def keep_four_flat(found: Array, first: int, count: int, to: int) -> int:
         first : where they begin in `found`
         to    : where the chosen ones are written
     """
-    extent, depth, middle_u, middle_v = 0.0, found[first + HEIGHT], 0.0, 0.0
-    end = first + FLAT_POINT * count
-    for place in range(first, end, FLAT_POINT):
-        arm_u, arm_v = found[place + U] - found[first + U], found[place + V] - found[first + V]
-        extent = max(extent, abs(arm_u), abs(arm_v))
-        depth = min(depth, found[place + HEIGHT])
-        middle_u, middle_v = middle_u + arm_u / count, middle_v + arm_v / count
-    middle_u, middle_v = found[first + U] + middle_u, found[first + V] + middle_v
+    extent = 0.0
+    second, end = first + FLAT_POINT, first + FLAT_POINT * count
+    for place in range(second, end, FLAT_POINT):
+        extent = max(
+            extent,
+            abs(found[place + U] - found[first + U]),
+            abs(found[place + V] - found[first + V]),
+        )
     tie = TIE * extent
-    deepest, reach = first, -1.0
-    for place in range(first, end, FLAT_POINT):
-        arm_u, arm_v = found[place + U] - middle_u, found[place + V] - middle_v
-        distance = arm_u * arm_u + arm_v * arm_v
-        if found[place + HEIGHT] <= depth + tie and distance > reach * (1.0 + LEAD):
-            deepest, reach = place, distance
+    deepest, depth = first, found[first + HEIGHT]
+    for place in range(second, end, FLAT_POINT):
+        if found[place + HEIGHT] < depth - tie:
+            deepest, depth = place, found[place + HEIGHT]
     origin_u, origin_v = found[deepest + U], found[deepest + V]
     farthest, reach = deepest, SAME * extent * (SAME * extent)
     base_u, base_v = 0.0, 0.0
