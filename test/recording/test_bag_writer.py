@@ -275,6 +275,8 @@ try:
     for tick in range(1, 100_000):
         writer.write(packer.pack(tick, position=three, orientation=four, velocity=three,
                                  angular_velocity=three, force=three, torque=three))
+        if tick == 1000:
+            writer.flush()
 except RunError as error:
     failed.append(str(error))
 try:
@@ -300,7 +302,7 @@ def test_a_full_disk_ends_the_recording_and_names_what_is_safe(tmp_path, mode):
     assert at_write == at_close
     assert os.strerror(errno.EFBIG) in at_write
     safe = int(at_write.partition('ticks up to ')[2].split()[0])
-    assert safe > 1000
+    assert safe >= 1000  # flushed; how much the worker took since is a matter of the machine
     assert not (target / 'metadata.yaml').exists()
     assert recover(target, tmp_path / 'saved').last_tick == safe
     assert check(tmp_path / 'saved') == []
