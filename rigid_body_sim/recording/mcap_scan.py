@@ -46,6 +46,13 @@ class Torn(Exception):
         self.position = position
 
 
+class Altered(Torn):
+    """
+    Records that are not torn and cannot be: within a chunk that matches its CRC, or at a time that
+    no writer gives. A cut leaves no such thing, so nothing near it is to be believed.
+    """
+
+
 class WrongSum(Torn):
     """All records before `position` can be read, but some byte of them is not what was written."""
 
@@ -171,12 +178,12 @@ def _inner_frame(body: bytes, position: int, chunk: Record) -> tuple[int, int, i
     """Opcode, start and end of the content of the record at a place in a chunk."""
     start = position + _FRAME.size
     if start > len(body):
-        raise Torn(chunk.position, 'chunk ends within a record')
+        raise Altered(chunk.position, 'chunk ends within a record')
     opcode, length = _FRAME.unpack_from(body, position)
     if opcode == 0:  # what zeros would be: nine bytes each, and no end of them
-        raise Torn(chunk.position, 'chunk holds a record with opcode 0')
+        raise Altered(chunk.position, 'chunk holds a record with opcode 0')
     if start + length > len(body):
-        raise Torn(chunk.position, 'chunk ends within a record')
+        raise Altered(chunk.position, 'chunk ends within a record')
     return opcode, start, start + length
 
 
@@ -195,11 +202,11 @@ def chunk_messages(
             if opcode == mcap_file.MESSAGE and channel not in wanted:
                 position += _FRAME.size + length
                 if length < _MESSAGE.size:
-                    raise Torn(record.position, 'message record is too short')
+                    raise Altered(record.position, 'message record is too short')
                 if position > size:
-                    raise Torn(record.position, 'chunk ends within a record')
+                    raise Altered(record.position, 'chunk ends within a record')
                 if channel not in known:
-                    raise Torn(record.position, f'message of the unknown channel {channel}')
+                    raise Altered(record.position, f'message of the unknown channel {channel}')
                 continue
         found, position = message_at(body, position, record)
         if found is not None:
@@ -214,7 +221,7 @@ def message_at(body: bytes, position: int, chunk: Record) -> tuple[Message | Non
     if opcode != mcap_file.MESSAGE:
         return None, end
     if end - start < _MESSAGE.size:
-        raise Torn(chunk.position, 'message record is too short')
+        raise Altered(chunk.position, 'message record is too short')
     channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(body, start)
     data = body[start + _MESSAGE.size : end]
     return Message(channel, sequence, log_time, publish_time, data), end
@@ -226,9 +233,9 @@ def framed(record: Record) -> bytes:
 
 
 def message(record: Record) -> Message:
-    """Read a message record."""
+    """Read a message record; Altered where it cannot be one."""
     if len(record.content) < _MESSAGE.size:
-        raise Torn(record.position, 'message record is too short')
+        raise Altered(record.position, 'message record is too short')
     channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(record.content)
     data = record.content[_MESSAGE.size :]
     return Message(channel, sequence, log_time, publish_time, data)

@@ -9,8 +9,8 @@ clock, poses and twists of every body have it as their sequence. The source is n
 
 A chunk that does not match its CRC ends the good part: what comes after it would hide the gap. Any
 other record that cannot be read is left out. Where the source was not only cut off but altered,
-the copy says so (`suspect`), and a manifest that is not what was recorded is not copied: messages
-alone can still be looked at, but claim nothing.
+the copy says so (`suspect`), and so does a copy of the copy; a manifest that is not what was
+recorded is not copied: messages alone can still be looked at, but claim nothing.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.recording import bag_directory, cdr, mcap_file, mcap_scan, mcap_summary
 from rigid_body_sim.recording.bag_copy import BagCopy
 from rigid_body_sim.recording.bag_files import lone_file
-from rigid_body_sim.recording.bag_reader import SUSPECT
+from rigid_body_sim.recording.bag_reader import RECOVERED, SUSPECT
 from rigid_body_sim.recording.bag_writer import ENDING, MANIFEST
 from rigid_body_sim.recording.seal import (
     ATTACHMENTS,
@@ -76,6 +76,7 @@ class _Survey:
     whole       : of these, up to the last whole tick
     problems    : why records were left out, or that the whole is not what was written
     torn        : what ended the good part
+    finished    : whether the source has the end that a recorder writes when it closes a bag
     """
 
     declared: _Declared
@@ -85,10 +86,12 @@ class _Survey:
     last_tick: int | None = None
     manifest: dict[str, str] = field(default_factory=dict)
     ending: dict[str, str] | None = None
+    recovered: dict[str, str] | None = None
     crc: int = 0
     attachments: dict[str, bytes] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
     torn: mcap_scan.Torn | None = None
+    finished: bool = False
     _tick: int = -1
     _arrived: set[int] = field(default_factory=set)
 
@@ -106,6 +109,8 @@ class _Survey:
             self.manifest = content.metadata
         elif isinstance(content, Metadata) and content.name == ENDING:
             self.ending = content.metadata
+        elif isinstance(content, Metadata) and content.name == RECOVERED:
+            self.recovered = content.metadata
 
     def _follow_ticks(self, message: mcap_scan.Message) -> None:
         states = self.declared.states
@@ -135,12 +140,25 @@ class _Survey:
         """What shows that the source was altered and not only cut off; empty if nothing does."""
         if not self.copies_run:
             return 'the manifest or an attachment is not what was recorded'
-        if self.ending is not None and is_broken(self.ending):
+        if any(is_broken(record) for record in self._closing):
             return 'the ending record is not what was recorded'
-        stated = None if self.ending is None else self.ending.get(MESSAGES_CRC)
-        if stated is None:
-            return '; '.join(self.problems)
-        return '' if stated == crc_text(self.crc) else 'the messages are not what was recorded'
+        if known := [record[SUSPECT] for record in self._closing if SUSPECT in record]:
+            return known[0]
+        if sums := {record[MESSAGES_CRC] for record in self._closing if MESSAGES_CRC in record}:
+            return '' if sums == {crc_text(self.crc)} else 'the messages are not what was recorded'
+        lost = self.finished and self.manifest and not self._closing
+        return '; '.join(
+            [
+                *self.problems,
+                *([str(self.torn)] if isinstance(self.torn, mcap_scan.Altered) else []),
+                *(['the ending record is missing, and nothing was cut off'] if lost else []),
+            ]
+        )
+
+    @property
+    def _closing(self) -> list[dict[str, str]]:
+        """What the source says of its end: of the run, of a recovery before."""
+        return [record for record in (self.ending, self.recovered) if record is not None]
 
 
 class _Declared:
@@ -236,8 +254,10 @@ def _survey(stream: BinaryIO, file: Path) -> _Survey:
     try:
         for record, content in _good_records(stream, declared, survey.problems):
             survey.take(record, content)
+        survey.finished = True
     except mcap_scan.WrongSum as error:
         survey.problems.append(str(error))
+        survey.finished = True
     except mcap_scan.Torn as error:
         if error.position == 0:
             raise UserError(f'{file}: not a bag: {error}') from error
@@ -297,7 +317,7 @@ def _good_records(
         if record.opcode == mcap_file.MESSAGE:
             message = mcap_scan.message(record)
             if max(message.log_time, message.publish_time) > mcap_scan.MOST_TIME:
-                raise mcap_scan.Torn(record.position, f'a message at {message.log_time} ns')
+                raise mcap_scan.Altered(record.position, f'a message at {message.log_time} ns')
             if message.channel in declared.channels:
                 yield record, message
             else:

@@ -96,7 +96,10 @@ class ReferenceRun:
         self._of = of
         self._began = of.tick
         self._doubt = ''
-        self._turns = any(not (body.is_point or body.fixed) for body in of.scene.bodies)
+        self._turns = any(
+            not body.is_point and (body.motion is not None or not body.fixed)
+            for body in of.scene.bodies
+        )
         self._spread = _spread_of_moments(of)
         self._method = of.integrator
         self._made = name, settings = self._finer()

@@ -26,6 +26,7 @@ FIGURES = (
     'angular_momentum_drift',
     'energy_rise',
     'deepest_gap',
+    'orientation_drift',
 )
 UNEVEN_ENDINGS = {'diverged', 'error'}  # within a tick: the last look was not at its boundary
 RELATIVE = 1e-6  # sums over bodies are rounded otherwise on other processors
@@ -64,26 +65,54 @@ def ending_differences(
         said, is_ = recorded.get(key, 'nothing'), again.get(key, 'nothing')
         if not _alike(_number(said), _number(is_)):
             yield Fact(_words(key), said, is_)
+    least = _least_joules(again)
     said, is_ = (ending.get('energy_balance', 'nothing') for ending in (recorded, again))
-    if not _same_joules(said, is_):
+    if not _same_joules(_parsed(said), _parsed(is_), least):
         yield Fact('energy balance', said, is_)
+    yield from _history_differences(
+        *(_parsed(ending.get('energy_history', 'nothing')) for ending in (recorded, again)), least
+    )
 
 
-def _same_joules(recorded: str, again: str) -> bool:
-    """Whether two energy balances are the same, up to rounding beside what moved."""
-    said, is_ = _parsed(recorded), _parsed(again)
-    if not (isinstance(said, dict) and isinstance(is_, dict) and said.keys() == is_.keys()):
-        return said == is_
-    numbers = [is_.get(key) or 0.0 for key in ('turnover', 'uncertainty')]
-    least = max(ABSOLUTE, OF_TURNOVER * numbers[0], 10.0 * numbers[1])
-    for key in is_.keys() - {'relative'}:
-        a, b = said[key], is_[key]
-        if not (isinstance(a, float) and isinstance(b, int | float)):
-            if a != b:
-                return False
-        elif not math.isclose(a, b, rel_tol=RELATIVE, abs_tol=least):
-            return False
-    return True
+def _least_joules(ending: Mapping[str, str]) -> float:
+    """Energy that rounding may leave, beside what moved [J]."""
+    balance = _parsed(ending.get('energy_balance', 'nothing'))
+    numbers = balance if isinstance(balance, dict) else {}
+    moved, unsure = (numbers.get(key) or 0.0 for key in ('turnover', 'uncertainty'))
+    return max(ABSOLUTE, OF_TURNOVER * moved, 10.0 * unsure)
+
+
+def _same_joules(recorded: Any, again: Any, least: float) -> bool:
+    """Whether two energies, or two balances, are the same up to rounding."""
+    if isinstance(recorded, dict) and isinstance(again, dict):
+        return recorded.keys() == again.keys() and all(
+            _same_joules(recorded[key], again[key], least) for key in again.keys() - {'relative'}
+        )
+    if isinstance(recorded, float) and isinstance(again, int | float):
+        return math.isclose(recorded, again, rel_tol=RELATIVE, abs_tol=least)
+    return recorded == again
+
+
+def _history_differences(recorded: Any, again: Any, least: float) -> Iterator[Fact]:
+    """Compare the energies over time that pictures draw; the first that is another one."""
+    if recorded == again:
+        return
+    if _shape(recorded) != _shape(again):
+        yield Fact('energy history', _shape(recorded), _shape(again))
+        return
+    for key, column in again.items():
+        for said, is_ in zip(recorded[key], column, strict=True):
+            if not _same_joules(said, is_, 0.0 if key == 'time' else least):
+                yield Fact(f'energy history, {_words(key)}', repr(said), repr(is_))
+                return
+
+
+def _shape(history: Any) -> str:
+    """Say which columns of how many rows a history has."""
+    if not isinstance(history, dict):
+        return 'none'
+    lengths = {key: len(rows) if isinstance(rows, list) else 0 for key, rows in history.items()}
+    return ', '.join(f'{lengths[key]} of {key}' for key in sorted(lengths))
 
 
 def _parsed(text: str) -> Any:

@@ -6,7 +6,9 @@ Damaged bags: no verb breaks on them, none is called whole that does not replay.
 """
 
 import importlib.util
+import json
 import os
+import struct
 import sys
 from pathlib import Path
 
@@ -69,7 +71,9 @@ def test_a_replay_finds_another_number_or_time_of_a_message(attack, tool, tmp_pa
     assert tool.call('bag', 'check', tmp_path / 'other.mcap').code == 1
 
 
-@pytest.mark.parametrize('key', ['energy_drift', 'state_chain_sha256', 'ticks', 'last_time_ns'])
+@pytest.mark.parametrize(
+    'key', ['energy_drift', 'energy_history', 'state_chain_sha256', 'ticks', 'last_time_ns']
+)
 def test_a_replay_derives_the_ending_anew(tool, tmp_path, key):
     assert tool.call('simulate', 'oscillator', '-o', tmp_path / 'run', '--duration', 1).code == 0
     file = tool.mcap_of(tmp_path / 'run')
@@ -80,12 +84,46 @@ def test_a_replay_derives_the_ending_anew(tool, tmp_path, key):
         if opcode == tool.mcap_file.METADATA and b'end_reason' in content
     ]
     name, pairs = tool.metadata(parts[at][1])
-    pairs[key] = {'energy_drift': '0.25', 'state_chain_sha256': 64 * '0'}.get(key, '12')
+    history = json.loads(pairs['energy_history'])
+    history['change'][-1] += 0.5  # [J] of a swing of 5 J
+    pairs[key] = {
+        'energy_drift': '0.25',
+        'energy_history': json.dumps(history),
+        'state_chain_sha256': 64 * '0',
+    }.get(key, '12')
     parts[at] = (parts[at][0], tool.metadata_content(name, sealed(pairs)))
     file.write_bytes(tool.packed(parts))
     outcome = tool.call('replay', file)
     assert outcome.code == 3
     assert key.removesuffix('_sha256').replace('_', ' ') in outcome.out
+
+
+@pytest.mark.parametrize('gone', ['end of a chunk', 'ending record'])
+def test_what_is_saved_of_an_altered_bag_is_not_called_whole(attack, tool, tmp_path, gone):
+    """
+    A bit of a pose is another, and the CRC of its chunk is right again. No cut leaves a chunk with
+    a right CRC that ends within a record, nor a file with its end and no ending: the message
+    before is not to be trusted either, also when the copy is copied.
+    """
+    parts = tool.records(tool.mcap_of(attack.sources[0]).read_bytes())
+    *_, at = (n for n, (opcode, _) in enumerate(parts) if opcode == tool.mcap_file.CHUNK)
+    content = bytearray(parts[at][1])
+    (length,) = struct.unpack_from('<Q', content, 41)
+    content[40 + 9 + length - 10] ^= 1
+    if gone == 'end of a chunk':
+        del content[-5:]
+        for place in (16, 32):
+            struct.pack_into('<Q', content, place, len(content) - 40)
+    parts[at] = (parts[at][0], tool.repaired(parts[at][0], bytes(content)))
+    if gone == 'ending record':
+        parts = [part for part in parts if b'end_reason' not in part[1]]
+    (tmp_path / 'altered.mcap').write_bytes(tool.packed(parts))
+    source = tmp_path / 'altered.mcap'
+    for copy in ('saved', 'saved again'):
+        assert tool.call('bag', 'recover', source, '-o', tmp_path / copy).code == 0
+        source = tmp_path / copy
+        outcome = tool.call('bag', 'check', source)
+        assert outcome.code == 1 and 'not as it was recorded' in outcome.out, outcome
 
 
 def test_a_seal_shows_any_change():

@@ -123,6 +123,21 @@ def test_estimate_is_never_nothing():
     assert 0.0 < run.error_estimate().velocity < 1e-12
 
 
+def test_the_attitude_of_what_moves_as_told_has_its_rounding():
+    deck = {
+        'name': 'deck',
+        'shape': {'type': 'box', 'size': [1, 1, 0.1]},
+        'mass': 1.0,
+        'initial': {'position': [0, 0, 5]},
+        'motion': {'yaw': {'amplitude': 0.5, 'period': 1.0}},
+    }
+    scene = spring(0.01)
+    scene['bodies'].append(deck)
+    estimate = finished(scene, integrator='rk4', seconds=0.2).error_estimate()
+    # sin and cos of half an angle, each to half a unit in the last place, and their product
+    assert 0.0 < estimate.angle < 1e-15
+
+
 def test_estimate_follows_commands():
     push = Command('ball', 'force', force=(1.0, 0, 0))
     strike = Command('ball', 'impulse', force=(0.3, 0, 0))

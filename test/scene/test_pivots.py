@@ -83,6 +83,7 @@ REFUSED = [
         {'pivot': {'point': [0, 0, 0.5], 'at': [0, 0, 0]}, 'initial': {'position': [0, 0, 1]}},
         'initial.position: got [0.0, 0.0, 1.0]; with this pivot position is [0, 0, -0.5] m',
     ),
+    ({'pivot': {'point': [0, 0, 1e200]}}, 'so far from its centre of mass'),
 ]
 
 

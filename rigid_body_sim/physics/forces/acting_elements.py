@@ -62,10 +62,12 @@ class ActingElements:
         self._tables = np.concatenate((tables, self.pivots.table.reshape(-1)))
         self._ranges_of_inertia = self._take_inertias(scene, layout)
         flowing = [body for body in scene.bodies if flow_of(body) is not None]
+        # where masses flow, a potential that goes with them changes: its element says that power
         self._all_conserve = {
             kind
             for kind in self._types
-            if not flowing and all(f.conserves_energy() for f in scene.forces if f.TYPE == kind)
+            if not (flowing and hasattr(FORCES[kind], 'power'))
+            and all(f.conserves_energy() for f in scene.forces if f.TYPE == kind)
         }
         self._flows = [variable_mass.row(body, layout, scene.gravity) for body in flowing]
         self._ends_of_flow = [end_of_flow(body) for body in flowing]

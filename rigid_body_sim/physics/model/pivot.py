@@ -49,6 +49,13 @@ def check_pivot(body: Body) -> None:
         )
     if not np.all(np.isfinite([*body.pivot.point, *body.pivot.at])):
         raise InvalidModel(f'the pivot of {name} must be finite, got {body.pivot}')
+    with np.errstate(over='ignore', invalid='ignore'):
+        about_pivot = None if body.inertia is None else inertia_of(body)
+    if about_pivot is not None and not np.all(np.isfinite(about_pivot)):
+        raise InvalidModel(
+            f'the pivot of {name} is so far from its centre of mass that its inertia about it is '
+            'beyond all numbers; put point nearer to the body'
+        )
 
 
 def arm_of(body: Body) -> Array:
