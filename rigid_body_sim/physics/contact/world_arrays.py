@@ -33,7 +33,7 @@ from rigid_body_sim.physics.contact.collision import (
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
-from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE, Colliders
+from rigid_body_sim.physics.contact.collision.collider import PLANE, SPHERE, SURFACE, Colliders
 from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps, overlap_limits
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
@@ -175,6 +175,14 @@ class WorldArrays:
             rows[body, solver_bodies.SYMMETRY], rows[body, axis] = symmetry_of(
                 kinds, local_poses[places]
             )
+
+    def has_ball_off_center(self) -> bool:
+        """Tell whether a ball is a part of a body that does not turn about its centre."""
+        table = self.table.reshape(-1, collider_record.SIZE)
+        bodies = table[:, collider_record.BODY]
+        balls = (table[:, collider_record.TYPE] == SPHERE) & (bodies >= 0)
+        rows = self.bodies.reshape(-1, solver_bodies.SIZE)[bodies[balls]]
+        return bool(np.any(rows[:, solver_bodies.SYMMETRY] != solver_bodies.CENTRED_BALL))
 
     def _usual_radius(self) -> float:
         """Median of the bounding radii [m] of what has one."""
