@@ -160,7 +160,7 @@ def _points(
     )
     a_moves, b_moves = (body[:, None] < fixed for body in (row_a, row_b))
     both = a_moves & b_moves
-    stayed = bounces_off & ~both[:, 0]
+    stayed = bounces_off & ~both[:, 0] & (rows[place + constraint.ROUNDNESS] != constraint.CURVED)
     if stayed.any():
         arm_a[stayed] = _turned(bodies, row_a[stayed], arm_a[stayed])
         arm_b[stayed] = _turned(bodies, row_b[stayed], arm_b[stayed])

@@ -100,6 +100,7 @@ WIDTH = slot('[-] numbers of a contact point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
 BOUNDS = slot('[-] whether gains of what rolls on a rim are bounded')
+CURVED = slot('[-] whether layers about cores may meet: `solver.curved_cores`')
 COUPLED = slot('[-] whether a force depends on the state')
 EVENTS = slot('[-] whether impacts come at their instants')
 VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
@@ -427,7 +428,7 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
     )  # fmt: skip
     counts[tick_counts.BATCHES] = colouring.colour_constraints(
         count, counts[tick_counts.GROUPS], body_count, WIDTH, counts[tick_counts.ROW_ROOM],
-        counts[tick_counts.BATCH_ROOM], table, constraints, bodies,
+        counts[tick_counts.BATCH_ROOM], CURVED, table, constraints, bodies,
     )  # fmt: skip
     counts[tick_counts.ASSEMBLED] = 0
     return counts[tick_counts.BATCHES] != colouring.NO_ROOM
@@ -460,15 +461,16 @@ def _prepare_constraints(
     if counts[tick_counts.ASSEMBLED] == 0 or cache[cache_record.SUBSTEP] != now.substep:
         manifold_constraints.prepare_materials(
             count, now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
-            settings[tick_settings.DAMPING_RATIO], colliders.table, colliders.local_bounds,
-            materials, manifolds, rows, bodies,
+            settings[tick_settings.DAMPING_RATIO], CURVED, colliders.table,
+            colliders.local_bounds, materials, manifolds, rows, bodies,
         )  # fmt: skip
         if PAIR_MATERIALS:
             pair_materials.use_pair_materials(count, of_pairs, manifolds, rows)
         counts[tick_counts.ASSEMBLED] = 1
     manifold_constraints.prepare_points(
-        count, WIDTH, constraints.order, motion.translation, colliders, manifolds, rows
-    )
+        count, WIDTH, CURVED, constraints.order, motion.translation, colliders, manifolds, rows,
+        bodies,
+    )  # fmt: skip
     impulse_cache.recall(
         count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses,
         constraints.order, constraints.places, manifolds, cache, rows,

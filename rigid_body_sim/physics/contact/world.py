@@ -292,7 +292,7 @@ class ContactWorld:
         assert isinstance(self._integrator.scheme, Splitting)
         flows = bool(self.arrays.flows.size)
         pairs = [(a, b, collide_kernel(a, b)) for a, b in self._kinds]
-        features = symmetry_features(self._kinds)
+        features = symmetry_features(self._kinds, off_center=self.arrays.has_ball_off_center())
         driven = bool(self.arrays.drives.size)
         iterations = solver(
             width=self._width,
@@ -306,6 +306,7 @@ class ContactWorld:
             WIDTH=self._width,
             ANGULAR=self._angular,
             BOUNCES=self._bounces,
+            CURVED=features['curved'],
             BOUNDS=features['on_rims'] and evaluate is None and not (flows or driven),
             COUPLED=evaluate is not None,
             EVENTS=self._events,

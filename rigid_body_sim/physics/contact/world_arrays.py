@@ -36,6 +36,7 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
 from rigid_body_sim.physics.contact.collision.collider import (
     PLANE,
+    SPHERE,
     SURFACE,
     BroadPhase,
     ColliderArrays,
@@ -185,6 +186,14 @@ class WorldArrays:
             rows[body, solver_bodies.SYMMETRY], rows[body, axis] = symmetry_of(
                 kinds, local_poses[places]
             )
+
+    def has_ball_off_center(self) -> bool:
+        """Tell whether a ball is a part of a body that does not turn about its centre."""
+        table = self.table.reshape(-1, collider_record.SIZE)
+        bodies = table[:, collider_record.BODY]
+        balls = (table[:, collider_record.TYPE] == SPHERE) & (bodies >= 0)
+        rows = self.bodies.reshape(-1, solver_bodies.SIZE)[bodies[balls]]
+        return bool(np.any(rows[:, solver_bodies.SYMMETRY] != solver_bodies.CENTRED_BALL))
 
     def _usual_radius(self) -> float:
         """Median of the bounding radii [m] of what has one."""

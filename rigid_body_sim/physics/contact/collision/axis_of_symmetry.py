@@ -80,16 +80,21 @@ def symmetry_of(kinds: list[int], local_poses: Array) -> tuple[float, Array]:
     return (ABOUT_AXIS if all(straight) else AS_IT_IS), directions[0]
 
 
-def symmetry_features(kinds: Collection[tuple[int, int]]) -> dict[str, bool]:
+def symmetry_features(kinds: Collection[tuple[int, int]], *, off_center: bool) -> dict[str, bool]:
     """
     Tell what of roundness the solver of a scene needs, as arguments of `solver.iterations.solver`.
 
-        kinds : pairs of types that may meet
+        kinds      : pairs of types that may meet
+        off_center : whether a ball is off the centre of mass of a body that moves
     """
     return {
         'on_rims': any(
             kind in kinds for kind in ((CYLINDER, PLANE), (CYLINDER, SURFACE), (BOX, CYLINDER))
         ),
         'patches': any(SPHERE not in pair for pair in kinds),
+        'curved': any(
+            set(pair) <= {SPHERE, CAPSULE, CYLINDER} and (pair != (SPHERE, SPHERE) or off_center)
+            for pair in kinds
+        ),
         'layered': any(kind in (SPHERE, CAPSULE) for pair in kinds for kind in pair),
     }

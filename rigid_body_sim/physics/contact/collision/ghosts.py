@@ -443,9 +443,13 @@ def _take_out(
     for index in range(points):
         place = record + manifold_record.POINTS + POINT * index
         half = 0.5 * manifolds[place + SEPARATION]
-        own_point = add_scaled(load(manifolds, place + POSITION), half, towards)
+        middle = load(manifolds, place + POSITION)
+        own_point = add_scaled(middle, half, towards)
+        other_point = add_scaled(middle, -half, towards)
         own_point = _turned_point(own, own_point, towards, normal, colliders)
-        gap = dot(normal, own_point) - top
+        # the other one lies behind two planes: below the point that counts which is nearer to it
+        of_own = dot(towards, subtract(own_point, other_point)) / dot(towards, normal)
+        gap = max(dot(normal, own_point) - top, of_own)
         point = add_scaled(own_point, -0.5 * gap, normal)
         body = _body_of(own, table)
         if _is_held(point, normal, near, body, table, bodies, manifolds):

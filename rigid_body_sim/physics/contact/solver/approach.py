@@ -15,8 +15,9 @@ and normal n from A to B, s = n . (p_B - p_A), and
 
     v, a : of the core of each body below the witness point; R: layer of a ball or a capsule about
            its core
-    n'   : rate of the normal, across it: of two balls that of their line of centres,
-           (v_B - v_A)_t / (s + R_A + R_B); of a face that of the body whose face it is, omega x n
+    n'   : rate of the normal, across it: of two cores that of the line of their nearest points,
+           (v_B - v_A)_t / (s + R_A + R_B), but along a core that is a line with the axis a as that
+           turns, n' . a = a . (omega x n); of a face that of the body whose face it is, omega x n
            (of two faces the one that turns less); else none: it stays for the tick
 
 A core turns as its body does, of a body of revolution with its axis c alone: spin about it moves
@@ -115,6 +116,23 @@ def _acceleration(linear: Any, angular: Any, omega: Any, arm: Any) -> Any:
 
 
 @inline
+def _turning_of_line(across: Any, by_line: float, lines: Any, omegas: Any, normal: Any) -> Any:
+    """
+    Return the rate n' of the line between two cores, see the module; lines: their axes, or zeros.
+    """
+    line_a, line_b = lines
+    cosine = dot(line_a, line_b)
+    rate_a = dot(line_a, cross(omegas[0], normal))
+    rate_b = dot(line_b, cross(omegas[1], normal))
+    square = 1.0 - cosine * cosine
+    along_a, along_b = (rate_a - cosine * rate_b) / square, (rate_b - cosine * rate_a) / square
+    free_a = (dot(across, line_a) - cosine * dot(across, line_b)) / square
+    free_b = (dot(across, line_b) - cosine * dot(across, line_a)) / square
+    free = subtract(across, add(scale(free_a, line_a), scale(free_b, line_b)))
+    return add(scale(by_line, free), add(scale(along_a, line_a), scale(along_b, line_b)))
+
+
+@inline
 def _separation_acceleration(
     constraints: Array, scratch: Array, lane: int, normal: Any, velocity: Any, arms: Any,
     separation: float,
@@ -150,7 +168,9 @@ def _separation_acceleration(
     velocity = add(velocity, subtract(cross(omega_b, arm_b), cross(omega_a, arm_a)))
     across = add_scaled(velocity, -dot(normal, velocity), normal)
     distance = separation + radius_a + radius_b
-    balls = constraints[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS
+    balls = (constraints[lane + constraint.ROUNDNESS] == constraint.TWO_BALLS) | (
+        scratch[lane + lane_scratch.CURVED] > 0.0
+    )
     faces = constraints[lane + constraint.FACES]
     rate_a, rate_b = cross(omega_a, normal), cross(omega_b, normal)
     calmer_a = dot(rate_a, rate_a) <= dot(rate_b, rate_b)
@@ -159,7 +179,10 @@ def _separation_acceleration(
     by_line = 1.0 / distance if balls & (distance > 0.0) else 0.0
     share_a = 1.0 if of_a else 0.0
     share_b = 1.0 if of_b else 0.0
-    turns = add_scaled(add_scaled(scale(by_line, across), share_a, rate_a), share_b, rate_b)
+    line_a = wide_lanes.vector(scratch, lane + lane_scratch.LINE_A)
+    line_b = wide_lanes.vector(scratch, lane + lane_scratch.LINE_B)
+    of_cores = _turning_of_line(across, by_line, (line_a, line_b), (omega_a, omega_b), normal)
+    turns = add_scaled(add_scaled(of_cores, share_a, rate_a), share_b, rate_b)
     axis = wide_lanes.vector(scratch, lane + lane_scratch.RIM_AXIS)
     of_rim_a = constraints[lane + constraint.ROUNDNESS] == constraint.RIM_OF_A
     low = dot(normal, axis)

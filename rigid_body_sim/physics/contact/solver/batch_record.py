@@ -12,14 +12,14 @@ batch = Record()
 BEGIN = batch.number('-', 'where it begins in the rows')
 POINT_COUNT = batch.number('-', 'points of each of its manifolds')
 LANE_COUNT = batch.number('-', 'lanes in use')
-KIND = batch.number('-', 'MIXED or BALLS')
+KIND = batch.number('-', 'MIXED, BALLS or CURVED')
 COLOUR = batch.number('-', 'of its manifolds')
 SIZE = batch.size
 ROOM = 2 * SIZE  # of a batch in the list: once, and once more as scratch while they are sorted
 
-# sorts of batches of a colour: of one point each, what is not round, and balls among themselves or
-# on what cannot move; of several points
-MIXED, BALLS, SEVERAL_POINTS = range(3)
-SORTS = 3
+# sorts of batches of a colour: of one point each, what is not round, balls among themselves or on
+# what cannot move, and two layers about cores (`curved_cores`); of several points
+MIXED, BALLS, CURVED, SEVERAL_POINTS = range(4)
+SORTS = 4
 OPEN_BATCHES = SORTS * (COLOURS + 1)  # [-] that may be open at a time
 NONE_OPEN = -1

@@ -27,11 +27,12 @@ from rigid_body_sim.physics.contact.solver import (
     batch_record,
     constraint,
     contact_point,
+    core_pair,
     friction_patch,
     group_record,
     lane_scratch,
 )
-from rigid_body_sim.physics.contact.solver.manifold_constraints import roundness
+from rigid_body_sim.physics.contact.solver.manifold_constraints import are_curved, roundness
 
 NOWHERE = 1e9  # [m] separation of a point that a manifold does not have: it never presses
 NO_ROOM = -1  # in place of the number of batches: rows or batches are too few
@@ -49,12 +50,13 @@ def _first_free(used: int) -> int:
 @kernel
 def colour_constraints(
     manifold_count: int, group_count: int, n_moving: int, width: int, row_room: int,
-    batch_room: int, table: Indices, constraints: Constraints, bodies: Array,
+    batch_room: int, curved: bool, table: Indices, constraints: Constraints, bodies: Array,
 ) -> int:  # fmt: skip
     """
     Give each manifold a lane, group after group; return the number of batches, or NO_ROOM.
 
-        width : numbers of a point
+        width  : numbers of a point
+        curved : whether layers about cores may meet: see `curved_cores`
     """
     manifolds, rows, batches = constraints.manifolds, constraints.rows, constraints.batches
     colours, open_batches = constraints.colours, constraints.open_batches
@@ -84,6 +86,8 @@ def colour_constraints(
             kind = batch_record.MIXED
             if roundness(collider_a, collider_b, table, bodies) > constraint.NOT_ROUND:
                 kind = batch_record.BALLS
+            if curved and points == 1 and are_curved(collider_a, collider_b, table, bodies):
+                kind = batch_record.CURVED
             sort = batch_record.SORTS * colour
             sort += kind if points == 1 else batch_record.SEVERAL_POINTS
             batch = open_batches[sort]
@@ -95,6 +99,7 @@ def colour_constraints(
                 batch = count
                 size = constraint.SIZE + point_room * width
                 size += friction_patch.SIZE if points > 1 else 0
+                size += core_pair.SIZE if kind == batch_record.CURVED and points == 1 else 0
                 if batch >= batch_room or end + size > row_room:
                     return NO_ROOM
                 _open(batch * batch_record.SIZE, end, kind, colour, batches)
@@ -179,6 +184,8 @@ def _empty_unused_lanes(
         end = begin + constraint.SIZE + width
         if batches[batch + batch_record.POINT_COUNT] > 1:
             end += (manifold.MOST - 1) * width + friction_patch.SIZE
+        elif batches[batch + batch_record.KIND] == batch_record.CURVED:
+            end += core_pair.SIZE
         for lane in range(
             begin + batches[batch + batch_record.LANE_COUNT], begin + constraint.LANES
         ):

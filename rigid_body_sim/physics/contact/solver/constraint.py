@@ -44,7 +44,9 @@ ROUNDNESS = constraint.number('-', 'what is round of the pair: one of the names 
 UNSETTLED = constraint.number('-', '1: the last pass has changed its points by more than settles')
 TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')
 BOUNCES = constraint.number('-', '1: its bodies take part in a bounce: `islands.bouncing`')
-RADIUS_A = constraint.number('m', 'of the ball or capsule that meets here as A, else 0')
+RADIUS_A = constraint.number(
+    'm', 'of the ball, capsule or mantle that meets here as A, else 0: see `curved_cores`'
+)
 RADIUS_B = constraint.number('m', 'the same of B')
 PACE = constraint.number('m/s', 'with which an overlap goes beyond what carries its load')
 DEEP = constraint.number('m', 'an overlap that goes at the push-out speed')
@@ -54,5 +56,5 @@ FACES = constraint.number('-', 'whose face the normal belongs to, where it may t
 SIZE = constraint.size
 
 # what is round of a pair
-TWO_BALLS, BALL_ON_FIXED, NOT_ROUND, RIM_OF_A, RIM_OF_B = 2.0, 1.0, 0.0, -1.0, -2.0
+TWO_BALLS, BALL_ON_FIXED, CURVED, NOT_ROUND, RIM_OF_A, RIM_OF_B = 2.0, 1.0, 0.5, 0.0, -1.0, -2.0
 NO_FACE, FACE_OF_A, FACE_OF_B, TWO_FACES = 0.0, 1.0, 2.0, 3.0

@@ -26,6 +26,8 @@ from rigid_body_sim.physics.contact.solver import (
     common_impulse,
     constraint,
     contact_point,
+    core_pair,
+    curved_cores,
     friction_patch,
     lane_scratch,
     patch_friction,
@@ -47,6 +49,7 @@ RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at
 WIDTH = slot('[-] numbers of a point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
+CURVED = slot('[-] whether layers about cores may meet: `curved_cores`')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 RIMS = slot('[-] whether a cylinder may touch a plane or a box')
 PATCHES = slot('[-] whether anything may touch at several points')
@@ -93,6 +96,21 @@ def _goes_on(
     if kind == batch_record.BALLS and number_of_pass >= BALL_PASSES:
         return False
     return solve.any_unsettled(used, constraints)
+
+
+@inline
+def _is_curved(number: int, batches: Indices) -> bool:
+    """Tell whether a batch is one of layers about cores that meet at one point."""
+    return batches[number * batch_record.SIZE + batch_record.KIND] == batch_record.CURVED and (
+        batches[number * batch_record.SIZE + batch_record.POINT_COUNT] == 1
+    )
+
+
+@inline
+def _point_and_cores(first: int, width: int, rows: Array) -> Any:
+    """Rows of the point of a batch of curved pairs, and of its cores: `core_pair`."""
+    end = first + width
+    return rows[first:end], rows[end : end + core_pair.SIZE]
 
 
 @inline
@@ -203,6 +221,11 @@ def _prepare(
             prepare.angular_effective_masses(lanes, constraints)
         if BOUNCES:
             approach.gather_accelerations(used, constraints, scratch, bodies)
+            if CURVED and _is_curved(number, batches):
+                _, cores = _point_and_cores(first, WIDTH, rows)
+                curved_cores.gather_lines(lanes, constraints, cores, scratch)
+            else:
+                curved_cores.clear_lines(lanes, scratch)
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 approach.approach_velocities(lanes, threshold, constraints, points, scratch)
@@ -282,6 +305,11 @@ def _update_separation(
         if batches[number * batch_record.SIZE + batch_record.KIND] == batch_record.BALLS:
             points = rows[first : first + WIDTH]
             separation.update_balls(lanes, constraints, points, scratch)
+            if ANGULAR:
+                rolling_friction.apply_second_half(lanes, constraints, points, scratch)
+        elif CURVED and _is_curved(number, batches):
+            points, cores = _point_and_cores(first, WIDTH, rows)
+            curved_cores.update_cores(lanes, constraints, points, cores, scratch)
             if ANGULAR:
                 rolling_friction.apply_second_half(lanes, constraints, points, scratch)
         else:
@@ -469,7 +497,7 @@ def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indic
 
 def solver(
     *, width: int, angular: bool, bounces: bool, turns: bool, on_rims: bool, layered: bool,
-    patches: bool,
+    patches: bool, curved: bool,
 ) -> dict[str, Any]:  # fmt: skip
     """
     Make the passes of a scene, by name.
@@ -481,6 +509,7 @@ def solver(
         on_rims : whether a cylinder may touch a plane or a box
         layered : whether anything is a ball or a capsule
         patches : whether anything may touch at several points
+        curved  : whether layers about cores may meet: `curved_cores`
     """
     offered = {
         'WIDTH': width,
@@ -489,6 +518,7 @@ def solver(
         'TURNS': turns,
         'RIMS': on_rims,
         'PATCHES': patches,
+        'CURVED': curved,
     }
     for rubs, kind in ((True, 'point'), (False, 'normal')):
         solve_one, relax_one = solve.visits(rubs=rubs, on_rims=on_rims, turns=turns)

@@ -36,6 +36,7 @@ from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
+    curved_cores,
     friction_patch,
     pressure_of_face,
     surface_friction,
@@ -58,6 +59,12 @@ def _symmetry(body: int, bodies: Array) -> float:
 
 
 @inline
+def _is_driven(body: int, row: int, bodies: Array) -> bool:
+    """Tell whether a body is moved as told; row: where its row of `solver_bodies` begins."""
+    return body < 0 and bodies[row + solver_bodies.INVERSE_MASS] > 0.0
+
+
+@inline
 def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -> float:
     """
     Tell what is round of a pair: two balls, a ball beside what cannot move, the rim of a body of
@@ -69,9 +76,7 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     type_b = table[collider_b * collider_record.SIZE + collider_record.TYPE]
     row_a = collider_record.solver_body(collider_a, table) * solver_bodies.SIZE
     row_b = collider_record.solver_body(collider_b, table) * solver_bodies.SIZE
-    if (body_a < 0 and bodies[row_a + solver_bodies.INVERSE_MASS] > 0.0) or (
-        body_b < 0 and bodies[row_b + solver_bodies.INVERSE_MASS] > 0.0
-    ):
+    if _is_driven(body_a, row_a, bodies) or _is_driven(body_b, row_b, bodies):
         return constraint.NOT_ROUND  # driven: what is round of the pair turns under it
     symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
     flat = type_b == collider.PLANE or type_b == collider.SURFACE
@@ -87,6 +92,29 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     if (ball_a and body_b < 0) or (ball_b and body_a < 0):
         return constraint.BALL_ON_FIXED
     return constraint.NOT_ROUND
+
+
+@inline
+def are_curved(collider_a: int, collider_b: int, table: Indices, bodies: Array) -> bool:
+    """
+    Tell whether a pair is one of two layers about cores (`curved_cores`), and none of two balls
+    that turn about their centres.
+
+    What is driven keeps its normal here: `prescribed_bodies` turns it.
+    """
+    row_a, row_b = collider_a * collider_record.SIZE, collider_b * collider_record.SIZE
+    if not (
+        curved_cores.has_core(table[row_a + collider_record.TYPE])
+        and curved_cores.has_core(table[row_b + collider_record.TYPE])
+    ):
+        return False
+    solver_a = collider_record.solver_body(collider_a, table) * solver_bodies.SIZE
+    solver_b = collider_record.solver_body(collider_b, table) * solver_bodies.SIZE
+    return not (
+        _is_driven(table[row_a + collider_record.BODY], solver_a, bodies)
+        or _is_driven(table[row_b + collider_record.BODY], solver_b, bodies)
+        or roundness(collider_a, collider_b, table, bodies) == constraint.TWO_BALLS
+    )
 
 
 @inline
@@ -119,8 +147,8 @@ def faces(a: int, b: int, normal: Any, colliders: ColliderArrays) -> float:
 
 @kernel
 def prepare_materials(
-    manifold_count: int, h: float, whole: float, zeta: float, table: Indices, bounds: Array,
-    materials: Array, manifolds: Array, rows: Array, bodies: Array,
+    manifold_count: int, h: float, whole: float, zeta: float, curved: bool, table: Indices,
+    bounds: Array, materials: Array, manifolds: Array, rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Write material and softness of all manifolds, and whose surface their points follow.
@@ -128,6 +156,7 @@ def prepare_materials(
     h     : [s] substep
     whole : [s] that of a tick which is not cut: contacts of a piece stay as soft as in the whole,
             or what rests would be thrown up by the overlap with which it rests
+    curved : whether layers about cores may meet: see `curved_cores`
     """
     for m in range(manifold_count):
         record = m * manifold_record.SIZE
@@ -152,7 +181,10 @@ def prepare_materials(
             materials[material_b + material_record.TORSIONAL],
         )
         rows[lane + constraint.SURFACE_WEIGHT] = surface_weight(a, b, table, bodies)
-        rows[lane + constraint.ROUNDNESS] = roundness(a, b, table, bodies)
+        what = roundness(a, b, table, bodies)
+        if curved and what == constraint.NOT_ROUND and are_curved(a, b, table, bodies):
+            what = constraint.CURVED
+        rows[lane + constraint.ROUNDNESS] = what
         rows[lane + constraint.RADIUS_A] = layer(a, bounds)
         rows[lane + constraint.RADIUS_B] = layer(b, bounds)
         fixed = (
@@ -222,13 +254,14 @@ def _weigh_nearest(
 
 @kernel
 def prepare_points(
-    manifold_count: int, width: int, order: Indices, translation: Array, colliders: ColliderArrays,
-    manifolds: Array, rows: Array,
+    manifold_count: int, width: int, curved: bool, order: Indices, translation: Array,
+    colliders: ColliderArrays, manifolds: Array, rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Write normals, tangents, arms and separations of all manifolds.
 
-    width : numbers of a point
+    width  : numbers of a point
+    curved : whether layers about cores may meet: see `curved_cores`
     """
     table, poses = colliders.table, colliders.poses
     for index in range(manifold_count):
@@ -272,3 +305,5 @@ def prepare_points(
                 rows[row + contact_point.RESTITUTION_NORMAL] = 0.0
                 rows[row + contact_point.RESTITUTION_TANGENT_1] = 0.0
                 rows[row + contact_point.RESTITUTION_TANGENT_2] = 0.0
+        if curved and point_count == 1 and are_curved(a, b, table, bodies):
+            curved_cores.prepare_cores(a, b, lane, width, center_a, center_b, colliders, rows)

@@ -47,7 +47,7 @@ def gather_motion(constraints: Array, scratch: Array, bodies: Array) -> None:
 
 
 @inline
-def _apply_second_half(
+def apply_second_half(
     points: Array, scratch: Array, lane: int, frame: Any, arm_a: Any, arm_b: Any
 ) -> None:
     """
@@ -128,7 +128,7 @@ def _update_points(lanes: int, constraints: Array, points: Array, scratch: Array
         weight = 1.0 - weight
         arm_b = add_scaled(arm_b, follows, subtract(moved_b, scale(weight, apart)))
         if RUBS:
-            _apply_second_half(points, scratch, lane, frame, arm_a, arm_b)
+            apply_second_half(points, scratch, lane, frame, arm_a, arm_b)
         else:
             _apply_second_half_normal(points, scratch, lane, normal, arm_a, arm_b)
 
@@ -149,6 +149,19 @@ def _turned(tangent: Any, share: float, new_normal: Any, both: Any) -> Any:
     """Turn a tangent with the normal: t - (n' . t)/(1 + n . n') (n + n')."""
     turn = share * dot(tangent, new_normal)
     return subtract(tangent, scale(turn, both))
+
+
+@inline
+def turned_frame(frame: Any, new_normal: Any) -> Any:
+    """Turn normal and tangents by the smallest turn that takes the normal to a new one."""
+    normal, tangent_1, tangent_2 = frame
+    share = 1.0 / (1.0 + dot(normal, new_normal))
+    both = add(normal, new_normal)
+    return (
+        new_normal,
+        _turned(tangent_1, share, new_normal, both),
+        _turned(tangent_2, share, new_normal, both),
+    )
 
 
 @kernel
@@ -192,14 +205,8 @@ def update_balls(lanes: int, constraints: Array, points: Array, scratch: Array) 
             reach * new_normal[2] if balls else arm_a[2] + weight * motion[2],
         )
         points[lane + contact_point.SEPARATION] = separation + opening
-        share = 1.0 / (1.0 + dot(normal, new_normal))
-        both = add(normal, new_normal)
-        frame = (
-            new_normal,
-            _turned(tangent_1, share, new_normal, both),
-            _turned(tangent_2, share, new_normal, both),
-        )
+        frame = turned_frame((normal, tangent_1, tangent_2), new_normal)
         wide_lanes.put_vector(constraints, lane + constraint.NORMAL, frame[0])
         wide_lanes.put_vector(constraints, lane + constraint.TANGENT_1, frame[1])
         wide_lanes.put_vector(constraints, lane + constraint.TANGENT_2, frame[2])
-        _apply_second_half(points, scratch, lane, frame, new_arm_a, subtract(new_arm_a, way))
+        apply_second_half(points, scratch, lane, frame, new_arm_a, subtract(new_arm_a, way))
