@@ -220,7 +220,7 @@ def _patch(
                     _write(found, PATCH + count * FLAT_POINT, corner, UNDER + k)
                     count += 1
     kept, first = count, PATCH
-    if count > MOST:
+    if count > 2:
         kept, first = keep_four_flat(found, PATCH, count, CHOSEN), CHOSEN
     if count > 2 and not _is_parallelogram(found, count, kept, first):
         _measure_patch(found, count)
