@@ -159,6 +159,21 @@ def test_resting_box_keeps_its_points_and_their_names_while_it_trembles(shake, y
     assert len(set(before.features) & set(after.features)) >= 3
 
 
+def test_cube_hardly_off_a_like_one_loses_no_corner():
+    """Edges that coincide but for rounding, or for the tolerance of clipping, cross anywhere."""
+    rng = np.random.default_rng(1)
+    low = at(BOX, [0.1, 0.1, 0.1], [0, 0, 0])
+    for _ in range(2000):
+        x, y, z = rng.choice([-1.0, 0.0, 1.0], 3) * 10.0 ** rng.uniform(-20, -11, 3)
+        turn = np.eye(3) + np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        shift = rng.choice([-1.0, 0.0, 1.0], 2) * 10.0 ** rng.choice([-17, -15, -14, -13], 2)
+        shift *= rng.choice([1.0, 1.0 + 1e-4, 1.0 - 1e-4], 2)
+        places = collide(low, at(BOX, low.sizes, [*shift, 0.2], turn), MARGIN).places[:, :2]
+        # points of an edge that are as good but for LEAD of the area
+        assert np.abs(np.abs(places) - 0.1).max() < LEAD * 0.2
+        assert len({tuple(signs) for signs in np.sign(places)}) == len(places) == 4
+
+
 def common_patch(half, corners):
     """What a parallelogram, (4, 3) with gaps in front, has over a rectangle about the origin."""
     for axis, sign in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)):
