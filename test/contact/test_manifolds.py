@@ -159,6 +159,89 @@ def test_resting_box_keeps_its_points_and_their_names_while_it_trembles(shake, y
     assert len(set(before.features) & set(after.features)) >= 3
 
 
+def test_cube_hardly_off_a_like_one_loses_no_corner():
+    """Edges that coincide but for rounding, or for the tolerance of clipping, cross anywhere."""
+    rng = np.random.default_rng(1)
+    low = at(BOX, [0.1, 0.1, 0.1], [0, 0, 0])
+    for _ in range(2000):
+        x, y, z = rng.choice([-1.0, 0.0, 1.0], 3) * 10.0 ** rng.uniform(-20, -11, 3)
+        turn = np.eye(3) + np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        shift = rng.choice([-1.0, 0.0, 1.0], 2) * 10.0 ** rng.choice([-17, -15, -14, -13], 2)
+        shift *= rng.choice([1.0, 1.0 + 1e-4, 1.0 - 1e-4], 2)
+        places = collide(low, at(BOX, low.sizes, [*shift, 0.2], turn), MARGIN).places[:, :2]
+        # points of an edge that are as good but for LEAD of the area
+        assert np.abs(np.abs(places) - 0.1).max() < LEAD * 0.2
+        assert len({tuple(signs) for signs in np.sign(places)}) == len(places) == 4
+
+
+def common_patch(half, corners):
+    """What a parallelogram, (4, 3) with gaps in front, has over a rectangle about the origin."""
+    for axis, sign in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)):
+        inside = half[axis] - sign * corners[:, axis]
+        kept = []
+        for k in range(len(corners)):
+            here, there = inside[k - 1], inside[k]
+            if here >= 0.0:
+                kept.append(corners[k - 1])
+            if here * there < 0.0:
+                share = here / (here - there)
+                kept.append(corners[k - 1] + share * (corners[k] - corners[k - 1]))
+        corners = np.array(kept).reshape(-1, 3)
+    return corners
+
+
+def area(plan):
+    """Of a convex polygon (n, 2), its corners in any order [m^2]."""
+    middle = plan.mean(axis=0)
+    x, y = plan[np.argsort(np.arctan2(*(plan - middle).T[::-1]))].T - middle[:, None]
+    return 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def nearly_flush_boxes(n, seed):
+    """Yield flat box, box upon it, hardly tilted, and the corners of what they have in common."""
+    rng = np.random.default_rng(seed)
+    for _ in range(n):
+        below = np.exp(rng.uniform(-2.0, 1.0, 3))
+        above = below.copy() if rng.random() < 0.5 else np.exp(rng.uniform(-2.0, 1.0, 3))
+        small = min(*below[:2], *above[:2])
+        yaw = rng.choice([0.0, 10.0 ** rng.uniform(-14, -2), 0.5 * np.pi, rng.uniform(-3, 3)])
+        tilt = rng.choice([0.0, 10.0 ** rng.uniform(-16, -4)]) * rng.normal(size=2)
+        shift = rng.choice([0.0, 1e-12, 1e-9, 1e-6, 1e-3, 0.3]) * small * rng.normal(size=2)
+        if rng.random() < 0.3:  # one side flush
+            shift[0] = below[0] - above[0]
+        turn = about(0, tilt[0]) @ about(1, tilt[1]) @ about(2, yaw)
+        low = at(BOX, below, [0, 0, -below[2]])
+        high = at(BOX, above, [*shift, above[2] * turn[2, 2]], turn)
+        signs = np.array([[1, 1, -1], [-1, 1, -1], [-1, -1, -1], [1, -1, -1]])
+        yield low, high, common_patch(below[:2], high.origin + (signs * above) @ turn.T), yaw
+
+
+def test_box_is_held_at_the_deepest_corner_of_the_patch_and_at_three_that_lie_far_apart():
+    """Edges that nearly coincide cross somewhere, close to a corner or halfway between two."""
+    compared = 0
+    for low, high, patch, yaw in nearly_flush_boxes(1200, 5):
+        found = collide(low, high, 1.0)
+        if not np.array_equal(found.normal, [0, 0, 1]) or len(patch) < 3:
+            continue  # a side of the upper one is the reference
+        compared += 1
+        extent = np.ptp(patch[:, :2], axis=0).max()
+        # round-off of sizes of metres, and of depths that count as the same
+        assert abs(found.gap - patch[:, 2].min()) < 1e-12
+        ways = [a - b for i, a in enumerate(found.places) for b in found.places[:i]]
+        assert len(ways) == 0 or np.linalg.norm(ways, axis=1).min() > 1e-6 * extent
+        whole = area(patch[:, :2])
+        if whole < 1e-4 * extent * extent:
+            continue
+        held = area(found.places[:, :2])
+        # a regular octagon has sqrt(2)/2 in a square; where the deepest lies between two corners,
+        # a triangle is lost
+        assert held > 0.5 * whole
+        if 0.0 <= yaw < 1e-4 or yaw == 0.5 * np.pi:  # as good as a rectangle
+            is_flat = np.ptp(patch[:, 2]) < 1e-13 * extent
+            assert held > (0.99 if is_flat else 0.74) * whole
+    assert compared > 600
+
+
 def test_depth_changes_no_faster_than_the_boxes_move():
     """The deepest gap is 1-Lipschitz in the position, up to the lead of sides over edges."""
     rng = np.random.default_rng(3)

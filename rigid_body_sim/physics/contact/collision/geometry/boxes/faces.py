@@ -6,8 +6,8 @@ A face of one box against the other box: the patch in which they face each other
 The reference face is that of the separating axis; the incident face is the one of the other box
 that faces it most, a parallelogram c + alpha p + beta q, |alpha|, |beta| <= 1, seen along the axes
 u, v of the reference face. The patch is what the two have in common: corners of the incident face
-over the reference face, points where its edges cross the edges of the reference face (clipping
-after Liang and Barsky, ACM Trans. Graph. 3 (1984) 1), and corners of the reference face under it.
+over the reference face, points where its edges cross the edges of the reference face, and corners
+of the reference face under it (clipping after Sutherland and Hodgman, Comm. ACM 17 (1974) 32).
 What lies within the margin of the reference face is the manifold.
 
 Vectors u, v, w: along the two axes of the reference face, and its normal, from its middle [m].
@@ -54,20 +54,22 @@ from rigid_body_sim.physics.vectors import (
 
 Array = NDArray[np.float64]
 
-MOST_OF_PATCH = 12  # [-] corners of the patch, some of them twice
+MOST_OF_PATCH = 12  # [-] corners of the patch: eight, and some twice by rounding
 
 faces = Record(begin=SCRATCH)
 INCIDENT = faces.numbers(4 * FLAT_POINT, 'm', 'corners of the incident face')
-PATCH = faces.numbers(MOST_OF_PATCH * FLAT_POINT, 'm', 'corners of the patch')
+PATCH = faces.numbers(MOST_OF_PATCH * FLAT_POINT, 'm', 'corners of the patch, in order')
 CHOSEN = faces.numbers(MOST * FLAT_POINT, 'm', 'those that are kept')
-ROUND = faces.numbers(MOST_OF_PATCH * FLAT_POINT, 'm', 'corners of the patch, one after the other')
+ROUND = faces.numbers(MOST_OF_PATCH * FLAT_POINT, 'm', 'what is left of it after every other side')
 
 CUTS, UNDER, NAMES = 4.0, 20.0, 24.0  # features: edge 0 … 3 cut by side 0 … 3, corners under it
 DEEPEST = 40000.0  # features of corners that lie deepest
 SQUARE = 1e-3  # [-] of the size: a patch that is off by less is a parallelogram
 ROUNDING = 1e-12  # [-] of a half edge: a corner beyond an edge by less is over the face
-UNCUT = -1.0  # an edge of the incident face that begins or ends over the reference face
-LOW_U, HIGH_U, LOW_V, HIGH_V = 0.0, 1.0, 2.0, 3.0  # edges of the reference face
+LOW_U, HIGH_U, LOW_V, HIGH_V = 0.0, 1.0, 2.0, 3.0  # sides of the reference face
+HIGH, SECOND = 1.0, 2.0  # its corner k at the ends of u, v
+SIDES = 4.0  # edges of the patch: 0 … 3 of the incident face, from here on sides of the other
+EDGES = 32.0  # while it is cut a name carries, times this, the edge that begins at the corner
 
 
 @inline
@@ -77,58 +79,69 @@ def _write(found: Array, at: int, corner: Any, name: float) -> None:
 
 
 @kernel
-def _cut_edges(found: Array, half_u: float, half_v: float, margin: float) -> int:
-    """Append the corners and cut points of the edges of the incident face; return their number."""
-    count = 0
-    limit_u, limit_v = half_u * (1.0 + ROUNDING), half_v * (1.0 + ROUNDING)
-    for edge in range(4):
-        begin = load(found, INCIDENT + edge * FLAT_POINT)
-        along = subtract(load(found, INCIDENT + ((edge + 1) & 3) * FLAT_POINT), begin)
-        first, last, enter, leave = 0.0, 1.0, UNCUT, UNCUT
-        if along[0] != 0.0:
-            near, far = (-limit_u - begin[0]) / along[0], (limit_u - begin[0]) / along[0]
-            near_side, far_side = LOW_U, HIGH_U
-            if near > far:
-                near, far, near_side, far_side = far, near, HIGH_U, LOW_U
-            if near > first:
-                first, enter = near, near_side
-            if far < last:
-                last, leave = far, far_side
-        elif abs(begin[0]) > limit_u:
-            continue
-        if along[1] != 0.0:
-            near, far = (-limit_v - begin[1]) / along[1], (limit_v - begin[1]) / along[1]
-            near_side, far_side = LOW_V, HIGH_V
-            if near > far:
-                near, far, near_side, far_side = far, near, HIGH_V, LOW_V
-            if near > first:
-                first, enter = near, near_side
-            if far < last:
-                last, leave = far, far_side
-        elif abs(begin[1]) > limit_v:
-            continue
-        if first > last:
-            continue
-        corner = add_scaled(begin, first, along)
-        if corner[2] <= margin:
-            name = 1.0 * edge if enter == UNCUT else CUTS + 4.0 * edge + enter
-            _write(found, PATCH + count * FLAT_POINT, corner, name)
-            count += 1
-        if leave == UNCUT or last == first:
-            continue  # the next edge begins there, or this one only touches a corner
-        corner = add_scaled(begin, last, along)
-        if corner[2] <= margin:
-            _write(found, PATCH + count * FLAT_POINT, corner, CUTS + 4.0 * edge + leave)
-            count += 1
-    return count
+def _clip(
+    found: Array, source: int, count: int, axis: int, sign: float, half: float, side: float
+) -> Any:  # fmt: skip
+    """
+    Cut off what of a polygon lies beyond a side of the reference face; return the number of its
+    corners and where they begin now.
+
+        source       : where its corners begin
+        axis, sign   : U or V, and the end of it at which the side is
+        half         : [m] distance of the side from the middle
+        side         : its number
+    """
+    end, least = source + FLAT_POINT * count, -ROUNDING * half
+    is_cut = False
+    for at in range(source, end, FLAT_POINT):
+        is_cut = is_cut | (half - sign * found[at + axis] < least)
+    if not is_cut:
+        return count, source
+    to = ROUND if source == PATCH else PATCH
+    place, before = to, end - FLAT_POINT
+    inner = half - sign * found[before + axis]
+    for at in range(source, end, FLAT_POINT):
+        depth_before, inner = inner, half - sign * found[at + axis]
+        if (depth_before < least) != (inner < least):
+            # crosses the side between the two, one of them at most a rounding beyond it
+            share = depth_before / (depth_before - inner)
+            begin = load(found, before)
+            way = subtract(load(found, at), begin)
+            crossing = add_scaled(begin, min(1.0, max(0.0, share)), way)
+            edge = found[before + NAME] // EDGES
+            corner = UNDER + (HIGH if found[before + U] > 0.0 else 0.0)
+            corner += SECOND if sign > 0.0 else 0.0
+            name = corner if edge >= SIDES else CUTS + 4.0 * edge + side
+            leads_on = side + SIDES if inner < least else edge
+            _write(found, place, crossing, name + EDGES * leads_on)
+            place += FLAT_POINT
+        if not inner < least:
+            _write(found, place, load(found, at), found[at + NAME])
+            place += FLAT_POINT
+        before = at
+    return (place - to) // FLAT_POINT, to
 
 
 @inline
-def _direction(u: float, v: float) -> float:
-    """Return a number that grows with the angle of a vector, 0 to 4."""
-    both = abs(u) + abs(v)
-    along = u / (both if both > 0.0 else 1.0)
-    return 1.0 - along if v >= 0.0 else 3.0 + along
+def _common(found: Array, half_u: float, half_v: float, margin: float) -> int:
+    """
+    Find what the incident face has over the reference face (Sutherland and Hodgman): a polygon
+    that loses no corner, whatever coincides. Write its corners within the margin as the patch,
+    one after the other; return their number.
+    """
+    for k in range(4):
+        found[INCIDENT + FLAT_POINT * k + NAME] += EDGES * k
+    count, begin = _clip(found, INCIDENT, 4, U, -1.0, half_u, LOW_U)
+    count, begin = _clip(found, begin, count, U, 1.0, half_u, HIGH_U)
+    count, begin = _clip(found, begin, count, V, -1.0, half_v, LOW_V)
+    count, begin = _clip(found, begin, count, V, 1.0, half_v, HIGH_V)
+    kept = 0
+    for at in range(begin, begin + FLAT_POINT * count, FLAT_POINT):
+        if found[at + HEIGHT] <= margin:
+            name = found[at + NAME] % EDGES
+            _write(found, PATCH + FLAT_POINT * kept, load(found, at), name)
+            kept += 1
+    return kept
 
 
 @inline
@@ -164,26 +177,6 @@ def _is_parallelogram(found: Array, count: int, kept: int, begin: int) -> bool:
 
 
 @kernel
-def _measure_patch(found: Array, count: int) -> None:
-    """Put the corners of the patch in order about their mean, and measure its face."""
-    mean_u, mean_v = 0.0, 0.0
-    for at in range(PATCH, PATCH + FLAT_POINT * count, FLAT_POINT):
-        mean_u += found[at + U] / count
-        mean_v += found[at + V] / count
-    for index in range(count):
-        at = PATCH + FLAT_POINT * index
-        corner = load(found, at)
-        direction = _direction(corner[0] - mean_u, corner[1] - mean_v)
-        place = index
-        while place > 0 and found[ROUND + FLAT_POINT * (place - 1) + NAME] > direction:
-            before, to = ROUND + FLAT_POINT * (place - 1), ROUND + FLAT_POINT * place
-            _write(found, to, load(found, before), found[before + NAME])
-            place -= 1
-        _write(found, ROUND + FLAT_POINT * place, corner, direction)
-    measure_face(found, ROUND, FLAT_POINT, count)
-
-
-@kernel
 def _patch(
     found: Array, center: Any, edge_p: Any, edge_q: Any, half_u: float, half_v: float,
     margin: float,
@@ -205,25 +198,12 @@ def _patch(
     )
     if inside and center[2] + abs(edge_p[2]) + abs(edge_q[2]) <= margin:
         return 4, INCIDENT
-    count = _cut_edges(found, half_u, half_v, margin)
-    det = edge_p[0] * edge_q[1] - edge_p[1] * edge_q[0]
-    if not inside and det != 0.0:
-        for k in range(4):
-            corner_u, corner_v = half_u if k & 1 else -half_u, half_v if k & 2 else -half_v
-            arm_u, arm_v = corner_u - center[0], corner_v - center[1]
-            alpha = arm_u * edge_q[1] - arm_v * edge_q[0]
-            beta = arm_v * edge_p[0] - arm_u * edge_p[1]
-            if abs(alpha) < abs(det) and abs(beta) < abs(det):
-                separation = center[2] + (alpha / det * edge_p[2] + beta / det * edge_q[2])
-                if separation <= margin:
-                    corner = (corner_u, corner_v, separation)
-                    _write(found, PATCH + count * FLAT_POINT, corner, UNDER + k)
-                    count += 1
+    count = _common(found, half_u, half_v, margin)
     kept, first = count, PATCH
-    if count > MOST:
+    if count > 2:
         kept, first = keep_four_flat(found, PATCH, count, CHOSEN), CHOSEN
-    if count > 2 and not _is_parallelogram(found, count, kept, first):
-        _measure_patch(found, count)
+        if not _is_parallelogram(found, count, kept, first):
+            measure_face(found, PATCH, FLAT_POINT, count)
     return kept, first
 
 
