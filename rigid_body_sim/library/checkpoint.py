@@ -35,7 +35,7 @@ from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.writing import with_text
 
 MAGIC = b'rigid_body_sim checkpoint\n'
-VERSION = 1
+VERSION = 2  # 2: the impulse cache keeps what full detections found (`collision.recycling`)
 SCENE, STATE, AUTO = 'scene', 'state', 'auto'  # parts; files: 'file:NAME'
 FILE = 'file:'
 PLAIN = ('integrator', 'integrator_options', 'dt', 'tick', 'start_ns')  # of the head

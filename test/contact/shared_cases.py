@@ -8,9 +8,11 @@ Prints of each scene whether both gave the same bits, whether the shared kernel 
 whether anything acted: touched, or pulled where nothing may touch.
 """
 
+import itertools
 from dataclasses import replace
 
 import inside
+import numpy as np
 import pytest
 from touching import ball, box, ground, lean, stack
 
@@ -24,6 +26,7 @@ from rigid_body_sim.physics.model.scene import (
     Pivot,
     PrescribedMotion,
 )
+from rigid_body_sim.physics.model.shapes import ConvexHull
 from rigid_body_sim.physics.simulation import Simulation
 
 TICKS = 12
@@ -39,6 +42,13 @@ BELT = replace(SLAB, surface_velocity=(1.0, 0.0, 0.0))
 HUNG = replace(BRICK, pivot=Pivot((0.14, 0.0, 0.0), (0.1, 0.0, 0.07)))
 LEAKING = replace(BRICK, mass_flow=MassFlow(-0.2))
 HILL = height_field([[0.0, 0.1, 0.0], [0.05, 0.0, 0.1]], spacing=1.0, origin=(-1.0, -0.5, 0.0))
+CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+# at rest: from the third tick on the manifold follows the two (`collision.recycling`)
+TILE = Body('tile', ConvexHull((2, 2, 0.1) * CORNERS), 0.0, fixed=True, material=SLAB.material)
+SLATE = replace(
+    BRICK, name='slate', shape=ConvexHull((0.15, 0.1, 0.05) * CORNERS),
+    initial=replace(BRICK.initial, position=(0, 0, 0.15), angular_velocity=(0, 0, 0)),
+)  # fmt: skip
 SPRING = Spring('brick', 'world', 40.0, b_point=(0.0, 0.0, 0.5))
 RULE = {'bodies': ['brick', 'ball'], 'friction': 0.1}
 SCENES = {
@@ -57,6 +67,7 @@ SCENES = {
     'pivoted': ((GROUND, HUNG, BALL), {}),
     'flows': ((GROUND, LEAKING, BALL), {}),
     'triangles': ((Body('hill', HILL, 0.0, fixed=True), BRICK, BALL), {}),
+    'hulls': ((TILE, SLATE), {}),
     'events': ((GROUND, BRICK, BALL), {'mode': 'event'}),
     'driven, pulled': ((SHAKEN, BRICK, BALL), {'forces': (SPRING,)}),
     'events, pulled': ((GROUND, BRICK, BALL), {'mode': 'event', 'forces': (SPRING,)}),

@@ -54,10 +54,11 @@ from rigid_body_sim.physics.contact.collision import (
     ignored_pairs,
     narrow_phase,
     neighbour_list,
+    recycled_record,
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.collider import BroadPhase, ColliderArrays
-from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.collision.recycling import Recycling
 from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.events.flight import Flights
@@ -108,6 +109,7 @@ SLEEPING = slot('[-] whether islands may sleep')
 FLOWS = slot('[-] whether the mass of a body that touches changes')
 DRIVES = slot('[-] whether some bodies are moved as told, or have a belt')
 IGNORES = slot('[-] whether some pairs do not meet')
+RECYCLES = slot('[-] whether manifolds of some pairs follow their bodies')
 PAIR_MATERIALS = slot('[-] whether some pairs have a material of their own')
 drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
 evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
@@ -140,7 +142,7 @@ follow_and_relax = slot('kernel (last, now, touching, ...): separations, then re
 visit_groups = slot('kernel (index, now, ...): passes of all groups between two motions')
 take_back_gains = slot('kernel (h, touching, ...): what contact gave by its errors')
 bound_bounces = slot('kernel (touching, ...): restitution')
-store_impulses = slot('kernel (now, poses, ...): fills the impulse cache')
+store_impulses = slot('kernel (now, world): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
 meet_at_instant = slot('kernel (time, world): looks at an impact, or lets it happen')
 
@@ -152,12 +154,16 @@ class Detection(NamedTuple):
     local_poses : of the shapes in the axes of their bodies: see `collision.pose`
     found       : what a pair kernel writes, and its scratch: see `geometry.manifold`
     ignored     : pairs that do not meet: see `collision.ignored_pairs`
+    places      : of the records of pairs: see `collision.recycling`
+    records     : of the tick under way: see there
     """
 
     local_poses: Array
     broad_phase: BroadPhase
     found: Array
     ignored: Indices
+    places: Indices
+    records: Array
 
 
 class World(NamedTuple):
@@ -283,7 +289,7 @@ def _advance(ticks, tick, h, world):
             counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
             constraints.batches,
         )  # fmt: skip
-        store_impulses(now, colliders.poses, constraints, world.flights, counts)
+        store_impulses(now, world)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
         if SLEEPING and put_to_sleep(
@@ -364,10 +370,13 @@ def _detect_contacts(
             pairs, detection.ignored, detection.broad_phase.pair_ids
         )
         counts[tick_counts.PAIRS] = pairs
+    pair_ids, cache = detection.broad_phase.pair_ids, constraints.impulse_cache
+    if RECYCLES and len(detection.records) > 0:
+        impulse_cache.find_recycled(pairs, pair_ids, cache, detection.places)
     manifold_count = find_manifolds(
         pairs, count, h, h / settings[tick_settings.SUBSTEPS],
-        counts[tick_counts.MANIFOLD_ROOM], colliders, detection.broad_phase.pair_ids,
-        detection.found, manifolds, bodies,
+        counts[tick_counts.MANIFOLD_ROOM], colliders, pair_ids, detection.found, manifolds,
+        bodies, Recycling(cache, detection.places, detection.records),
         counts[tick_counts.PIECES : tick_counts.PIECES + 1],
     )  # fmt: skip
     counts[tick_counts.MANIFOLDS] = manifold_count
@@ -375,8 +384,7 @@ def _detect_contacts(
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_MANIFOLDS
         return False
     if EVENTS and not find_impacts(
-        number, h, constraints.impulse_cache, detection.broad_phase.pair_ids, manifolds, flights,
-        counts,
+        number, h, cache, pair_ids, manifolds, flights, counts
     ):  # fmt: skip
         return False
     if SLEEPING and sleep.wake_touched(
@@ -444,9 +452,9 @@ def _prepare_constraints(
     """
     manifolds, rows, cache = constraints.manifolds, constraints.rows, constraints.impulse_cache
     count = counts[tick_counts.MANIFOLDS]
+    behind = recycled_record.SIZE if RECYCLES else 0
     if (
-        cache_record.HEAD
-        + count * (cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE)
+        cache_record.HEAD + count * (cache_record.MOST_OF_MANIFOLD + behind)
         > counts[tick_counts.CACHE_ROOM]
     ):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_CACHE
@@ -811,13 +819,15 @@ def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings,
         scatter_momenta(touching, motion, bodies)
 
 
-def _store_impulses(now, poses, constraints, flights, counts):
+def _store_impulses(now, world):
     """Store what the next tick starts from; take who was struck to the end of this one."""
     if EVENTS:
-        land(now.h, flights)
+        land(now.h, world.flights)
+    constraints = world.constraints
     impulse_cache.store_impulses(
-        counts[tick_counts.MANIFOLDS], WIDTH, now.substep, ANGULAR, poses, constraints.order,
-        constraints.places, constraints.manifolds, constraints.rows, constraints.impulse_cache,
+        world.counts[tick_counts.MANIFOLDS], WIDTH, now.substep, ANGULAR, world.colliders.poses,
+        constraints.order, constraints.places, constraints.manifolds, constraints.rows,
+        world.detection.records, constraints.impulse_cache,
     )  # fmt: skip
 
 

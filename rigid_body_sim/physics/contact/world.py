@@ -41,6 +41,7 @@ from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_
 from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warning, take_overlaps
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
+from rigid_body_sim.physics.contact.collision.recycling import RECYCLED_KINDS
 from rigid_body_sim.physics.contact.events import cuts, flight_record, impact_list
 from rigid_body_sim.physics.contact.events.read_impacts import of_last_tick, read_impacts
 from rigid_body_sim.physics.contact.islands.groups import groups_of
@@ -115,7 +116,9 @@ class ContactWorld:
             contact_point.SIZE_LONG if self._angular or self._bounces else contact_point.SIZE
         )
         flows = variable_mass.flows_of(layout, colliders.bodies.tolist())
-        self.arrays = WorldArrays(layout.n_moving, self._width, flows, layout.pivoted)
+        self.arrays = WorldArrays(
+            layout.n_moving, self._width, flows, layout.pivoted, recycles=self._recycles
+        )
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
         rows = integrator.coefficients(layout.moments).shape[1]
@@ -134,6 +137,11 @@ class ContactWorld:
         self._pieces: list[Read] = []  # of the last tick, if it was cut
         self._names = [body.name for body in scene.bodies]
         self._overlaps: dict[tuple[int, int], float] = {}  # [m] of pairs of scene indices
+
+    @property
+    def _recycles(self) -> bool:
+        """Whether manifolds of some pairs follow their bodies: see `collision.recycling`."""
+        return not (self._events or RECYCLED_KINDS.isdisjoint(self._kinds))
 
     def _make_sleepers(self, scene: Scene, sleeping: bool) -> Any:
         """Make what keeps the contacts of sleepers; None where nobody may sleep."""
@@ -315,10 +323,11 @@ class ContactWorld:
             FLOWS=flows,
             DRIVES=driven,
             IGNORES=bool(self.arrays.ignored.size),
+            RECYCLES=self._recycles,
             PAIR_MATERIALS=bool(self.arrays.pair_material_rows.size),
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
-            find_manifolds=manifold_finder(pairs),
+            find_manifolds=manifold_finder(pairs, recycles=self._recycles),
             **{'apply_restitution': _nothing, **iterations},
             **self._impacts_of(pairs, coupled=evaluate is not None),
         )

@@ -31,6 +31,7 @@ from rigid_body_sim.physics.contact.collision import (
     material_record,
     neighbour_list,
     pose,
+    recycled_record,
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
@@ -96,9 +97,16 @@ class WorldArrays:
     version : another number after each change of which arrays there are
     """
 
-    def __init__(self, body_count: int, width: int, flows: Array, pivoted: Sequence[int]) -> None:
-        """Make what does not depend on colliders; width: numbers of a contact point."""
-        self._width = width
+    def __init__(
+        self, body_count: int, width: int, flows: Array, pivoted: Sequence[int], *, recycles: bool
+    ) -> None:
+        """
+        Make what does not depend on colliders.
+
+        width    : numbers of a contact point
+        recycles : whether manifolds of some pairs follow their bodies: see `collision.recycling`
+        """
+        self._width, self._recycles = width, recycles
         self.version = 0
         self.pivoted = np.array(pivoted, dtype=np.int64)
         self.flows = flows
@@ -220,7 +228,7 @@ class WorldArrays:
         self._make_pair_lists(PAIRS_OF_EACH * count + PAIRS_BESIDE)
         manifolds = MANIFOLDS_OF_EACH * count + MANIFOLDS_BESIDE
         self._make_manifolds(manifolds)
-        room = cache_record.MANIFOLD_HEAD + manifold.MOST * cache_record.POINT_SIZE
+        room = cache_record.MOST_OF_MANIFOLD + self._recycles * recycled_record.SIZE
         self.cache = np.zeros(cache_record.HEAD + manifolds * room)
         batches = count // COLLIDERS_OF_A_BATCH + FULL_BATCHES_BESIDE
         room = constraint.SIZE + manifold.MOST * self._width + friction_patch.SIZE
@@ -232,10 +240,12 @@ class WorldArrays:
         self.manifolds = np.zeros(room * manifold_record.SIZE)
         self.manifold_order = np.zeros(room, dtype=np.int64)
         self.cache_places = np.zeros(room, dtype=np.int64)
+        self.recycled_records = np.zeros(self._recycles * room * recycled_record.SIZE)
 
     def _make_pair_lists(self, room: int) -> None:
         self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)
         self.pair_ids = np.zeros(room, dtype=np.int64)
+        self.recycled_places = np.zeros(self._recycles * room, dtype=np.int64)
 
     def pack(self) -> None:
         """Measure the lists: `world` gives others from now on."""
@@ -289,7 +299,14 @@ class WorldArrays:
             argument(self.counts),
             colliders,
             materials,
-            step.Detection(local_poses, broad_phase, found, ignored),
+            step.Detection(
+                local_poses,
+                broad_phase,
+                found,
+                ignored,
+                argument(self.recycled_places),
+                argument(self.recycled_records),
+            ),
             bodies,
             constraints,
             argument(self.touching),

@@ -29,4 +29,5 @@ LANE = manifold.number('-', 'where its lane begins in the rows of the solver')
 STATE = manifold.number('-', 'what is known of it while ghosts are looked for: `ghosts`')
 NEXT_OF_A = manifold.number('-', 'where the next manifold of the body of A begins, or -1')
 NEXT_OF_B = manifold.number('-', 'the same of B')
+RECYCLED = manifold.number('-', 'where its record begins in those of `recycling`, or -1')
 SIZE = manifold.padding(40)  # five cache lines

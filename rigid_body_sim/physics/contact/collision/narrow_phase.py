@@ -43,6 +43,8 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_RADIUS,
     FACE_SQUARE,
     MOST,
+    NOBODYS,
+    NORMAL_OWNER,
     POINT,
     POINTS,
 )
@@ -53,6 +55,12 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface impor
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import MOTION, REST
 from rigid_body_sim.physics.contact.collision.ghosts import ghost_dropper
 from rigid_body_sim.physics.contact.collision.ground_misses import ALL, ground_miss_finder
+from rigid_body_sim.physics.contact.collision.recycling import (
+    NONE,
+    Recycling,
+    keep_pair,
+    recall_pair,
+)
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL
 from rigid_body_sim.physics.state.blocks import (
     LANES,
@@ -78,6 +86,7 @@ collide_this = slot(
 collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 GROUND = slot('[-] whether some collider is a surface')
+RECYCLES = slot('[-] whether manifolds of some pairs follow their bodies')
 ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
 drop_ghosts = slot('kernel (length, count, h, ...): takes out manifolds of ghosts')
 
@@ -170,13 +179,16 @@ def collider_of_pairs(
 
 @kernel
 def _write_manifold(
-    place: int, pair_id: int, a: int, b: int, points: int, found: Array, manifolds: Array
-) -> None:
-    """Write what a pair kernel has found as a manifold that begins at a place."""
+    place: int, pair_id: int, a: int, b: int, points: int, pieces: int, found: Array,
+    manifolds: Array,
+) -> None:  # fmt: skip
+    """Write what a pair kernel has found as a manifold that begins at a place; pieces: see it."""
     manifolds[place + manifold_record.PAIR_ID] = float(pair_id)
     manifolds[place + manifold_record.COLLIDER_A] = float(a)
     manifolds[place + manifold_record.COLLIDER_B] = float(b)
     manifolds[place + manifold_record.POINT_COUNT] = float(points)
+    manifolds[place + manifold_record.PIECES] = float(pieces)
+    manifolds[place + manifold_record.RECYCLED] = float(NONE)
     manifolds[place + manifold_record.FACE_AREA] = found[FACE_AREA]
     if found[FACE_AREA] > 0.0:
         manifolds[place + manifold_record.FACE_RADIUS] = found[FACE_RADIUS]
@@ -188,9 +200,28 @@ def _write_manifold(
         manifolds[place + manifold_record.POINTS + entry] = found[POINTS + entry]
 
 
+@inline
+def _stand_back(a: int, b: int, table: Indices) -> Any:
+    """Tell whether a pair is not looked for."""
+    stands_a = table[a * collider_record.SIZE + collider_record.STANDS_BACK]
+    stands_b = table[b * collider_record.SIZE + collider_record.STANDS_BACK]
+    return stands_a + stands_b == BOTH
+
+
+@inline
+def _in_order(a: int, b: int, table: Indices) -> Any:
+    """Return two colliders as A and B of their pair kernel, and their types."""
+    type_a = table[a * collider_record.SIZE + collider_record.TYPE]
+    type_b = table[b * collider_record.SIZE + collider_record.TYPE]
+    if type_a > type_b or (type_a == type_b and a > b):
+        return b, a, type_b, type_a
+    return a, b, type_a, type_b
+
+
 def _find_manifolds(
     pairs: int, count: int, h: float, substep: float, room: int, colliders: ColliderArrays,
-    pair_ids: Indices, found: Array, manifolds: Array, bodies: Array, pieces: Indices,
+    pair_ids: Indices, found: Array, manifolds: Array, bodies: Array, recycling: Recycling,
+    pieces: Indices,
 ) -> int:  # fmt: skip
     """
     Write the manifolds of pairs that are within their speculative margins; return how many, also
@@ -201,6 +232,7 @@ def _find_manifolds(
         room      : manifolds for which there is room
         found     : scratch of a pair kernel
         manifolds : written, see `manifold_record`
+        recycling : what is known from the last tick
         pieces    : [0] is set to the pieces into which the tick should be cut, see
                     `conservative_advancement`
     """
@@ -210,17 +242,9 @@ def _find_manifolds(
     for index in range(pairs):
         pair_id = pair_ids[index]
         a, b = pair_id // count, pair_id % count
-        if (
-            table[a * collider_record.SIZE + collider_record.STANDS_BACK]
-            + table[b * collider_record.SIZE + collider_record.STANDS_BACK]
-            == BOTH
-        ):
+        if _stand_back(a, b, table):
             continue
-        type_a = table[a * collider_record.SIZE + collider_record.TYPE]
-        type_b = table[b * collider_record.SIZE + collider_record.TYPE]
-        if type_a > type_b or (type_a == type_b and a > b):
-            a, b = b, a
-            type_a, type_b = type_b, type_a
+        a, b, type_a, type_b = _in_order(a, b, table)
         shape_a = table[a * collider_record.SIZE + collider_record.PARAMETERS]
         shape_b = table[b * collider_record.SIZE + collider_record.PARAMETERS]
         row_a, row_b = a * swept_aabbs.SIZE, b * swept_aabbs.SIZE
@@ -243,13 +267,19 @@ def _find_manifolds(
                 ):
                     continue
         found[FACE_AREA] = 0.0
+        found[NORMAL_OWNER] = NOBODYS
         if GROUND and type_b == SURFACE:
             store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
             found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])
-        points = collide(
-            type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
-            a * pose.SIZE, b * pose.SIZE, margin, found,
-        )  # fmt: skip
+        known, points = NONE, 0
+        if RECYCLES:
+            known, points = recall_pair(index, a, b, margin, colliders, recycling, found)
+        if points == 0:
+            known = NONE
+            points = collide(
+                type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
+                a * pose.SIZE, b * pose.SIZE, margin, found,
+            )  # fmt: skip
         if GROUND and type_b == SURFACE and wanted > 1 and points == 0:
             points = write_far_contact(margin, found)
         if points == 0:
@@ -259,16 +289,25 @@ def _find_manifolds(
             continue
         if length < room:
             place = length * manifold_record.SIZE
-            _write_manifold(place, pair_id, a, b, points, found, manifolds)
-            manifolds[place + manifold_record.PIECES] = float(wanted)
+            _write_manifold(place, pair_id, a, b, points, wanted, found, manifolds)
+            if RECYCLES:
+                manifolds[place + manifold_record.RECYCLED] = keep_pair(
+                    length, known, a, b, points, margin, colliders, recycling, found
+                )
         length += 1
     if length > room:
         return length
     return drop_ghosts(length, count, h, substep, colliders, found, manifolds, bodies, pieces)
 
 
-def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> Callable[..., Any]:
-    """Make the kernel that finds the manifolds of a scene with these pair kernels."""
+def manifold_finder(
+    kernels: Sequence[tuple[int, int, Callable[..., Any]]], *, recycles: bool
+) -> Callable[..., Any]:
+    """
+    Make the kernel that finds the manifolds of a scene with these pair kernels.
+
+    recycles : whether manifolds of some pairs follow their bodies
+    """
     name = '_'.join(f'{type_a}{type_b}' for type_a, type_b, _ in kernels)
     collide = collider_of_pairs(kernels)
     ground = any(type_b == SURFACE for _, type_b, _ in kernels)
@@ -278,7 +317,8 @@ def manifold_finder(kernels: Sequence[tuple[int, int, Callable[..., Any]]]) -> C
     if ground:
         ground_misses = ground_miss_finder(name, collide, true_shapes=true_shapes)
     return specialise(
-        _find_manifolds, name=name, GROUND=ground, collide=collide, ground_misses=ground_misses,
+        _find_manifolds, name=name, GROUND=ground, RECYCLES=recycles, collide=collide,
+        ground_misses=ground_misses,
         drop_ghosts=ghost_dropper(
             name, collide, ground=ground, cylinders=cylinders, true_shapes=true_shapes
         ),

@@ -126,8 +126,7 @@ def entry_of(pair_id: float, cache: Array) -> int:
     for _manifold in range(int(cache[cache_record.MANIFOLDS])):
         if cache[entry + cache_record.PAIR_ID] == pair_id:
             return entry
-        points = int(cache[entry + cache_record.POINTS])
-        entry += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+        entry = cache_record.next_entry(entry, cache)
     return -1
 
 

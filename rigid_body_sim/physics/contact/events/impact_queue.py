@@ -136,8 +136,7 @@ def mark_loaded(
         manifolds[record + manifold_record.STATE] = DROPPED
         pair = manifolds[record + manifold_record.PAIR_ID]
         while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
-            points = int(cache[old + cache_record.POINTS])
-            old += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+            old = cache_record.next_entry(old, cache)
             left -= 1
         if left == 0 or cache[old + cache_record.PAIR_ID] != pair:
             continue

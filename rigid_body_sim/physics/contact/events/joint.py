@@ -198,13 +198,6 @@ def _is_loaded(entry: int, least: float, cache: Array) -> bool:
 
 
 @inline
-def _next_entry(entry: int, cache: Array) -> int:
-    """Where the next manifold of the cache begins."""
-    points = int(cache[entry + cache_record.POINTS])
-    return entry + cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
-
-
-@inline
 def _pair_of(entry: int, cache: Array, flights: Flights) -> Any:
     """Colliders of a manifold of the cache, type of A <= type of B."""
     table = flights.colliders.table
@@ -237,7 +230,7 @@ def enter_carriers(count: int, least: float, cache: Array, flights: Flights) -> 
                 before = count
                 count = _enter(body_b, _enter(body_a, count, flights), flights)
                 grown |= count > before
-            entry = _next_entry(entry, cache)
+            entry = cache_record.next_entry(entry, cache)
     return count if loaded else NO_LOAD
 
 
@@ -251,7 +244,7 @@ def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> 
     entry = cache_record.HEAD
     for _manifold in range(int(cache[cache_record.MANIFOLDS])):
         begin = entry
-        entry = _next_entry(entry, cache)
+        entry = cache_record.next_entry(entry, cache)
         a, b = _pair_of(begin, cache, flights)
         body_a, body_b = body_of(a, flights), body_of(b, flights)
         row_a, row_b = _row_of(body_a, flights), _row_of(body_b, flights)

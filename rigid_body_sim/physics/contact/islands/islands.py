@@ -74,7 +74,7 @@ def find_islands(
         for manifold in range(manifold_count):
             count = int(cache[place + cache_record.POINTS])
             pushes = _pushes(place + cache_record.MANIFOLD_HEAD, count, cache)
-            place += cache_record.MANIFOLD_HEAD + count * cache_record.POINT_SIZE
+            place = cache_record.next_entry(place, cache)
             record = manifold * manifold_record.SIZE
             collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
             collider_b = int(manifolds[record + manifold_record.COLLIDER_B])

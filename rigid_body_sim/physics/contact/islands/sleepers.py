@@ -125,11 +125,7 @@ class Sleepers:
         awake = (cores >= 0) & (names[cores] == 0)
         owner = np.where(fresh[cores[:, 0]], names[cores[:, 0]], names[cores[:, 1]])
         moves = fresh[cores].any(axis=1) & ~awake.any(axis=1)
-        sizes = (
-            cache_record.MANIFOLD_HEAD
-            + manifolds[:, manifold_record.POINT_COUNT].astype(np.int64) * cache_record.POINT_SIZE
-        )
-        starts = cache_record.HEAD + np.cumsum(sizes) - sizes
+        starts, sizes = entries(cache)
         substep = cache[cache_record.SUBSTEP]
         for name in np.unique(names[fresh]).tolist():
             own = np.flatnonzero(moves & (owner == name))

@@ -27,7 +27,8 @@ def entries(cache: Array) -> tuple[Indices, Indices]:
     for _ in range(int(cache[cache_record.MANIFOLDS])):
         starts.append(place)
         points = int(cache.item(place + cache_record.POINTS))
-        place += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+        recycled = int(cache.item(place + cache_record.RECYCLED))
+        place += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE + recycled
     ends = np.array([*starts, place], dtype=np.int64)
     return ends[:-1], np.diff(ends)
 
@@ -64,8 +65,8 @@ def scaled(cache: Array, substep: float) -> Array:
     before, cache[cache_record.SUBSTEP] = float(cache[cache_record.SUBSTEP]), substep
     if before in (0.0, substep):
         return cache
-    starts, sizes = entries(cache)
-    counts = (sizes - cache_record.MANIFOLD_HEAD) // cache_record.POINT_SIZE
+    starts, _ = entries(cache)
+    counts = cache[starts + cache_record.POINTS].astype(np.int64)
     points = np.repeat(starts + cache_record.MANIFOLD_HEAD, counts)
     points += cache_record.POINT_SIZE * _count_up(counts)
     cache[np.add.outer(points, IMPULSES)] *= substep / before

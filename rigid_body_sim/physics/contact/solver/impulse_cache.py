@@ -16,7 +16,12 @@ from typing import Any
 
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision import bounds_record, manifold_record, pose
+from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
+    manifold_record,
+    pose,
+    recycled_record,
+)
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
     cache_record,
@@ -45,15 +50,8 @@ def holds_same_manifolds(manifold_count: int, manifolds: Array, cache: Array) ->
             or cache[old + cache_record.POINTS] != manifolds[record + manifold_record.POINT_COUNT]
         ):
             return False
-        old += _size(old, cache)
+        old = cache_record.next_entry(old, cache)
     return True
-
-
-@inline
-def _size(old: int, cache: Array) -> int:
-    """Numbers of a manifold of the cache."""
-    points = int(cache[old + cache_record.POINTS])
-    return cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
 
 
 @inline
@@ -102,20 +100,42 @@ def _find_places(manifold_count: int, manifolds: Array, cache: Array, places: In
     for m in range(manifold_count):
         pair = manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]
         while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
-            old += _size(old, cache)
+            old = cache_record.next_entry(old, cache)
             left -= 1
         is_known = left > 0 and cache[old + cache_record.PAIR_ID] == pair
         places[m] = old if is_known else NEW
 
 
 @inline
-def _make_places(manifold_count: int, manifolds: Array, places: Indices) -> None:
+def _make_places(manifold_count: int, manifolds: Array, records: Array, places: Indices) -> None:
     """Find where each manifold goes in the cache."""
     to = cache_record.HEAD
     for m in range(manifold_count):
         places[m] = to
         points = int(manifolds[m * manifold_record.SIZE + manifold_record.POINT_COUNT])
         to += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+        recycled = int(manifolds[m * manifold_record.SIZE + manifold_record.RECYCLED])
+        if recycled >= 0:
+            to += recycled_record.size_in_use(recycled, records)
+
+
+@kernel
+def find_recycled(pairs: int, pair_ids: Indices, cache: Array, places: Indices) -> None:
+    """Find where in the cache the record of each pair is, or NEW: see `collision.recycling`."""
+    left = int(cache[cache_record.MANIFOLDS])
+    old = cache_record.HEAD
+    for index in range(pairs):
+        pair = float(pair_ids[index])
+        while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
+            old = cache_record.next_entry(old, cache)
+            left -= 1
+        places[index] = NEW
+        if (
+            left > 0
+            and cache[old + cache_record.PAIR_ID] == pair
+            and cache[old + cache_record.RECYCLED] > 0.0
+        ):
+            places[index] = cache_record.behind_points(old, cache)
 
 
 @kernel
@@ -214,12 +234,15 @@ def _stored_share(lane: int, row: int, rows: Array) -> Any:
 @kernel
 def store_impulses(
     manifold_count: int, width: int, h: float, angular: bool, poses: Array, order: Indices,
-    places: Indices, manifolds: Array, rows: Array, cache: Array,
+    places: Indices, manifolds: Array, rows: Array, records: Array, cache: Array,
 ) -> None:  # fmt: skip
-    """Write what the next tick starts from; poses are those at the start of this one."""
+    """
+    Write what the next tick starts from; poses are those at the start of this one, records those
+    of `collision.recycling`.
+    """
     cache[cache_record.SUBSTEP] = h
     cache[cache_record.MANIFOLDS] = float(manifold_count)
-    _make_places(manifold_count, manifolds, places)
+    _make_places(manifold_count, manifolds, records, places)
     for index in range(manifold_count):
         m = order[index]
         to = places[m]
@@ -258,6 +281,13 @@ def store_impulses(
             store(cache, to + cache_record.ANCHOR, _anchor(load(manifolds, found), shape, poses))
             to += cache_record.POINT_SIZE
         cache[head + cache_record.LOAD] = static_sink.filtered(lane, load_now / count, rows)
+        recycled = int(manifolds[record + manifold_record.RECYCLED])
+        cache[head + cache_record.RECYCLED] = 0.0
+        if recycled >= 0:
+            size = recycled_record.size_in_use(recycled, records)
+            cache[head + cache_record.RECYCLED] = float(size)
+            for entry in range(size):
+                cache[to + entry] = records[recycled + entry]
 
 
 @kernel
@@ -265,6 +295,5 @@ def size_in_use(cache: Array) -> int:
     """Count the numbers of the cache that are in use."""
     end = cache_record.HEAD
     for _ in range(int(cache[cache_record.MANIFOLDS])):
-        points = int(cache[end + cache_record.POINTS])
-        end += cache_record.MANIFOLD_HEAD + points * cache_record.POINT_SIZE
+        end = cache_record.next_entry(end, cache)
     return end

@@ -52,8 +52,21 @@ FACE_AREA = manifold.number(
 FACE_RADIUS = manifold.number('m', 'mean distance of the face from its middle')
 FACE_SQUARE = manifold.number('m^2', 'mean square of that distance')
 FACE_MIDDLE = manifold.vector('m', 'middle of the face, world axes')
+NORMAL_OWNER = manifold.number('-', 'whose the normal is: NOBODYS ... OF_EDGES')
+TURNED = manifold.number(
+    '-', 'which of the two does not feel its spin about its axis z: NEITHER ...'
+)
+EDGE_A = manifold.vector('m', 'where it is OF_EDGES: along the edge of A, axes of A')
+EDGE_B = manifold.vector('m', 'along the edge of B, axes of A; n is along EDGE_A x EDGE_B')
 SCRATCH = manifold.size  # where a kernel may keep what it likes
 FOUND = 4096  # numbers in `found`: the largest scratch is that of ground (`surfaces`)
+# whose the normal is: what it stays fixed to while the bodies move by little
+NOBODYS = 0.0  # nothing is known of it
+FACE_OF_A, FACE_OF_B = 1.0, 2.0  # that of a face
+OF_EDGES = 3.0  # across an edge of each
+OF_NEAREST = 4.0  # along the way between two nearest points
+OF_MANTLE = 5.0  # of a cylinder, where the rim of another meets it
+NEITHER, SHAPE_A, SHAPE_B, BOTH = 0.0, 1.0, 2.0, 3.0
 SHORTEST = 1e-140  # [m] of a shorter way the direction is no direction
 TINY = SHORTEST * SHORTEST  # [m^2] a component of 1e-13 of it still has a square with all digits
 # Of points as good as another up to these shares the first counts: without them a resting body

@@ -25,7 +25,11 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import UNDECIDED
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    NEITHER,
+    NORMAL_OWNER,
+    OF_NEAREST,
     TINY,
+    TURNED,
     write_normal,
     write_point,
 )
@@ -131,6 +135,7 @@ def rim_on_edge(
     if not gap <= margin:
         return 0
     write_normal(found, pose.to_world(poses, pose_cylinder, normal))
+    found[NORMAL_OWNER], found[TURNED] = OF_NEAREST, NEITHER
     middle_point = add_scaled(point, -0.5, way)
     position = add(load(poses, pose_cylinder), pose.to_world(poses, pose_cylinder, middle_point))
     write_point(found, 0, position, gap, ON_RIM + (1.0 if point[2] > 0.0 else 0.0))

@@ -13,6 +13,7 @@ what overlaps by more than DEEP stays so.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +22,26 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    BOTH,
+    FACE_OF_A,
+    FACE_OF_B,
+    NEITHER,
     NORMAL,
+    NORMAL_OWNER,
+    OF_MANTLE,
+    OF_NEAREST,
     POINTS,
     SEPARATION,
+    SHAPE_A,
+    SHAPE_B,
+    TURNED,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import scratch
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import VERTICES
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra import (
     collide_records,
 )
-from rigid_body_sim.physics.vectors import add_scaled, dot, load, scale, store_strided
+from rigid_body_sim.physics.vectors import add_scaled, cross, dot, load, scale, store_strided
 
 Array = NDArray[np.float64]
 
@@ -39,6 +50,8 @@ OFF = 1e-6  # [rad] beside the normal: so the two neighbours of that edge are ne
 # [m] beyond, its square loses digits or is infinite: the prism touches as it is
 LEAST_RADIUS, MOST_RADIUS = 1e-150, 1e150
 DEEP = 0.1  # [-] of the radius
+ACROSS = 1e-3  # [-] sine of the angle between normal and mantle, below which that touches
+SKEW = 0.01  # [-] squared sine of the angle between two axes, above which they make frames
 
 turned = Record(begin=scratch.SIZE)
 POSE_A = turned.numbers(pose.SIZE, '-', 'pose of A, turned')
@@ -99,11 +112,29 @@ def collide_prisms(
         return 0
     copy_pose(poses, pose_a, found, POSE_A)
     copy_pose(poses, pose_b, found, POSE_B)
-    turns = prism_a and turn_towards_normal(numbers_a, hull_a, found, POSE_A)
-    if prism_b and turn_towards_normal(numbers_b, hull_b, found, POSE_B):
-        turns = True
-    if not turns:
+    turns_a = prism_a and turn_towards_normal(numbers_a, hull_a, found, POSE_A)
+    turns_b = prism_b and turn_towards_normal(numbers_b, hull_b, found, POSE_B)
+    if not (turns_a or turns_b):
         return count
-    return collide_records(
+    count = collide_records(
         numbers_a, hull_a, numbers_b, hull_b, found, POSE_A, POSE_B, margin, found
     )
+    found[NORMAL_OWNER], found[TURNED] = _owner(turns_a, turns_b, found)
+    return count
+
+
+@inline
+def _owner(turns_a: bool, turns_b: bool, found: Array) -> Any:
+    """Tell whose the normal is, and who turns with it: none of the faces of a turned prism."""
+    owner = found[NORMAL_OWNER]
+    if turns_a and turns_b:
+        axis_a, axis_b = pose.axis(found, POSE_A, 2), pose.axis(found, POSE_B, 2)
+        normal, both = load(found, NORMAL), cross(axis_a, axis_b)
+        lean = min(abs(dot(normal, axis_a)), abs(dot(normal, axis_b)))
+        if lean < ACROSS and dot(both, both) > SKEW:
+            return OF_MANTLE, BOTH
+    elif turns_a and owner == FACE_OF_B:
+        return FACE_OF_B, SHAPE_A
+    elif turns_b and owner == FACE_OF_A:
+        return FACE_OF_A, SHAPE_B
+    return OF_NEAREST, NEITHER

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision.geometry.manifold import TINY
+from rigid_body_sim.physics.contact.collision.geometry.manifold import EDGE_A, EDGE_B, TINY
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     EDGE,
     EDGES,
@@ -287,7 +287,10 @@ def best_edges(a: Hull, b: Hull, work: Array, known: int, floor: float) -> tuple
 
 @kernel
 def nearest_on_edges(a: Hull, b: Hull, work: Array, edge_a: int, edge_b: int) -> None:
-    """Write behind AXIS the points of two crossing edges that lie nearest to each other's line."""
+    """
+    Write behind AXIS the points of two crossing edges that lie nearest to each other's line, and
+    the edges as those that span it.
+    """
     edge = edges_of(a) + EDGE * edge_a
     start_a = vertex(a, int(a.numbers[edge + START]))
     along_a = subtract(vertex(a, int(a.numbers[edge + END])), start_a)
@@ -303,5 +306,8 @@ def nearest_on_edges(a: Hull, b: Hull, work: Array, edge_a: int, edge_b: int) ->
     if det > PARALLEL * squared_a * squared_b:
         share_a = min(max((way_a * squared_b - way_b * both) / det, 0.0), 1.0)
         share_b = min(max((way_a * both - way_b * squared_a) / det, 0.0), 1.0)
+    store(work, EDGE_A, along_a)
+    opposes = dot(cross(along_a, along_b), load(work, AXIS)) < 0.0
+    store(work, EDGE_B, negate(along_b) if opposes else along_b)
     store(work, AXIS_A, add_scaled(start_a, share_a, along_a))
     store(work, AXIS_B, add_scaled(start_b, share_b, along_b))

@@ -26,9 +26,16 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_MIDDLE,
+    FACE_OF_A,
+    FACE_OF_B,
+    NEITHER,
     NORMAL,
+    NORMAL_OWNER,
+    OF_EDGES,
+    OF_NEAREST,
     POINT,
     POINTS,
+    TURNED,
     write_normal,
     write_point_at,
 )
@@ -126,8 +133,17 @@ def collide_records(
     if not along <= margin:
         return 0
     count = write_patch(a, b, side, face, along, state, margin, half, found)
+    found[NORMAL_OWNER], found[TURNED] = _owner(side, state), NEITHER
     to_world(center, poses, pose_a, found, count)
     return count
+
+
+@inline
+def _owner(side: int, state: int) -> float:
+    """Tell whose the normal is."""
+    if side == NONE:
+        return OF_NEAREST if state == GAP else OF_EDGES
+    return FACE_OF_B if side == OF_B else FACE_OF_A
 
 
 @kernel

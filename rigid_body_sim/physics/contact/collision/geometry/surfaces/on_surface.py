@@ -471,6 +471,7 @@ def write_manifolds(
             manifolds[place + manifold_record.POINT_COUNT] = float(count)
             _write_face(best, place, found, manifolds)
             manifolds[place + manifold_record.PIECES] = float(pieces)
+            manifolds[place + manifold_record.RECYCLED] = -1.0
             store(
                 manifolds, place + manifold_record.NORMAL,
                 load(found, best + surface_scratch.NORMAL),
