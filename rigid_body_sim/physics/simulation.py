@@ -708,7 +708,7 @@ class Simulation:
             *self._energies(),
             meets=self.has_contact,
             driven=self.invariants.is_driven,
-            weight=float(np.linalg.norm(self.invariants.weight())),
+            weight=math.hypot(*self.invariants.weight()),
         )
 
     def _energies(self) -> tuple[float, float]:
@@ -801,7 +801,7 @@ class Simulation:
         state = self.state
         if self._from_start:
             state = self._reader.read(*self._stepper.start, time=0.0)
-        weight = float(np.linalg.norm(self.invariants.weight()))
+        weight = math.hypot(*self.invariants.weight())
         overlap = overlap_energy(weight) if self.has_contact else 0.0
         seen = PassiveEnergy(*self._energies_of(state), overlap=overlap)
         return seen, self.invariants.stored_energy(state)

@@ -677,6 +677,7 @@ class Stepper:
         """Core index of the first body, in scene order, that left the finite numbers."""
         return self._bad
 
+    @np.errstate(over='ignore')  # the next tick diverges
     def apply_impulse(self, core: int, linear: Array, angular: Array) -> None:
         """Add to momentum [N s] and angular momentum [N m s], world axes."""
         block, lane = divmod(core, LANES)

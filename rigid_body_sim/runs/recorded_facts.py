@@ -69,9 +69,8 @@ def ending_differences(
     said, is_ = (ending.get('energy_balance', 'nothing') for ending in (recorded, again))
     if not _same_joules(_parsed(said), _parsed(is_), least):
         yield Fact('energy balance', said, is_)
-    yield from _history_differences(
-        *(_parsed(ending.get('energy_history', 'nothing')) for ending in (recorded, again)), least
-    )
+    said, is_ = (ending.get('energy_history', 'nothing') for ending in (recorded, again))
+    yield from _history_differences(_parsed(said), _parsed(is_), least)
 
 
 def _least_joules(ending: Mapping[str, str]) -> float:

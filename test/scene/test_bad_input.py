@@ -8,6 +8,7 @@ import io
 import json
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -245,3 +246,24 @@ def test_extreme_numbers_raise_nothing_but_what_is_ours(place: str, value: float
     assert not np.isnan(simulation.energy())
     simulation.warnings()
     simulation.accelerations()
+    simulation.keep_energy_balance()
+    with suppress(InvalidModel):
+        simulation.apply_impulse('a', linear=(value, 0, 0))
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('value', [1e80, 1e100, 1e160])
+def test_ground_of_any_size_under_any_weight_raises_nothing_but_what_is_ours(value: float) -> None:
+    flat = {'type': 'heightfield', 'spacing': [value, value], 'heights': [[0, 0], [0, 0]]}
+    bodies = [
+        {'name': 'ground', 'shape': flat, 'fixed': True},
+        {
+            'name': 'ball',
+            'shape': {'type': 'sphere', 'radius': 1},
+            'mass': 1,
+            'initial': {'position': [0, 0, value]},
+        },
+    ]
+    scene = {'dt': 0.001, 'gravity': [0, 0, -value], 'contact': {'mode': 'timestep'}}
+    with suppress(UserError, InvalidModel):
+        Simulation(load_scene(scene | {'bodies': bodies}))

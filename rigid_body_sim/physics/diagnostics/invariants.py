@@ -93,6 +93,7 @@ class Invariants:
         turning = 0.5 * np.sum(state.angular_momentum * state.angular_velocity)
         return float(moving + turning)
 
+    @np.errstate(all='ignore')
     def kinetic_energy_of(self, state: State, index: int) -> float:
         """Of one body, by its scene index [J]."""
         moving = state.momentum[index] @ state.velocity[index]
@@ -149,6 +150,7 @@ class Invariants:
         momentum = state.momentum - masses[:, None] * velocity
         return _orbital(state.position - center, momentum) + state.angular_momentum.sum(axis=0)
 
+    @np.errstate(all='ignore')
     def weight(self) -> Array:
         """Total weight (3,) [N]: what changes the momentum of a scene left to itself."""
         return self._masses.sum() * self._gravity

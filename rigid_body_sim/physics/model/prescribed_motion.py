@@ -42,6 +42,7 @@ from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.numbers import is_list, number, numbers, shown
 from rigid_body_sim.physics.model.scene import Body, Oscillation, PrescribedMotion, Vector
 from rigid_body_sim.physics.model.shapes import Plane, Surface
+from rigid_body_sim.physics.model.tick_length import LONGEST_NS
 from rigid_body_sim.physics.vectors import add, add_scaled, cross, load, store
 
 Array = NDArray[np.float64]
@@ -50,6 +51,8 @@ WAYS = ('surge', 'sway', 'heave', 'roll', 'pitch', 'yaw')  # along x, y, z; abou
 UNITS = ('m', 'm', 'm', 'rad', 'rad', 'rad')
 SHORT_ROW, LONG_ROW = 4, 7  # numbers of a row of a table: time and path, without and with angles
 CUBIC = 4  # coefficients
+LONGEST = LONGEST_NS * 1e-9  # [s] of a run
+LARGEST = 1e150  # [m, rad, s^-n] of what a motion is made of: products of two are finite
 
 head = Record()
 POSITION = head.vector('m', 'x_0: of P, world')
@@ -104,6 +107,12 @@ def turned(q: Any, v: Any) -> Any:
     return add(add_scaled(v, q[3], twice), cross(u, twice))
 
 
+@inline
+def _angle(value: float) -> float:
+    """The angle, and NaN where it is none: of infinity Python has no sine, compiled code NaN."""
+    return value if -math.inf < value < math.inf else math.nan
+
+
 @kernel
 def _find_ways(paths: Array, path: int, time: float, out: Array) -> None:
     """Write the six ways at a time [s], their rates, and the rates of these."""
@@ -114,7 +123,7 @@ def _find_ways(paths: Array, path: int, time: float, out: Array) -> None:
     for _wave in range(int(paths[path + WAVES])):
         way = WAYS_AT + int(paths[place + WAY])
         rate = paths[place + RATE]
-        angle = rate * time + paths[place + PHASE]
+        angle = _angle(rate * time + paths[place + PHASE])
         size, sine = paths[place + AMPLITUDE], math.sin(angle)
         out[way] += size * sine
         out[way + 6] += size * rate * math.cos(angle)
@@ -152,11 +161,12 @@ def motion_at(paths: Array, path: int, time: float, out: Array) -> None:
     """
     _find_ways(paths, path, time, out)
     roll, pitch, yaw = load(out, WAYS_AT + 3)
+    roll, pitch, yaw = _angle(roll), _angle(pitch), _angle(yaw)
     roll_1, pitch_1, yaw_1 = load(out, WAYS_AT + 9)
     roll_2, pitch_2, yaw_2 = load(out, WAYS_AT + 15)
     spin = load(paths, path + SPIN)
     rate = math.sqrt(spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2])
-    half = 0.5 * rate * time
+    half = _angle(0.5 * rate * time)
     sine = math.sin(half) / rate if rate > 0.0 else 0.0
     steady = (sine * spin[0], sine * spin[1], sine * spin[2], math.cos(half))
     about_z = (0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
@@ -240,7 +250,7 @@ def _intervals(motion: PrescribedMotion) -> Array:
         ends: Any = (at_rest, at_rest)
         spline = CubicSpline(times, ways, axis=0, bc_type=ends)
         coefficients = np.moveaxis(spline.c[::-1], 0, -1)
-    if not np.all(np.isfinite(coefficients)):
+    if not np.all(np.abs(coefficients) < LARGEST):
         raise InvalidModel(
             'between the rows of the table the body moves faster than numbers can tell; check '
             'its times and units',
@@ -280,6 +290,7 @@ def check_motion(body: Body) -> None:
             numbers(motion.point, 3, unit='m')
     with blaming('table'):
         _check_table(motion.table)
+    _check_start(body)
     waves = any(getattr(motion, way) for way in WAYS)
     if not (
         waves or motion.table or any((*body.initial.velocity, *body.initial.angular_velocity))
@@ -297,6 +308,24 @@ def _check_oscillation(each: Any, unit: str) -> None:
     number(each.phase, unit='rad')
     if not number(each.period, unit='s') > 0.0:
         raise InvalidModel(f'got {shown(each.period)}; a positive period [s] is needed')
+    rate = 2.0 * math.pi / each.period
+    speed = abs(each.amplitude) * rate
+    if not max(abs(each.amplitude), speed, speed * rate, rate * LONGEST) < LARGEST:
+        raise InvalidModel(
+            f'an amplitude of {each.amplitude:g} {unit} in a period of {each.period:g} s is '
+            'further or faster than numbers can tell; check both and their units'
+        )
+
+
+def _check_start(body: Body) -> None:
+    """Refuse a steady motion that leaves all numbers within the longest run."""
+    for key, unit in (('velocity', 'm/s'), ('angular_velocity', 'rad/s')):
+        rates = numbers(getattr(body.initial, key), 3, unit=unit)
+        if not max(abs(rate) for rate in rates) * LONGEST < LARGEST:
+            raise InvalidModel(
+                f'{body.name!r} moves as told, and its initial {key} of {shown(list(rates))} '
+                f'{unit} is faster than numbers can tell'
+            )
 
 
 def _check_table(table: Any) -> None:

@@ -21,6 +21,7 @@ from rigid_body_sim.physics.model.scene import Scene
 Indices = NDArray[np.int64]
 
 
+@np.errstate(all='ignore')
 def order(scene: Scene, colliders: Colliders) -> Indices:
     """Order of the colliders that does not depend on how the scene lists them."""
     indices = colliders.table[collider_record.SCENE_INDEX :: collider_record.SIZE]

@@ -74,6 +74,7 @@ FLAT = 2e-7  # [-] of the extent: single precision leaves 6e-8 of a coordinate
 BITS = 20  # of a Morton code along each axis
 ALIKE = 0.5  # [-] cosine: triangles that turn farther from each other are two sides of a fold
 ROUND_OFF = 1e-9  # [-] to which planes of triangles that share no edge are compared
+LARGEST = 1e75  # [m] extent of ground: the square of an area is a number still
 
 
 def record(vertices: Array, faces: Indices, *, name: str) -> Array:
@@ -82,11 +83,15 @@ def record(vertices: Array, faces: Indices, *, name: str) -> Array:
 
     vertices : (n, 3) [m]  world
     faces    : (m, 3)      counter-clockwise seen from outside
-    InvalidModel if no triangle has an area.
+    InvalidModel if no triangle has an area, or one that is no number.
     """
     vertices, index = _welded(vertices)
     faces = index[faces]
     extent = float(np.max(np.max(vertices, axis=0) - np.min(vertices, axis=0)))
+    if not extent < LARGEST:
+        raise InvalidModel(
+            f'{name!r} is ground of {extent:g} m, of which no area can be told; check its units'
+        )
     faces = _with_area(vertices, faces, extent, name=name)
     faces = faces[_along_curve(vertices[faces].mean(axis=1), extent)]
     corners = vertices[faces]
