@@ -15,6 +15,7 @@ Vectors u, v, w: along the two axes of the reference face, and its normal, from 
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     write_point,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
+    COINCIDENT,
     FLAT_POINT,
     HEIGHT,
     NAME,
@@ -136,6 +138,7 @@ def _common(found: Array, half_u: float, half_v: float, margin: float) -> int:
     count, begin = _clip(found, begin, count, V, -1.0, half_v, LOW_V)
     count, begin = _clip(found, begin, count, V, 1.0, half_v, HIGH_V)
     kept = 0
+    kept = 0
     for at in range(begin, begin + FLAT_POINT * count, FLAT_POINT):
         if found[at + HEIGHT] <= margin:
             name = found[at + NAME] % EDGES
@@ -176,6 +179,35 @@ def _is_parallelogram(found: Array, count: int, kept: int, begin: int) -> bool:
     return True
 
 
+@inline
+def _neighbours_coincide(found: Array, count: int) -> bool:
+    """Tell whether two corners of the patch that follow each other are one."""
+    origin_u, origin_v = found[PATCH + U], found[PATCH + V]
+    last_u, last_v, extent, shortest = origin_u, origin_v, 0.0, math.inf
+    for at in range(PATCH + FLAT_POINT * (count - 1), PATCH, -FLAT_POINT):
+        u, v = found[at + U], found[at + V]
+        extent = max(extent, abs(u - origin_u), abs(v - origin_v))
+        shortest = min(shortest, max(abs(u - last_u), abs(v - last_v)))
+        last_u, last_v = u, v
+    if count > 2:
+        shortest = min(shortest, max(abs(last_u - origin_u), abs(last_v - origin_v)))
+    return shortest < COINCIDENT * extent
+
+
+@inline
+def _in_order_of_names(found: Array, begin: int, count: int) -> None:
+    """Write the points that are kept in the order of their names."""
+    for index in range(count):
+        at = begin + FLAT_POINT * index
+        corner, name = load(found, at), found[at + NAME]
+        place = CHOSEN + FLAT_POINT * index
+        while place > CHOSEN and found[place - FLAT_POINT + NAME] > name:
+            before = place - FLAT_POINT
+            _write(found, place, load(found, before), found[before + NAME])
+            place -= FLAT_POINT
+        _write(found, place, corner, name)
+
+
 @kernel
 def _patch(
     found: Array, center: Any, edge_p: Any, edge_q: Any, half_u: float, half_v: float,
@@ -200,11 +232,12 @@ def _patch(
         return 4, INCIDENT
     count = _common(found, half_u, half_v, margin)
     kept, first = count, PATCH
-    if count > 2:
+    if count > MOST or _neighbours_coincide(found, count):
         kept, first = keep_four_flat(found, PATCH, count, CHOSEN), CHOSEN
-        if not _is_parallelogram(found, count, kept, first):
-            measure_face(found, PATCH, FLAT_POINT, count)
-    return kept, first
+    if count > 2 and not _is_parallelogram(found, count, kept, first):
+        measure_face(found, PATCH, FLAT_POINT, count)
+    _in_order_of_names(found, first, kept)
+    return kept, CHOSEN
 
 
 @kernel
