@@ -17,6 +17,8 @@ import yaml
 
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.images import Images
+from rigid_body_sim.physics.compile.kernel import Kernel
+from rigid_body_sim.physics.compile.pieces import PieceFiles
 from rigid_body_sim.physics.contact import step
 from rigid_body_sim.physics.contact import world as world_module
 from rigid_body_sim.physics.contact.collision.collider import BOX, PLANE, SPHERE, SURFACE
@@ -175,6 +177,31 @@ def source_digest():
     Digest of the sources of all kernels.
     """
     return kernels.digest_of_sources()
+
+
+def kept_piece(kernel, arguments):
+    """
+    The text that is kept of a function that kernels call with such arguments, and what beside.
+    """
+    twin, place = _twin_of(kernel, arguments)
+    twin._files._known.clear()  # what the disk has
+    return twin._files.load(*place)
+
+
+def keep_piece(function, folder, arguments, piece, beside):
+    """
+    Keep another text of a function that kernels call with such arguments.
+    """
+    kernel = Kernel(function, None, folder, inlined=False, widest=False)
+    _, (name, key) = _twin_of(kernel, arguments)
+    PieceFiles(folder / 'pieces').save(name, key, piece, beside)
+
+
+def _twin_of(kernel, arguments):
+    from numba import typeof
+
+    twin = kernel._numba_type_.dispatcher
+    return twin, twin._place(tuple(map(typeof, arguments)))
 
 
 def flush(recorder):

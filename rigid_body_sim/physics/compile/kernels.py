@@ -19,14 +19,13 @@ and a function that names one is no kernel before `specialise` has bound it. How
 work is in `numba_pipeline`.
 
 What Python calls is kept as an image: machine code that the next process copies into memory and
-calls (`images`), and for which it does not even import numba. What kernels call is kept as
-bitcode, for the next kernel that calls it. All of it lies under a folder whose name is a digest of
-every kernel source, because numba itself does not see a change in a function that a cached kernel
-calls. The folder is, in this
-order: $RIGID_BODY_SIM_CACHE, $NUMBA_CACHE_DIR, $XDG_CACHE_HOME/rigid_body_sim,
-~/.cache/rigid_body_sim. One that cannot be written, belongs to another user or may be written by
-others is passed over; where none is left, kernels are compiled anew at each start: that costs
-time, not the run. Damage is found and mended, see `kernel_files`.
+calls (`images`), and for which it does not even import numba. What kernels call is kept as text
+for LLVM (`pieces`), for the next kernel that calls it. All of it lies under a folder whose name is
+a digest of every kernel source, because numba itself does not see a change in a function that a
+cached kernel calls. The folder is, in this order: $RIGID_BODY_SIM_CACHE, $NUMBA_CACHE_DIR,
+$XDG_CACHE_HOME/rigid_body_sim, ~/.cache/rigid_body_sim. One that cannot be written, belongs to
+another user or may be written by others is passed over; where none is left, kernels are compiled
+anew at each start: that costs time, not the run. Damage is found and mended, see `kernel_files`.
 
 Whoever sets numba (NUMBA_BOUNDSCHECK, NUMBA_OPT, .numba_config.yaml …) gets what numba makes of
 that, without images; NUMBA_CPU_NAME and NUMBA_CPU_FEATURES hold for images too.

@@ -11,7 +11,8 @@ into machine code, and does so again for whoever calls it. Here
     linked      what Python calls, as bitcode with all that it calls: `image_maker` makes an image
                 of it, which needs no numba any more
     _Called     what a kernel calls: its twin, made only when a kernel names it, which ends as
-                bitcode, ready to be linked into a caller
+                text for LLVM (`pieces`), kept in a file: LLVM reads it once, with the kernel, and
+                no piece is checked, optimised or linked by itself
     Kernel      what Python calls, where no image can be (`images`): optimised and turned into
                 machine code by numba, once, with all that it calls
     _Whole      the code of such a kernel, optimised as what it is: closed; as `image_maker` does
@@ -26,9 +27,11 @@ and of the work in Python before that,
                 literal argument is typed like any other number, so that no function is compiled
                 once for a 0 and once for a 3
     garbage     is not looked for meanwhile: nearly all that is made is kept to the end
-    passes      for closures and array expressions, which kernels do not have, are left out, and
-                the one for a printout of types, which keeps the code of every function as it was
-                read: half of the Python objects that live after a compilation
+    passes      for closures and array expressions, which kernels do not have, are left out, that
+                which says until when a variable lives, and the one for a printout of types, which
+                keeps the code of every function as it was read: half of the Python objects that
+                live after a compilation
+    min, max    and int of numbers are what they are at once: numba compiles a function for each
 
 What each part earns: processor time of the cold compile of `stack`, of its tick, and of a tick of
 `pile_of_1000`, with that part alone left out. Medians of two or three runs on two busy cores
@@ -62,6 +65,10 @@ them: a dispatcher, a pipeline, a lowering, a typing context and a cache of kern
 numba's classes. They lean on its inside still, and `kernels` asks another release than those it
 names there for an ordinary function: that costs time, not the run.
 
+Pieces as text came later: cold compile of `stack` 15.1 s in place of 19.4 s of processor time and
+537 MB in place of 689 MB, where the state before spent 3 s on optimising, linking and checking
+some 420 functions one by one.
+
 `make test-bounds` runs the tests of kernels with each index checked.
 """
 
@@ -69,42 +76,75 @@ from __future__ import annotations
 
 import gc
 import operator
+import pickle
+import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
+from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 from typing import Any
+from weakref import WeakSet
 
 import numba
-from numba.core import cgutils, ir, types
+from llvmlite.ir import Function
+from numba.core import cgutils, errors, ir, ir_utils, sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import (
+    CodeLibrary,
     JITCodeLibrary,
     ll,  # pyright: ignore[reportPrivateImportUsage]: llvmlite, which comes with numba
 )
-from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags, compile_extra
+from numba.core.compiler import (
+    CompilerBase,
+    CompileResult,
+    DefaultPassBuilder,
+    Flags,
+    StateDict,
+    _LowerResult,
+    compile_extra,
+    compile_result,
+)
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.funcdesc import PythonFunctionDescriptor
 from numba.core.lowering import Lower
 from numba.core.registry import CPUDispatcher, cpu_target
-from numba.core.typed_passes import BaseNativeLowering, NativeLowering
+from numba.core.runtime.nrt import rtsys
+from numba.core.serialize import dumps
+from numba.core.ssa import reconstruct_ssa
+from numba.core.transforms import canonicalize_cfg
+from numba.core.typed_passes import BaseNativeLowering, NativeLowering, PreLowerStripPhis
 from numba.core.types.functions import BaseFunction
 from numba.core.typing.context import Context
+from numba.core.typing.templates import signature as signature_of
 from numba.core.typing.typeof import Purpose, typeof
+from numba.core.untyped_passes import IRProcessing, ReconstructSSA
+from numba.cpython.builtins import do_minmax
 from numba.np import arrayobj
 
+from rigid_body_sim.physics.compile import pieces
 from rigid_body_sim.physics.compile.elf import UnknownCode
 from rigid_body_sim.physics.compile.image import RETURNS, of_members
 from rigid_body_sim.physics.compile.image_maker import Bitcode, is_long
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, names_of
+from rigid_body_sim.physics.compile.sources import digest_of
 
 _POWERS = {operator.pow, operator.ipow}  # of which numba knows some by their exponent
 _OPERATORS: dict[Any, Any] = {}
+_ALL_CALLED: WeakSet[_Called] = WeakSet()
+_NAMES = ir.Global, ir.FreeVar, ir.Var
+_OF_NUMBERS = {min: operator.lt, max: operator.gt, int: None}
 
 _RELEASES = f'numba {numba.__version__} LLVM {ll.llvm_version_info}'
+_LONGEST = 100  # of the name of a function in that of a file
+_RESOLVED_LATER = 'llvm.', '.numba.unresolved$'  # by LLVM; by numba, where a function calls itself
+_DIGITS = 24  # of the digest in a symbol
 _NOT_IN_KERNELS = {
     'InlineClosureLikes',
     'NopythonRewrites',  # of array expressions
+    'IRLegalization',  # says until when a variable lives
     'AnnotateTypes',  # for a printout, for which each function would keep all its code as read
 }
 
@@ -113,6 +153,12 @@ def _options(*, inlined: bool) -> dict[str, Any]:
     options: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'forceinline': inlined}
     options |= {'nopython': True, 'boundscheck': None}
     return options | {'_nrt': False, 'no_cfunc_wrapper': True}
+
+
+def _flags(*, inlined: bool) -> Any:
+    flags: Any = Flags()
+    cpu_target.options.parse_as_flags(flags, _options(inlined=inlined))
+    return flags
 
 
 class Kernel(CPUDispatcher):
@@ -131,6 +177,9 @@ class Kernel(CPUDispatcher):
         if folder is not None:
             self._cache = _cache_in(folder)(function)
 
+    def compile(self, sig: Any) -> Any:
+        return _from_source_if_unresolved(lambda: super(Kernel, self).compile(sig))
+
 
 def make_ready() -> None:
     """Let numba learn its own functions, 0.2 s: for who forks before the first kernel."""
@@ -141,7 +190,18 @@ def make_ready() -> None:
 
 def twin(function: Callable[..., Any], folder: Path | None, *, inlined: bool) -> Any:
     """Give what numba is to compile of a function that a kernel calls."""
-    return _Called(function, _options(inlined=inlined), folder and folder / 'called')
+    return _Called(function, _options(inlined=inlined), folder and folder / 'pieces')
+
+
+def _from_source_if_unresolved(make: Callable[[], Any]) -> Any:
+    """Give what is made of pieces; where those that are kept do not fit together, of new ones."""
+    with global_compiler_lock:
+        try:
+            return make()
+        except pieces.Unresolved:
+            for called in _ALL_CALLED:
+                called.forget()
+            return make()
 
 
 def linked(function: Callable[..., Any], arguments: Sequence[Any], kinds: tuple[str, ...]) -> Any:
@@ -152,26 +212,32 @@ def linked(function: Callable[..., Any], arguments: Sequence[Any], kinds: tuple[
 
     UnknownCode if numba's code of a kernel is not what an image can call.
     """
+    try:
+        return _from_source_if_unresolved(lambda: _linked(function, arguments, kinds))
+    except pieces.Unresolved as error:
+        raise UnknownCode(str(error)) from error
+
+
+def _linked(function: Callable[..., Any], arguments: Sequence[Any], kinds: tuple[str, ...]) -> Any:
     took = tuple(typeof(value, Purpose.argument) for value in arguments)
-    flags: Any = Flags()
-    cpu_target.options.parse_as_flags(flags, _options(inlined=False))
-    flags.no_compile = flags.no_cpython_wrapper = True
-    with global_compiler_lock:
-        made = compile_extra(
-            cpu_target.typing_context,
-            cpu_target.target_context,
-            function,
-            args=took,
-            return_type=None,
-            flags=flags,
-            locals={},
-            pipeline_class=_CompilerOfLinked,  # pyright: ignore[reportArgumentType]
-        )
-        returns = str(made.signature.return_type)
-        if returns not in RETURNS:
-            raise UnknownCode(f'{function.__name__} returns {returns}')
-        name = made.fndesc.llvm_func_name
-        return Bitcode(made.library.whole(), name, of_members(kinds), returns)
+    made = compile_extra(
+        cpu_target.typing_context,
+        cpu_target.target_context,
+        function,
+        args=took,
+        return_type=None,
+        flags=_flags(inlined=False),
+        locals={},
+        pipeline_class=_CompilerOfCalled,  # pyright: ignore[reportArgumentType]
+    )
+    returns = str(made.signature.return_type)
+    if returns not in RETURNS:
+        raise UnknownCode(f'{function.__name__} returns {returns}')
+    whole = made.library._get_module_for_linking()
+    variables = (variable.name for variable in whole.global_variables)
+    if made.library._reload_init or pieces.hold_addresses(variables):
+        raise UnknownCode(f'{function.__name__} holds what only this process has')
+    return Bitcode(whole.as_bitcode(), made.fndesc.llvm_func_name, of_members(kinds), returns)
 
 
 class _Locator(UserProvidedCacheLocator):
@@ -195,6 +261,9 @@ class _Cache(FunctionCache):
         super().__init__(function)
         self._cache_file = KernelFiles(*names_of(self), _RELEASES)
 
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        return *super()._index_key(sig, codegen), digest_of(self._py_func)
+
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled, if there is room."""
         with suppress(OSError):
@@ -214,11 +283,87 @@ class _Called(CPUDispatcher):
     ) -> None:
         options = options | {'no_cpython_wrapper': True}
         super().__init__(function, targetoptions=options, pipeline_class=_CompilerOfCalled)
-        if folder is not None:
-            self._cache = _cache_in(folder)(function)
+        self._files = folder and _pieces_in(folder)
+        _ALL_CALLED.add(self)
+
+    def forget(self) -> None:
+        """Compile from source, the next time that a caller asks."""
+        self.overloads.clear()
+        if self._files is not None:
+            self._files.distrust()
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         return super().get_call_template(tuple(types.unliteral(a) for a in args), kws)
+
+    def add_overload(self, cres: CompileResult) -> None:
+        self.overloads[tuple(cres.signature.args)] = cres  # Python itself never calls it
+
+    def compile(self, sig: Any) -> Any:
+        args, returns = sigutils.normalize_signature(sig)
+        if args not in self.overloads:
+            with self._compiling_counter:
+                self.add_overload(self._kept(args) or self._made(args, returns))
+        return self.overloads[args].entry_point
+
+    def _place(self, args: Any) -> tuple[str, str]:
+        """Give the name of the file of a piece, and its key."""
+        source = f'{self.py_func.__module__.rpartition(".")[2]}.{self.py_func.__qualname__}'
+        told = f'{_RELEASES} python {sys.version} {self.targetoptions} {args}'
+        return source[:_LONGEST], f'piece {source} {digest_of(self.py_func)} {told}'
+
+    def _kept(self, args: Any) -> Any:
+        found = None if self._files is None else self._files.load(*self._place(args))
+        if found is None:
+            return None
+        piece, beside = found
+        described, signature = pickle.loads(beside)
+        context: Any = self.targetctx
+        library = _Piece(context.codegen(), described.qualname)
+        library.hold(piece)
+        entry = _entry_of(context, described, library)
+        return _result(context, described, signature, library, entry)
+
+    def _made(self, args: Any, returns: Any) -> Any:
+        compiler: Any = self._compiler  # pyright: ignore[reportAttributeAccessIssue]
+        made = compiler.compile(args, returns)
+        library = made.library
+        library._ensure_finalized()
+        if self._files is not None:
+            made.fndesc.typemap = made.fndesc.calltypes = None
+            beside = dumps((made.fndesc, made.signature))
+            library.hold(self._files.save(*self._place(args), library.text, beside))
+        return made
+
+
+def _symbol(name: str, kinds: Any, *, abi_tags: Sequence[str], uid: str) -> str:
+    """
+    Name a piece by what it is made of. numba counts the functions of a process in its symbols: a
+    text that names another one would be another text in each process.
+    """
+    made_of = f'{uid} {kinds} {abi_tags} {_RELEASES}'
+    return f'{name}.{sha256(made_of.encode()).hexdigest()[:_DIGITS]}'
+
+
+def _entry_of(context: Any, described: Any, library: Any) -> object:
+    """Let numba know a piece: give that by which it finds it."""
+    entry = object()
+    context.insert_user_function(entry, described, [library])
+    return entry
+
+
+def _result(
+    context: Any, described: Any, signature: Any, library: Any, entry: Any
+) -> CompileResult:
+    return compile_result(
+        typing_context=context.typing_context, target_context=context, entry_point=entry,
+        library=library, signature=signature, objectmode=False, lifted=(), fndesc=described,
+        reload_init=[], metadata={},
+    )  # fmt: skip
+
+
+@cache
+def _pieces_in(folder: Path) -> pieces.PieceFiles:
+    return pieces.PieceFiles(folder)
 
 
 class _Typing(Context):
@@ -234,9 +379,25 @@ class _Typing(Context):
             return super().resolve_function_type(func, args, kws)
         signature = self._known.get((func, args))
         if signature is None:
-            signature = super().resolve_function_type(func, args, kws)
+            signature = self._of_numbers(func, args)
+            signature = signature or super().resolve_function_type(func, args, kws)
             self._known[func, args] = signature
         return signature
+
+    def _of_numbers(self, func: Any, args: Any) -> Any:
+        """Give the types of what numba would compile a function for."""
+        if getattr(func, 'typing_key', None) not in _OF_NUMBERS or not args:
+            return None
+        took = [types.unliteral(a) for a in args]
+        if not all(isinstance(a, types.Integer | types.Float) for a in took):
+            return None
+        if func.typing_key is not int:
+            result = self.unify_types(*took) if len(took) > 1 else None
+        elif len(took) == 1:
+            result = took[0] if isinstance(took[0], types.Integer) else types.intp
+        else:
+            result = None
+        return None if result is None else signature_of(result, *took)
 
     def resolve_setitem(self, target: Any, index: Any, value: Any) -> Any:
         key = operator.setitem, (target, index, value)
@@ -246,7 +407,83 @@ class _Typing(Context):
 
 
 class _Lower(Lower):
-    """Numbers of arrays are read and written where the index says, from the start of the array."""
+    """
+    Numbers of arrays are read and written where the index says, from the start of the array; what
+    a variable held is forgotten as it is.
+    """
+
+    def _find_singly_assigned_variable(self) -> None:
+        """Find the variables that are assigned once, and used in that block alone after it."""
+        times: dict[str, int] = {}
+        elsewhere: set[str] = set()
+        for block in self.blocks.values():
+            here: set[str] = set()
+            for inst in block.body:
+                if isinstance(inst, ir.Assign):
+                    elsewhere.update(n for n in _names_in(inst.value) if n not in here)
+                    name = inst.target.name
+                    times[name] = times.get(name, 0) + 1
+                    here.add(name)
+                else:
+                    elsewhere.update(v.name for v in inst.list_vars() if v.name not in here)
+        self._singly_assigned_vars = {
+            name for name, count in times.items() if count == 1 and name not in elsewhere
+        }
+        self._blk_local_varmap: dict[str, Any] = {}
+        self._dispatchers: dict[str, Any] = {}  # by variable: written only where one is a value
+
+    def lower_block(self, block: Any) -> None:
+        try:
+            for inst in block.body:
+                self.loc = inst.loc
+                self.lower_inst(inst)
+        except Exception:
+            error = partial(errors.LoweringError, loc=self.loc)
+            context: Any = errors
+            with context.new_error_context('lowering at {loc}', loc=self.loc, errcls_=error):
+                raise
+
+    def storevar(self, value: Any, name: str, argidx: Any = None) -> None:
+        if name in self._singly_assigned_vars:
+            self._blk_local_varmap[name] = value
+        else:
+            self.builder.store(value, self.getvar(name))
+
+    def loadvar(self, name: str) -> Any:
+        if name in self._blk_local_varmap:
+            return self._blk_local_varmap[name]
+        if name in self._dispatchers:
+            return self.lower_assign(self.typeof(name), self._dispatchers[name])
+        return self.builder.load(self.getvar(name))
+
+    def alloca(self, name: str, type: Any) -> Any:
+        return cgutils.alloca_once(self.builder, self.context.get_value_type(type), name=name)
+
+    def lower_call(self, resty: Any, expr: Any) -> Any:
+        called, signature = self.typeof(expr.func.name), self.fndesc.calltypes[expr]
+        if expr.target is not None or not isinstance(called, types.Dispatcher | types.Function):
+            return super().lower_call(resty, expr)
+        if isinstance(signature.return_type, types.Phantom):
+            return self.context.get_dummy_value()
+        given = self.fold_call_args(called, signature, expr.args, expr.vararg, expr.kws)
+        result = self._call(called, signature, given)
+        if result is None:
+            result = self.context.get_dummy_value()
+        return self.context.cast(self.builder, result, signature.return_type, resty)
+
+    @property
+    def _disable_sroa_like_opt(self) -> bool:
+        return False
+
+    def _call(self, called: Any, signature: Any, given: Any) -> Any:
+        key = getattr(called, 'typing_key', None)
+        if key in _OF_NUMBERS and _is_of_numbers(signature):
+            if key is int:
+                kinds = signature.args[0], signature.return_type
+                return self.context.cast(self.builder, given[0], *kinds)
+            return do_minmax(self.context, self.builder, signature.args, given, _OF_NUMBERS[key])
+        implementation = self.context.get_function(called, signature)
+        return implementation(self.builder, given, self.loc)
 
     def lower_binop(self, resty: Any, expr: Any, op: Any) -> Any:
         signature = self.fndesc.calltypes[expr]
@@ -302,8 +539,20 @@ class _Lower(Lower):
         return self.context.cast(self.builder, item, kind.dtype, resty)
 
     def lower_inst(self, inst: Any) -> Any:
+        if isinstance(inst, ir.Assign):
+            name = inst.target.name
+            kind = self.typeof(name)
+            if isinstance(kind, types.Dispatcher) and isinstance(inst.value, _NAMES):
+                self._dispatchers[name] = inst
+                return None
+            return self.storevar(self.lower_assign(kind, inst), name)
+        if isinstance(inst, ir.Del):
+            return None
         if isinstance(inst, ir.StaticSetItem) and self._is_number(inst.target, inst.index_var):
             return self.lower_setitem(inst.target, inst.index_var, inst.value, None)
+        if isinstance(inst, ir.SetItem):
+            signature = self.fndesc.calltypes[inst]
+            return self.lower_setitem(inst.target, inst.index, inst.value, signature)
         return super().lower_inst(inst)
 
     def lower_setitem(
@@ -319,6 +568,59 @@ class _Lower(Lower):
         return None
 
 
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _Processing(IRProcessing):
+    _name = 'kernel_processing'
+
+    def run_pass(self, state: Any) -> Any:
+        _shape(state.func_ir)
+        for block in state.func_ir.blocks.values():
+            _order_handed_on(block.body)
+        return True
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _Assignments(ReconstructSSA):
+    _name = 'kernel_assignments'
+
+    def run_pass(self, state: Any) -> Any:
+        state.func_ir = reconstruct_ssa(state.func_ir)
+        state.func_ir._definitions = ir_utils.build_definitions(state.func_ir.blocks)
+        _shape(state.func_ir)
+        return True
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _WithoutPhis(PreLowerStripPhis):
+    _name = 'kernel_without_phis'
+
+    def run_pass(self, state: Any) -> Any:
+        state.func_ir = self._strip_phi_nodes(state.func_ir)
+        state.func_ir._definitions = ir_utils.build_definitions(state.func_ir.blocks)
+        _shape(state.func_ir)
+        return True
+
+
+def _shape(func_ir: Any) -> None:
+    """Bring blocks in order; until when a variable lives is of no interest: see `_Lower`."""
+    if func_ir.is_generator:
+        raise errors.UnsupportedError('a kernel is no generator', func_ir.loc)
+    func_ir.blocks = canonicalize_cfg(func_ir.blocks)
+    func_ir.generator_info = None
+
+
+def _order_handed_on(body: list[Any]) -> None:
+    """Order what a block hands on to the next by name: numba goes by the hashes of strings."""
+    begin = end = len(body) - 1
+    while begin and isinstance(body[begin - 1], ir.Assign) and _is_handed_on(body[begin - 1]):
+        begin -= 1
+    body[begin:end] = sorted(body[begin:end], key=lambda one: one.target.name)
+
+
+def _is_handed_on(assigned: Any) -> bool:
+    return assigned.target.name.startswith('$phi')
+
+
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _Lowering(BaseNativeLowering):
     _name = 'kernel_lowering'
@@ -327,7 +629,29 @@ class _Lowering(BaseNativeLowering):
     def lowering_class(self) -> Any:
         return _Lower
 
+    def run_pass(self, state: Any) -> Any:
+        if not isinstance(state.library, _Piece):
+            return super().run_pass(state)
+        context, flags = state.targetctx, state.flags
+        described = PythonFunctionDescriptor.from_specialized_function(
+            state.func_ir, state.typemap, state.return_type, state.calltypes,
+            mangler=_symbol, inline=flags.forceinline, noalias=flags.noalias,
+            abi_tags=[flags.get_mangle_string()],
+        )  # fmt: skip
+        with context.push_code_library(state.library):
+            lower = _Lower(context, state.library, described, state.func_ir, state.metadata)
+            lower.lower()
+        entry = _entry_of(context, described, state.library)
+        state['cr'] = _LowerResult(described, lower.call_helper, entry, lower.env)
+        return True
 
+
+_OWN_PASSES = {
+    IRProcessing: _Processing,
+    ReconstructSSA: _Assignments,
+    PreLowerStripPhis: _WithoutPhis,
+    NativeLowering: _Lowering,
+}
 _typing = cache(_Typing)  # one context for all kernels
 
 
@@ -345,12 +669,29 @@ class _Compiler(CompilerBase):
             gc.enable()
 
     def define_pipelines(self) -> list[PassManager]:
-        short = PassManager('kernel')
-        for made, description in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
-            if made.__name__ not in _NOT_IN_KERNELS:
-                short.add_pass(_Lowering if made is NativeLowering else made, description)
-        short.finalize()
-        return [short]
+        return [_passes()]
+
+
+class _Passes(PassManager):
+    """Passes one after the other; numba tells listeners of each, and asks whether it was legal."""
+
+    def _runPass(self, index: int, pss: Any, internal_state: Any) -> None:  # pyright: ignore[reportIncompatibleVariableOverride]  # noqa: N802
+        pss.analysis = self._analysis
+        pss.run_initialization(internal_state)
+        pss.run_pass(internal_state)
+        pss.run_finalizer(internal_state)
+
+
+@cache
+def _passes() -> PassManager:
+    """Give the passes of all kernels: numba's, without those that kernels do not need."""
+    state = StateDict(func_ir=None, flags=_flags(inlined=False))
+    passes = _Passes('kernel')
+    for made, description in DefaultPassBuilder.define_nopython_pipeline(state).passes:
+        if made.__name__ not in _NOT_IN_KERNELS:
+            passes.add_pass(_OWN_PASSES.get(made, made), description)
+    passes.finalize()
+    return passes
 
 
 class _CompilerOfKernel(_Compiler):
@@ -370,6 +711,7 @@ class _Whole(JITCodeLibrary):
 
     def _optimize_final_module(self) -> None:
         codegen, module = self._codegen, self._final_module
+        _want_whole(module)  # what is not there would be jumped to all the same
         cheap, builder = codegen._module_pass_manager(
             loop_vectorize=False, slp_vectorize=False, opt=0, cost='cheap'
         )
@@ -383,45 +725,18 @@ class _Whole(JITCodeLibrary):
         full.run(module, builder)
 
 
-class _CompilerOfLinked(_Compiler):
-    def define_pipelines(self) -> list[PassManager]:
-        state = self.state
-        state.library = _Linked(state.targetctx.codegen(), state.func_id.func_qualname)
-        return super().define_pipelines()
-
-
-class _Linked(JITCodeLibrary):
-    """A kernel with all that it calls, of which nobody here makes machine code."""
-
-    def whole(self) -> bytes:
-        """Give its bitcode; UnknownCode if it holds an address of this process."""
-        self._codegen._check_llvm_bugs()
-        module = self._final_module
-        for library in dict.fromkeys(self._linking_libraries):
-            module.link_in(library._get_module_for_linking(), preserve=True)
-        if self._reload_init or any(
-            variable.name.startswith('numba.dynamic.globals')
-            for variable in module.global_variables
-        ):
-            raise UnknownCode(f'{self.name} holds what only this process has')
-        return module.as_bitcode()
-
-
 class _CompilerOfCalled(_Compiler):
     def define_pipelines(self) -> list[PassManager]:
         state = self.state
-        state.library = _Bitcode(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.func_id.unique_id = digest_of(state.func_id.func)
+        state.library = _Piece(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.is_wide = 'lanes' in state.func_id.arg_names
-        state.library.enable_object_caching()
         return super().define_pipelines()
 
 
-class _Bitcode(JITCodeLibrary):
+class _Piece(CodeLibrary):
     """
-    A compiled function of which callers take the bitcode, and nobody the machine code.
-
-    What numba loads of it, now and from the cache, is an empty module with the one variable that
-    numba sets in every function.
+    A function that kernels call: text for LLVM, which nobody reads before a kernel is whole.
 
     is_wide : it loops over lanes and stays a function: inlined, all its arrays would be one, which
               takes more checks for overlap than LLVM makes, and SIMD would be lost
@@ -429,23 +744,113 @@ class _Bitcode(JITCodeLibrary):
 
     is_wide = False
 
-    def finalize(self) -> None:
-        environment = [
-            variable.name
-            for variable in self._final_module.global_variables
-            if variable.name.startswith('_ZN08NumbaEnv')
-        ]
-        for function in self._final_module.functions:  # its own: what it calls is so already
-            if not function.is_declaration and function.linkage == ll.Linkage.external:
-                function.linkage = 'linkonce_odr'  # as many callers may bring it along
+    def __init__(self, codegen: Any, name: str) -> None:
+        super().__init__(codegen, name)
+        self._libraries: dict[CodeLibrary, None] = {}
+        self._shared_module: Any = None
+        self.text: pieces.Piece | None = None
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        for value in ir_module.functions:
+            if not value.is_declaration:
+                value.linkage = 'linkonce_odr'  # as many callers may bring it along
                 if self.is_wide:
-                    function.add_function_attribute('noinline')
-        for library in dict.fromkeys(self._linking_libraries):
-            self._reload_init.update(library._reload_init)
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
-        self._shared_module = self._final_module
-        empty = str(self._codegen._create_empty_module(self.name))
-        empty += ''.join(f'@"{name}" = common global i8* null\n' for name in environment)
-        self._final_module = ll.parse_assembly(empty)
-        self._final_module.name = self.name
-        self._finalize_final_module()
+                    set.add(value.attributes, 'noinline')
+        self._parts = _parts(ir_module)
+
+    def add_linking_library(self, library: CodeLibrary) -> None:
+        if library is not rtsys.library:  # no piece allocates
+            self._libraries[library] = None
+
+    def finalize(self) -> None:
+        foreign, needs = {}, []
+        library: Any
+        for library in self._libraries:
+            library._ensure_finalized()
+            if isinstance(library, _Piece):
+                assert library.text is not None
+                needs.append(library.text)
+            else:
+                self._reload_init.update(library._reload_init)
+                bitcode = library._get_module_for_linking().as_bitcode()
+                foreign[sha256(bitcode).hexdigest()] = bitcode
+        self.hold(pieces.Piece(*self._parts, foreign, tuple(needs)))
+
+    def hold(self, text: pieces.Piece) -> None:
+        """Take the text of the function."""
+        self.text, self._finalized = text, True
+
+    def get_function(self, name: str) -> Any:
+        return self._get_module_for_linking().get_function(name)
+
+    def get_llvm_str(self) -> Any:
+        return str(self._get_module_for_linking())
+
+    def get_asm_str(self) -> Any:
+        raise NotImplementedError  # nobody makes machine code of it
+
+    def _get_module_for_linking(self) -> Any:
+        if self._shared_module is None:
+            self._ensure_finalized()
+            assert self.text is not None
+            self._shared_module = _module_of(self._codegen, [self.text])
+        return self._shared_module
+
+
+def _module_of(codegen: Any, texts: Sequence[pieces.Piece]) -> Any:
+    """
+    Let LLVM read texts, with all that they need.
+
+    Unresolved if they name what nobody defines.
+    """
+    module = ll.parse_assembly(pieces.joined(str(codegen._create_empty_module('kernel')), texts))
+    foreign = {name: one for text in pieces.in_order(texts) for name, one in text.foreign.items()}
+    for bitcode in foreign.values():
+        module.link_in(ll.parse_bitcode(bitcode))
+    _want_whole(module)
+    return module
+
+
+def _want_whole(module: Any) -> None:
+    """Unresolved if a module names what neither it defines nor this process has."""
+    missing = [
+        value.name
+        for value in chain(module.functions, module.global_variables)
+        if value.is_declaration
+        and not value.name.startswith(_RESOLVED_LATER)
+        and ll.address_of_symbol(value.name) is None
+    ]
+    if missing:
+        raise pieces.Unresolved(f'nobody defines {", ".join(sorted(missing))}')
+
+
+def _is_of_numbers(signature: Any) -> bool:
+    """Whether a call is one that `_Typing._of_numbers` has typed: others have taken a tuple."""
+    return signature.pysig is None and all(isinstance(a, types.Number) for a in signature.args)
+
+
+def _names_in(value: Any) -> list[str]:
+    """Name the variables of what is assigned."""
+    if isinstance(value, ir.Var):
+        return [value.name]
+    return [one.name for one in value.list_vars()] if isinstance(value, ir.Inst) else []
+
+
+def _declares(value: Any) -> bool:
+    return not value.blocks if isinstance(value, Function) else value.initializer is None
+
+
+def _parts(module: Any) -> tuple[dict[str, str], dict[str, str]]:
+    """Give what a module of llvmlite defines, and what it declares, as text by symbol."""
+    if module.namedmetadata or module.get_identified_types():
+        raise UnknownCode(f'{module.name} holds what a piece cannot')
+    values = [
+        (one.name, cgutils.normalize_ir_text(str(one)) + '\n', _declares(one))
+        for one in module.global_values
+    ]
+    metadata: list[str] = []
+    for one in module.metadata:
+        lines: list[str] = []
+        one.descr(lines)
+        metadata.append(''.join(lines))
+    return pieces.taken_apart(values, metadata)

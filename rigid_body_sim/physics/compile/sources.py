@@ -27,8 +27,9 @@ _OWN = f'{ROOT}{os.sep}'
 _PLAIN = int | float | complex | bool | str | None
 
 
+@cache
 def digest_of_sources() -> str:
-    """Digest every file of `physics`, in 16 hexadecimal digits."""
+    """Digest every file of `physics` as it stood when first asked, in 16 hexadecimal digits."""
     root = str(ROOT)
     paths = [  # at every start: pathlib takes three times as long
         os.path.join(folder, name)  # noqa: PTH118
@@ -53,8 +54,8 @@ def codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def digest_of(function: FunctionType) -> str:
-    """Digest what a kernel reaches beside the files of `physics`, in 32 hexadecimal digits."""
-    digest = hashlib.sha256()
+    """Digest the files of `physics` and what a kernel reaches beside, in 32 hexadecimal digits."""
+    digest = hashlib.sha256(digest_of_sources().encode())
     seen: set[int] = set()
     ahead: list[Any] = [function]
     while ahead:
