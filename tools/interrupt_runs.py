@@ -185,8 +185,10 @@ def begin(words: list[str], said: Path, log: mmap.mmap | None, *, fresh: bool) -
                 preexec_fn=lambda: [signal.signal(n, signal.SIG_DFL) for n in SIGNALS],  # noqa: PLW1509
             ).pid  # fmt: skip
     sys.stdout.flush()
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # the child hears them when it listens
     child = os.fork()
     if child:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         return child
     try:
         os.setsid()
@@ -197,6 +199,7 @@ def begin(words: list[str], said: Path, log: mmap.mmap | None, *, fresh: bool) -
             signal.signal(number, signal.SIG_DFL)
         faulthandler.register(signal.SIGUSR1)
         verbs.STOP.listen(owns_process=True)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
         if log is not None:
             watched(log)
         code = verbs.main(words)
@@ -326,8 +329,8 @@ def trial(
     allowed = {0, -9} if options.kill else {0, *codes}
     text = said.read_text(errors='replace')
     unborn = fresh or -code in numbers  # Python itself had not begun, or the child to listen
-    if unborn and not bag.exists() and 'rigid_body_sim' not in text:
-        text, code = '', 0
+    if unborn and not list(folder.glob('bag*')) and 'rigid_body_sim' not in text:
+        return Outcome(0, 'of nobody', problems, reaction, 0.0)
     if code not in allowed:
         problems.append(f'exit code {code}')
     problems += [f'said {word}' for word in SUSPICIOUS if word in text]
