@@ -20,11 +20,23 @@ settings.load_profile('suite')
 HERE = Path(__file__).parent
 FIRST = 'integrators/test_compiled_is_plain.py'  # its first test takes longest
 # who compiles most comes first, but what shares kernels with FIRST or with contact behind them
-ORDER = ('contact', 'laws', 'stability', 'integrators')
-TOGETHER = {
-    'contact'
-}  # folders whose files share kernels, so that no two workers compile the same
+ORDER = ('contact', 'laws', 'stability', 'integrators', 'contact, other kernels')
+# files of contact with kernels of their own, made of the same parts as the one of all others
+OTHER_KERNELS = (
+    'cut_ticks', 'far_away', 'flowing_mass', 'forces_beside', 'impact', 'pairs_',
+    'pivots_that_touch', 'prescribed_motion', 'same_bits', 'sleeping', 'ticks_cut',
+)  # fmt: skip
+TOGETHER = {'contact'}  # whose files share a kernel, so that no two workers wait for it
 APART = {'stability'}  # folders whose tests compile little and may take long
+
+
+def room_of(path):
+    """
+    The folder of a file of tests; of contact: which kernels it has.
+    """
+    name = path.stem.removeprefix('test_')
+    other = path.parent.name == 'contact' and name.startswith(OTHER_KERNELS)
+    return 'contact, other kernels' if other else path.parent.name
 
 
 def pytest_collection_modifyitems(items):
@@ -33,8 +45,8 @@ def pytest_collection_modifyitems(items):
     """
 
     def rank(item):
-        folder = item.path.parent.name
-        later = ORDER.index(folder) if folder in ORDER else len(ORDER)
+        room = room_of(item.path)
+        later = ORDER.index(room) if room in ORDER else len(ORDER)
         return -1 if item.path == HERE / FIRST else later
 
     items.sort(key=rank)
@@ -43,16 +55,17 @@ def pytest_collection_modifyitems(items):
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """
-    Give each worker whole files, in their order; some folders as one.
+    Give each worker whole files, in their order; some as one.
     """
     from xdist.scheduler import LoadScopeScheduling
 
     class ByFile(LoadScopeScheduling):
         def _split_scope(self, nodeid):
-            _, folder, *_ = path = nodeid.partition('::')[0].split('/')
-            if folder in APART:
+            file = nodeid.partition('::')[0]
+            room = room_of(Path(file))
+            if room in APART:
                 return nodeid
-            return folder if folder in TOGETHER else '/'.join(path)
+            return room if room in TOGETHER else file
 
     config.option.loadscopereorder = False
     return ByFile(config, log)
@@ -71,7 +84,7 @@ def compile_apart():
 @pytest.fixture(scope='session', autouse=True)
 def shared_kernels():
     """
-    Let all scenes of contact share a few kernels; `undo()` gives each its own, for one test.
+    Let all scenes share a few kernels; `undo()` gives each its own, for one test.
     """
     with pytest.MonkeyPatch.context() as patch:
         inside.share_kernels(patch)
@@ -81,7 +94,7 @@ def shared_kernels():
 @pytest.fixture
 def own_kernels(shared_kernels):
     """
-    Give each scene that a test makes from now on its own kernel.
+    Make of a scene what it has where nothing is shared: to look at, for stepping would compile.
     """
     shared_kernels.undo()
     yield

@@ -10,6 +10,7 @@ import fcntl
 import gc
 import os
 import sys
+from pathlib import Path
 
 import numpy as np
 import yaml
@@ -19,7 +20,7 @@ from rigid_body_sim.physics.compile.images import Images
 from rigid_body_sim.physics.contact import step
 from rigid_body_sim.physics.contact import world as world_module
 from rigid_body_sim.physics.contact.collision.collider import BOX, PLANE, SPHERE, SURFACE
-from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.contact.islands.sleep import SleepState, make_sleep_state
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.world import ContactWorld
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
@@ -30,8 +31,9 @@ from rigid_body_sim.scene import document
 
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
 USUAL_PAIRS = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, PLANE})
-GROUND_PAIRS = tuple((kind, SURFACE) for kind in range(PLANE))
+ALL_PAIRS = (*PAIRS, *((kind, SURFACE) for kind in range(PLANE)))
 USUAL_FORCES = {'constant', 'drag', 'spring'}  # those of test_compiled_is_plain
+MOST_MEMORY = 8e8  # [B]
 FORCES_BESIDE_CONTACT = {*USUAL_FORCES, 'gravity', 'time'}
 
 
@@ -200,6 +202,14 @@ def add_integrator(patch, integrator):
     patch.setitem(integrators.INTEGRATORS._found, integrator.name, integrator)
 
 
+def memory_in_use():
+    """
+    Memory of this process [B].
+    """
+    pages = int(Path('/proc/self/statm').read_text().split()[1])
+    return pages * os.sysconf('SC_PAGE_SIZE')
+
+
 def compile_apart(patch):
     """
     Let each kernel that is not yet in the cache be compiled in a child of the process, and loaded
@@ -214,6 +224,9 @@ def compile_apart(patch):
     from rigid_body_sim.physics.compile import numba_pipeline
 
     def in_child(work, *arguments):
+        if memory_in_use() < MOST_MEMORY:
+            work(*arguments)
+            return
         numba_pipeline.make_ready()  # once here, not in each child
         child = os.fork()
         if child == 0:
@@ -249,20 +262,20 @@ def compile_apart(patch):
 def share_kernels(patch):
     """
     Let scenes share a few kernels, which know more than each scene needs: some kinds of forces
-    with no element of them; where bodies touch, all pairs of shapes, with ground of triangles or
-    without, but what feels forces, sleeps or is driven those of balls, boxes and planes; what
-    bounces or resists rolling the other too, and rules of pairs. None of that changes a bit
-    (`contact/test_same_bits.py`) but one: the inverse inertia of a cube or ball is turned in each
-    substep, as that of any body.
+    with no element of them; where bodies touch, all pairs of shapes and ground of triangles, but
+    what feels forces, sleeps, is driven or struck at an instant those of balls, boxes and planes;
+    to bounce and to resist rolling, and rules of pairs; and to sleep, but what is free to move.
+    None of that changes a bit (`contact/test_same_bits.py`) but one: the inverse inertia of a cube
+    or ball is turned in each substep, as that of any body.
 
     patch : pytest's monkeypatch
     """
     made, compiled, knows = ContactWorld._compile, step.tick_kernel, ActingElements.__init__
+    sleepers_of = ContactWorld._make_sleepers
 
     def compile_shared(self, scene, evaluate, velocity_dependent):
         is_free = evaluate is None and self._sleepers is None and not self.arrays.drives.size
-        has_ground = any(SURFACE in pair for pair in self._kinds)
-        known = GROUND_PAIRS if has_ground else PAIRS if is_free else USUAL_PAIRS
+        known = ALL_PAIRS if is_free and not self._events else USUAL_PAIRS
         self._kinds = tuple(sorted({*known, *self._kinds}))
         advance = made(self, scene, evaluate, velocity_dependent)
         # of forces over time, which may be known and not there, only kernels of scenes with some
@@ -270,8 +283,16 @@ def share_kernels(patch):
         return lambda ticks, tick, *others: advance(ticks, float(tick), *others)
 
     def tick_kernel(name, **bindings):
-        rules = {'IGNORES': True, 'PAIR_MATERIALS': True} if bindings['BOUNCES'] else {}
+        sleeps = bindings['SLEEPING'] or bindings['COUPLED'] or bindings['DRIVES']
+        rules = {'IGNORES': True, 'PAIR_MATERIALS': True, 'SLEEPING': sleeps}
         return compiled(name, **{**bindings, **rules})
+
+    def make_sleepers(self, scene, sleeping):
+        if sleeping:
+            return sleepers_of(self, scene, sleeping)
+        count = self._layout.n_moving  # so large that whoever turns, or not, is never slow
+        self.arrays.take_sleep_state(make_sleep_state(np.full(count, np.inf), np.arange(count)))
+        return None
 
     def knowing(self, scene, layout):
         knows(self, scene, layout)
@@ -281,24 +302,22 @@ def share_kernels(patch):
             _know(self, USUAL_FORCES, scene, layout)
 
     patch.setattr(ContactWorld, '_compile', compile_shared)
-    patch.setattr(ContactWorld, '_angular', _Lively('angular'), raising=False)
-    patch.setattr(ContactWorld, '_bounces', _Lively('bounces'), raising=False)
+    patch.setattr(ContactWorld, '_make_sleepers', make_sleepers)
+    patch.setattr(ContactWorld, '_angular', _Always(), raising=False)
+    patch.setattr(ContactWorld, '_bounces', _Always(), raising=False)
     patch.setattr(step, 'tick_kernel', tick_kernel)
     patch.setattr(world_module, 'solver', lambda **features: solver(**{**features, 'turns': True}))
     patch.setattr(ActingElements, '__init__', knowing)
 
 
-class _Lively:
-    """Whether something bounces or resists rolling, in place of one of both."""
-
-    def __init__(self, name):
-        self._name = name
+class _Always:
+    """What is so, whatever is said of it."""
 
     def __set__(self, world, value):
-        vars(world)[self._name] = value
+        pass
 
     def __get__(self, world, of=None):
-        return vars(world).get('angular', False) or vars(world).get('bounces', False)
+        return True
 
 
 def _know(elements, kinds, scene, layout):

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / 'docs' / 'glossary.md'
 PHYSICS = ROOT / 'rigid_body_sim' / 'physics'
 HEADING = '## Records\n'
-SHOWN = ('contact/solver', 'contact/solver_bodies', 'contact/collision', 'state')  # rooms
+SHOWN = ('contact', 'state')  # rooms
 
 
 def records() -> Iterator[str]:

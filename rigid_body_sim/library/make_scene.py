@@ -67,7 +67,8 @@ def make_body(
     surface_velocity: Sequence[float] = NOWHERE,
 ) -> Body:
     """
-    Make a body; its mass properties come from its shape, as those of a scene file do.
+    Make a body; its mass properties come from its shape, as those of a scene file do. Its keywords
+    are the keys of a body there, one for one, so there are as many; each may be left out.
 
     shape   : None with an inertia: a body that is not drawn; None without: a point mass
     mass, density : [kg], [kg/m^3]  one of them; neither for a plane, fixed bodies, and shapes that

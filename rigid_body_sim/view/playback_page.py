@@ -17,7 +17,6 @@ import json
 from functools import cache
 from html import escape
 from importlib.resources import files
-from importlib.resources.abc import Traversable
 from string import Template
 from typing import Any
 
@@ -105,7 +104,7 @@ def _page(record: dict[str, Any], numbers: bytes, title: str, about: str, captio
 @cache
 def _modules() -> tuple[str, ...]:
     folder = files('rigid_body_sim.view')
-    sources: dict[str, Traversable] = {
+    sources = {
         **{name: folder / 'vendor' / file for name, file in LIBRARIES.items()},
         **{f'view/{name}': folder / 'page' / f'{name}.js' for name in MODULES},
     }

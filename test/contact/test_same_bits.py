@@ -69,7 +69,7 @@ def test_what_a_shared_kernel_knows_beside_its_scene_changes_no_bit():
     )
     assert done.returncode == 0, done.stderr
     scenes = dict(line.split(': ') for line in done.stdout.splitlines())
-    assert len(scenes) >= 14 and {*scenes.values()} == {'True True True'}, scenes
+    assert len(scenes) >= 18 and {*scenes.values()} == {'True True True'}, scenes
 
 
 def test_many_ticks_at_once_give_the_bits_of_one_by_one_and_of_every_run():
@@ -124,15 +124,6 @@ def test_compiled_and_plain_kernels_give_the_same_bits(script):
         assert run.returncode == 0, run.stderr
         runs.append(run.stdout)
     assert runs[0] == runs[1]
-
-
-def test_pairs_that_cannot_meet_change_no_bit(request):
-    knows_all = Simulation(scene(heap(6)))
-    knows_all.step(300)
-    request.getfixturevalue('own_kernels')
-    knows_its_own = Simulation(scene(heap(6)))
-    knows_its_own.step(300)
-    assert knows_its_own.state_bytes() == knows_all.state_bytes()
 
 
 def test_lists_that_are_too_short_grow_without_a_trace():

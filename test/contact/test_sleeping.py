@@ -407,6 +407,7 @@ def test_labels_of_bodies_change_nothing_of_sleep_beyond_rounding():
         assert np.abs(a - b).max() < 1e-12
 
 
+@pytest.mark.usefixtures('own_kernels')
 def test_a_scene_without_sleep_keeps_nothing_for_it():
     sim = Simulation(lean(stack(2)))
     sleepers, arrays = inside.kept_for_sleep(sim)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes on which integrators are judged."""
 
+import pytest
+
 from rigid_body_sim import load_scene
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
@@ -145,3 +147,14 @@ def linked_points(*, dt=0.001):
 
 
 TURNING = names_for(top())
+
+
+def of_each_scheme(names):
+    """
+    Parameters: one name for each scheme and order; the others, which differ from it in how a body
+    turns alone, for the long form.
+    """
+    first = {(type(INTEGRATORS[n].scheme), INTEGRATORS[n].order): n for n in reversed(names)}
+    first[type(INTEGRATORS['dmv6'].scheme), INTEGRATORS['dmv6'].order] = 'dmv6'
+    chosen = {*first.values()}
+    return [n if n in chosen else pytest.param(n, marks=pytest.mark.long) for n in names]

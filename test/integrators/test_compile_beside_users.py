@@ -30,7 +30,6 @@ from numba.core.types import functions
 from numba.core.typing import context
 from numba.np import arrayobj
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.scene.shipped_scenes import find_scene
 
 CLASSES = (functions.BaseFunction, functions.BoundFunction, lowering.Lower, base.BaseContext,
            cpu.CPUContext, context.BaseContext, codegen.CPUCodeLibrary, dispatcher.Dispatcher,
@@ -72,7 +71,7 @@ def use():
 threads = [threading.Thread(target=work) for work in (watch, use)]
 for thread in threads:
     thread.start()
-sim = Simulation(load_scene(find_scene('two_bodies')), integrator='dmv6')
+sim = Simulation(load_scene('spring_ball'), integrator='rk4')
 sim.prepare()
 sim.step(3)
 done.set()

@@ -13,69 +13,33 @@ import pytest
 
 from rigid_body_sim import Simulation
 from rigid_body_sim.physics.compile import kernels
-from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 from .. import inside
 from ..patience import HANGING
-from . import scenes
+from . import bits_of_elements, bits_of_methods, scenes
 
 ROOT = str(Path(__file__).parents[2])
-
-PROGRAM = """
-import hashlib, sys
-sys.path.insert(0, sys.argv[1])
-from rigid_body_sim import Simulation
-from rigid_body_sim.physics.compile import kernels
-from rigid_body_sim.physics.integration.integrators import INTEGRATORS
-import scenes
-print(kernels.COMPILED)
-ONE_OF_EACH_SCHEME = {type(INTEGRATORS[name].scheme): name for name in sys.argv[2:]}.values()
-for name in sys.argv[2:]:
-    digest = hashlib.sha256()
-    linked = scenes.linked_bodies(name)
-    tops = scenes.top(omega=(3.0, 10.0, 2.0), dt=0.02), scenes.top(omega=(30.0, 3.0, 1.0), dt=0.01)
-    if name not in scenes.TURNING:
-        sim = Simulation(scenes.linked_points(), integrator=name)
-        sim.set_wrench('b', force=(1.0, 2.0, 3.0))
-        sim.step(40)
-        print(name, hashlib.sha256(sim.state_bytes()).hexdigest())
-        continue
-    for scene in (linked, *tops):
-        sim = Simulation(scene, integrator=name)
-        first = scene.bodies[0].name
-        sim.set_wrench(first, force=(1.0, 2.0, 3.0), torque=(0.1, 0.2, -0.3))
-        sim.step(20)
-        if scene is linked or name in ONE_OF_EACH_SCHEME:  # alone it makes one more kernel
-            sim.set_wrench(first, force=(1.0, 2.0, 3.0), torque=(0.1, 0.2, -0.3), frame='body')
-        sim.step(20)
-        digest.update(sim.state_bytes() + sim.state.values.tobytes())
-    print(name, digest.hexdigest())
-"""
-
-
-def digests(*, compiled: bool) -> list[str]:
-    environment = os.environ | {
-        'RIGID_BODY_SIM_COMPILE': '1' if compiled else '0',
-        'PYTHONPATH': ROOT,
-    }
-    result = subprocess.run(
-        [sys.executable, '-c', PROGRAM, str(Path(__file__).parent), *sorted(INTEGRATORS)],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=HANGING,
-    )
-    first, *rest = result.stdout.splitlines()
-    assert first == str(compiled)
-    return rest
 
 
 @pytest.mark.skipif(
     not kernels.COMPILED, reason='numba is not installed: there is nothing to compare with'
 )
-def test_every_integrator_gives_the_same_bits_with_and_without_numba():
-    assert digests(compiled=True) == digests(compiled=False)
+@pytest.mark.parametrize('bits', [bits_of_methods, bits_of_elements], ids=['methods', 'forces'])
+def test_every_integrator_and_force_gives_the_same_bits_with_and_without_numba(bits):
+    """
+    Compiled in this process: as all tests know them.
+    """
+    result = subprocess.run(
+        [sys.executable, bits.__file__],
+        env=os.environ | {'RIGID_BODY_SIM_COMPILE': '0', 'PYTHONPATH': ROOT},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=HANGING,
+    )
+    first, *plain = result.stdout.splitlines()
+    assert first == 'False'
+    assert plain == list(bits.lines())
 
 
 RUN = """
@@ -126,17 +90,6 @@ def test_what_an_earlier_scene_compiled_gives_the_same_bits_in_another(tmp_path)
     chain = Simulation(scenes.linked_points(), integrator='explicit_euler')
     chain.step(50)
     assert bits == chain.state_bytes().hex()
-
-
-def test_forces_that_a_kernel_knows_and_a_scene_has_not_change_no_bit(request):
-    knows_more = Simulation(scenes.oscillator(dt=0.01), integrator='rk4')
-    knows_more.step(50)
-    request.getfixturevalue('own_kernels')
-    knows_its_own = Simulation(scenes.oscillator(dt=0.01), integrator='rk4')
-    knows_its_own.step(50)
-    own, more = (inside.elements(sim).names for sim in (knows_its_own, knows_more))
-    assert list(own) == ['spring'] and len(more) > 1
-    assert knows_its_own.state_bytes() == knows_more.state_bytes()
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')

@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.elf import FlatCode, UnknownCode, flatten
 from rigid_body_sim.physics.compile.image import (
     KernelStopped,
-    kind_of,
+    kinds_of,
     load,
     packed,
     unpacked,
@@ -178,7 +179,7 @@ def of_probe():
 
 
 def made(images, function, *arguments):
-    return images.find(Wanted(function, tuple(map(kind_of, arguments)), arguments))
+    return images.find(Wanted(function, kinds_of(arguments), arguments))
 
 
 def test_the_probe_comes_to_what_its_source_does(images):
@@ -275,6 +276,38 @@ def test_a_prepared_kernel_is_the_kernel(images):
     for way in (Kernel(is_more, images, None, inlined=False, widest=True), is_more):
         of_three = kernels.prepared(way, (1.0,), (3,))
         assert [of_three(x) for x in (4.0, 3.0)] == [way(4.0, 3), way(3.0, 3)] == [True, False]
+
+
+class Inner(NamedTuple):
+    numbers: np.ndarray
+    count: int
+
+
+class Outer(NamedTuple):
+    factor: float
+    inner: Inner
+
+
+def sum_in_groups(shift, outer):
+    of_all = shift
+    for i in range(outer.inner.count):
+        of_all += outer.factor * outer.inner.numbers[i]
+    return of_all
+
+
+def test_groups_of_arguments_are_taken_as_their_members_and_looked_at_as_others_are(images):
+    group = Outer(2.0, Inner(np.arange(4.0), 3))
+    image = made(images, sum_in_groups, 1.0, group)
+    assert image(1.0, 2.0, np.arange(4.0), 3) == sum_in_groups(1.0, group) == 7.0
+    way = Kernel(sum_in_groups, images, None, inlined=False, widest=True)
+    prepared = kernels.prepared(way, (1.0,), (group,))
+    assert prepared(1.0) == way(1.0, group) == way(1.0, group) == 7.0
+    assert with_last(image, [group])(1) is NotImplemented  # an integer, where a float was
+    other = group._replace(inner=Inner(np.arange(4), 3))  # integers, where floats were
+    assert with_last(image, [other])(1.0) is NotImplemented
+    assert way(1.0, other) == 7.0
+    group.inner.numbers[0] = 10.0
+    assert prepared(1.0) == 27.0
 
 
 def test_images_know_for_which_processor_they_were_made(tmp_path, monkeypatch):

@@ -11,10 +11,14 @@ from rigid_body_sim.library import checkpoint
 
 
 def hold(sim):
-    """Hold what turns, what ends, and a frame of a body where there is one."""
+    """
+    Hold what turns, what ends, and a frame of a body where there is one; of bodies that touch
+    without other forces nothing that turns: it takes a kernel of its own.
+    """
     body = next(body for body in sim.scene.bodies if not body.fixed)
+    touches = sim.scene.contact.get('mode', 'none') != 'none'
     sim.hold(body.name, 'force', force=(1, 0, 0.5), until=170)
-    if not body.is_point:
+    if not body.is_point and (sim.scene.forces or not touches):
         sim.set_wrench(body.name, torque=(0, 0, 0.1), frame='body')
     for frame in body.frames:
         sim.set_wrench(body.name, force=(0, 0, 0.1), frame=frame)

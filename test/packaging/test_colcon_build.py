@@ -105,19 +105,40 @@ def test_the_verbs_of_setup_are_the_modules_of_the_verbs_room():
     assert sorted(listed) == VERBS
 
 
-@pytest.mark.parametrize('verb', VERBS)
-def test_each_verb_is_an_executable_that_starts(workspace, installed, environment, verb):
-    program = installed / 'lib' / NAME / verb
-    assert os.access(program, os.X_OK)
-    if verb in NEED_ROS and find_spec('rclpy') is None:
-        pytest.skip('this verb needs rclpy')
+ASK_FOR_HELP = """
+import runpy, sys
+for program in sys.argv[1:]:
+    sys.argv = [program, '--help']
+    try:
+        runpy.run_path(program, run_name='__main__')
+    except SystemExit as end:
+        print('ended with', end.code, 'after', program)
+"""
+
+
+def test_each_verb_is_an_executable_that_starts(workspace, installed, environment):
+    """
+    As the system starts it: one of them. Of the others what it reads there, the mark of an
+    executable and the first line, is the same, and Python runs them one after the other.
+    """
     modules = next(installed.glob('lib/python*/site-packages'))
     path = os.pathsep.join([str(modules), environment['PYTHONPATH']])
-    started = run(
-        program, '--help', environment={**environment, 'PYTHONPATH': path}, cwd=workspace
-    )
+    environment = {**environment, 'PYTHONPATH': path}
+    has_ros = find_spec('rclpy') is not None
+    programs = {verb: installed / 'lib' / NAME / verb for verb in VERBS}
+    assert all(os.access(program, os.X_OK) for program in programs.values())
+    assert len({program.read_text().partition('\n')[0] for program in programs.values()}) == 1
+    started = run(programs['bag'], '--help', environment=environment, cwd=workspace)
     assert started.returncode == 0, started.stderr
-    assert verb in started.stdout
+    assert 'bag' in started.stdout
+    runnable = [verb for verb in VERBS if has_ros or verb not in NEED_ROS]
+    asked = (programs[verb] for verb in runnable)
+    every = run(sys.executable, '-c', ASK_FOR_HELP, *asked, environment=environment, cwd=workspace)
+    *said, rest = every.stdout.split('ended with ')
+    assert every.returncode == 0 and len(said) == len(runnable), every.stderr
+    for verb, text, end in zip(runnable, said, [*said[1:], rest]):
+        assert f'usage: {NAME} {verb}' in text or f'{verb} ' in text, text
+        assert end.startswith(f'0 after {programs[verb]}'), end
 
 
 def test_every_config_file_is_installed_below_share(installed):

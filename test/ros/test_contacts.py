@@ -29,11 +29,10 @@ bodies:
 
 
 @pytest.fixture
-def tower(tmp_path, monkeypatch):
+def tower(tmp_path):
     """
-    A scene of two boxes, one on the other, for compiled kernels.
+    A scene of two boxes, one on the other: few enough for plain kernels.
     """
-    monkeypatch.setenv('RIGID_BODY_SIM_COMPILE', '1')
     path = tmp_path / 'tower.yaml'
     path.write_text(TOWER)
     return path

@@ -8,6 +8,8 @@ made it.
 
 An image takes one kind of each argument (`kind_of`): 64-bit integers, floats, truth values, and
 contiguous one-dimensional arrays of them; and gives one of these numbers, or nothing (RETURNS).
+A group of arguments (NamedTuple) is taken as its members in a row, as numba's code takes it:
+grouped or not, a call costs the same.
 
 In memory it is a builtin function of Python: it looks at each argument itself, lets Python's lock
 go, runs, and gives the result; where an argument is of another kind it gives NotImplemented and
@@ -27,7 +29,7 @@ import ctypes
 import json
 import mmap
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Any
 
@@ -37,6 +39,7 @@ from rigid_body_sim.physics.compile.elf import FlatCode
 
 FORMAT = 2
 RETURNS = ('float64', 'int64', 'bool', 'none')
+BEGIN, END = '(', ')'  # of a group of arguments
 READ, WRITE = 0x101, 0x400  # flags of an array: contiguous and aligned; writeable
 _WORD = struct.Struct('<q')
 _HEAD = struct.Struct('<I')
@@ -74,10 +77,37 @@ def kind_of(value: Any) -> str | None:
     return _ARRAYS.get((value.dtype.char, value.flags.num & (READ | WRITE)))
 
 
+def is_group(value: Any) -> bool:
+    """Tell whether an argument is a NamedTuple."""
+    return isinstance(value, tuple) and hasattr(value, '_fields')
+
+
 def kinds_of(arguments: Sequence[Any]) -> tuple[str, ...] | None:
-    """Name the kinds of all arguments; None: images do not take one of them."""
-    kinds = tuple(map(kind_of, arguments))
-    return None if None in kinds else kinds  # pyright: ignore[reportReturnType]
+    """
+    Name the kinds of all arguments; None: images do not take one of them. The kinds of a group
+    stand between its name and END.
+    """
+    kinds: list[str | None] = []
+    for value in arguments:
+        if is_group(value):
+            kinds += [type(value).__name__ + BEGIN, *(kinds_of(value) or [None]), END]
+        else:
+            kinds.append(kind_of(value))
+    return None if None in kinds else tuple(kinds)  # pyright: ignore[reportReturnType]
+
+
+def of_members(kinds: Sequence[str]) -> tuple[str, ...]:
+    """Give the kinds of what is passed: of the members of groups, and not of the groups."""
+    return tuple(kind for kind in kinds if kind != END and not kind.endswith(BEGIN))
+
+
+def members(arguments: Sequence[Any]) -> Iterator[Any]:
+    """Give arguments as an image takes them: the members of a group in its place."""
+    for value in arguments:
+        if is_group(value):
+            yield from members(value)
+        else:
+            yield value
 
 
 def usual(value: Any) -> Any:
@@ -163,7 +193,7 @@ def with_last(image: Callable[..., Any], last: Sequence[Any]) -> Callable[..., A
 
     A call looks at 60 arrays that hang on it in less time than Python needs to list them.
     """
-    return _function(_METHODS[image], (image.__name__, *last))
+    return _function(_METHODS[image], (image.__name__, *members(last)))
 
 
 def _function(method: _Method, owned: tuple[Any, ...]) -> Callable[..., Any]:

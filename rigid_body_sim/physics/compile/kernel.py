@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid_body_sim.physics.compile.image import kinds_of, usual, with_last
+from rigid_body_sim.physics.compile.image import is_group, kinds_of, members, usual, with_last
 from rigid_body_sim.physics.compile.images import Image, Images, Wanted
 
 
@@ -94,7 +94,7 @@ class Kernel:
         if image is None:
             return self.by_numba
         self._last = image
-        return lambda *these: image(*map(usual, these))
+        return lambda *these: image(*map(usual, members(these)))
 
     def prepared(self, first: Sequence[Any], last: Sequence[Any]) -> Callable[..., Any]:
         """Give the kernel with its last arguments at hand: see `kernels.prepared`."""
@@ -141,11 +141,12 @@ def _plain(function: Callable[..., Any], missing: ImportError) -> Callable[..., 
         WITHOUT.append(without_numba(missing))
         warnings.warn(WITHOUT[0], RuntimeWarning, stacklevel=5)
 
-    def plain(*arguments: Any) -> Any:
-        views = (memoryview(a) if isinstance(a, np.ndarray) else a for a in arguments)
-        return function(*views)
+    def viewed(value: Any) -> Any:
+        if is_group(value):
+            return type(value)(*map(viewed, value))
+        return memoryview(value) if isinstance(value, np.ndarray) else value
 
-    return plain
+    return lambda *arguments: function(*map(viewed, arguments))
 
 
 WITHOUT: list[str] = []  # why some kernel runs as plain Python, though others are images

@@ -94,7 +94,7 @@ from numba.core.typing.typeof import Purpose, typeof
 from numba.np import arrayobj
 
 from rigid_body_sim.physics.compile.elf import UnknownCode
-from rigid_body_sim.physics.compile.image import RETURNS
+from rigid_body_sim.physics.compile.image import RETURNS, of_members
 from rigid_body_sim.physics.compile.image_maker import Bitcode, is_long
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, names_of
 
@@ -170,7 +170,8 @@ def linked(function: Callable[..., Any], arguments: Sequence[Any], kinds: tuple[
         returns = str(made.signature.return_type)
         if returns not in RETURNS:
             raise UnknownCode(f'{function.__name__} returns {returns}')
-        return Bitcode(made.library.whole(), made.fndesc.llvm_func_name, kinds, returns)
+        name = made.fndesc.llvm_func_name
+        return Bitcode(made.library.whole(), name, of_members(kinds), returns)
 
 
 class _Locator(UserProvidedCacheLocator):

@@ -35,7 +35,6 @@ contact. Force elements are evaluated after each motion: those of then act for t
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -62,7 +61,6 @@ from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.events.flight import Flights
-from rigid_body_sim.physics.contact.events.flight_record import BEHIND_BLOCKS, VIEWS
 from rigid_body_sim.physics.contact.islands import first_loads, sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
@@ -144,7 +142,6 @@ bound_bounces = slot('kernel (touching, ...): restitution')
 store_impulses = slot('kernel (now, poses, ...): fills the impulse cache')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
 meet_at_instant = slot('kernel (time, world): looks at an impact, or lets it happen')
-advance_ticks = slot('kernel (ticks, tick, h, world): the recipe')
 
 
 class Detection(NamedTuple):
@@ -164,9 +161,10 @@ class Detection(NamedTuple):
 
 class World(NamedTuple):
     """
-    All arrays of a scene with contact.
+    All arrays of a scene with contact: what Python hands over (`world_arrays`).
 
-    settings, counts : see `tick_settings`, `tick_counts`
+    settings, counts : see `tick_settings`, `tick_counts`; counts[DONE] tells how many ticks were
+                       done, counts[STATUS] why no more
     materials        : see `collision.material_record`
     bodies           : see `solver_bodies`
     touching, marks  : see `touching`
@@ -214,78 +212,8 @@ class Tick(NamedTuple):
     substeps: int
 
 
-def _advance(
-    ticks, tick, h, body_count, rigid_count, translation, rotation, method, elements, ranges,
-    settings, counts, saved, shape_parameters, table, local_bounds, poses, swept, local_poses,
-    materials, fat_aabbs, grid, hash_heads, neighbours, pair_ids, found, bodies, manifolds,
-    rows, batches, colours, open_batches, cache, island_groups, group_of, manifold_order,
-    cache_places, touching, marks, roots, impacts, gains, sleep_states, radii, element_groups,
-    island_roots, supported, restless, awake_in_blocks, flows, ignored, pair_material_rows,
-    pivoted, drives, paths, moment, works, of_bodies,
-    overlap_limits, overlaps, flight_records, flight_scratch, event_pairs, event_links,
-    impact_list, joint_bodies, joint_points,
-):  # fmt: skip
-    """
-    Advance over ticks: what Python calls. Return 0, or NaN if a number left the finite ones;
-    counts[DONE] tells how many ticks were done, counts[STATUS] why no more.
-
-        ticks, tick, h : how many; number of the first; length [s]
-
-    The arrays stand in a row and are grouped in here: as groups they cost a call from Python 27 us
-    in place of 7 us, and a tick of ten boxes is 12 us. The names in the row from `settings` on are
-    those by which `world_arrays` hands them over (`ARRAYS`).
-    """
-    motion = Motion(body_count, rigid_count, translation, rotation, method, pivoted)
-    colliders = ColliderArrays(shape_parameters, table, local_bounds, poses, swept)
-    world = World(
-        motion,
-        Forces(elements, ranges, saved),
-        settings,
-        counts,
-        colliders,
-        materials,
-        Detection(
-            local_poses, BroadPhase(fat_aabbs, grid, hash_heads, neighbours, pair_ids), found,
-            ignored,
-        ),
-        bodies,
-        Constraints(
-            manifolds, rows, batches, colours, open_batches, cache, island_groups, group_of,
-            manifold_order, cache_places,
-        ),
-        touching,
-        marks,
-        EnergyScratch(roots, impacts, gains),
-        SleepState(
-            sleep_states, radii, element_groups, island_roots, supported, restless,
-            awake_in_blocks,
-        ),
-        flows,
-        pair_material_rows,
-        PrescribedBodies(drives, paths, moment, works, of_bodies),
-        overlap_limits,
-        overlaps,
-        Flights(
-            motion, colliders, bodies, local_poses, found, materials, pair_material_rows, ignored,
-            settings, joint_bodies, joint_points, flight_records, flight_scratch[:VIEWS],
-            flight_scratch[VIEWS:BEHIND_BLOCKS], flight_scratch[BEHIND_BLOCKS:], event_pairs,
-            event_links, impact_list,
-        ),
-    )  # fmt: skip
-    return advance_ticks(ticks, tick, h, world)
-
-
-def _names_of_arrays() -> tuple[str, ...]:
-    """Give the names of the arrays that `world` hands over, in their order."""
-    names = tuple(inspect.signature(_advance).parameters)
-    return names[names.index('settings') :]
-
-
-ARRAYS = _names_of_arrays()
-
-
-def _advance_ticks(ticks, tick, h, world):
-    """Let ticks pass, one after the other: the recipe."""
+def _advance(ticks, tick, h, world):
+    """Let ticks pass, one after the other: the recipe, which Python calls; NaN: no number left."""
     motion, forces, settings, counts = world.motion, world.forces, world.settings, world.counts
     colliders, constraints, bodies = world.colliders, world.constraints, world.bodies
     energy, state, flows, driven = world.energy, world.sleep, world.flows, world.driven
@@ -938,7 +866,7 @@ _STAGES = (
     _colour_constraints, _prepare_constraints, _find_first_loads,
     _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
     _gather_moved_bodies, _follow_and_relax, _visit_groups, _bound_bounces, _take_back_gains,
-    _store_impulses, _put_to_sleep, _meet_at_instant, _advance_ticks,
+    _store_impulses, _put_to_sleep, _meet_at_instant,
 )  # fmt: skip
 
 

@@ -338,25 +338,25 @@ class ContactWorld:
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
         """Give a kernel of the ticks the call of a scheme; its workspace is not needed."""
 
-        made: list[Any] = [None, None, None, compiled]  # of which arrays, and the kernel with them
+        made: list[Any] = [None, None, None, None, compiled]  # from what, and the kernel with it
 
         def advance(
             ticks: int, tick: float, h: float, n_moving: int, n_rigid: int, translation: Any,
             rotation: Any, method: Any, _workspace: Any, elements: Any, ranges: Any,
         ) -> float:  # fmt: skip
-            given = (n_moving, n_rigid, translation, rotation, method, elements, ranges)
-
             if self._events:  # its pieces begin anywhere
                 tick = float(tick)
 
             def call(ticks: int, tick: float, h: float) -> float:
-                arrays = self.arrays.arguments
-                if made[0] is not method or made[1] is not elements or made[2] is not arrays:
-                    last = (*given, *arrays)
-                    made[:] = method, elements, arrays, prepared(compiled, (ticks, tick, h), last)
-                status = made[3](ticks, tick, h)
+                version = self.arrays.version
+                if made[0] is not method or made[1] is not elements or made[2] != version:
+                    motion = n_moving, n_rigid, translation, rotation, method
+                    world = self.arrays.world(motion, elements, ranges)
+                    call = prepared(compiled, (ticks, tick, h), (world,))
+                    made[:] = method, elements, version, world, call
+                status = made[4](ticks, tick, h)
                 if status is NotImplemented:  # a tick of another kind
-                    status = compiled(ticks, tick, h, *given, *arrays)
+                    status = compiled(ticks, tick, h, made[3])
                 return status
 
             return self._advance(call, ticks, tick, h, (translation, rotation))

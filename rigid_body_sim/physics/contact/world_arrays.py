@@ -3,7 +3,7 @@
 """
 The arrays of a scene with contact: made once, but for the lists, which grow.
 
-Each array is an attribute with the name that it has in the kernel of the ticks (`step.ARRAYS`).
+The kernel of the ticks takes them in groups (`step.World`).
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from rigid_body_sim.physics.contact import (
     tick_counts,
     tick_settings,
 )
+from rigid_body_sim.physics.contact.array_groups import Constraints, Forces, Motion
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
@@ -33,20 +34,28 @@ from rigid_body_sim.physics.contact.collision import (
     swept_aabbs,
 )
 from rigid_body_sim.physics.contact.collision.axis_of_symmetry import members, symmetry_of
-from rigid_body_sim.physics.contact.collision.collider import PLANE, SURFACE, Colliders
+from rigid_body_sim.physics.contact.collision.collider import (
+    PLANE,
+    SURFACE,
+    BroadPhase,
+    ColliderArrays,
+    Colliders,
+)
 from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps, overlap_limits
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
-from rigid_body_sim.physics.contact.energy.scratch import make_scratch
+from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch, make_scratch
 from rigid_body_sim.physics.contact.events import (
     event_lists,
     flight_record,
     impact_list,
     joint_impact_record,
 )
+from rigid_body_sim.physics.contact.events.flight import Flights
+from rigid_body_sim.physics.contact.events.flight_record import BEHIND_BLOCKS, VIEWS
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.pair_rules import PairRules
-from rigid_body_sim.physics.contact.prescribed_bodies import driven_bodies
+from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies, driven_bodies
 from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
@@ -83,12 +92,13 @@ class WorldArrays:
     """
     The arrays of one scene.
 
-    arguments : all of them, as the kernel takes them
+    version : another number after each change of which arrays there are
     """
 
     def __init__(self, body_count: int, width: int, flows: Array, pivoted: Sequence[int]) -> None:
         """Make what does not depend on colliders; width: numbers of a contact point."""
         self._width = width
+        self.version = 0
         self.pivoted = np.array(pivoted, dtype=np.int64)
         self.flows = flows
         self._body_count = body_count
@@ -219,7 +229,7 @@ class WorldArrays:
         self.pair_ids = np.zeros(room, dtype=np.int64)
 
     def pack(self) -> None:
-        """Measure the lists and make the arguments of the kernel."""
+        """Measure the lists: `world` gives others from now on."""
         counts = self.counts
         counts[tick_counts.ASSEMBLED] = 0
         counts[tick_counts.PAIR_ROOM] = len(self.pair_ids)
@@ -229,7 +239,67 @@ class WorldArrays:
         counts[tick_counts.CACHE_ROOM] = len(self.cache)
         counts[tick_counts.EVENT_ROOM] = len(self.event_pairs) // flight_record.EVENT
         counts[tick_counts.IMPACT_ROOM] = len(self.impact_list) // impact_list.SIZE
-        self.arguments = tuple(argument(getattr(self, name)) for name in step.ARRAYS)
+        self.version += 1
+
+    def world(self, of_motion: Sequence[Any], elements: Any, ranges: Any) -> step.World:
+        """
+        Give all of them as the kernel takes them.
+
+        of_motion        : what a scheme knows of the bodies that move: see `array_groups.Motion`
+        elements, ranges : of the forces, see `array_groups.Forces`
+        """
+        motion = Motion(*of_motion, pivoted=argument(self.pivoted))
+        settings, bodies, found = map(argument, (self.settings, self.bodies, self.found))
+        materials, pair_materials, ignored, local_poses = map(
+            argument, (self.materials, self.pair_material_rows, self.ignored, self.local_poses)
+        )
+        colliders = _grouped(
+            ColliderArrays, self.shape_parameters, self.table, self.local_bounds, self.poses,
+            self.swept,
+        )  # fmt: skip
+        broad_phase = _grouped(
+            BroadPhase, self.fat_aabbs, self.grid, self.hash_heads, self.neighbours, self.pair_ids
+        )
+        constraints = _grouped(
+            Constraints, self.manifolds, self.rows, self.batches, self.colours, self.open_batches,
+            self.cache, self.island_groups, self.group_of, self.manifold_order, self.cache_places,
+        )  # fmt: skip
+        views, turning, method = np.split(self.flight_scratch, (VIEWS, BEHIND_BLOCKS))
+        flights = Flights(
+            motion, colliders, bodies, local_poses, found, materials, pair_materials, ignored,
+            settings,
+            *map(argument, (
+                self.joint_bodies, self.joint_points, self.flight_records, views, turning, method,
+                self.event_pairs, self.event_links, self.impact_list,
+            )),
+        )  # fmt: skip
+        return step.World(
+            motion,
+            Forces(elements, ranges, argument(self.saved)),
+            settings,
+            argument(self.counts),
+            colliders,
+            materials,
+            step.Detection(local_poses, broad_phase, found, ignored),
+            bodies,
+            constraints,
+            argument(self.touching),
+            argument(self.marks),
+            _grouped(EnergyScratch, *self._members_of(EnergyScratch)),
+            _grouped(SleepState, *self._members_of(SleepState)),
+            argument(self.flows),
+            pair_materials,
+            _grouped(
+                PrescribedBodies, self.drives, self.paths, self.moment, self.works, self.of_bodies
+            ),
+            argument(self.overlap_limits),
+            argument(self.overlaps),
+            flights,
+        )
+
+    def _members_of(self, group: type[Any]) -> list[Any]:
+        """Give the arrays of a group, whose names here are those there."""
+        return [getattr(self, name) for name in group._fields]
 
     def forget(self) -> None:
         """
@@ -292,6 +362,11 @@ class WorldArrays:
         """Write the manifolds that are left."""
         self.manifolds[: len(manifolds)] = manifolds
         self.counts[tick_counts.MANIFOLDS] = len(manifolds) // manifold_record.SIZE
+
+
+def _grouped(kind: type[Any], *arrays: Array | Indices) -> Any:
+    """Put arrays into a group as a kernel takes them."""
+    return kind(*map(argument, arrays))
 
 
 def aligned(size: int) -> Array:

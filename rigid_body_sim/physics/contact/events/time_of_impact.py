@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-The instant at which two colliders in flight meet: a lower bound of their gap with exact value and
-rate, and a bound on its second derivative, step by step up to the root.
+The time of impact: the instant at which two colliders in flight meet. A lower bound of their gap
+with exact value and rate, and a bound on its second derivative, step by step up to the root.
 
     gap(t + D) >= min over points a of A, b of B of  c0 + c1 D + c2 D^2 / 2
         c0 = n . (b - a) - r_A - r_B
