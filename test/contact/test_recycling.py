@@ -164,6 +164,34 @@ def resting(at_rest):
     return sim
 
 
+def test_each_record_is_of_its_own_pair_also_where_ghosts_are_taken_out():
+    """
+    In a pile that falls together manifolds of what passes by are taken out of the list. What is
+    kept of a pair are the points of its manifold, wherever that stands in the list: to rounding,
+    and of what rolls, whose frame turns with the normal, not looked at.
+    """
+    sim = Simulation(scene(pile(15, seed=0)))
+    sim.step(60)
+    seen = 0
+    for _ in range(60):
+        sim.step(1)
+        for _, row, kept in records(sim).values():
+            if kept[recycled_record.TURNED] != manifold.NEITHER:
+                continue
+            x_a, r_a, x_b, r_b = poses_of(sim, row)
+            for point in range(int(kept[recycled_record.POINT_COUNT])):
+                place = recycled_record.POINTS + point * recycled_record.POINT
+                on_a, on_b = (
+                    kept[place + axis : place + axis + 3]
+                    for axis in (recycled_record.ON_A, recycled_record.ON_B)
+                )
+                middle = 0.5 * (x_a + r_a @ on_a + x_b + r_b @ on_b)
+                found = manifold_record.POINTS + manifold.POINT * point
+                assert np.abs(middle - row[found : found + 3]).max() < 1e-12
+                seen += 1
+    assert seen > 500
+
+
 def test_what_rests_is_not_detected_anew(at_rest):
     sim = resting(at_rest)
     before = records(sim)

@@ -18,6 +18,7 @@ COLLIDER_B = manifold.number('-', 'number of collider B')
 POINT_COUNT = manifold.number('-', 'points, at most four')
 NORMAL = manifold.vector('-', 'unit normal from A to B, world axes')
 PIECES = manifold.number('-', 'into so many its motion wants the tick cut, if the pair hits')
+RECYCLED = manifold.number('-', 'where its record begins in those of `recycling`, or -1')
 FACE_AREA = manifold.number('m^2', 'of the face that touches: see `geometry.manifold`')
 FACE_RADIUS = manifold.number('m', 'mean distance of the face from its middle')
 FACE_SQUARE = manifold.number('m^2', 'mean square of that distance')
@@ -25,9 +26,9 @@ FACE_MIDDLE = manifold.vector('m', 'middle of the face, world axes')
 POINTS = manifold.numbers(
     MOST * POINT, 'm', 'the points as the pair kernels give them: `geometry.manifold`'
 )
+# of its place in the list, not of the manifold:
 LANE = manifold.number('-', 'where its lane begins in the rows of the solver')
 STATE = manifold.number('-', 'what is known of it while ghosts are looked for: `ghosts`')
 NEXT_OF_A = manifold.number('-', 'where the next manifold of the body of A begins, or -1')
 NEXT_OF_B = manifold.number('-', 'the same of B')
-RECYCLED = manifold.number('-', 'where its record begins in those of `recycling`, or -1')
 SIZE = manifold.padding(40)  # five cache lines
