@@ -80,6 +80,7 @@ from rigid_body_sim.physics.contact.solver import (
     pivots,
     variable_mass,
 )
+from rigid_body_sim.physics.contact.solver.softness import Softness
 from rigid_body_sim.physics.contact.touching import list_touching
 from rigid_body_sim.physics.integration.schemes import steps
 from rigid_body_sim.physics.state import blocks
@@ -466,11 +467,18 @@ def _prepare_constraints(
         prescribed_bodies.choose_belts(
             count, motion.body_count, driven.drives, colliders.table, manifolds, rows
         )
-    if counts[tick_counts.ASSEMBLED] == 0 or cache[cache_record.SUBSTEP] != now.substep:
+    softness = Softness(
+        now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
+        settings[tick_settings.DAMPING_RATIO],
+    )  # fmt: skip
+    if (
+        counts[tick_counts.ASSEMBLED] == 0
+        or cache[cache_record.SUBSTEP] != now.substep
+        or common_pressure.is_shared(rows)
+    ):
         manifold_constraints.prepare_materials(
-            count, now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
-            settings[tick_settings.DAMPING_RATIO], CURVED, colliders.table,
-            colliders.local_bounds, materials, manifolds, rows, bodies,
+            count, softness, CURVED, colliders.table, colliders.local_bounds, materials,
+            manifolds, rows, bodies,
         )  # fmt: skip
         if PAIR_MATERIALS:
             pair_materials.use_pair_materials(count, of_pairs, manifolds, rows)
@@ -484,7 +492,7 @@ def _prepare_constraints(
         constraints.order, constraints.places, manifolds, cache, rows,
     )  # fmt: skip
     common_pressure.share_pressure(
-        count, WIDTH, colliders.table, manifolds, rows, bodies, constraints.places
+        count, WIDTH, softness, colliders.table, manifolds, rows, bodies, constraints.places
     )
     if FLOWS:
         variable_mass.find_mass_scale(now.start + 0.5 * now.h, flows)
@@ -553,8 +561,12 @@ def _find_first_loads(
         constraints.manifolds, batches, rows, roots, sizes, bodies,
     )  # fmt: skip
     common_pressure.share_pressure(
-        counts[tick_counts.MANIFOLDS], WIDTH, table, constraints.manifolds, rows, bodies,
-        constraints.places,
+        counts[tick_counts.MANIFOLDS], WIDTH,
+        Softness(
+            now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
+            settings[tick_settings.DAMPING_RATIO],
+        ),
+        table, constraints.manifolds, rows, bodies, constraints.places,
     )  # fmt: skip
     prepare(
         lanes, batch_count, settings[tick_settings.RESTITUTION_THRESHOLD], rows, batches, bodies

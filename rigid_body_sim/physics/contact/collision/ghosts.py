@@ -58,7 +58,6 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     smaller_radius,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
-    FEATURE,
     POINT,
     POSITION,
     SEPARATION,
@@ -184,6 +183,8 @@ def _would_bind(
     rate_a, rate_b = math.sqrt(dot(spin_a, spin_a)), math.sqrt(dot(spin_b, spin_b))
     passing = subtract(velocity_a, velocity_b)
     speed = math.sqrt(dot(passing, passing))
+    # what rolls leaves the edge behind it by less than that: its load is not for the edge
+    near = CALM if has_cylinder(a, b, table) else flush
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
         point = load(manifolds, place + POSITION)
@@ -195,7 +196,7 @@ def _would_bind(
         nearer = closing + horizon * turning
         # arms turn with the bodies, and end midway between surfaces that pass each other
         more = fall + 0.5 * horizon * horizon * bend
-        if (nearer > CALM or gap > flush) and (nearer + more) * WIDE > gap:
+        if (nearer > CALM or gap > near) and (nearer + more) * WIDE > gap:
             return True
         if gap < -CALM and has_cylinder(a, b, table):
             return True
@@ -422,8 +423,8 @@ def _take_out(
     manifolds: Array,
 ) -> None:  # fmt: skip
     """
-    Take a covered manifold out; where it is another support of a body that leans a little, only
-    the points that other manifolds hold: the rest turn to the normal of the cover.
+    Take a covered manifold out; but where it has a point that no other holds it is another support
+    of a body that leans a little, and turns to the normal of the cover.
     """
     table = colliders.table
     own = int(manifolds[record + manifold_record.COLLIDER_A + side])
@@ -439,7 +440,8 @@ def _take_out(
     store(manifolds, record + manifold_record.NORMAL, normal if side == 1 else negate(normal))
     manifolds[record + manifold_record.POINT_COUNT] = 0.0
     manifolds[record + manifold_record.STATE] = CERTAIN
-    kept = 0
+    found = False
+    body = _body_of(own, table)
     for index in range(points):
         place = record + manifold_record.POINTS + POINT * index
         half = 0.5 * manifolds[place + SEPARATION]
@@ -451,16 +453,11 @@ def _take_out(
         of_own = dot(towards, subtract(own_point, other_point)) / dot(towards, normal)
         gap = max(dot(normal, own_point) - top, of_own)
         point = add_scaled(own_point, -0.5 * gap, normal)
-        body = _body_of(own, table)
-        if _is_held(point, normal, near, body, table, bodies, manifolds):
-            continue
-        to = record + manifold_record.POINTS + POINT * kept
-        store(manifolds, to + POSITION, point)
-        manifolds[to + SEPARATION] = gap
-        manifolds[to + FEATURE] = manifolds[place + FEATURE]
-        kept += 1
-        manifolds[record + manifold_record.POINT_COUNT] = float(kept)
-    if kept == 0:
+        store(manifolds, place + POSITION, point)
+        manifolds[place + SEPARATION] = gap
+        found = found or not _is_held(point, normal, near, body, table, bodies, manifolds)
+    manifolds[record + manifold_record.POINT_COUNT] = float(points)
+    if not found:
         manifolds[record + manifold_record.STATE] = DROPPED
 
 

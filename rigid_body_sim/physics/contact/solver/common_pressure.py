@@ -16,6 +16,12 @@ linear over all faces of one body on one other with one normal, and nowhere pull
 A : [m^2] area of the face; a manifold of two points, which is a line, has none, but where all
     are lines: there A is the length [m]
 c : mean of the points by w
+And where all are lines, of what rolls, they give way as one line would: each is as stiff as its
+share of the length, and all have one sink (`softness`, `static_sink`). Else a tile onto which a
+disc has just come would bear as much as the one it leaves, and lift it there.
+
+What is put down on a surface that cannot move starts from what pulls at its centre of mass.
+
 What cannot move is one body. A plane carries the whole face of a body, also beside a box that is
 flush with it: it has all the weight. A point takes part that was pressed, or touches.
 """
@@ -36,11 +42,14 @@ from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
+    lane_scratch,
     patch_friction,
     pressure_of_face,
+    static_sink,
     surface_friction,
     wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
 from rigid_body_sim.physics.vectors import cross, dot, load, scale, subtract
 
 Array = NDArray[np.float64]
@@ -51,6 +60,7 @@ ALIKE = 1e-9  # [-] 1 - cos of an angle of 4e-5: normals of one surface
 ROUNDS = 8  # [-] in which points that would pull are left out, at most
 THIN = 1e-9  # [-] of the second moment: points are as good as in a line
 EXACT = 1e-9  # [-] of the torque that may be lost by the choice
+LEAST = 1e-3  # [-] share of a face in the softness of a surface
 DONE = -2.0  # `manifold_record.STATE` of what belongs to a surface that was looked at
 NONE = -1.0  # in place of a manifold
 
@@ -368,15 +378,20 @@ def _second_moment(sums: Any) -> Any:
 
 @kernel
 def _find_pressure(
-    count: int, members: Indices, carrier: int, width: int, frame: Any, manifolds: Array,
-    rows: Array,
+    count: int, members: Indices, carrier: int, width: int, frame: Any, first: Any,
+    manifolds: Array, rows: Array,
 ) -> Any:  # fmt: skip
-    """Return alpha and beta of the pressure of a surface, and whether there is one."""
+    """
+    Return alpha and beta of the pressure of a surface, and whether there is one.
+
+    first : load beside what is recalled, and its moments: see `_first_load`
+    """
     pressure = 0.0, 0.0, 0.0, False
     for _ in range(ROUNDS):
         before = pressure
         sums = _sum_up(count, members, carrier, width, frame, before, manifolds, rows)
-        pressure = _pressure(sums)
+        loads = sums[0] + first[0], sums[1] + first[1], sums[2] + first[2]
+        pressure = _pressure((*loads, *sums[3:]))
         if not pressure[3]:
             return pressure
         if _is_consistent(count, members, width, frame, before, pressure, manifolds, rows):
@@ -401,23 +416,65 @@ def _are_of_several(count: int, members: Indices, table: Indices, manifolds: Arr
 
 
 @kernel
+def _is_new(
+    count: int, members: Indices, width: int, manifolds: Array, rows: Array
+) -> bool:  # fmt: skip
+    """Tell whether no point of a surface recalls an impulse."""
+    for place in range(count):
+        lane = int(manifolds[members[place] + manifold_record.LANE])
+        for index in range(int(manifolds[members[place] + manifold_record.POINT_COUNT])):
+            row = lane + constraint.SIZE + index * width
+            if rows[row + contact_point.NORMAL_IMPULSE] > 0.0:
+                return False
+    return True
+
+
+@kernel
+def _first_load(
+    record: int, h: float, frame: Any, table: Indices, manifolds: Array, rows: Array,
+    bodies: Array,
+) -> Any:  # fmt: skip
+    """
+    Return what a body that is put down on a surface that cannot move presses in a substep, by what
+    pulls at its centre of mass: N, N x, N y; none, if it comes down faster than it is pulled.
+    """
+    body, side = _owner(record, table, manifolds)
+    other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
+    if table[other * collider_record.SIZE + collider_record.BODY] >= 0:
+        return 0.0, 0.0, 0.0
+    row = body * solver_bodies.SIZE
+    normal = scale(2.0 * side - 1.0, load(manifolds, record + manifold_record.NORMAL))
+    inverse_mass = bodies[row + solver_bodies.INVERSE_MASS]
+    pull = -h * dot(normal, load(bodies, row + solver_bodies.FREE_ACCELERATION))
+    speed = inverse_mass * dot(normal, load(bodies, row + solver_bodies.MOMENTUM))
+    if not (abs(speed) < pull and inverse_mass > solver_bodies.HELD):
+        return 0.0, 0.0, 0.0
+    way = subtract(load(bodies, row + solver_bodies.START_POSITION), frame[0])
+    total = pull / inverse_mass
+    return total, total * dot(way, frame[1][0]), total * dot(way, frame[1][1])
+
+
+@kernel
 def _press_as_one(
-    count: int, members: Indices, width: int, table: Indices, manifolds: Array, rows: Array
-) -> None:
-    """Choose the impulses of one surface."""
+    count: int, members: Indices, width: int, h: float, table: Indices, manifolds: Array,
+    rows: Array, bodies: Array,
+) -> None:  # fmt: skip
+    """Choose the impulses of one surface; h: substep [s]."""
     if count > 1 and not _are_of_several(count, members, table, manifolds):
         return
     lane = int(manifolds[members[0] + manifold_record.LANE])
     _, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
     origin = load(manifolds, members[0] + manifold_record.POINTS)
     frame = origin, (tangent_1, tangent_2)
-    carrier = -1
+    carrier, first = -1, (0.0, 0.0, 0.0)
     if count > 1:
         carrier = _carrier(count, members, width, table, manifolds, rows)
-    pressure = _find_pressure(count, members, carrier, width, frame, manifolds, rows)
+        if _is_new(count, members, width, manifolds, rows):
+            first = _first_load(members[0], h, frame, table, manifolds, rows, bodies)
+    pressure = _find_pressure(count, members, carrier, width, frame, first, manifolds, rows)
     if carrier >= 0 and not pressure[3]:
         carrier = -1
-        pressure = _find_pressure(count, members, carrier, width, frame, manifolds, rows)
+        pressure = _find_pressure(count, members, carrier, width, frame, first, manifolds, rows)
     if not pressure[3]:
         return
     alpha, beta_1, beta_2, _ = pressure
@@ -445,18 +502,59 @@ def _press_as_one(
         )  # fmt: skip
 
 
+@inline
+def is_shared(rows: Array) -> Any:
+    """Tell whether some manifolds were as soft as one in the last tick."""
+    return rows[lane_scratch.SHARED] > 0.0
+
+
+@kernel
+def _give_way_as_one(
+    count: int, members: Indices, width: int, softness: Softness, table: Indices, manifolds: Array,
+    rows: Array,
+) -> None:  # fmt: skip
+    """Share the softness of one line, and its sink, among those of a surface."""
+    carrier = _carrier(count, members, width, table, manifolds, rows)
+    lines = _all_lines(count, members, manifolds)
+    total, most, load_of_all = 0.0, 0.0, 0.0
+    for place in range(count):
+        if carrier >= 0 and place != carrier:
+            continue
+        size = _size_of(members[place], lines, manifolds)
+        lane = int(manifolds[members[place] + manifold_record.LANE])
+        total += size
+        load_of_all += size * rows[lane + constraint.LOAD]
+        most = max(most, manifolds[members[place] + manifold_record.POINT_COUNT])
+    for place in range(count):
+        record = members[place]
+        lane = int(manifolds[record + manifold_record.LANE])
+        size = _size_of(record, lines, manifolds)
+        if not size > 0.0 or (carrier >= 0 and place != carrier):
+            continue
+        share = size / total * most / manifolds[record + manifold_record.POINT_COUNT]
+        _, side = _owner(record, table, manifolds)
+        other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
+        fixed = table[other * collider_record.SIZE + collider_record.BODY] < 0
+        soften(lane, softness, fixed, max(share, LEAST), rows)
+        radius = rows[lane + constraint.DEEP] / DEEP
+        static_sink.recall(lane, softness.h, radius, load_of_all / total, rows)
+        rows[lane_scratch.SHARED] = 1.0
+
+
 @kernel
 def share_pressure(
-    manifold_count: int, width: int, table: Indices, manifolds: Array, rows: Array, bodies: Array,
-    members: Indices,
+    manifold_count: int, width: int, softness: Softness, table: Indices, manifolds: Array,
+    rows: Array, bodies: Array, members: Indices,
 ) -> None:  # fmt: skip
     """
-    Choose the recalled impulses of all surfaces that several faces are.
+    Choose the recalled impulses of all surfaces that several faces are, and let them give way as
+    one.
 
         width   : numbers of a point
         members : scratch, one number a manifold
     """
     surface_friction.begin_tick(rows)
+    rows[lane_scratch.SHARED] = 0.0
     if not _link(manifold_count, table, manifolds, bodies):
         return
     for index in range(manifold_count):
@@ -467,5 +565,11 @@ def share_pressure(
         ):
             continue
         count = _list_surface(record, table, manifolds, rows, bodies, members)
+        if (
+            count > 1
+            and _all_lines(count, members, manifolds)
+            and _are_of_several(count, members, table, manifolds)
+        ):
+            _give_way_as_one(count, members, width, softness, table, manifolds, rows)
         if count > 1 or _is_measured(record, manifolds):
-            _press_as_one(count, members, width, table, manifolds, rows)
+            _press_as_one(count, members, width, softness.h, table, manifolds, rows, bodies)

@@ -52,6 +52,7 @@ PACE = constraint.number('m/s', 'with which an overlap goes beyond what carries 
 DEEP = constraint.number('m', 'an overlap that goes at the push-out speed')
 LOAD = constraint.number('m/s^2', 'what it carries, of the last ticks: see `static_sink`')
 SINK = constraint.number('m', 'which that takes out of the separations of its points')
+SHARE = constraint.number('-', 'w: of the surface that its face is a part of, see `softness`')
 FACES = constraint.number('-', 'whose face the normal belongs to, where it may turn: names below')
 SIZE = constraint.size
 

@@ -52,5 +52,6 @@ RIM_ROLLS = scratch.number('-', '1: it goes round, and one point of it carries a
 LINE_A = scratch.vector('-', 'axis along which the core of A meets as a line, or zeros')
 LINE_B = scratch.vector('-', 'the same of B')
 CURVED = scratch.number('-', '1: the normal is that of two cores: `curved_cores`')
+SHARED = scratch.number('-', 'lane 0: 1 where several manifolds are as soft as one: `softness`')
 SURFACES = scratch.number('-', 'lane 0: 1 where several manifolds have one friction in this tick')
 SIZE = scratch.size

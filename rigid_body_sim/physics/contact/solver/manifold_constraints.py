@@ -3,15 +3,6 @@
 """
 From manifolds to contact constraints: materials and softness, what is round of a pair and whose
 surface its points follow, tangents, arms and separations.
-
-Normals are soft constraints (TGS-Soft, as in Box2D v3 and Box3D): a spring and a damper whose
-frequency is that of the substep, so that an overlap goes within a few of them,
-
-    omega_c = pi/h' where one of the two cannot move, else pi/(2 h')
-    a1 = 2 zeta + h omega_c, a2 = h omega_c a1
-    bias rate omega_c/a1,  mass scale a2/(1 + a2),  impulse scale 1/(1 + a2)
-
-h : [s] substep, h' : that of a tick which is not cut, zeta : [-] damping ratio.
 """
 
 from __future__ import annotations
@@ -42,11 +33,11 @@ from rigid_body_sim.physics.contact.solver import (
     surface_friction,
     wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BALL, FIXED
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, load, load_strided, subtract
 
-DEEP = 0.005  # [-] of the radius: an overlap that is deeper goes at the push-out speed
 NEAR = 1e-6  # [m] apart from the nearest point of a manifold: it counts half in the first centre
 
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
@@ -147,15 +138,12 @@ def faces(a: int, b: int, normal: Any, colliders: ColliderArrays) -> float:
 
 @kernel
 def prepare_materials(
-    manifold_count: int, h: float, whole: float, zeta: float, curved: bool, table: Indices,
-    bounds: Array, materials: Array, manifolds: Array, rows: Array, bodies: Array,
+    manifold_count: int, softness: Softness, curved: bool, table: Indices, bounds: Array,
+    materials: Array, manifolds: Array, rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Write material and softness of all manifolds, and whose surface their points follow.
 
-    h     : [s] substep
-    whole : [s] that of a tick which is not cut: contacts of a piece stay as soft as in the whole,
-            or what rests would be thrown up by the overlap with which it rests
     curved : whether layers about cores may meet: see `curved_cores`
     """
     for m in range(manifold_count):
@@ -191,13 +179,7 @@ def prepare_materials(
             table[a * collider_record.SIZE + collider_record.BODY] < 0
             or table[b * collider_record.SIZE + collider_record.BODY] < 0
         )
-        omega = (math.pi if fixed else 0.5 * math.pi) / max(h, whole)
-        a1 = 2.0 * zeta + h * omega
-        a2 = h * omega * a1
-        impulse_scale = 1.0 / (1.0 + a2)
-        rows[lane + constraint.BIAS_RATE] = omega / a1
-        rows[lane + constraint.MASS_SCALE] = a2 * impulse_scale
-        rows[lane + constraint.IMPULSE_SCALE] = impulse_scale
+        soften(lane, softness, fixed, 1.0, rows)
         radius = min(
             bounds[a * bounds_record.SIZE + bounds_record.RADIUS],
             bounds[b * bounds_record.SIZE + bounds_record.RADIUS],

@@ -10,9 +10,10 @@ A soft contact at rest (`solve`) carries its impulse J per substep h by an overl
 Its points therefore see the separation s - delta, and rest at s = delta - a. Delta is one number
 for a manifold, and slow:
 
-    l <- l + RATE (mean over its points of F/m - l)         at the end of a tick
+    l <- l + RATE (mean over its points of F/(w m) - l)     at the end of a tick
     delta = SHARE l / omega_c^2
 
+with w its share of a surface of several faces, else 1 (`softness`), and omega_c that of the whole,
 so that springs, dampers and which points press are those of a contact without it. One number for
 each point would do the work of a negative damper on a body that rocks; without RATE the row would
 lose its only damping of wrong loads. The load is kept as an acceleration [m/s^2], so it stays the
@@ -55,10 +56,10 @@ def recall(lane: int, h: float, radius: float, load: float, rows: Array) -> None
     radius : [m] of the smaller of the two colliders
     """
     rate = rows[lane + constraint.BIAS_RATE]
-    # 1/omega_c^2 = h iota/(sigma beta)
+    # 1/omega_c^2 = h iota/(sigma beta), of the whole surface
     compliance = (
         h * rows[lane + constraint.IMPULSE_SCALE] / (rows[lane + constraint.MASS_SCALE] * rate)
-    )
+    ) * rows[lane + constraint.SHARE]
     rows[lane + constraint.LOAD] = load
     rows[lane + constraint.SINK] = SHARE * load * compliance
     pace = PACE * radius * h + GAIN * rate * load * compliance
@@ -70,7 +71,7 @@ def recall(lane: int, h: float, radius: float, load: float, rows: Array) -> None
 def begin(lane: int, h: float, load: float, rows: Array) -> None:
     """Give a constraint the load [m/s^2] with which a scene begins; its pace stays."""
     pace = rows[lane + constraint.PACE]
-    recall(lane, h, 0.0, load / SHARE, rows)
+    recall(lane, h, 0.0, load / (rows[lane + constraint.SHARE] * SHARE), rows)
     rows[lane + constraint.PACE] += pace
 
 
@@ -90,4 +91,4 @@ def load_of_point(row: int, normal_impulse: float, h: float, rows: Array) -> Any
 def filtered(lane: int, load: float, rows: Array) -> Any:
     """Return what the next tick starts from, of the load [m/s^2] of this one."""
     before = rows[lane + constraint.LOAD]
-    return before + RATE * (load - before)
+    return before + RATE * (load / rows[lane + constraint.SHARE] - before)
