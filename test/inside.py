@@ -183,9 +183,8 @@ def kept_piece(kernel, arguments):
     """
     The text that is kept of a function that kernels call with such arguments, and what beside.
     """
-    twin, place = _twin_of(kernel, arguments)
-    twin._files._known.clear()  # what the disk has
-    return twin._files.load(*place)
+    twin, (name, key) = _twin_of(kernel, arguments)
+    return PieceFiles(twin._files._folder).load(name, key)  # as another process
 
 
 def keep_piece(function, folder, arguments, piece, beside):
