@@ -55,7 +55,7 @@ GROUND = slot('[-] whether some collider is ground of triangles')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 ask_surface = slot('kernel (a, b, margin, flights): finds all manifolds of a body and a surface')
 look = slot('kernel (side, collider, time, flights): shows a collider at an instant')
-find_manifold = slot('kernel (row, flights): finds the manifold of an event as both are now')
+find_manifold = slot('kernel (a, b, pair_id, near, flights): finds a manifold as both are now')
 
 
 @inline
@@ -130,19 +130,20 @@ def entry_of(pair_id: float, cache: Array) -> int:
     return -1
 
 
-def _find_manifold(row: int, flights: Flights) -> Any:
+def _find_manifold(a: int, b: int, pair_id: float, near: float, flights: Flights) -> Any:
     """
-    Find the manifold of an event with free points as both are now; return where its normal and its
+    Find the manifold of a pair that carries load as both are now; return where its normal and its
     points begin in the scratch, and how many there are.
+
+        near : [-] of the size: separation up to which it is looked for
     """
-    pairs, colliders, found = flights.pairs, flights.colliders, flights.found
-    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    colliders, found = flights.colliders, flights.found
     look(0, a, 0.0, flights)
     look(1, b, 0.0, flights)
-    margin = NEAR * (lever_of(a, colliders) + lever_of(b, colliders))
+    margin = near * (lever_of(a, colliders) + lever_of(b, colliders))
     if GROUND and is_ground(b, colliders):
         ask_surface(a, b, margin, flights)
-        at = result_of(pairs[row + flight_record.LOADED], found)
+        at = result_of(pair_id, found)
         if at < 0:
             return NORMAL, POINTS, 0
         return at + RESULT_NORMAL, at + RESULT_POINTS, min(int(found[at + RESULT_COUNT]), MOST)
@@ -173,8 +174,10 @@ def _measure_free_points(row: int, cache: Array, flights: Flights) -> Any:
     Return gap and approach of that free point of an event which arrives first; write the normal.
     """
     found, pairs = flights.found, flights.pairs
-    entry = entry_of(pairs[row + flight_record.LOADED], cache)
-    normals, places, count = find_manifold(row, flights)
+    pair_id = pairs[row + flight_record.LOADED]
+    entry = entry_of(pair_id, cache)
+    a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    normals, places, count = find_manifold(a, b, pair_id, NEAR, flights)
     normal = load(found, normals)
     store(pairs, row + flight_record.NORMAL, normal)
     first_gap, first_speed = math.inf, 0.0
@@ -193,10 +196,11 @@ def _list_free_points(row: int, cache: Array, flights: Flights) -> int:
     """List the free points of an event that have arrived; return how many."""
     found, pairs, count = flights.found, flights.pairs, 0
     colliders = flights.colliders
-    entry = entry_of(pairs[row + flight_record.LOADED], cache)
-    normals, places, points = find_manifold(row, flights)
-    normal = load(found, normals)
+    pair_id = pairs[row + flight_record.LOADED]
+    entry = entry_of(pair_id, cache)
     a, b = int(pairs[row + flight_record.COLLIDER_A]), int(pairs[row + flight_record.COLLIDER_B])
+    normals, places, points = find_manifold(a, b, pair_id, NEAR, flights)
+    normal = load(found, normals)
     touches = TOGETHER * (lever_of(a, colliders) + lever_of(b, colliders))
     for index in range(points):
         place = places + POINT * index

@@ -17,20 +17,8 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel, slot
 from rigid_body_sim.physics.contact.collision import collider_record
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FEATURE,
-    MOST,
-    NORMAL,
     POINT,
-    POINTS,
     POSITION,
-)
-from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
-    COUNT as RESULT_COUNT,
-)
-from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
-    NORMAL as RESULT_NORMAL,
-)
-from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
-    RESULT_POINTS,
 )
 from rigid_body_sim.physics.contact.events import event_lists, flight_record, impact_list
 from rigid_body_sim.physics.contact.events import joint_impact_record as record
@@ -39,16 +27,12 @@ from rigid_body_sim.physics.contact.events.flight import (
     Flights,
     body_of,
     orientation_of,
-    pose_of_side,
     spin_of,
     take_off,
 )
 from rigid_body_sim.physics.contact.events.free_points import pushes
 from rigid_body_sim.physics.contact.events.ground_parts import (
     ask_part,
-    is_ground,
-    lever_of,
-    result_of,
 )
 from rigid_body_sim.physics.contact.events.impact import (
     inertia_of,
@@ -77,9 +61,7 @@ LIGHT = 1e-6  # [-] of the impulse that stops what strikes: a contact that pushe
 # substep carries nothing
 NO_LOAD = 0  # of an impact: nothing carries who is struck
 
-GROUND = slot('[-] whether some collider is ground of triangles')
-ask_surface = slot('kernel (a, b, margin, flights): finds all manifolds of a body and a surface')
-collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
+find_manifold = slot('kernel (a, b, pair_id, near, flights): finds a manifold as both are now')
 list_free_points = slot('kernel (row, cache, flights): lists free points that have arrived')
 find_points = slot('kernel (a, b, normal, flights): lists the points at which two touch')
 add_carriers = slot(
@@ -239,7 +221,7 @@ def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> 
     Add the points of all contacts with load between bodies of the table; return how many there
     are then.
     """
-    colliders, found = flights.colliders, flights.found
+    found = flights.found
     room = len(flights.joint_points) // record.POINT_SIZE
     entry = cache_record.HEAD
     for _manifold in range(int(cache[cache_record.MANIFOLDS])):
@@ -252,28 +234,11 @@ def _add_carriers(number: int, least: float, cache: Array, flights: Flights) -> 
             continue
         if not _is_loaded(begin, least, cache):
             continue
-        look(0, a, 0.0, flights)
-        look(1, b, 0.0, flights)
-        margin = NEAR * (lever_of(a, colliders) + lever_of(b, colliders))
-        normals, places, points = NORMAL, POINTS, 0
-        if GROUND and is_ground(b, colliders):
-            ask_surface(a, b, margin, flights)
-            at = result_of(cache[begin + cache_record.PAIR_ID], found)
-            if at >= 0:
-                normals, places = at + RESULT_NORMAL, at + RESULT_POINTS
-                points = int(found[at + RESULT_COUNT])
-        else:
-            table_a, table_b = a * collider_record.SIZE, b * collider_record.SIZE
-            points = collide(
-                colliders.table[table_a + collider_record.TYPE],
-                colliders.table[table_b + collider_record.TYPE], colliders.parameters,
-                colliders.table[table_a + collider_record.PARAMETERS],
-                colliders.table[table_b + collider_record.PARAMETERS], colliders.poses,
-                pose_of_side(0, flights), pose_of_side(1, flights), margin, found,
-            )  # fmt: skip
+        pair_id = cache[begin + cache_record.PAIR_ID]
+        normals, places, points = find_manifold(a, b, pair_id, NEAR, flights)
         normal = load(found, normals)
         _, friction = material_of(a, b, flights)
-        for index in range(min(points, MOST)):
+        for index in range(points):
             place = places + POINT * index
             if number < room and pushes(found[place + FEATURE], begin, least, cache):
                 point = load(found, place + POSITION)
