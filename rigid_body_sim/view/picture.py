@@ -336,6 +336,7 @@ def _drift(axes: Axes, energy: EnergyHistory) -> None:
     if balance is not None and balance.turnover > 0.0:
         defect = np.maximum(np.abs(balance.defect) / balance.turnover, NO_DRIFT)
         axes.plot(balance.time, defect, **style(3), label='defect of the energy balance')
+        axes.set_ylabel('worst drift so far, defect [–]' if kept else 'defect [–]')
     rounding = {'color': '#555555', 'linewidth': 0.8, 'linestyle': (0, (1, 2))}
     axes.axhline(np.finfo(float).eps, **rounding, label='one rounding')
     drawn = [line.get_ydata() for line in axes.get_lines()]
