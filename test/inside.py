@@ -303,10 +303,7 @@ def share_kernels(patch):
         is_free = evaluate is None and self._sleepers is None and not self.arrays.drives.size
         known = ALL_PAIRS if is_free and not self._events else USUAL_PAIRS
         self._kinds = tuple(sorted({*known, *self._kinds}))
-        advance = made(self, scene, evaluate, velocity_dependent)
-        # of forces over time, which may be known and not there, only kernels of scenes with some
-        # get a tick that is no whole number
-        return lambda ticks, tick, *others: advance(ticks, float(tick), *others)
+        return _OfAnyTicks(made(self, scene, evaluate, velocity_dependent))
 
     def tick_kernel(name, **bindings):
         sleeps = bindings['SLEEPING'] or bindings['COUPLED'] or bindings['DRIVES']
@@ -334,6 +331,24 @@ def share_kernels(patch):
     patch.setattr(step, 'tick_kernel', tick_kernel)
     patch.setattr(world_module, 'solver', lambda **features: solver(**{**features, 'turns': True}))
     patch.setattr(ActingElements, '__init__', knowing)
+
+
+class _OfAnyTicks:
+    """
+    A kernel that is told the number of its first tick as one that may be no whole number: of forces
+    over time, which may be known and not there, only kernels of scenes with some are told so.
+    """
+
+    def __init__(self, advance):
+        self._advance = advance
+
+    def __call__(self, ticks, tick, *others):
+        return self._advance(ticks, float(tick), *others)
+
+    def prepared(self, first, last):
+        ticks, tick, *others = first
+        call = kernels.prepared(self._advance, (ticks, float(tick), *others), last)
+        return lambda ticks, tick, *others: call(ticks, float(tick), *others)
 
 
 class _Always:
