@@ -121,7 +121,7 @@ class Stepper:
         self._start = self._snapshot()
         self._scheme = integrator.scheme if layout.n_rigid else for_points(integrator.scheme)
         # methods that differ in how they turn bodies share one kernel where nothing turns
-        self._kernel_name = integrator.name if layout.n_rigid else 'points'
+        self._kernel_name = integrator.name if self._scheme is integrator.scheme else 'points'
         size = self._scheme.workspace(blocks(layout.n_moving))
         self._workspace = np.zeros(size)
         self._workspace[: len(integrator.constants)] = integrator.constants
