@@ -26,7 +26,7 @@ export ROS_DOMAIN_ID := $(shell echo $$((1 + $$$$ % 100)))
 # Plugins of a sourced ROS belong to another pytest.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
 
-.PHONY: help venv demo test test-stability test-bounds coverage lint bench bench-all docs report report-peers document wheel clean
+.PHONY: help venv demo test test-long test-stability test-bounds coverage lint bench bench-all docs report report-peers document wheel clean
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(ROOT)/Makefile
 
@@ -39,6 +39,9 @@ demo:  ## node, commands from a second process, bag, replay, picture
 
 test: venv  ## the whole test suite; PYTEST_ARGS='-k name' for a part
 	@cd $(ROOT) && $(PYTHON) -m pytest -q $(WORKERS) $(PYTEST_ARGS)
+
+test-long: venv  ## what `make test` leaves out: a law on every method that may obey it, long runs; some minutes
+	@cd $(ROOT) && $(PYTHON) -m pytest -q $(WORKERS) -m long $(PYTEST_ARGS)
 
 test-stability: venv  ## the hard cases in full: 1e7 ticks, 1e4 s, every method; some minutes
 	@cd $(ROOT) && $(PYTHON) -m pytest -q $(WORKERS) -m 'long or not long' $(PYTEST_ARGS) test/stability

@@ -154,7 +154,28 @@ def of_each_scheme(names):
     Parameters: one name for each scheme and order; the others, which differ from it in how a body
     turns alone, for the long form.
     """
+    return mostly_long(names, short=first_of_each_scheme(names))
+
+
+def first_of_each_scheme(names):
+    """
+    One name for each scheme and order.
+    """
     first = {(type(INTEGRATORS[n].scheme), INTEGRATORS[n].order): n for n in reversed(names)}
     first[type(INTEGRATORS['dmv6'].scheme), INTEGRATORS['dmv6'].order] = 'dmv6'
-    chosen = {*first.values()}
+    return {*first.values()}
+
+
+# one name for each scheme, whatever the order: two of one scheme differ in their coefficients
+OF_EACH_KIND = {
+    **{type(method.scheme): name for name, method in sorted(INTEGRATORS.items())},
+    **{type(INTEGRATORS[name].scheme): name for name in ('dmv6', 'rk4', 'implicit_midpoint')},
+}.values()
+
+
+def mostly_long(names, *, short):
+    """
+    Parameters: a few names for the short form, as each compiles anew; the others for the long one.
+    """
+    chosen = {*short}
     return [n if n in chosen else pytest.param(n, marks=pytest.mark.long) for n in names]

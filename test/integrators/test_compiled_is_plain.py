@@ -24,13 +24,20 @@ ROOT = str(Path(__file__).parents[2])
 @pytest.mark.skipif(
     not kernels.COMPILED, reason='numba is not installed: there is nothing to compare with'
 )
-@pytest.mark.parametrize('bits', [bits_of_methods, bits_of_elements], ids=['methods', 'forces'])
-def test_every_integrator_and_force_gives_the_same_bits_with_and_without_numba(bits):
+@pytest.mark.parametrize(
+    ('bits', 'how'),
+    [
+        pytest.param(bits_of_methods, [], id='methods'),
+        pytest.param(bits_of_methods, ['in full'], id='methods in full', marks=pytest.mark.long),
+        pytest.param(bits_of_elements, [], id='forces'),
+    ],
+)
+def test_every_integrator_and_force_gives_the_same_bits_with_and_without_numba(bits, how):
     """
     Compiled in this process: as all tests know them.
     """
     result = subprocess.run(
-        [sys.executable, bits.__file__],
+        [sys.executable, bits.__file__, *how],
         env=os.environ | {'RIGID_BODY_SIM_COMPILE': '0', 'PYTHONPATH': ROOT},
         capture_output=True,
         text=True,
@@ -39,7 +46,7 @@ def test_every_integrator_and_force_gives_the_same_bits_with_and_without_numba(b
     )
     first, *plain = result.stdout.splitlines()
     assert first == 'False'
-    assert plain == list(bits.lines())
+    assert plain == list(bits.lines(*how))
 
 
 RUN = """

@@ -135,7 +135,7 @@ def test_quadratic_drag_converges_with_the_claimed_order(name):
     assert slope(error, FORCED_STEPS[order]) == pytest.approx(order, abs=SLOPE)
 
 
-@pytest.mark.parametrize('name', TURNING)
+@pytest.mark.parametrize('name', scenes.of_each_scheme(TURNING))
 def test_torque_that_follows_the_attitude_converges_with_the_claimed_order(name):
     """
     A top in a uniform field: a force in world axes at a point off the centre of mass, against the

@@ -18,6 +18,8 @@ from . import scenes
 
 OF_FIXED_STEP = ['explicit_euler', 'midpoint', 'rk4', 'rk8']
 NAMES = [*OF_FIXED_STEP, 'rk45']
+# one that steps as it is told and one that chooses: the others have other coefficients
+SHORT = ['rk4', 'rk45']
 KEPT = {'orientation': 'matrix', 'reorthonormalise': True}
 DRIFTING = {'orientation': 'matrix', 'reorthonormalise': False}
 
@@ -43,7 +45,7 @@ GROWTH = {
 }
 
 
-@pytest.mark.parametrize('name', sorted(GROWTH))
+@pytest.mark.parametrize('name', scenes.mostly_long(sorted(GROWTH), short=SHORT))
 def test_the_matrix_drifts_from_a_rotation_as_the_method_says(name):
     for ticks in (10, 100):
         sim = spun(name, DRIFTING, h=0.5, ticks=ticks)
@@ -52,7 +54,7 @@ def test_the_matrix_drifts_from_a_rotation_as_the_method_says(name):
         assert sim.orientation_drift() == pytest.approx(expected, rel=1e-11)
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', scenes.mostly_long(NAMES, short=SHORT))
 def test_a_reorthonormalised_matrix_stays_a_rotation(name):
     assert stretch(spun(name, KEPT, omega=(0.4, 1.0, 0.3), h=0.1, ticks=1000)) < 2e-15  # round-off
 
@@ -69,10 +71,10 @@ def test_the_quaternion_stays_a_rotation_where_the_matrix_does_not():
 @pytest.mark.parametrize(
     ('name', 'steps'),
     [
-        ('explicit_euler', (2e-4, 1e-4)),
-        ('midpoint', (0.01, 0.005)),
+        pytest.param('explicit_euler', (2e-4, 1e-4), marks=pytest.mark.long),
+        pytest.param('midpoint', (0.01, 0.005), marks=pytest.mark.long),
         ('rk4', (0.04, 0.02)),
-        ('rk8', (0.125, 0.1)),
+        pytest.param('rk8', (0.125, 0.1), marks=pytest.mark.long),
     ],
 )
 def test_the_order_is_that_of_the_method(name, steps, options):
@@ -119,7 +121,12 @@ def test_angular_momentum_does_not_change_in_its_last_bit_without_torque(options
 # alone above
 @pytest.mark.parametrize(
     ('name', 'options'),
-    [('explicit_euler', KEPT), ('midpoint', DRIFTING), ('rk4', KEPT), ('rk8', DRIFTING)],
+    [
+        pytest.param('explicit_euler', KEPT, marks=pytest.mark.long),
+        pytest.param('midpoint', DRIFTING, marks=pytest.mark.long),
+        ('rk4', KEPT),
+        pytest.param('rk8', DRIFTING, marks=pytest.mark.long),
+    ],
 )
 def test_matrix_and_quaternion_agree_on_linked_bodies(name, options):
     runs = [
@@ -133,16 +140,23 @@ def test_matrix_and_quaternion_agree_on_linked_bodies(name, options):
     assert runs[0].state.values == pytest.approx(runs[1].state.values, abs=allowed)
 
 
-@pytest.mark.parametrize(('name', 'options'), [('rk4', KEPT), ('rk4', DRIFTING), ('rk45', KEPT)])
-def test_the_matrix_belongs_to_the_state(name, options):
+@pytest.mark.parametrize(
+    ('name', 'options', 'bodies'),
+    [
+        ('rk4', KEPT, scenes.linked_bodies),
+        pytest.param('rk4', DRIFTING, scenes.linked_bodies, marks=pytest.mark.long),
+        ('rk4', DRIFTING, scenes.top),
+        ('rk45', KEPT, scenes.top),
+        pytest.param('rk45', KEPT, scenes.linked_bodies, marks=pytest.mark.long),
+    ],
+)
+def test_the_matrix_belongs_to_the_state(name, options, bodies):
     """
     One call or many, and going on from state bytes: the same bits; and a reset forgets the drift.
     """
 
     def made():
-        return Simulation(
-            scenes.linked_bodies(), integrator=name, integrator_options=options, dt=0.01
-        )
+        return Simulation(bodies(), integrator=name, integrator_options=options, dt=0.01)
 
     whole, parts = made(), made()
     start = whole.state_bytes()
