@@ -21,7 +21,7 @@ from rigid_body_sim.physics.compile.kernel import Kernel
 from rigid_body_sim.physics.compile.pieces import PieceFiles
 from rigid_body_sim.physics.contact import step
 from rigid_body_sim.physics.contact import world as world_module
-from rigid_body_sim.physics.contact.collision.collider import BOX, PLANE, SPHERE, SURFACE
+from rigid_body_sim.physics.contact.collision.collider import BOX, HULL, PLANE, SPHERE, SURFACE
 from rigid_body_sim.physics.contact.islands.sleep import SleepState, make_sleep_state
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.world import ContactWorld
@@ -34,6 +34,8 @@ from rigid_body_sim.scene import document
 PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # ground aside
 USUAL_PAIRS = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, PLANE})
 ALL_PAIRS = (*PAIRS, *((kind, SURFACE) for kind in range(PLANE)))
+EVENT_PAIRS = (*USUAL_PAIRS, (SPHERE, SURFACE), (BOX, SURFACE))
+DRIVEN_PAIRS = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, HULL, PLANE})
 USUAL_FORCES = {'constant', 'drag', 'spring'}  # those of test_compiled_is_plain
 MOST_MEMORY = 8e8  # [B]
 FORCES_BESIDE_CONTACT = {*USUAL_FORCES, 'gravity', 'time'}
@@ -289,8 +291,10 @@ def share_kernels(patch):
     """
     Let scenes share a few kernels, which know more than each scene needs: some kinds of forces
     with no element of them; where bodies touch, all pairs of shapes and ground of triangles, but
-    what feels forces, sleeps, is driven or struck at an instant those of balls, boxes and planes;
-    to bounce and to resist rolling, and rules of pairs; and to sleep, but what is free to move.
+    what feels forces those of balls, boxes and planes, with hulls what is driven, with ground of
+    triangles what is struck at an instant; balls off the centre of mass, what turns about a pivot;
+    to bounce and to resist rolling, and rules of pairs; and to sleep, but what is struck at an
+    instant.
     None of that changes a bit (`contact/test_same_bits.py`) but one: the inverse inertia of a cube
     or ball is turned in each substep, as that of any body.
 
@@ -300,13 +304,20 @@ def share_kernels(patch):
     sleepers_of = ContactWorld._make_sleepers
 
     def compile_shared(self, scene, evaluate, velocity_dependent):
-        is_free = evaluate is None and self._sleepers is None and not self.arrays.drives.size
-        known = ALL_PAIRS if is_free and not self._events else USUAL_PAIRS
+        known = USUAL_PAIRS
+        if self._events:
+            known = EVENT_PAIRS
+        elif self.arrays.drives.size:
+            known = DRIVEN_PAIRS
+        elif evaluate is None:
+            known = ALL_PAIRS
         self._kinds = tuple(sorted({*known, *self._kinds}))
+        if self._layout.pivoted:
+            self.arrays.has_ball_off_center = lambda: True
         return _OfAnyTicks(made(self, scene, evaluate, velocity_dependent))
 
     def tick_kernel(name, **bindings):
-        sleeps = bindings['SLEEPING'] or bindings['COUPLED'] or bindings['DRIVES']
+        sleeps = bindings['SLEEPING'] or not bindings['EVENTS']
         rules = {'IGNORES': True, 'PAIR_MATERIALS': True, 'SLEEPING': sleeps}
         return compiled(name, **{**bindings, **rules})
 
@@ -335,8 +346,8 @@ def share_kernels(patch):
 
 class _OfAnyTicks:
     """
-    A kernel that is told the number of its first tick as one that may be no whole number: of forces
-    over time, which may be known and not there, only kernels of scenes with some are told so.
+    A kernel that is told the number of its first tick as one that may be no whole number: of
+    forces over time, which may be known and not there, only kernels of scenes with some are told.
     """
 
     def __init__(self, advance):
