@@ -71,7 +71,7 @@ def use():
 threads = [threading.Thread(target=work) for work in (watch, use)]
 for thread in threads:
     thread.start()
-sim = Simulation(load_scene('spring_ball'), integrator='rk4')
+sim = Simulation(load_scene('spring_ball'), integrator='midpoint')
 sim.prepare()
 sim.step(3)
 done.set()

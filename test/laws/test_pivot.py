@@ -305,7 +305,7 @@ def difference(simulation, exact):
     ('name', 'options', 'dt', 'error'),
     [
         ('rk8', {}, 0.02, 1e-9),
-        ('rk45', {}, 0.1, 1e-6),
+        pytest.param('rk45', {}, 0.1, 1e-6, marks=pytest.mark.long),
         ('scipy_dop853', {}, 0.5, 1e-6),
         ('dmv6', {}, 0.002, 2e-4),
         ('linearly_implicit', {}, 0.0002, 5e-3),

@@ -15,7 +15,7 @@ from .conftest import SCENES
 
 ADAPTIVE = 'integrator: {name: rk45, rtol: 1e-6, atol: 1e-9}'
 DRIFTING = 'integrator: rk4\norientation: {representation: matrix, reorthonormalise: false}'
-KEPT = 'integrator: {name: midpoint, orientation: matrix, reorthonormalise: true}'
+KEPT = 'integrator: {name: rk4, orientation: matrix, reorthonormalise: true}'
 
 
 @pytest.fixture(params=[ADAPTIVE, DRIFTING, KEPT], ids=['adaptive', 'drifting', 'kept'])
