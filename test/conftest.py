@@ -19,14 +19,20 @@ settings.load_profile('suite')
 
 HERE = Path(__file__).parent
 FIRST = 'integrators/test_compiled_is_plain.py'  # its first test takes longest
-# who compiles most comes first, but what shares kernels with FIRST or with contact behind them
-ORDER = ('contact', 'laws', 'stability', 'integrators', 'contact, other kernels')
+# who compiles or waits most comes first, but what shares kernels with FIRST or with contact behind
+# them; files that take long before those that fill up the end
+ORDER = (
+    'contact', 'ros', 'laws', 'stability', 'integrators', 'contact, other kernels', 'testing',
+    'sweeps', 'scene', 'readme', 'packaging', 'run',
+)  # fmt: skip
 # files of contact with kernels of their own, made of the same parts as the one of all others
 OTHER_KERNELS = (
     'cut_ticks', 'far_away', 'flowing_mass', 'forces_beside', 'impact', 'pairs_',
     'pivots_that_touch', 'prescribed_motion', 'same_bits', 'sleeping', 'ticks_cut',
 )  # fmt: skip
-TOGETHER = {'contact'}  # whose files share a kernel, so that no two workers wait for it
+# whose files share a kernel, so that no two workers wait for it, or a node: while one worker waits
+# for it, the others compute
+TOGETHER = {'contact', 'ros'}
 APART = {'stability'}  # folders whose tests compile little and may take long
 
 

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -63,8 +64,8 @@ bodies:
 """
 
 
-@pytest.fixture(scope='session', autouse=True)
-def isolated():
+@contextmanager
+def isolation():
     """
     Hear nobody but the processes of this test run.
     """
@@ -76,6 +77,15 @@ def isolated():
             patch.setenv(PROFILE_VARIABLES[0], str(PROFILE))
         # the same bits, and a node starts in two thirds of the time; some tests take it back
         patch.setenv('RIGID_BODY_SIM_COMPILE', '0')
+        yield patch
+
+
+@pytest.fixture(scope='module', autouse=True)
+def isolated():
+    """
+    Be isolated, but no longer than a test of this folder is running.
+    """
+    with isolation():
         yield
 
 
@@ -372,12 +382,12 @@ def running(tmp_path_factory):
     """
     One node in real time, and its peer, for many tests.
     """
-    with pytest.MonkeyPatch.context() as patch:
+    with isolation() as patch:
         patch.setenv('RIGID_BODY_SIM_COMPILE', '1')
         node = start(
             tmp_path_factory.mktemp('lab'), '/lab', publish_clock='false', diagnostics_period=0.1
         )
-    peer = Peer('/lab')
+        peer = Peer('/lab')
     peer.node_process = node
     yield peer
     peer.close()

@@ -15,7 +15,7 @@ from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.contact_packing import FORCE, OTHER, cloud_points
 
 TOWER = """
-dt: 0.004
+dt: 0.01
 gravity: [0, 0, -9.81]
 contact: {mode: timestep}
 bodies:

@@ -64,10 +64,9 @@ bodies:
 
 
 def test_impacts_of_a_node_are_published_recorded_and_in_its_live_page(
-    start_node, meet, run_verb, tmp_path, monkeypatch
+    start_node, meet, run_verb, tmp_path
 ):
     """A ball that loses nothing meets the ground at odd multiples of its time of fall."""
-    monkeypatch.setenv('RIGID_BODY_SIM_COMPILE', '1')
     path = tmp_path / 'bouncing.yaml'
     path.write_text(BOUNCING)
     node = start_node(scene=path, record='true', record_path='live')
