@@ -87,19 +87,21 @@ def vector(value: Any) -> tuple[float, float, float] | None:
     """
     kind = value.__class__
     if kind is np.ndarray:
-        if value.dtype is not FLOATS or value.shape != (3,):
+        value = value.tolist()
+        if value.__class__ is not list:  # an array without axes
             return None
-        x, y, z = value.tolist()
-    elif (kind is tuple or kind is list) and len(value) == 3:
-        x, y, z = value
-        if not x.__class__ is y.__class__ is z.__class__ is float:
-            if x.__class__ in USUAL and y.__class__ in USUAL and z.__class__ in USUAL:
-                x, y, z = float(x), float(y), float(z)
-            else:
-                return None
-    else:
+    elif kind is not tuple and kind is not list:
         return None
-    return (x, y, z) if math.isfinite(x + y + z) else None
+    if len(value) != 3:
+        return None
+    x, y, z = value
+    if not x.__class__ is y.__class__ is z.__class__ is float:
+        if x.__class__ in USUAL and y.__class__ in USUAL and z.__class__ in USUAL:
+            x, y, z = float(x), float(y), float(z)
+        else:
+            return None
+    total = x + y + z
+    return (x, y, z) if total - total == 0.0 else None  # no infinity, and a number
 
 
 def checked_vector(said: str, name: str, values: Any) -> tuple[float, float, float]:
