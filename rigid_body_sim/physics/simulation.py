@@ -288,8 +288,9 @@ class Simulation:
             if stepper.undo is not None:
                 self._return()
             tick, watch, held = stepper.tick, self.watch, self._held
-            end = tick + _whole(ticks)
-            stepper.forget_impacts()
+            end = tick + (ticks if ticks.__class__ is int and ticks >= 0 else _whole(ticks))
+            if stepper.contact is not None:
+                stepper.forget_impacts()
             while tick < end:
                 if watch is not None:
                     watch.meet(tick, self._read_state)
@@ -955,8 +956,6 @@ class Simulation:
 
 def _whole(ticks: object) -> int:
     """Return a number of ticks; InvalidModel unless it is whole and at least 0."""
-    if ticks.__class__ is int and ticks >= 0:  # type: ignore[operator]  # it is an int
-        return ticks  # type: ignore[return-value]
     try:
         count = operator.index(ticks)  # type: ignore[arg-type]  # which is what it tells
     except TypeError:

@@ -491,11 +491,14 @@ class Stepper:
             if ticks != 1 or self.work is not None:
                 return self._advance(kernel, ticks, tick, h)
             n, before = self._substeps, self._begin_ticks()  # the same, for who looks at each tick
-            if self.steps(kernel, n, n * tick, h / n):
-                self.end(before, 1)
-                return 1
-            self._copy_back()
-            return 0
+            if not self.steps(kernel, n, n * tick, h / n):
+                self._copy_back()
+                return 0
+            if self.undo is not before:
+                raise SimulationBusy
+            self.tick += 1
+            self.undo = None
+            return 1
         done = 0
         while done < ticks:
             now = float(tick + done)

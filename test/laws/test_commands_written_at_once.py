@@ -91,3 +91,22 @@ def test_a_command_that_comes_twice_before_a_tick_is_the_last_one():
         sim.step()
         once.step()
         assert sim.state_bytes() == once.state_bytes()
+
+
+def test_who_asks_for_nothing_again_and_again_lets_go_of_what_came_between():
+    sim, kept = Simulation(scene()), {}
+    for between in ('rows', 'slots', 'nothing', 'frame'):
+        for _ in range(3):
+            sim.set_wrench('left', force=(0.0, -0.0, 0.0))
+            sim.step()
+        if between == 'rows':
+            sim.set_wrenches(force=np.ones((2, 3)))
+        elif between == 'slots':
+            sim.restore(tick=sim.tick, state=sim.state_bytes(), slots=kept)
+        elif between == 'frame':
+            sim.set_wrench('left', torque=(1, 0, 0), frame='body')
+        kept = sim.held_slots
+        sim.set_wrench('left', force=(0.0, 0.0, 0.0))
+        assert not sim.applied_wrench()[0][0].any()
+        assert {core for core, _ in sim.held_slots} <= {1}
+        assert sim.applied_wrench()[0][1].tolist() == [1, 1, 1]  # of the other body

@@ -132,7 +132,10 @@ class ContactWorld:
         self._counts = memoryview(self.arrays.counts)
         self._overlap_counts = memoryview(self.arrays.overlaps)
         self._whole = 0.0  # [s] of a whole tick, as the settings have it
-        self._kept: tuple[int, Array, Callable[..., Any]] = (-1, self.arrays.cache, keep_cache)
+        # version of the arrays, a place for the cache, what copies it, and whether nothing else is
+        # to be kept but overlaps
+        self._kept: tuple[int, Array, Callable[..., Any], bool]
+        self._kept = -1, self.arrays.cache, keep_cache, False
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
         self._tick = 0.0  # its number in the kernel
@@ -190,15 +193,17 @@ class ContactWorld:
     def keep(self) -> tuple[Any, ...]:
         """Do what `snapshot` does, into an array that the next call uses again."""
         arrays = self.arrays
-        if self._kept[0] != arrays.version:
+        version, kept, copy, is_all = self._kept
+        if version != arrays.version:
             kept = np.zeros_like(arrays.cache)
             copy = prepared(keep_cache, (), (argument(arrays.cache), argument(kept)))
-            self._kept = arrays.version, kept, copy
-        _, kept, copy = self._kept
+            is_all = self._sleepers is None and not (self._events or arrays.drives.size)
+            self._kept = arrays.version, kept, copy, is_all
         copy()
+        if is_all and not self._overlaps:
+            return kept, None, 0.0, {}, 0
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
-        overlaps = self._overlaps.copy() if self._overlaps else {}
-        return kept, sleepers, self.work_of_drives, overlaps, len(self.impacts)
+        return kept, sleepers, self.work_of_drives, self._overlaps.copy(), len(self.impacts)
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
@@ -384,11 +389,12 @@ class ContactWorld:
                     status = compiled(ticks, tick, h, made[1])
                 return status
 
-            if self._events:  # its pieces begin anywhere
-                return lambda ticks, tick, h: self._advance(
-                    call, ticks, float(tick), h, blocks_of_both
-                )
-            return lambda ticks, tick, h: self._advance(call, ticks, tick, h, blocks_of_both)
+            def advance(ticks: int, tick: float, h: float) -> float:
+                if self._events:  # its pieces begin anywhere
+                    tick = float(tick)
+                return self._advance(call, ticks, tick, h, blocks_of_both)
+
+            return advance
 
         def advance(ticks: int, tick: float, h: float, *last: Any) -> float:
             return prepare((), last)(ticks, tick, h)
@@ -414,7 +420,8 @@ class ContactWorld:
                 take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
                 done += counts[tick_counts.DONE]
-                self._tick = self._number_of(tick + done - 1, h)
+                last = tick + done - 1
+                self._tick = last if h == self._whole else self._number_of(last, h)
                 self._is_read, self._pieces, self._h = True, [], h
                 if self._pairs:
                     self._note_pairs()

@@ -167,8 +167,9 @@ class Slot(NamedTuple):
 
 
 # how a lone source is written at once: core index, key of its slot, row that is written, by what,
-# in which axes (rows of V^T; None: the world's), first tick on which it no longer acts
-AtOnce = tuple[int, tuple[int, str], int, Callable[..., Any], Matrix | None, int]
+# (None: it has no slot), in which axes (rows of V^T; None: the world's), first tick on which it no
+# longer acts
+AtOnce = tuple[int, tuple[int, str], int, Callable[..., Any] | None, Matrix | None, int]
 
 _new_slot = tuple.__new__  # of `Slot`: half the time of its constructor
 
@@ -335,7 +336,11 @@ class HeldWrenches:
             return False
         pushed, turned = vector(force), vector(torque)
         changed = self._changed
-        if pushed is None or turned is None or until != ends or changed is None:
+        if pushed is None or turned is None or until != ends:
+            return False
+        if write is None:  # there is no slot, and none is needed for nothing
+            return pushed == NO_VECTOR == turned
+        if changed is None:
             return False
         if axes is not None:
             pushed, turned = turned_by(axes, pushed), turned_by(axes, turned)
@@ -382,12 +387,16 @@ class HeldWrenches:
                 source += SEPARATOR + frame
         if self._rows is not None:
             self.slots = self._rows.slots()
+        key = core, source
+        if force == NO_VECTOR == torque and key not in self._slots:
+            if asked_frame in RESERVED_FRAMES:
+                self._at_once[body, source, asked_frame] = core, key, 0, None, None, until
+            return
         if self._changed is not None:
             self._changed.add(core)  # before it is so: an interrupt may come in between
-        if force == NO_VECTOR and torque == NO_VECTOR:
+        if force == NO_VECTOR == torque:
             self._drop(core, source)
             return
-        key = core, source
         before = self._slots.get(key)
         if before is None or before.turns_with_body is not in_body:
             self._unsettle()
