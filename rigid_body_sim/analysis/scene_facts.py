@@ -252,7 +252,7 @@ def integrators_of(
     """
     layout = Layout(scene)
     reader = StateReader(layout)
-    state = reader.read(layout.translation(), layout.rotation(), time=0.0)
+    state = reader.read(layout.translation(), layout.rotation(), 0.0)
     found = []
     for name, integrator in sorted(INTEGRATORS.items()):
         if progress is not None:

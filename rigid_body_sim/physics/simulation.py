@@ -244,9 +244,9 @@ class Simulation:
 
     def _read_state(self) -> State:
         if self._read is None:
-            self._read = self._reader.read(
-                self._stepper.translation, self._stepper.rotation, time=self.scene_time
-            )
+            stepper, reader = self._stepper, self._reader
+            time = self.scene_time if reader.is_timed else 0.0
+            self._read = reader.read(stepper.translation, stepper.rotation, time)
         return self._read
 
     def prepare(
@@ -288,8 +288,9 @@ class Simulation:
             if stepper.undo is not None:
                 self._return()
             tick, watch, held = stepper.tick, self.watch, self._held
-            end = tick + _whole(ticks)
-            stepper.forget_impacts()
+            end = tick + (ticks if ticks.__class__ is int and ticks >= 0 else _whole(ticks))
+            if stepper.contact is not None:
+                stepper.forget_impacts()
             while tick < end:
                 if watch is not None:
                     watch.meet(tick, self._read_state)
@@ -427,7 +428,7 @@ class Simulation:
         frame  : 'world', or 'body': axes that turn with the body; or a frame of the body by its
                  name: axes and origin (`model.named_frames`), held beside those of other frames
         """
-        self.hold(body, 'wrench', force=force, torque=torque, frame=frame)
+        self._hold(body, 'wrench', force, torque, frame, FOREVER)
 
     def set_wrenches(
         self, *, force: ArrayLike | None = None, torque: ArrayLike | None = None,
@@ -482,9 +483,22 @@ class Simulation:
         source : 'force', 'torque' or 'wrench'
         until  : [tick] first tick on which it no longer acts
         """
-        self._settle()
+        self._hold(body, source, force, torque, frame, until)
+
+    def _hold(
+        self, body: str, source: str, force: Any, torque: Any, frame: str, until: int
+    ) -> None:
+        if self._stepping or self._stepper.undo is not None:
+            self._settle()
+        held, was_changed = self._held, self._held_changed
         self._held_changed = True  # before it is so: an interrupt may come in between
-        self._held.put(body, source, force=force, torque=torque, frame=frame, until=until)
+        # a meter has to know of every change
+        if self._stepper.work is None and held.put_at_once(
+            body, source, force, torque, frame, until
+        ):
+            self._held_changed = was_changed
+        else:
+            held.put(body, source, force=force, torque=torque, frame=frame, until=until)
         if self.watch is not None:
             asked = {'force': force, 'torque': torque, 'frame': frame, 'until': until}
             self.watch.hold(self.tick, body, source, **asked)
@@ -800,7 +814,7 @@ class Simulation:
         """Begin to look at the energy, where the scene begins if steps alone led here."""
         state = self.state
         if self._from_start:
-            state = self._reader.read(*self._stepper.start, time=0.0)
+            state = self._reader.read(*self._stepper.start, 0.0)
         weight = math.hypot(*self.invariants.weight())
         overlap = overlap_energy(weight) if self.has_contact else 0.0
         seen = PassiveEnergy(*self._energies_of(state), overlap=overlap)
@@ -942,8 +956,6 @@ class Simulation:
 
 def _whole(ticks: object) -> int:
     """Return a number of ticks; InvalidModel unless it is whole and at least 0."""
-    if ticks.__class__ is int and ticks >= 0:  # type: ignore[operator]  # it is an int
-        return ticks  # type: ignore[return-value]
     try:
         count = operator.index(ticks)  # type: ignore[arg-type]  # which is what it tells
     except TypeError:

@@ -215,15 +215,15 @@ class Stepper:
         Do what `begin` does, into arrays that the next ticks use again: of free bodies the rows
         that a tick changes and no others.
         """
-        if self._moving_rows is None:
-            return self.begin()
         if self._keep is None:
+            if self._moving_rows is None:
+                return self.begin()
             sizes = np.array([kept.shape[1] for kept, _ in self._moving_rows], dtype=np.int64)
             kept = (argument(kept.reshape(-1)) for kept, _ in self._moving_rows)
             last = (*self._arguments[:METHOD], argument(sizes), *kept)
             self._keep = prepared(keep_motion, (), last)
         self._keep()
-        of_contact = None if self.contact is None else (self.contact.snapshot(),)
+        of_contact = None if self.contact is None else (self.contact.keep(),)
         self.undo = undo = (self.tick, of_contact, None, None)
         return undo
 
@@ -488,7 +488,17 @@ class Stepper:
         if self.contact is not None:
             self.contact.take_tick(h / self._substeps)
         if elements.schedule is None:
-            return self._advance(kernel, ticks, tick, h)
+            if ticks != 1 or self.work is not None:
+                return self._advance(kernel, ticks, tick, h)
+            n, before = self._substeps, self._begin_ticks()  # the same, for who looks at each tick
+            if not self.steps(kernel, n, n * tick, h / n):
+                self._copy_back()
+                return 0
+            if self.undo is not before:
+                raise SimulationBusy
+            self.tick += 1
+            self.undo = None
+            return 1
         done = 0
         while done < ticks:
             now = float(tick + done)
@@ -610,7 +620,8 @@ class Stepper:
         """Make steps of the method of a length [s], the first beginning at first * h."""
         if h != self._workspace_step:
             self._ready_workspace(h)
-        if self._called[0] is not kernel or self._called[1] is not self._arguments:
+        of_kernel, arguments = self._called
+        if of_kernel is not kernel or arguments is not self._arguments:
             call = prepared(kernel, (count, first, h), self._arguments)
             called = (kernel, self._arguments)
             parts = self._parts_of(kernel, (count, first, h))

@@ -33,6 +33,7 @@ MOST_TIME = 2**63 - 1  # [ns] the largest that ROS and rosbag2 can hold
 _FRAME = Struct('<BQ')
 _MESSAGE = Struct('<HIQQ')
 _CHANNEL = Struct('<BQH')  # the frame of a message record, and its channel
+_RUN = 1 << 16  # [bytes] of message indexes that are stepped over at once
 _WINDOW = 1 << 27  # [bytes] of memory that a zstd frame may ask for
 
 R = TypeVar('R', bound=McapRecord)
@@ -96,9 +97,12 @@ class Message(NamedTuple):
     data: bytes
 
 
-def records(stream: BinaryIO) -> Iterator[Record]:
+def records(stream: BinaryIO, *, message_indexes: bool = True) -> Iterator[Record]:
     """
     Yield every record of the file up to its footer; Torn where the good part ends.
+
+    message_indexes : whether to yield those too: a file has one for each channel of each chunk
+                      (they count in the CRC all the same)
 
     WrongSum in place of the data end, if the bytes before it do not match the CRC that it states.
     """
@@ -112,6 +116,14 @@ def records(stream: BinaryIO) -> Iterator[Record]:
         if len(frame) < _FRAME.size:
             raise Torn(position, 'the file ends without a footer')
         opcode, length = _FRAME.unpack(frame)
+        if opcode == mcap_file.MESSAGE_INDEX and not message_indexes:
+            run = frame + stream.read(_RUN)
+            end = _end_of_indexes(run)
+            stream.seek(position + max(end, _FRAME.size))
+            if end:
+                crc = zlib.crc32(run[:end], crc)
+                position += end
+                continue
         if opcode == 0 or position + _FRAME.size + length > size:
             raise Torn(position, f'record with opcode {opcode} and {length} bytes is not whole')
         if length > MOST_BYTES:
@@ -126,6 +138,17 @@ def records(stream: BinaryIO) -> Iterator[Record]:
             if stream.read(len(mcap_file.MAGIC)) != mcap_file.MAGIC:
                 raise Torn(position, 'the end mark is missing')
             return
+
+
+def _end_of_indexes(run: bytes) -> int:
+    """Tell where the last whole message index ends of those that bytes begin with."""
+    end, last = 0, len(run) - _FRAME.size
+    while end <= last:
+        opcode, length = _FRAME.unpack_from(run, end)
+        if opcode != mcap_file.MESSAGE_INDEX or end + length > last:
+            break
+        end += _FRAME.size + length
+    return end
 
 
 def opened_chunk(record: Record) -> tuple[Chunk, bytes]:

@@ -9,6 +9,7 @@ file, the summary with its CRC. What does not fit is `Torn`.
 
 from __future__ import annotations
 
+import struct
 import zlib
 from dataclasses import dataclass, field
 from struct import Struct
@@ -30,6 +31,10 @@ from rigid_body_sim.recording import mcap_file
 from rigid_body_sim.recording.mcap_scan import MOST_BYTES, Record, Torn
 
 _FRAME = Struct('<BQ')
+# of the index of a chunk: times, place, length and how many bytes of offsets follow; an offset;
+# how long the message indexes are, and the name of the compression; sizes
+_CHUNK_HEAD, _OFFSET = Struct('<QQQQI'), Struct('<HQ')
+_CHUNK_NAME, _CHUNK_SIZES = Struct('<QI'), Struct('<QQ')
 _FOOTER_BYTES = 20
 _TAIL = _FRAME.size + _FOOTER_BYTES + len(mcap_file.MAGIC)  # footer and end mark
 _CRC_BYTES = 4
@@ -103,11 +108,40 @@ def _take(summary: Summary, record: Record) -> None:
     elif record.opcode == mcap_file.STATISTICS:
         summary.statistics = record.parse(Statistics)
     elif record.opcode == mcap_file.CHUNK_INDEX:
-        summary.chunks.append(record.parse(ChunkIndex))
+        summary.chunks.append(_chunk_index(record))
     elif record.opcode == mcap_file.METADATA_INDEX:
         summary.metadata.append(record.parse(MetadataIndex))
     elif record.opcode == mcap_file.ATTACHMENT_INDEX:
         summary.attachments.append(record.parse(AttachmentIndex))
+
+
+def _chunk_index(record: Record) -> ChunkIndex:
+    """
+    Read the index of a chunk: what the mcap package reads number by number, of thousands of
+    channels in each chunk, at once. What does not fit it is asked about.
+    """
+    content = record.content
+    try:
+        first, last, start, length, size = _CHUNK_HEAD.unpack_from(content)
+        begin = _CHUNK_HEAD.size
+        offsets = dict(_OFFSET.iter_unpack(content[begin : begin + size]))
+        index_length, letters = _CHUNK_NAME.unpack_from(content, begin + size)
+        begin += size + _CHUNK_NAME.size
+        compression = content[begin : begin + letters].decode()
+        packed, unpacked = _CHUNK_SIZES.unpack_from(content, begin + letters)
+    except (struct.error, ValueError):
+        return record.parse(ChunkIndex)
+    return ChunkIndex(
+        chunk_length=length,
+        chunk_start_offset=start,
+        compression=compression,
+        compressed_size=packed,
+        message_end_time=last,
+        message_index_length=index_length,
+        message_index_offsets=offsets,
+        message_start_time=first,
+        uncompressed_size=unpacked,
+    )
 
 
 def _records(body: bytes, start: int) -> list[Record]:

@@ -91,7 +91,7 @@ class MessageStream:
             self._file, self._known = file, known
             with file.open('rb') as stream:
                 try:
-                    for record in mcap_scan.records(stream):
+                    for record in mcap_scan.records(stream, message_indexes=False):
                         self._record = record
                         if record.opcode == mcap_file.CHUNK:
                             yield mcap_scan.opened_chunk(record)[1]

@@ -33,15 +33,20 @@ def add_both(places: Any, table: Any, rows: Any) -> None:
 
 @pytest.mark.parametrize('transfer', [fetch_both, replace_both, add_both])
 @pytest.mark.parametrize('shared', [False, True])
+@pytest.mark.parametrize('filled', [0, 1, 3, LANES])
 def test_lanes_and_bodies_exchange_the_numbers_of_the_plain_source(
-    transfer: Any, shared: bool, monkeypatch: pytest.MonkeyPatch
+    transfer: Any, shared: bool, filled: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Also of lanes that share a record that cannot move: one lane after the other (bits)."""
+    """
+    Also of lanes that share a record that cannot move: one lane after the other (bits); and of
+    batches that do not fill their lanes.
+    """
     draw = np.random.default_rng(5)
     numbers = draw.permutation(12)[:LANES] if not shared else draw.integers(0, 3, LANES)
     places = (numbers * RECORD).astype(float)
     table, rows = draw.normal(size=12 * RECORD), draw.normal(size=14 * LANES)
     rows[72 : 72 + LANES] = draw.integers(0, 2, LANES)  # which lanes are visited
+    rows[72 + filled : 72 + LANES] = 0.0
     table[::5], rows[:24:7] = -0.0, 0.0  # signs of zeros are bits too
     results = []
     compiled = kernel(transfer)
@@ -54,4 +59,5 @@ def test_lanes_and_bodies_exchange_the_numbers_of_the_plain_source(
         run(places, own_table, own_rows)
         results.append(own_table.tobytes() + own_rows.tobytes())
     assert results[0] == results[1]
-    assert results[0] != table.tobytes() + rows.tobytes()
+    changes = rows[72 : 72 + LANES].any() or transfer is fetch_both
+    assert changes == (results[0] != table.tobytes() + rows.tobytes())

@@ -7,9 +7,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.compile.image import kinds_of
 from rigid_body_sim.physics.compile.images import Images, Wanted, processor
 from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
 
@@ -107,6 +109,35 @@ def test_an_image_made_of_shipped_bitcode_is_that_made_by_numba(shipped, tmp_pat
         assert one.image_file(user.folder)[0].read_bytes() == (
             one.image_file(maker.folder)[0].read_bytes()
         )
+
+
+def stir(numbers, factor, unused):
+    """Go over lanes, with branches and sums whose order matters; `unused` is dropped by LLVM."""
+    total = 0.0
+    for _ in range(7):
+        for lane in range(8):
+            x = numbers[lane] * factor + 1.0 / (3.0 + numbers[lane] * numbers[lane])
+            numbers[lane] = np.sqrt(x) if x > 0.1 else x - factor
+        for lane in range(len(numbers)):
+            total += numbers[lane] * 0.1
+    return total
+
+
+def test_what_was_optimised_before_it_was_shipped_has_the_bits_of_what_was_not(tmp_path):
+    numbers, unused = np.linspace(-2.0, 3.0, 11), np.zeros(1)
+    arguments = (numbers, 0.7, unused)
+    wanted = Wanted(stir, kinds_of(arguments) or (), arguments)
+    shipping = Images(tmp_path, None)
+    shipping.save_to(tmp_path / 'shipped')
+    results = []
+    for images, is_closed in ((Images(None, None), False), (shipping, True)):
+        bitcode = images.bitcode(wanted)
+        assert bitcode.is_closed == is_closed
+        own = numbers.copy()
+        results.append((images.make(wanted)(own, 0.7, unused), own.tobytes()))
+    own = numbers.copy()
+    plain = stir(memoryview(own), 0.7, unused), own.tobytes()
+    assert results == [plain, plain]
 
 
 @pytest.mark.parametrize('part', [0, 40, -1])

@@ -196,7 +196,7 @@ class Images:
 
     def bitcode(self, wanted: Wanted) -> Any:
         """Give the bitcode of a kernel: shipped, or compiled by numba."""
-        from rigid_body_sim.physics.compile.image_maker import Bitcode
+        from rigid_body_sim.physics.compile.image_maker import Bitcode, closed
 
         if self.shipped is not None:
             path, key = wanted.bitcode_file(self.shipped)
@@ -209,6 +209,7 @@ class Images:
         found = linked(wanted.function, wanted.arguments, wanted.kinds)
         found = replace(found, widest=wanted.widest)
         if self.shipped is not None and self._saves:
+            found = closed(found)
             path, key = wanted.bitcode_file(self.shipped)
             write_whole(path, key, lzma.compress(found.packed()))
             with suppress(OSError):

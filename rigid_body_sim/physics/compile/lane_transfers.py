@@ -106,30 +106,51 @@ def _fetch(count: int) -> Callable[..., Any]:
     return define
 
 
+def _while_lanes_are_left(builder: Any, active: Any, write_lane: Callable[[int], None]) -> None:
+    """
+    Write lane after lane, up to the last active one. Empty lanes are the last ones, and all have
+    the same record: each would wait until what the one before has written there can be read.
+    """
+    lanes = builder.bitcast(active, ir.IntType(_WIDTH))
+
+    def write_from(lane: int) -> None:
+        if lane == _WIDTH:
+            return
+        later = builder.icmp_unsigned('>=', lanes, ir.Constant(ir.IntType(_WIDTH), 1 << lane))
+        with builder.if_then(later):
+            write_lane(lane)
+            write_from(lane + 1)
+
+    write_from(0)
+
+
 def _strike(*, of_b: bool, replaces: bool) -> Callable[..., Any]:
-    kept = (6, 7)
-    takes = tuple(range(3)) if replaces else tuple(range(6))
+    takes = (0, 1, 2, 6, 7) if replaces else tuple(range(_WIDTH))
 
     def write(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         writer = _Writer(context, builder, signature, values)
         records = writer.records()
         rows = [writer.load(writer.row(4, 5 if i < 3 else 6, i % 3)) for i in range(6)]
+        nothing = ir.Constant(_VECTOR, [-0.0] * _WIDTH)  # what changes no bit when it is added
         if not of_b:  # the opposite of what B is given
-            zero = ir.Constant(_VECTOR, [-0.0] * _WIDTH)
-            rows[:3] = [builder.fsub(zero, row) for row in rows[:3]]
-        nothing = ir.Constant(_VECTOR, [0.0] * _WIDTH)
-        given = _transposed(builder, [*rows, nothing, nothing])
+            rows[:3] = [builder.fsub(nothing, row) for row in rows[:3]]
         visited = writer.load(writer.row(4, 7))
-        active = builder.fcmp_ordered('>', visited, nothing)
-        for lane, (at, change) in enumerate(zip(records, given, strict=True)):
+        active = builder.fcmp_ordered('>', visited, ir.Constant(_VECTOR, [0.0] * _WIDTH))
+        rows = [builder.select(active, row, nothing) for row in rows]
+        given = _transposed(builder, [*rows, nothing, nothing])
+
+        def write_lane(lane: int) -> None:
+            at, change = records[lane], given[lane]
             old = writer.load(at)
             new = builder.fadd(old, change)
-            places = [i if i in takes else i + _WIDTH for i in range(_WIDTH)]
-            new = builder.shuffle_vector(new, change, _mask(places))
-            places = [i + _WIDTH if i in kept else i for i in range(_WIDTH)]
-            new = builder.shuffle_vector(new, old, _mask(places))
-            is_active = builder.extract_element(active, ir.Constant(_SHORT, lane))
-            writer.store(builder.select(is_active, new, old), at)
+            if replaces:
+                places = [i if i in takes else i + _WIDTH for i in range(_WIDTH)]
+                new = builder.shuffle_vector(new, change, _mask(places))
+                is_active = builder.extract_element(active, ir.Constant(_SHORT, lane))
+                new = builder.select(is_active, new, old)
+            writer.store(new, at)
+
+        _while_lanes_are_left(builder, active, write_lane)
         return context.get_dummy_value()
 
     def define(

@@ -440,6 +440,10 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
         counts[tick_counts.BATCH_ROOM], CURVED, table, constraints, bodies,
     )  # fmt: skip
     counts[tick_counts.ASSEMBLED] = 0
+    counts[tick_counts.LANES] = colouring.lanes_in_use(
+        counts[tick_counts.BATCHES], constraints.batches
+    )
+    colouring.empty_lanes_behind(counts[tick_counts.LANES], constraints.rows)
     return counts[tick_counts.BATCHES] != colouring.NO_ROOM
 
 

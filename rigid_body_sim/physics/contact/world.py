@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import prepared
+from rigid_body_sim.physics.compile.kernels import argument, prepared
 from rigid_body_sim.physics.contact import step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     collider_record,
@@ -61,7 +61,7 @@ from rigid_body_sim.physics.contact.readout import joined, read, together
 from rigid_body_sim.physics.contact.settings import EVENT, ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
 from rigid_body_sim.physics.contact.solver.cache_entries import scaled, without_pairs_of
-from rigid_body_sim.physics.contact.solver.impulse_cache import size_in_use
+from rigid_body_sim.physics.contact.solver.impulse_cache import keep_cache, size_in_use
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.suited_integrators import unsuited
 from rigid_body_sim.physics.contact.world_arrays import WorldArrays
@@ -128,6 +128,14 @@ class ContactWorld:
         self._sleepers = self._make_sleepers(scene, settings.sleeping)
         self.arrays.pack()
         self._kernels: dict[str, Callable[..., Any]] = {}
+        # seen through these, a number is Python's own: numpy makes one of its own of each
+        self._counts = memoryview(self.arrays.counts)
+        self._overlap_counts = memoryview(self.arrays.overlaps)
+        self._whole = 0.0  # [s] of a whole tick, as the settings have it
+        # version of the arrays, a place for the cache, what copies it, and whether nothing else is
+        # to be kept but overlaps
+        self._kept: tuple[int, Array, Callable[..., Any], bool]
+        self._kept = -1, self.arrays.cache, keep_cache, False
         self._is_read = False  # whether the rows are those of the last tick
         self._h = 0.0  # [s] of the last tick
         self._tick = 0.0  # its number in the kernel
@@ -182,6 +190,21 @@ class ContactWorld:
             len(self.impacts),
         )  # fmt: skip
 
+    def keep(self) -> tuple[Any, ...]:
+        """Do what `snapshot` does, into an array that the next call uses again."""
+        arrays = self.arrays
+        version, kept, copy, is_all = self._kept
+        if version != arrays.version:
+            kept = np.zeros_like(arrays.cache)
+            copy = prepared(keep_cache, (), (argument(arrays.cache), argument(kept)))
+            is_all = self._sleepers is None and not (self._events or arrays.drives.size)
+            self._kept = arrays.version, kept, copy, is_all
+        copy()
+        if is_all and not self._overlaps:
+            return kept, None, 0.0, {}, 0
+        sleepers = None if self._sleepers is None else self._sleepers.snapshot()
+        return kept, sleepers, self.work_of_drives, self._overlaps.copy(), len(self.impacts)
+
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
         cache, sleepers, self.arrays.works[0], overlaps, impacts = snapshot
@@ -211,12 +234,13 @@ class ContactWorld:
 
     def take_tick(self, h: float) -> None:
         """Take over the length of a whole tick [s]."""
-        self.arrays.settings[tick_settings.WHOLE_TICK] = h
+        if h != self._whole:
+            self.arrays.settings[tick_settings.WHOLE_TICK] = self._whole = h
 
     @property
     def work_of_drives(self) -> float:
         """Work that was done so far by what is moved as told, and by belts [J]."""
-        return float(self.arrays.works[0])
+        return self.arrays.works.item(0)
 
     def forget_body(self, core: int) -> None:
         """
@@ -348,29 +372,34 @@ class ContactWorld:
     def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
         """Give a kernel of the ticks the call of a scheme; its workspace is not needed."""
 
-        made: list[Any] = [None, None, None, None, compiled]  # from what, and the kernel with it
+        arrays = self.arrays
 
-        def advance(
-            ticks: int, tick: float, h: float, n_moving: int, n_rigid: int, translation: Any,
-            rotation: Any, method: Any, _workspace: Any, elements: Any, ranges: Any,
-        ) -> float:  # fmt: skip
-            if self._events:  # its pieces begin anywhere
-                tick = float(tick)
+        def prepare(_first: Sequence[Any], last: Sequence[Any]) -> Call:
+            *motion, _workspace, elements, ranges = last
+            blocks_of_both = motion[2], motion[3]
+            made: list[Any] = [-1, None, compiled]  # version, its arrays, the kernel with them
 
             def call(ticks: int, tick: float, h: float) -> float:
-                version = self.arrays.version
-                if made[0] is not method or made[1] is not elements or made[2] != version:
-                    motion = n_moving, n_rigid, translation, rotation, method
-                    world = self.arrays.world(motion, elements, ranges)
-                    call = prepared(compiled, (ticks, tick, h), (world,))
-                    made[:] = method, elements, version, world, call
-                status = made[4](ticks, tick, h)
+                if made[0] != arrays.version:
+                    world = arrays.world(motion, elements, ranges)
+                    made[1:] = world, prepared(compiled, (ticks, tick, h), (world,))
+                    made[0] = arrays.version
+                status = made[2](ticks, tick, h)
                 if status is NotImplemented:  # a tick of another kind
-                    status = compiled(ticks, tick, h, made[3])
+                    status = compiled(ticks, tick, h, made[1])
                 return status
 
-            return self._advance(call, ticks, tick, h, (translation, rotation))
+            def advance(ticks: int, tick: float, h: float) -> float:
+                if self._events:  # its pieces begin anywhere
+                    tick = float(tick)
+                return self._advance(call, ticks, tick, h, blocks_of_both)
 
+            return advance
+
+        def advance(ticks: int, tick: float, h: float, *last: Any) -> float:
+            return prepare((), last)(ticks, tick, h)
+
+        setattr(advance, 'prepared', prepare)  # noqa: B010  # see `kernels.prepared`
         return advance
 
     def _advance(
@@ -381,24 +410,28 @@ class ContactWorld:
 
         motion : blocks of translation and rotation
         """
-        counts = self.arrays.counts
+        counts = self._counts
         done = 0
         while True:
             status = call(ticks - done, tick + done, h)
-            self._take_impacts(h)
-            if self.arrays.overlaps[deep_overlaps.COUNT]:
+            if counts[tick_counts.IMPACTS]:
+                self._take_impacts(h)
+            if self._overlap_counts[deep_overlaps.COUNT]:
                 take_overlaps(self.arrays.overlaps, self._overlaps)
             if counts[tick_counts.DONE]:
-                done += int(counts[tick_counts.DONE])
-                self._tick = self._number_of(tick + done - 1, h)
+                done += counts[tick_counts.DONE]
+                last = tick + done - 1
+                self._tick = last if h == self._whole else self._number_of(last, h)
                 self._is_read, self._pieces, self._h = True, [], h
-                self._note_pairs()
-            if status != 0.0 or counts[tick_counts.STATUS] == tick_counts.COMPLETE:
+                if self._pairs:
+                    self._note_pairs()
+            why = counts[tick_counts.STATUS]
+            if why == tick_counts.COMPLETE or status != 0.0:
                 return status
-            if counts[tick_counts.STATUS] == tick_counts.TOO_LONG:
+            if why == tick_counts.TOO_LONG:
                 status = self._advance_fast(call, tick + done, h, motion)
                 done += 1
-            elif counts[tick_counts.STATUS] == tick_counts.CUT:
+            elif why == tick_counts.CUT:
                 status = self._advance_by_impacts(call, tick + done, h, motion)
                 self._tick = self._number_of(tick + done, h)
                 done += 1
@@ -409,7 +442,7 @@ class ContactWorld:
 
     def _number_of(self, tick: float, h: float) -> float:
         """Give the number of the whole tick that a tick of a length [s] is of."""
-        whole = float(self.arrays.settings[tick_settings.WHOLE_TICK])
+        whole = self._whole
         return tick if h == whole else float(cuts.number_of(tick, h, whole))
 
     def _take_impacts(self, h: float, tick: float | None = None, begin: float = 0.0) -> None:
@@ -419,16 +452,15 @@ class ContactWorld:
         h           : [s] of the ticks that are counted
         tick, begin : of a piece: the tick that it is of, and where it begins in it [s]
         """
-        count = int(self.arrays.counts[tick_counts.IMPACTS])
+        count = self._counts[tick_counts.IMPACTS]
         if not count:
             return
         found = self.arrays.impact_list[: count * impact_list.SIZE].copy()
         if tick is not None:
             found[impact_list.TICK :: impact_list.SIZE] = tick
             found[impact_list.PART :: impact_list.SIZE] += begin
-        whole = float(self.arrays.settings[tick_settings.WHOLE_TICK])
-        if h != whole:
-            cuts.count_in(found, h, whole)
+        if h != self._whole:
+            cuts.count_in(found, h, self._whole)
         self.impacts.append(found)
         self.arrays.counts[tick_counts.IMPACTS] = 0
 

@@ -48,7 +48,7 @@ from rigid_body_sim.physics.state.blocks import (
     rows,
     scatter,
 )
-from rigid_body_sim.physics.state.layout import Layout
+from rigid_body_sim.physics.state.layout import Layout, Matrix, turned_by
 from rigid_body_sim.physics.vectors import add, dot, load, store, store_strided
 
 Array = NDArray[np.float64]
@@ -166,6 +166,11 @@ class Slot(NamedTuple):
     until: int = FOREVER
 
 
+# how a lone source is written at once: core index, key of its slot, row that is written, by what,
+# (None: it has no slot), in which axes (rows of V^T; None: the world's), first tick on which it no
+# longer acts
+AtOnce = tuple[int, tuple[int, str], int, Callable[..., Any] | None, Matrix | None, int]
+
 _new_slot = tuple.__new__  # of `Slot`: half the time of its constructor
 
 
@@ -215,6 +220,9 @@ class HeldWrenches:
     Those of `put_rows` stay arrays until somebody looks at single ones: with many bodies a slot
     for each would cost more than the tick. Of the others a change costs what it changes: `write`
     touches the bodies commanded since the last one, and no more.
+
+    The lone source of a rigid body that asks for other numbers, and for nothing else, has them in
+    their lanes at once (`put_at_once`): that is what a controller does in every tick.
     """
 
     def __init__(self, layout: Layout, gravity: Vector) -> None:
@@ -241,6 +249,8 @@ class HeldWrenches:
         self._is_exact = True  # whether one ends then
         self._changed: set[int] | None = None  # bodies since the last `write`; None: any
         self._turning: dict[int, int] | None = {}  # core index: its row of `_table`; None: look
+        self._at_once: dict[tuple[str, str, str], AtOnce] = {}  # by body, source and frame
+        self._is_settled = False  # whether lanes and rows are for these slots, whatever they ask
 
     @property
     def slots(self) -> dict[tuple[int, str], Slot]:
@@ -252,6 +262,7 @@ class HeldWrenches:
         sources: dict[int, list[str]] = {}
         for core, source in sorted(slots, key=_place):
             sources.setdefault(core, []).append(source)
+        self._unsettle()
         self.__dict__.update(  # one call of C: no interrupt comes between
             _slots=dict(slots),
             _rows=None,
@@ -260,6 +271,10 @@ class HeldWrenches:
             _is_exact=True,
             _changed=None,
         )
+
+    def _unsettle(self) -> None:
+        """Note that slots come or go, or lie elsewhere: none is written at once before `write`."""
+        self._is_settled, self._at_once = False, {}
 
     @property
     def acts(self) -> bool:
@@ -308,10 +323,55 @@ class HeldWrenches:
                 raise InvalidModel(f'command to {body!r} in frame {frame!r}: {error}') from None
         return core, force, torque, frame
 
+    def put_at_once(
+        self, body: str, source: str, force: Any, torque: Any, frame: str, until: int
+    ) -> bool:
+        """
+        Do what `put` does, and write it, where a source asks for nothing but other numbers; tell
+        whether that was so. False: nothing has changed.
+        """
+        try:
+            core, key, row, write, axes, ends = self._at_once[body, source, frame]
+        except (KeyError, TypeError):  # TypeError: an array is no name
+            return False
+        pushed, turned = vector(force), vector(torque)
+        changed = self._changed
+        if pushed is None or turned is None or until != ends:
+            return False
+        if write is None:  # there is no slot, and none is needed for nothing
+            return pushed == NO_VECTOR == turned
+        if changed is None:
+            return False
+        if axes is not None:
+            pushed, turned = turned_by(axes, pushed), turned_by(axes, turned)
+        if pushed == NO_VECTOR == turned:
+            return False
+        changed.add(core)  # an interrupt before it is written has `write` do it
+        self._slots[key] = _new_slot(Slot, (pushed, turned, axes is not None, until))
+        write(row, *pushed, *turned)
+        changed.discard(core)
+        return True
+
+    def _note_way(self, key: tuple[int, str], body: str, frame: str, until: int) -> None:
+        """Note how `put_at_once` writes what a source asks of a body, if it may."""
+        core, source = key
+        if not self._is_settled or frame not in RESERVED_FRAMES or core >= self._layout.n_rigid:
+            return
+        if len(self._sources[core]) > 1:
+            return
+        row, write, axes = core, self._writer, None
+        if frame != 'world':
+            if self._turning is None or core not in self._turning:
+                return
+            row, write = self._turning[core], self._writer_of_row()
+            axes = self._layout.principal_axes_as_rows(core)
+        self._at_once[body, source, frame] = key[0], key, row, write, axes, until
+
     def put(
         self, body: str, source: str, *, force: Any, torque: Any, frame: str, until: int
     ) -> None:
         """Put what one source asks of a body into its slot; see `Simulation.hold`."""
+        asked_frame = frame
         core, force, torque, frame = self.checked(body, force, torque, frame)
         if source.__class__ is not str or source not in SOURCES:
             raise InvalidModel(
@@ -327,13 +387,19 @@ class HeldWrenches:
                 source += SEPARATOR + frame
         if self._rows is not None:
             self.slots = self._rows.slots()
+        key = core, source
+        if force == NO_VECTOR == torque and key not in self._slots:
+            if asked_frame in RESERVED_FRAMES:
+                self._at_once[body, source, asked_frame] = core, key, 0, None, None, until
+            return
         if self._changed is not None:
             self._changed.add(core)  # before it is so: an interrupt may come in between
-        if force == NO_VECTOR and torque == NO_VECTOR:
+        if force == NO_VECTOR == torque:
             self._drop(core, source)
             return
-        key = core, source
         before = self._slots.get(key)
+        if before is None or before.turns_with_body is not in_body:
+            self._unsettle()
         if before is None:
             known = {*self._sources.get(core, ()), source}
             self._sources[core] = tuple(sorted(known, key=lambda name: _place((core, name))))
@@ -342,9 +408,12 @@ class HeldWrenches:
         if until < self.no_end_before:
             self.no_end_before, self._is_exact = until, True
         self._slots[key] = _new_slot(Slot, (force, torque, in_body, until))
+        if self._is_settled:
+            self._note_way(key, body, asked_frame, until)
 
     def _drop(self, core: int, source: str) -> None:
         """Forget a slot, if there is one."""
+        self._unsettle()
         slot = self._slots.pop((core, source), None)
         if slot is not None:
             self._is_exact &= slot.until != self.no_end_before or self.no_end_before == FOREVER
@@ -367,6 +436,7 @@ class HeldWrenches:
         if self._rows is None and self._slots:
             others = {key: slot for key, slot in self._slots.items() if key[1] != 'wrench'}
         self._changed = None  # before it is so: an interrupt may come in between
+        self._unsettle()
         pushed, turned = self._flat(force), self._flat(torque)
         if pushed is None or turned is None or take(pushed, turned):
             pushed, turned = self._checked_rows(force, torque, turns=turns)
@@ -522,7 +592,10 @@ class HeldWrenches:
 
         table : where what turns lies now
         """
+        if table is not self._table:
+            self._unsettle()
         self._table, self._changed = table, set()
+        self._is_settled = self._rows is None and self._blocks[0] is not None
 
     def prepare(self, translation: Array, rotation: Array) -> None:
         """Compile what writes the commands to single bodies into these blocks."""
@@ -532,14 +605,15 @@ class HeldWrenches:
         """Make what writes into the lanes of these blocks."""
         arrays = [argument(array) for array in (self._weight.reshape(-1), translation, rotation)]
         write = prepared(_put_one, (0, *NOTHING), (self._layout.n_rigid, *arrays))
+        self._unsettle()
         self._writer, self._blocks = write, (translation, rotation)
 
-    def _put_row(self, row: int, asked: Sequence[float]) -> None:
-        """Write what turns with a body into its row of the table."""
+    def _writer_of_row(self) -> Callable[..., Any]:
+        """Give what writes what turns with a body into its row of the table."""
         if self._row_writer[0] is not self._table:
             write = prepared(_put_row, (0, *NOTHING), (argument(self._table.reshape(-1)),))
             self._row_writer = self._table, write
-        self._row_writer[1](row, *asked)
+        return self._row_writer[1]
 
     def _write_all(self, translation: Array, rotation: Array) -> None:
         force, torque, table = self.sums()
@@ -600,7 +674,7 @@ class HeldWrenches:
                         put_one(core, *asked)
                     else:
                         put_one(core, *NOTHING)
-                        self._put_row(row, asked)
+                        self._writer_of_row()(row, *asked)
                     continue
             held, turning = self._sums_of(core)
             if turning is not None or core in places:
@@ -610,7 +684,7 @@ class HeldWrenches:
             return
         if all(row is not None and core in places for core, row in rows_of.items()):
             for core, row in rows_of.items():
-                self._put_row(places[core], row or NOTHING)
+                self._writer_of_row()(places[core], *(row or NOTHING))
         else:
             self._table, self._turning = self.sums()[2], None
 

@@ -86,20 +86,23 @@ def vector(value: Any) -> tuple[float, float, float] | None:
     anything else, which may still be three numbers: see `numbers`.
     """
     kind = value.__class__
-    if kind is np.ndarray:
-        if value.dtype is not FLOATS or value.shape != (3,):
-            return None
-        x, y, z = value.tolist()
-    elif (kind is tuple or kind is list) and len(value) == 3:
-        x, y, z = value
-        if not x.__class__ is y.__class__ is z.__class__ is float:
-            if x.__class__ in USUAL and y.__class__ in USUAL and z.__class__ in USUAL:
-                x, y, z = float(x), float(y), float(z)
-            else:
+    try:
+        if kind is np.ndarray:
+            if value.dtype is not FLOATS:
                 return None
-    else:
+            x, y, z = value.tolist()
+        elif kind is tuple or kind is list:
+            x, y, z = value
+            if not (x.__class__ is float and y.__class__ is float and z.__class__ is float):
+                if not (x.__class__ in USUAL and y.__class__ in USUAL and z.__class__ in USUAL):
+                    return None
+                x, y, z = float(x), float(y), float(z)
+        else:
+            return None
+        total = x + y + z
+        return (x, y, z) if total - total == 0.0 else None  # no infinity, and a number
+    except (TypeError, ValueError):  # an array or a list of another shape
         return None
-    return (x, y, z) if math.isfinite(x + y + z) else None
 
 
 def checked_vector(said: str, name: str, values: Any) -> tuple[float, float, float]:

@@ -47,11 +47,19 @@ from rigid_body_sim.physics.state.blocks import (
 )
 
 Array = NDArray[np.float64]
+Matrix = Sequence[Sequence[float]]  # (3, 3), rows of plain numbers
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
 
 STATE_OF_POINT = TRANSLATION_STATE // LANES  # [-] numbers of a body's state
 STATE_OF_TURN = ROTATION_STATE // LANES
 NAMED = 8  # bodies that an error names
+
+
+def turned_by(matrix: Matrix, vector: Vector) -> Vector:
+    """Return M v, for the rows of a matrix."""
+    x, y, z = vector
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 def unknown_body(name: object, names: Sequence[str]) -> UnknownBody:
@@ -176,9 +184,11 @@ class Layout:
         if core >= self.n_rigid:
             name = self.body(core).name
             raise InvalidModel(f'{name!r} is a point mass and has no axes; use the frame world')
-        x, y, z = vector
-        (a, b, c), (d, e, f), (g, h, i) = self._to_principal[core]
-        return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
+        return turned_by(self._to_principal[core], vector)
+
+    def principal_axes_as_rows(self, core: int) -> Matrix:
+        """Give the matrix by which `principal_axes_of` turns: its rows."""
+        return self._to_principal[core]
 
     def mass(self, body: str) -> tuple[float, float, float]:
         """

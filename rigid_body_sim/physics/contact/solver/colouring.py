@@ -35,6 +35,7 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.contact.solver.manifold_constraints import are_curved, roundness
 
 NOWHERE = 1e9  # [m] separation of a point that a manifold does not have: it never presses
+HALF = 4  # [-] lanes of the narrower vectors
 NO_ROOM = -1  # in place of the number of batches: rows or batches are too few
 
 
@@ -171,6 +172,26 @@ def _take_lane(batch: int, points: int, batches: Indices) -> int:
         batches[batch + batch_record.POINT_COUNT], points
     )
     return batches[batch + batch_record.BEGIN] + lane
+
+
+@kernel
+def lanes_in_use(count: int, batches: Indices) -> int:
+    """
+    Tell how many lanes of each batch have to be gone over: as many as the widest one fills, or
+    what a vector holds of them. A lone body waits for no lanes that are empty.
+    """
+    most = 0
+    for b in range(count):
+        most = max(most, batches[b * batch_record.SIZE + batch_record.LANE_COUNT])
+    return most if most <= 1 else (HALF if most <= HALF else constraint.LANES)
+
+
+@kernel
+def empty_lanes_behind(lanes: int, rows: Array) -> None:
+    """Write zeros into the scratch of lanes that are not gone over: they do not look visited."""
+    for lane in range(lanes, constraint.LANES):
+        for entry in range(lane, lane_scratch.SIZE, constraint.LANES):
+            rows[entry] = 0.0
 
 
 @kernel

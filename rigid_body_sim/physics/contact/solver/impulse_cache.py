@@ -297,3 +297,10 @@ def size_in_use(cache: Array) -> int:
     for _ in range(int(cache[cache_record.MANIFOLDS])):
         end = cache_record.next_entry(end, cache)
     return end
+
+
+@kernel
+def keep_cache(cache: Array, kept: Array) -> None:
+    """Copy the numbers of the cache that are in use."""
+    for place in range(size_in_use(cache)):
+        kept[place] = cache[place]
