@@ -13,7 +13,15 @@ import pytest
 from rigid_body_sim import Simulation
 from rigid_body_sim.physics.forces.elements.time import TimeTable
 from rigid_body_sim.physics.model.scene import Body, Material
-from rigid_body_sim.physics.model.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
+from rigid_body_sim.physics.model.shapes import (
+    Box,
+    Capsule,
+    ConvexHull,
+    Cylinder,
+    Plane,
+    Sphere,
+    Surface,
+)
 
 from .touching import ball, box, ground, lean, motion, scene
 
@@ -91,10 +99,13 @@ def states(bodies, ticks=TICKS, make=scene, forces=()):
     States of the heap, every twenty ticks.
     """
     sim = Simulation(make(bodies, dt=TICK, forces=tuple(forces)))
+    of_heap = [
+        i for i, body in enumerate(bodies) if body.name.startswith('b') or body.name == 'ground'
+    ]
     found = []
     for _ in range(ticks // 20):
         sim.step(20)
-        found.append(sim.state.values[:31].copy())
+        found.append(sim.state.values[of_heap].copy())
     return np.array(found)
 
 
@@ -111,6 +122,70 @@ def alone(restitution, seed):
 def test_a_heap_has_the_same_bits_with_and_without_others_far_away(restitution, others):
     together = states(heap(restitution, 0) + OTHERS[others])
     np.testing.assert_array_equal(together, alone(restitution, 0))
+
+
+def tiles():
+    """
+    Fixed boxes that lie flush.
+    """
+    return [
+        box(f'tile {i} {j}', (0.5, 0.5, 0.2), (0.5 * i, 0.5 * j, -0.1), fixed=True)
+        for i in range(-2, 3)
+        for j in range(-2, 3)
+    ]
+
+
+def rough_ground():
+    """
+    A fixed surface of triangles, of random heights.
+    """
+    rng = np.random.default_rng(3)
+    along = np.linspace(-2.5, 2.5, 8)
+    places = [(x, y, rng.uniform(-0.08, 0.08)) for x in along for y in along]
+    corners = [8 * i + j for i in range(7) for j in range(7)]
+    faces = [f for a in corners for f in ((a, a + 8, a + 9), (a, a + 9, a + 1))]
+    return [Body('mesh', Surface(np.array(places), np.array(faces)), 0.0, fixed=True)]
+
+
+GROUNDS = {'plane': list, 'tiles': tiles, 'triangles': rough_ground}
+
+
+def whatever(seed, floor):
+    """
+    Some bodies far away that fall onto a floor [m], of any kind and mass.
+    """
+    rng = np.random.default_rng(seed)
+    others = []
+    for i in range(rng.integers(1, 40)):
+        shape, inertia = solid(i % len(ALL_KINDS), rng)
+        mass = float(rng.uniform(0.1, 10.0))
+        place = (50 + 0.3 * (i % 3), 0.2 * (i % 4), floor + 0.3 + 0.2 * i)
+        material = Material(friction=rng.uniform(), restitution=rng.choice([0.0, 0.5]))
+        others.append(
+            Body(f'far {i}', shape, mass, inertia=mass * inertia, initial=motion(place),
+                 material=material)
+        )  # fmt: skip
+    return others
+
+
+@pytest.mark.parametrize(
+    'seed', [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 9))]
+)
+@pytest.mark.parametrize('on', list(GROUNDS))
+def test_a_heap_has_the_same_bits_wherever_others_come_in_the_list_of_bodies(on, seed):
+    """
+    Before the heap, after it and among it, for 2,000 ticks.
+    """
+    floor = 0.0 if on == 'plane' else -3.0
+    plane = Body('ground', Plane((0.0, 0.0, 1.0), floor), 0.0, fixed=True)
+    bodies = [plane, *GROUNDS[on](), *heap(0.3, seed)[1:]]
+    others = whatever(seed, floor)
+    alone = states(bodies, ticks=2000)
+    half = len(bodies) - 15
+    for together in (
+        others + bodies, bodies + others, bodies[:half] + others + bodies[half:],
+    ):  # fmt: skip
+        np.testing.assert_array_equal(states(together, ticks=2000), alone)
 
 
 def begins(body, instants):
