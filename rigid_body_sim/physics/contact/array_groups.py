@@ -36,6 +36,21 @@ class Motion(NamedTuple):
     pivoted: Indices
 
 
+class Group(NamedTuple):
+    """
+    Bodies that touch, and where they are in the blocks of a motion.
+
+    members   : their core indices, in the order of the core
+    is_packed : whether the blocks are theirs alone: then the first of them is body 0 there; else
+                all are in the blocks of the scene: see `packed_bodies`
+    motion    : with these blocks
+    """
+
+    members: Indices
+    is_packed: bool
+    motion: Motion
+
+
 class Forces(NamedTuple):
     """
     The force elements.

@@ -4,8 +4,9 @@
 Solver bodies: what the solver keeps of a body during a tick, one row of numbers next to each other
 in memory, gathered from the blocks and scattered back.
 
-Row i belongs to the body with core index i; one more row, of zeros, stands for all that cannot
-move. World axes; p and L are the truth, velocities follow from them:
+Row i belongs to the body with core index i. In the blocks it is body i, or body k while its group
+passes its substeps: see `packed_bodies`. One more row, of zeros, stands for all that cannot move.
+World axes; p and L are the truth, velocities follow from them:
 
     v = p / m        omega = I^-1 L        I^-1 = R diag(J) R^T
 
@@ -24,8 +25,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from rigid_body_sim.physics.arrays import Array, Record
+from rigid_body_sim.physics.arrays import Array, Indices, Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.array_groups import Group
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.state.blocks import LANES, add_compensated, at, rotate
 from rigid_body_sim.physics.vectors import (
@@ -225,85 +227,111 @@ def find_free_acceleration(i: int, n_rigid: int, rotation: Array, bodies: Array)
 
 
 @kernel
-def kick_and_warm_start(
-    i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
-) -> None:
-    """Let half of the forces of the instant act over a substep, and half of the warm start."""
-    row = i * SIZE
-    place = at(i, blocks.TRANSLATION)
-    bodies[row + CARRIED] = 0.0
-    store(bodies, row + SUBSTEP_POSITION, _vector(translation, place + blocks.RX))
-    store(bodies, row + SUBSTEP_RESIDUAL, _vector(translation, place + blocks.EX))
-    momentum = _vector(translation, place + blocks.PX)
-    free = add_scaled(momentum, 0.5 * h, _vector(translation, place + blocks.FX))
-    store(bodies, row + MOMENTUM, add(free, load(bodies, row + WARM_IMPULSE)))
-    if i < n_rigid:
-        place = at(i, blocks.ROTATION)
-        momentum = _vector(rotation, place + blocks.LX)
-        free = add_scaled(momentum, 0.5 * h, _vector(rotation, place + blocks.TX))
-        store(bodies, row + ANGULAR_MOMENTUM, add(free, load(bodies, row + WARM_ANGULAR_IMPULSE)))
-        for entry in range(4):
-            bodies[row + SUBSTEP_ORIENTATION + entry] = rotation[place + blocks.QX + LANES * entry]
+def kick_and_warm_start(h: float, group: Group, bodies: Array) -> None:
+    """
+    Let half of the forces of the instant act over a substep [s], and half of the warm start.
+    """
+    motion = group.motion
+    for index in range(len(group.members)):
+        i = group.members[index]
+        k = index if group.is_packed else i
+        row = i * SIZE
+        place = at(k, blocks.TRANSLATION)
+        bodies[row + CARRIED] = 0.0
+        store(bodies, row + SUBSTEP_POSITION, _vector(motion.translation, place + blocks.RX))
+        store(bodies, row + SUBSTEP_RESIDUAL, _vector(motion.translation, place + blocks.EX))
+        momentum = _vector(motion.translation, place + blocks.PX)
+        free = add_scaled(momentum, 0.5 * h, _vector(motion.translation, place + blocks.FX))
+        store(bodies, row + MOMENTUM, add(free, load(bodies, row + WARM_IMPULSE)))
+        if k < motion.rigid_count:
+            place = at(k, blocks.ROTATION)
+            momentum = _vector(motion.rotation, place + blocks.LX)
+            free = add_scaled(momentum, 0.5 * h, _vector(motion.rotation, place + blocks.TX))
+            store(
+                bodies, row + ANGULAR_MOMENTUM, add(free, load(bodies, row + WARM_ANGULAR_IMPULSE))
+            )
+            for entry in range(4):
+                bodies[row + SUBSTEP_ORIENTATION + entry] = motion.rotation[
+                    place + blocks.QX + LANES * entry
+                ]
 
 
 @kernel
 def scatter_angular_momentum(
-    i: int, n_rigid: int, half: float, rotation: Array, bodies: Array
+    first: int, count: int, half: float, group: Group, bodies: Array
 ) -> None:
-    """Give a carried body the momentum with which it turns, less the half kick of the drift."""
-    row = i * SIZE
-    if bodies[row + CARRIED] > 0.0 and i < n_rigid:
-        place = at(i, blocks.ROTATION)
-        kick = scale(half, _vector(rotation, place + blocks.TX))
-        turning = subtract(load(bodies, row + ANGULAR_MOMENTUM), kick)
-        _put_vector(rotation, place + blocks.LX, turning)
+    """
+    Give carried bodies the momentum with which they turn, less the half kick of the drift.
+
+    first, count : which of the members
+    """
+    motion = group.motion
+    for index in range(first, first + count):
+        i = group.members[index]
+        k = index if group.is_packed else i
+        row = i * SIZE
+        if bodies[row + CARRIED] > 0.0 and k < motion.rigid_count:
+            place = at(k, blocks.ROTATION)
+            kick = scale(half, _vector(motion.rotation, place + blocks.TX))
+            turning = subtract(load(bodies, row + ANGULAR_MOMENTUM), kick)
+            _put_vector(motion.rotation, place + blocks.LX, turning)
 
 
 @kernel
-def integrate_position(
-    i: int, n_rigid: int, h: float, translation: Array, rotation: Array, bodies: Array
-) -> None:
+def integrate_position(first: int, count: int, h: float, group: Group, bodies: Array) -> None:
     """
-    Move a carried body by its own velocity, x += h v, and let the second half of the forces act.
+    Move carried bodies by their own velocity, x += h v, and let the second half of the forces act.
+
+    first, count : which of the members
     """
-    row = i * SIZE
-    if not bodies[row + CARRIED] > 0.0:
-        return
-    place = at(i, blocks.TRANSLATION)
-    momentum = load(bodies, row + MOMENTUM)
-    force = _vector(translation, place + blocks.FX)
-    _put_vector(translation, place + blocks.PX, add_scaled(momentum, 0.5 * h, force))
-    for axis in range(3):
-        position, lost = add_compensated(
-            bodies[row + SUBSTEP_POSITION + axis],
-            bodies[row + SUBSTEP_RESIDUAL + axis],
-            h * bodies[row + INVERSE_MASS] * bodies[row + MOMENTUM + axis],
-        )
-        translation[place + blocks.RX + LANES * axis] = position
-        translation[place + blocks.EX + LANES * axis] = lost
-    if i < n_rigid:
-        place = at(i, blocks.ROTATION)
-        momentum = load(bodies, row + ANGULAR_MOMENTUM)
-        torque = _vector(rotation, place + blocks.TX)
-        _put_vector(rotation, place + blocks.LX, add_scaled(momentum, 0.5 * h, torque))
+    motion = group.motion
+    for index in range(first, first + count):
+        i = group.members[index]
+        k = index if group.is_packed else i
+        row = i * SIZE
+        if not bodies[row + CARRIED] > 0.0:
+            continue
+        place = at(k, blocks.TRANSLATION)
+        momentum = load(bodies, row + MOMENTUM)
+        force = _vector(motion.translation, place + blocks.FX)
+        _put_vector(motion.translation, place + blocks.PX, add_scaled(momentum, 0.5 * h, force))
+        for axis in range(3):
+            position, lost = add_compensated(
+                bodies[row + SUBSTEP_POSITION + axis],
+                bodies[row + SUBSTEP_RESIDUAL + axis],
+                h * bodies[row + INVERSE_MASS] * bodies[row + MOMENTUM + axis],
+            )
+            motion.translation[place + blocks.RX + LANES * axis] = position
+            motion.translation[place + blocks.EX + LANES * axis] = lost
+        if k < motion.rigid_count:
+            place = at(k, blocks.ROTATION)
+            momentum = load(bodies, row + ANGULAR_MOMENTUM)
+            torque = _vector(motion.rotation, place + blocks.TX)
+            _put_vector(motion.rotation, place + blocks.LX, add_scaled(momentum, 0.5 * h, torque))
 
 
 @kernel
-def gather_body(i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array) -> None:
+def gather_moved(group: Group, bodies: Array) -> None:
     """Read momenta, inverse inertia and the motion over the substep."""
-    row = i * SIZE
-    place = at(i, blocks.TRANSLATION)
-    store(bodies, row + MOMENTUM, _vector(translation, place + blocks.PX))
-    moved = subtract(_vector(translation, place + blocks.RX), load(bodies, row + SUBSTEP_POSITION))
-    residual = subtract(
-        _vector(translation, place + blocks.EX), load(bodies, row + SUBSTEP_RESIDUAL)
-    )
-    store(bodies, row + DISPLACEMENT, add(moved, residual))
-    if i < n_rigid:
-        place = at(i, blocks.ROTATION)
-        store(bodies, row + ANGULAR_MOMENTUM, _vector(rotation, place + blocks.LX))
-        _put_inverse_inertia(bodies, row, rotation, place)
-        _put_turn(bodies, row, _orientation(rotation, place))
+    motion = group.motion
+    for index in range(len(group.members)):
+        i = group.members[index]
+        k = index if group.is_packed else i
+        row = i * SIZE
+        place = at(k, blocks.TRANSLATION)
+        store(bodies, row + MOMENTUM, _vector(motion.translation, place + blocks.PX))
+        moved = subtract(
+            _vector(motion.translation, place + blocks.RX), load(bodies, row + SUBSTEP_POSITION)
+        )
+        residual = subtract(
+            _vector(motion.translation, place + blocks.EX), load(bodies, row + SUBSTEP_RESIDUAL)
+        )
+        store(bodies, row + DISPLACEMENT, add(moved, residual))
+        if k < motion.rigid_count:
+            place = at(k, blocks.ROTATION)
+            store(bodies, row + ANGULAR_MOMENTUM, _vector(motion.rotation, place + blocks.LX))
+            _put_inverse_inertia(bodies, row, motion.rotation, place)
+            _put_turn(bodies, row, _orientation(motion.rotation, place))
 
 
 @inline
@@ -331,20 +359,24 @@ def _put_turn(bodies: Array, row: int, orientation: Any) -> None:
 
 
 @kernel
-def scatter_momenta(
-    i: int, n_rigid: int, translation: Array, rotation: Array, bodies: Array
-) -> None:
+def scatter_momenta(group: Group, bodies: Array) -> None:
     """Write the momenta back."""
-    row = i * SIZE
-    place = at(i, blocks.TRANSLATION) + blocks.PX
-    _put_vector(translation, place, load(bodies, row + MOMENTUM))
-    if i < n_rigid:
-        place = at(i, blocks.ROTATION) + blocks.LX
-        _put_vector(rotation, place, load(bodies, row + ANGULAR_MOMENTUM))
+    motion = group.motion
+    for index in range(len(group.members)):
+        i = group.members[index]
+        k = index if group.is_packed else i
+        row = i * SIZE
+        place = at(k, blocks.TRANSLATION) + blocks.PX
+        _put_vector(motion.translation, place, load(bodies, row + MOMENTUM))
+        if k < motion.rigid_count:
+            place = at(k, blocks.ROTATION) + blocks.LX
+            _put_vector(motion.rotation, place, load(bodies, row + ANGULAR_MOMENTUM))
 
 
 @kernel
-def clear_warm_start(i: int, bodies: Array) -> None:
-    """Forget the warm start of a body, before that of the next substep is added up."""
-    store(bodies, i * SIZE + WARM_IMPULSE, (0.0, 0.0, 0.0))
-    store(bodies, i * SIZE + WARM_ANGULAR_IMPULSE, (0.0, 0.0, 0.0))
+def clear_warm_start(members: Indices, bodies: Array) -> None:
+    """Forget the warm start of bodies, before that of the next substep is added up."""
+    for index in range(len(members)):
+        row = members[index] * SIZE
+        store(bodies, row + WARM_IMPULSE, (0.0, 0.0, 0.0))
+        store(bodies, row + WARM_ANGULAR_IMPULSE, (0.0, 0.0, 0.0))

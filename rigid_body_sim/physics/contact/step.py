@@ -43,12 +43,13 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact import (
+    packed_bodies,
     prescribed_bodies,
     solver_bodies,
     tick_counts,
     tick_settings,
 )
-from rigid_body_sim.physics.contact.array_groups import Constraints, Forces, Motion
+from rigid_body_sim.physics.contact.array_groups import Constraints, Forces, Group, Motion
 from rigid_body_sim.physics.contact.collision import (
     deep_overlaps,
     ignored_pairs,
@@ -66,6 +67,7 @@ from rigid_body_sim.physics.contact.islands import first_loads, sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.islands.solver_groups import find_groups, sort_touching
+from rigid_body_sim.physics.contact.packed_bodies import PackedBodies
 from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
@@ -104,6 +106,7 @@ BOUNCES = slot('[-] whether anything bounces')
 BOUNDS = slot('[-] whether gains of what rolls on a rim are bounded')
 CURVED = slot('[-] whether layers about cores may meet: `solver.curved_cores`')
 COUPLED = slot('[-] whether a force depends on the state')
+APART = slot('[-] whether islands may pass their substeps one after the other')
 EVENTS = slot('[-] whether impacts come at their instants')
 VELOCITY_DEPENDENT = slot('[-] whether a force depends on velocity')
 SLEEPING = slot('[-] whether islands may sleep')
@@ -135,12 +138,16 @@ colour_constraints = slot('kernel (body_count, ...): tells whether there was roo
 prepare_constraints = slot('kernel (now, ...): tells whether the constraints are there')
 find_first_loads = slot('kernel (now, touching, ...): what is carried when the scene begins')
 begin_energy_balance = slot('kernel (h, touching, motion, bodies)')
-solve_contacts = slot('kernel (now, touching, ...): warm start and soft normals')
-integrate_motion = slot('kernel (now, marks, ...): moves all bodies over a substep')
+solve_contacts = slot('kernel (index, now, group, ...): warm start and soft normals')
+move_block = slot('kernel (block, count, ...): moves bodies of a block over a substep')
+move_all = slot('kernel (now, group, bodies, state): moves all bodies over a substep')
+move_group = slot('kernel (now, group, bodies, packed): moves the bodies of a group')
+move_free = slot('kernel (now, world): moves over the tick who touches nobody')
 correct_forces = slot('kernel (time, now, touching, ...): forces of after the motion')
-gather_moved_bodies = slot('kernel (now, touching, motion, bodies)')
-follow_and_relax = slot('kernel (last, now, touching, ...): separations, then relaxation')
-visit_groups = slot('kernel (index, now, ...): passes of all groups between two motions')
+gather_moved_bodies = slot('kernel (now, group, bodies)')
+follow_and_relax = slot('kernel (index, now, group, ...): separations, then relaxation')
+end_substep = slot('kernel (index, now, group, ...): motion of a substep, and what follows')
+pass_substeps = slot('kernel (now, touching, world): all substeps of a tick')
 take_back_gains = slot('kernel (h, touching, ...): what contact gave by its errors')
 bound_bounces = slot('kernel (touching, ...): restitution')
 store_impulses = slot('kernel (now, world): fills the impulse cache')
@@ -181,6 +188,7 @@ class World(NamedTuple):
     driven           : see `prescribed_bodies`
     overlap_limits, overlaps : see `collision.deep_overlaps`
     flights          : of bodies between impacts: see `events.flight`
+    packed           : room for the bodies of a group: see `packed_bodies`
     """
 
     motion: Motion
@@ -202,6 +210,7 @@ class World(NamedTuple):
     overlap_limits: Array
     overlaps: Array
     flights: Flights
+    packed: PackedBodies
 
 
 class Tick(NamedTuple):
@@ -272,17 +281,8 @@ def _advance(ticks, tick, h, world):
             counts,
         )  # fmt: skip
         begin_energy_balance(h, touching, motion, bodies)
-        for index in range(substeps + 1):
-            if index > 0:
-                integrate_motion(now, world.marks, motion, bodies, state)
-                if COUPLED:
-                    time = now.start + index * substep
-                    correct_forces(time, now, touching, motion, forces, bodies)
-                    evaluated = not VELOCITY_DEPENDENT
-            visit_groups(
-                index, now, touching, motion, colliders.poses, forces, constraints, bodies, flows,
-                driven, settings, counts,
-            )  # fmt: skip
+        pass_substeps(now, touching, world)
+        evaluated = COUPLED and not VELOCITY_DEPENDENT
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)
         take_back_gains(h, touching, motion, constraints, energy, bodies, settings, counts)
@@ -428,11 +428,8 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
         count, constraints.manifolds, constraints.impulse_cache
     ):
         return True
-    # where forces depend on velocity, all bodies wait for them; masses change, and what is driven
-    # moves, for all at once
-    apart = not (VELOCITY_DEPENDENT or FLOWS or DRIVES)
     counts[tick_counts.GROUPS] = find_groups(
-        count, body_count, apart, table, constraints.manifolds, constraints.colours,
+        count, body_count, APART, table, constraints.manifolds, constraints.colours,
         constraints.group_of, constraints.groups, constraints.order,
     )  # fmt: skip
     counts[tick_counts.BATCHES] = colouring.colour_constraints(
@@ -542,11 +539,7 @@ def _find_first_loads(
     rows, batches = constraints.rows, constraints.batches
     lanes, batch_count = counts[tick_counts.LANES], counts[tick_counts.BATCHES]
     roots, sizes = energy.roots, constraints.colours
-    for index in range(len(touching)):
-        solver_bodies.kick_and_warm_start(
-            touching[index], motion.rigid_count, 2.0 * now.substep, motion.translation,
-            motion.rotation, bodies,
-        )  # fmt: skip
+    solver_bodies.kick_and_warm_start(2.0 * now.substep, Group(touching, False, motion), bodies)
     first_loads.find_islands(batch_count, motion.body_count, touching, batches, rows, roots, sizes)
     goes_on, passes = True, 0
     while goes_on:
@@ -581,16 +574,13 @@ def _begin_energy_balance(h, touching, motion, bodies):
     """Start the energy balance of the bodies that touch, where something needs it."""
     if not (BOUNCES or BOUNDS):
         return
-    for index in range(len(touching)):
-        account.begin(touching[index], bodies)
-        if not COUPLED:
-            account.add_half_the_torque(
-                touching[index], motion.rigid_count, h, motion.rotation, bodies
-            )
+    account.begin(touching, bodies)
+    if not COUPLED:
+        account.add_half_the_torque(h, Group(touching, False, motion), bodies)
 
 
 def _solve_contacts(
-    index, now, touching, motion, constraints, bodies, flows, driven, settings, counts
+    index, now, group, constraints, bodies, flows, driven, settings, counts
 ):  # fmt: skip
     """
     Let half of forces and warm start act, then solve the soft normals; index: of the substep.
@@ -599,11 +589,7 @@ def _solve_contacts(
         prescribed_bodies.begin_substep(
             now.start + index * now.substep, now.substep, driven, bodies
         )
-    for place in range(len(touching)):
-        solver_bodies.kick_and_warm_start(
-            touching[place], motion.rigid_count, now.substep, motion.translation, motion.rotation,
-            bodies,
-        )  # fmt: skip
+    solver_bodies.kick_and_warm_start(now.substep, group, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     for iteration in range(PASSES):
@@ -617,40 +603,88 @@ def _solve_contacts(
         variable_mass.scale_to_start_mass(flows, bodies)
 
 
-def _integrate_motion(now, marks, motion, bodies, state):
+def _move_block(block, count, first, member_count, substep, group, bodies):
     """
-    Move all bodies over a substep, and let the other half of the forces act; block after block, so
-    that what is needed of a body stays in the cache. marks: 1 for bodies that touch.
+    Move so many bodies of a block over a substep [s], and let the other half of the forces act;
+    those of the group among them, from the first member on, as contacts want it.
     """
-    translation, rotation = motion.translation, motion.rotation
-    half = 0.5 * now.substep
+    motion = group.motion
+    half = 0.5 * substep
+    steps.kick_and_drift(block, count, half, substep, motion.translation)
+    steps.kick(block, count, half, motion.translation)
+    lanes = min(count, motion.rigid_count - blocks.LANES * block)
+    if lanes > 0:
+        solver_bodies.scatter_angular_momentum(first, member_count, half, group, bodies)
+        drift_rotation(block, lanes, half, substep, motion.rotation, motion.method)
+        steps.kick_rotation(block, lanes, half, motion.rotation)
+    solver_bodies.integrate_position(first, member_count, substep, group, bodies)
+
+
+def _move_all(now, group, bodies, state):
+    """Move all bodies of the scene over a substep; group: all that touch."""
+    motion, members = group.motion, group.members
+    first = 0
     for block in range((motion.body_count + blocks.LANES - 1) // blocks.LANES):
         if SLEEPING and not sleep.stirs(block, state):
             continue
-        first = blocks.LANES * block
-        last = min(first + blocks.LANES, motion.body_count)
-        steps.kick_and_drift(block, last - first, half, now.substep, translation)
-        steps.kick(block, last - first, half, translation)
-        lanes = min(blocks.LANES, motion.rigid_count - first)
-        if lanes > 0:
-            for body in range(first, first + lanes):
-                if marks[body] == 1:
-                    solver_bodies.scatter_angular_momentum(
-                        body, motion.rigid_count, half, rotation, bodies
-                    )
-            drift_rotation(block, lanes, half, now.substep, rotation, motion.method)
-            steps.kick_rotation(block, lanes, half, rotation)
-        for body in range(first, last):
-            if marks[body] == 1:
-                solver_bodies.integrate_position(
-                    body, motion.rigid_count, now.substep, translation, rotation, bodies
-                )
-                if BOUNCES and COUPLED:
-                    account.add_half_the_work(
-                        body, motion.rigid_count, now.substep, translation, rotation, bodies
-                    )
+        begin = blocks.LANES * block
+        end = min(begin + blocks.LANES, motion.body_count)
+        last = first
+        while last < len(members) and members[last] < end:
+            last += 1
+        move_block(block, end - begin, first, last - first, now.substep, group, bodies)
+        first = last
     if SLEEPING:
         sleep.keep_still(motion, state, bodies)
+
+
+def _move_group(now, group, bodies, packed):
+    """Move the bodies of a group over a substep, block after block, and nobody else."""
+    motion, members = group.motion, group.members
+    first = 0
+    while first < len(members):
+        last = packed_bodies.end_of_block(first, group)
+        count = last - first
+        own, where = members[first:last], group
+        block, place = first // blocks.LANES, first
+        alone = group.is_packed
+        if not alone:
+            block = members[first] // blocks.LANES
+            alone = packed_bodies.fill_a_block(own, motion.body_count)
+        if not alone:
+            where = Group(own, True, packed_bodies.pack(own, motion, packed))
+            block, place = 0, 0
+        move_block(block, count, place, count, now.substep, where, bodies)
+        if not alone:
+            packed_bodies.unpack(own, where.motion, motion)
+        first = last
+
+
+def _move_free(now, world):
+    """Move the bodies that touch nobody over the whole tick, substep after substep."""
+    motion, packed, bodies = world.motion, world.packed, world.bodies
+    for block in range((motion.body_count + blocks.LANES - 1) // blocks.LANES):
+        count = 0
+        begin = blocks.LANES * block
+        for body in range(begin, min(begin + blocks.LANES, motion.body_count)):
+            if world.marks[body] == 0 and not (
+                SLEEPING and sleep.asleep(body, world.sleep.sleep_states)
+            ):
+                packed.chosen[count] = body
+                count += 1
+        if count == 0:
+            continue
+        chosen = packed.chosen[0:count]
+        group = Group(chosen, False, motion)
+        place = block
+        alone = packed_bodies.fill_a_block(chosen, motion.body_count)
+        if not alone:
+            group = Group(chosen, True, packed_bodies.pack(chosen, motion, packed))
+            place = 0
+        for _ in range(now.substeps):
+            move_block(place, count, 0, 0, now.substep, group, bodies)
+        if not alone:
+            packed_bodies.unpack(chosen, group.motion, motion)
 
 
 def _correct_forces(time, now, touching, motion, forces, bodies):
@@ -684,28 +718,20 @@ def _correct_forces(time, now, touching, motion, forces, bodies):
             )
 
 
-def _gather_moved_bodies(now, touching, motion, bodies):
+def _gather_moved_bodies(now, group, bodies):
     """Give the solver the bodies as they are after the motion."""
-    for index in range(len(touching)):
-        body = touching[index]
-        if BOUNCES and COUPLED:
-            account.add_half_the_work(
-                body, motion.rigid_count, now.substep, motion.translation, motion.rotation, bodies
-            )
-        solver_bodies.gather_body(
-            body, motion.rigid_count, motion.translation, motion.rotation, bodies
-        )
-    for index in range(len(touching)):
-        solver_bodies.clear_warm_start(touching[index], bodies)
+    if BOUNCES and COUPLED:
+        account.add_half_the_work(now.substep, group, bodies)
+    solver_bodies.gather_moved(group, bodies)
+    solver_bodies.clear_warm_start(group.members, bodies)
 
 
-def _visit_groups(
-    index, now, touching, motion, poses, forces, constraints, bodies, flows, driven, settings,
-    counts,
-):  # fmt: skip
+def _pass_substeps(now, touching, world):
     """
-    Let group after group end the substep before a number, and begin the substep of that number.
+    Let group after group of islands pass the substeps of the tick, then who touches nobody. Where
+    forces depend on the state, masses flow or something is driven, all are one group.
     """
+    motion, constraints, counts = world.motion, world.constraints, world.counts
     for row in range(0, counts[tick_counts.GROUPS] * group_record.SIZE, group_record.SIZE):
         first = constraints.groups[row + group_record.FIRST_BODY]
         last = constraints.groups[row + group_record.SIZE + group_record.FIRST_BODY]
@@ -718,26 +744,50 @@ def _visit_groups(
             constraints.open_batches, constraints.impulse_cache, constraints.groups,
             constraints.group_of, constraints.order, constraints.places,
         )  # fmt: skip
-        if index > 0:
-            follow_and_relax(
-                index - 1, now, members, motion, poses, own, bodies, flows, driven, settings,
-                counts,
-            )  # fmt: skip
-        if index < now.substeps:
-            if VELOCITY_DEPENDENT:
-                evaluate_forces(now.start + index * now.substep, motion, forces)
-            solve_contacts(
-                index, now, members, motion, own, bodies, flows, driven, settings, counts
-            )
+        group = Group(members, False, motion)
+        if APART and packed_bodies.fit(members, motion, world.packed):
+            group = Group(members, True, packed_bodies.pack(members, motion, world.packed))
+        for index in range(now.substeps + 1):
+            if index > 0:
+                end_substep(index - 1, now, group, own, world)
+            if index < now.substeps:
+                if VELOCITY_DEPENDENT:
+                    evaluate_forces(now.start + index * now.substep, motion, world.forces)
+                solve_contacts(
+                    index, now, group, own, world.bodies, world.flows, world.driven,
+                    world.settings, counts,
+                )  # fmt: skip
+        if group.is_packed:
+            packed_bodies.unpack(members, group.motion, motion)
+    if APART:
+        move_free(now, world)
+
+
+def _end_substep(index, now, group, constraints, world):
+    """Let the bodies of a group move, and contacts follow; index: of the substep."""
+    if APART:
+        move_group(now, group, world.bodies, world.packed)
+    else:
+        move_all(now, group, world.bodies, world.sleep)
+        if BOUNCES and COUPLED:
+            account.add_half_the_work(now.substep, group, world.bodies)
+    if COUPLED:
+        time = now.start + (index + 1) * now.substep
+        correct_forces(time, now, group.members, world.motion, world.forces, world.bodies)
+    follow_and_relax(
+        index, now, group, world.colliders.poses, constraints, world.bodies, world.flows,
+        world.driven, world.settings, world.counts,
+    )  # fmt: skip
 
 
 def _follow_and_relax(
-    index, now, touching, motion, poses, constraints, bodies, flows, driven, settings, counts
+    index, now, group, poses, constraints, bodies, flows, driven, settings, counts
 ):  # fmt: skip
     """
     Update separations, with the second half of the warm start; then relax; index: of the substep.
     """
     last = index + 1 == now.substeps
+    touching, motion = group.members, group.motion
     if DRIVES:  # another group may have begun the next substep
         prescribed_bodies.begin_substep(
             now.start + index * now.substep, now.substep, driven, bodies
@@ -751,7 +801,7 @@ def _follow_and_relax(
     rows, batches = constraints.rows, constraints.batches
     lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     relaxations = int(settings[tick_settings.RELAXATIONS])
-    gather_moved_bodies(now, touching, motion, bodies)
+    gather_moved_bodies(now, group, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     if DRIVES:
@@ -775,26 +825,21 @@ def _follow_and_relax(
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
         variable_mass.scale_warm_start(flows, bodies)
-    scatter_momenta(touching, motion, bodies)
+    scatter_momenta(group, bodies)
     if DRIVES:
         when = prescribed_bodies.LAST if last else prescribed_bodies.AFTER
         find_works_of_drives(when, motion, driven, constraints, bodies, counts)
         prescribed_bodies.add_works(touching, driven, bodies)
     if (BOUNCES or BOUNDS) and not COUPLED and last:
-        for place in range(len(touching)):
-            body = touching[place]
-            account.add_work(body, motion.translation, bodies)
-            account.add_half_the_torque(body, motion.rigid_count, now.h, motion.rotation, bodies)
+        account.add_work(group, bodies)
+        account.add_half_the_torque(now.h, group, bodies)
 
 
 @inline
-def scatter_momenta(touching: Indices, motion: Motion, bodies: Array) -> None:
+def scatter_momenta(group: Group, bodies: Array) -> None:
     """Give the momenta of the solver back to the bodies."""
-    for index in range(len(touching)):
-        solver_bodies.scatter_momenta(
-            touching[index], motion.rigid_count, motion.translation, motion.rotation, bodies
-        )
-    pivots.stand_still(motion.pivoted, motion.translation)
+    solver_bodies.scatter_momenta(group, bodies)
+    pivots.stand_still(group.motion.pivoted, group.motion.translation)
 
 
 def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts):
@@ -822,7 +867,7 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven,
     if DRIVES:
         find_works_of_drives(prescribed_bodies.BOUNCE, motion, driven, constraints, bodies, counts)
         prescribed_bodies.add_works(touching, driven, bodies)
-    scatter_momenta(touching, motion, bodies)
+    scatter_momenta(Group(touching, False, motion), bodies)
 
 
 def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings, counts):
@@ -832,7 +877,7 @@ def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings,
         motion.body_count, touching, constraints.batches, constraints.rows, energy.roots,
         energy.gains, bodies,
     ):  # fmt: skip
-        scatter_momenta(touching, motion, bodies)
+        scatter_momenta(Group(touching, False, motion), bodies)
 
 
 def _store_impulses(now, world):
@@ -892,8 +937,9 @@ def _meet_at_instant(time, world):
 _STAGES = (
     _evaluate_forces, _gather_bodies, _detect_contacts, _drive, _find_works_of_drives,
     _colour_constraints, _prepare_constraints, _find_first_loads,
-    _begin_energy_balance, _solve_contacts, _integrate_motion, _correct_forces,
-    _gather_moved_bodies, _follow_and_relax, _visit_groups, _bound_bounces, _take_back_gains,
+    _begin_energy_balance, _solve_contacts, _move_all, _move_group, _move_free, _correct_forces,
+    _gather_moved_bodies, _follow_and_relax, _end_substep, _pass_substeps, _bound_bounces,
+    _take_back_gains,
     _store_impulses, _put_to_sleep, _meet_at_instant,
 )  # fmt: skip
 
@@ -901,6 +947,7 @@ _STAGES = (
 def tick_kernel(name: str, **bindings: Any) -> Callable[..., Any]:
     """Make the kernel of one scene; `bindings` are the slots that others than the stages fill."""
     offered = dict(bindings)
+    offered['move_block'] = specialise(_move_block, name=name, offered=offered)
     for stage in _STAGES:
         offered[stage.__name__[1:]] = specialise(stage, name=name, inlined=True, offered=offered)
     return specialise(_advance, name=name, widest=False, offered=offered)

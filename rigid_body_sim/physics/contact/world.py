@@ -122,6 +122,7 @@ class ContactWorld:
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
         rows = integrator.coefficients(layout.moments).shape[1]
+        self.arrays.take_integrator(rows)
         self.arrays.take_events(rows, wanted=self._events)
         self.impacts: list[Array] = []  # rows of `impact_list`, of each call of the kernel
         self.arrays.take_pair_rules(rules, len(scene.bodies))
@@ -341,6 +342,7 @@ class ContactWorld:
             CURVED=features['curved'],
             BOUNDS=features['on_rims'] and evaluate is None and not (flows or driven),
             COUPLED=evaluate is not None,
+            APART=evaluate is None and not (flows or driven or self.arrays.pivoted.size),
             EVENTS=self._events,
             VELOCITY_DEPENDENT=velocity_dependent,
             SLEEPING=self._sleepers is not None,

@@ -56,6 +56,7 @@ from rigid_body_sim.physics.contact.events import (
 from rigid_body_sim.physics.contact.events.flight import Flights
 from rigid_body_sim.physics.contact.events.flight_record import BEHIND_BLOCKS, VIEWS
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
+from rigid_body_sim.physics.contact.packed_bodies import PackedBodies, make_packed_bodies
 from rigid_body_sim.physics.contact.pair_rules import PairRules
 from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies, driven_bodies
 from rigid_body_sim.physics.contact.settings import ContactSettings
@@ -126,6 +127,10 @@ class WorldArrays:
     def _add_all(self, arrays: dict[str, Any]) -> None:
         for name, array in arrays.items():
             setattr(self, name, array)
+
+    def take_integrator(self, method_rows: int) -> None:
+        """Make room for packed bodies; method_rows: numbers that the integrator keeps of one."""
+        self._packed = make_packed_bodies(self._body_count, method_rows)
 
     def take_events(self, method_rows: int, *, wanted: bool) -> None:
         """
@@ -321,6 +326,7 @@ class WorldArrays:
             argument(self.overlap_limits),
             argument(self.overlaps),
             flights,
+            _grouped(PackedBodies, *self._packed),
         )
 
     def _members_of(self, group: type[Any]) -> list[Any]:

@@ -6,17 +6,18 @@ The energy balance of bodies that touch.
     E = T_0 + W     what the kinetic energy of a body would be without contacts
         T_0 : [J] kinetic energy at the start of the tick
         W   : [J] work of all other forces over the tick, by the trapezoidal rule
+
+A body is number k in the blocks of the motion: see `packed_bodies`.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.array_groups import Group, Motion
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.vectors import (
     apply_symmetric,
@@ -25,8 +26,6 @@ from rigid_body_sim.physics.vectors import (
     load_strided,
     load_symmetric,
 )
-
-Array = NDArray[np.float64]
 
 
 @inline
@@ -56,19 +55,20 @@ def kinetic(bodies: Array, row: int) -> Any:
 
 
 @kernel
-def begin(body: int, bodies: Array) -> None:
-    """Start the balance of a body with its kinetic energy."""
-    row = body * solver_bodies.SIZE
-    bodies[row + solver_bodies.ENERGY] = kinetic(bodies, row)
+def begin(members: Indices, bodies: Array) -> None:
+    """Start the balance of bodies with their kinetic energy."""
+    for index in range(len(members)):
+        row = members[index] * solver_bodies.SIZE
+        bodies[row + solver_bodies.ENERGY] = kinetic(bodies, row)
 
 
 @inline
-def _power_of_torque(body: int, rigid_count: int, rotation: Array, bodies: Array) -> Any:
+def _power_of_torque(body: int, k: int, motion: Motion, bodies: Array) -> Any:
     """Power of the torques of this instant [W]."""
-    if body >= rigid_count:
+    if k >= motion.rigid_count:
         return 0.0
-    place = blocks.at(body, blocks.ROTATION)
-    torque = load_strided(rotation, place + blocks.TX, blocks.LANES)
+    place = blocks.at(k, blocks.ROTATION)
+    torque = load_strided(motion.rotation, place + blocks.TX, blocks.LANES)
     if torque[0] == 0.0 and torque[1] == 0.0 and torque[2] == 0.0:
         return 0.0
     row = body * solver_bodies.SIZE
@@ -78,10 +78,10 @@ def _power_of_torque(body: int, rigid_count: int, rotation: Array, bodies: Array
 
 @inline
 def _work_of_force(
-    body: int, position: int, residual: int, translation: Array, bodies: Array
+    body: int, k: int, position: int, residual: int, translation: Array, bodies: Array
 ) -> Any:
     """Work of the forces of this instant since a body was at a position [J]."""
-    row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
+    row, place = body * solver_bodies.SIZE, blocks.at(k, blocks.TRANSLATION)
     work = 0.0
     for axis in range(3):
         lane = place + blocks.LANES * axis
@@ -92,39 +92,42 @@ def _work_of_force(
 
 
 @kernel
-def add_half_the_work(
-    body: int, rigid_count: int, substep: float, translation: Array, rotation: Array, bodies: Array
-) -> None:
+def add_half_the_work(substep: float, group: Group, bodies: Array) -> None:
     """
     Add half the work of the forces of this instant over the motion of a substep [s]: called for
     those before and those after the motion, and before the second half of the warm start.
     """
-    work = _work_of_force(
-        body,
-        solver_bodies.SUBSTEP_POSITION,
-        solver_bodies.SUBSTEP_RESIDUAL,
-        translation,
-        bodies,
-    ) + substep * _power_of_torque(body, rigid_count, rotation, bodies)
-    bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += 0.5 * work
+    for index in range(len(group.members)):
+        body = group.members[index]
+        k = index if group.is_packed else body
+        work = _work_of_force(
+            body, k, solver_bodies.SUBSTEP_POSITION, solver_bodies.SUBSTEP_RESIDUAL,
+            group.motion.translation, bodies,
+        ) + substep * _power_of_torque(body, k, group.motion, bodies)  # fmt: skip
+        bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += 0.5 * work
 
 
 @kernel
-def add_half_the_torque(
-    body: int, rigid_count: int, h: float, rotation: Array, bodies: Array
-) -> None:
+def add_half_the_torque(h: float, group: Group, bodies: Array) -> None:
     """
     Add half the work of constant torques over a tick h [s]: called before and after it, which is
     exact where the axis is fixed.
     """
-    bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += (
-        0.5 * h * _power_of_torque(body, rigid_count, rotation, bodies)
-    )
+    for index in range(len(group.members)):
+        body = group.members[index]
+        k = index if group.is_packed else body
+        bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += (
+            0.5 * h * _power_of_torque(body, k, group.motion, bodies)
+        )
 
 
 @kernel
-def add_work(body: int, translation: Array, bodies: Array) -> None:
+def add_work(group: Group, bodies: Array) -> None:
     """Add the work of constant forces over a tick."""
-    bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += _work_of_force(
-        body, solver_bodies.START_POSITION, solver_bodies.START_RESIDUAL, translation, bodies
-    )
+    for index in range(len(group.members)):
+        body = group.members[index]
+        k = index if group.is_packed else body
+        bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += _work_of_force(
+            body, k, solver_bodies.START_POSITION, solver_bodies.START_RESIDUAL,
+            group.motion.translation, bodies,
+        )  # fmt: skip
