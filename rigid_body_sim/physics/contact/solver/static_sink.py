@@ -10,13 +10,16 @@ A soft contact at rest (`solve`) carries its impulse J per substep h by an overl
 Its points therefore see the separation s - delta, and rest at s = delta - a. Delta is one number
 for a manifold, and slow:
 
-    l <- l + RATE (mean over its points of F/(w m) - l)     at the end of a tick
-    delta = SHARE l / omega_c^2
+    f = mean over its points of F/(w m)                 at the end of a tick
+    l <- l + RATE (f (1 - BAND) - l)  where that is more, (f (1 + BAND) - l) where that is less
+    delta = l / omega_c^2
 
 with w its share of a surface of several faces, else 1 (`softness`), and omega_c that of the whole,
 so that springs, dampers and which points press are those of a contact without it. One number for
 each point would do the work of a negative damper on a body that rocks; without RATE the row would
-lose its only damping of wrong loads. The load is kept as an acceleration [m/s^2], so it stays the
+lose its only damping of wrong loads. Within BAND of the load nothing follows: there the springs stand
+firm, and hold what statics leaves open (which of five legs carries how much) where it is. What
+followed all the way would let that creep, over some ten thousand ticks. The load is kept as an acceleration [m/s^2], so it stays the
 same when the substep changes.
 
 Overlap that no load explains was left by an impact, or by loads that begin. Bodies are lifted out
@@ -29,8 +32,8 @@ and a tick lifts by some 1e-6 of the size of the body (4 ms), less as h^2 in sho
 has loads that change as it goes round, and no part with them.
 
 An impulse counts as a load as far as the substep has started from it: an impact is none. What
-stands when a scene begins has its load from the start (`islands.first_loads`), by 1/SHARE too
-large: so it is not let down by what SHARE leaves at once, but with RATE.
+stands when a scene begins has its load, and its whole sink, from the start
+(`islands.first_loads`).
 """
 
 from __future__ import annotations
@@ -41,7 +44,7 @@ from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
 
-SHARE = 0.97  # [-] of the sink; with all of it nothing settles loads that are not determined
+BAND = 1e-3  # [-] of a load; so much of its sink is left, at most
 RATE = 0.012  # [-] per tick; at 0.1 a stack of thirty falls, at 0.03 a cold stack gains energy
 PACE = 0.6  # [1/s^2] at ten times as much the energy of heaps rises too fast
 GAIN = 0.3  # [-] of the bias that carries the load; less lets stacks rock, more heaps gain
@@ -61,7 +64,7 @@ def recall(lane: int, h: float, radius: float, load: float, rows: Array) -> None
         h * rows[lane + constraint.IMPULSE_SCALE] / (rows[lane + constraint.MASS_SCALE] * rate)
     ) * rows[lane + constraint.SHARE]
     rows[lane + constraint.LOAD] = load
-    rows[lane + constraint.SINK] = SHARE * load * compliance
+    rows[lane + constraint.SINK] = load * compliance
     pace = PACE * radius * h + GAIN * rate * load * compliance
     is_rim = rows[lane + constraint.ROUNDNESS] < constraint.NOT_ROUND
     rows[lane + constraint.PACE] = PACE * radius * h if is_rim else pace
@@ -71,7 +74,7 @@ def recall(lane: int, h: float, radius: float, load: float, rows: Array) -> None
 def begin(lane: int, h: float, load: float, rows: Array) -> None:
     """Give a constraint the load [m/s^2] with which a scene begins; its pace stays."""
     pace = rows[lane + constraint.PACE]
-    recall(lane, h, 0.0, load / (rows[lane + constraint.SHARE] * SHARE), rows)
+    recall(lane, h, 0.0, load / rows[lane + constraint.SHARE], rows)
     rows[lane + constraint.PACE] += pace
 
 
@@ -91,4 +94,6 @@ def load_of_point(row: int, normal_impulse: float, h: float, rows: Array) -> Any
 def filtered(lane: int, load: float, rows: Array) -> Any:
     """Return what the next tick starts from, of the load [m/s^2] of this one."""
     before = rows[lane + constraint.LOAD]
-    return before + RATE * (load / rows[lane + constraint.SHARE] - before)
+    load /= rows[lane + constraint.SHARE]
+    more, less = load * (1.0 - BAND) - before, load * (1.0 + BAND) - before
+    return before + RATE * (more if more > 0.0 else (less if less < 0.0 else 0.0))
