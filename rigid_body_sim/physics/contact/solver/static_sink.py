@@ -17,10 +17,10 @@ for a manifold, and slow:
 with w its share of a surface of several faces, else 1 (`softness`), and omega_c that of the whole,
 so that springs, dampers and which points press are those of a contact without it. One number for
 each point would do the work of a negative damper on a body that rocks; without RATE the row would
-lose its only damping of wrong loads. Within BAND of the load nothing follows: there the springs stand
-firm, and hold what statics leaves open (which of five legs carries how much) where it is. What
-followed all the way would let that creep, over some ten thousand ticks. The load is kept as an acceleration [m/s^2], so it stays the
-same when the substep changes.
+lose its only damping of wrong loads. Within BAND of the load nothing follows: there the springs
+stand firm, and hold what statics leaves open (which of five legs carries how much) where it is;
+followed all the way, it creeps over some ten thousand ticks. The load is kept as an acceleration
+[m/s^2], so it stays the same when the substep changes.
 
 Overlap that no load explains was left by an impact, or by loads that begin. Bodies are lifted out
 of it, which is energy that contact gives, so it goes slowly: beyond what carries the load of this
