@@ -4,7 +4,7 @@
 A stack of ten boxes: it stands, and each box carries what lies above it.
 
 Statics: the contact force below box k of n is (n - k) m g. What the soft contacts
-give way under these loads is taken out within some seconds: the top ends 0.011 mm too low.
+give way under these loads is taken out whole: the top stays where it is, to 1e-11 m.
 """
 
 import numpy as np
@@ -30,5 +30,5 @@ for k, name in enumerate(names):
     print(f'{name:10} {1e3 * sunk:8.4f} {carried:18.4f}')
     above = len(names) - k
     assert abs(carried - above * weight) < 1e-3 * weight  # what is left of its motion
-assert np.abs(start - simulation.state.position).max() < 2e-5  # m
-assert np.abs(simulation.state.velocity).max() < 1e-4  # m/s
+assert np.abs(start - simulation.state.position).max() < 1e-9  # m
+assert np.abs(simulation.state.velocity).max() < 1e-8  # m/s
