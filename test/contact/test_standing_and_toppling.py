@@ -280,8 +280,8 @@ def test_the_overlap_in_a_heap_of_balls_falls_faster_than_the_step():
 
     coarse, fine = overlap(DT), overlap(DT / 4)
     assert coarse[-5:].max() < 2e-5
-    # what carries loads falls with the square of the step, what impacts leave with the step
+    # what carries loads is taken out, what impacts leave falls with the step
     # itself, and goes at the pace of `static_sink`: 4 in sum while it tumbles, and more
     assert coarse.mean() > 4.0 * fine.mean()
-    # at the end it is loads: the heaps have tumbled each in their way
-    assert coarse[-1] > 8.0 * fine[-1]
+    # at the end loads leave nothing; what an impact left is still going
+    assert coarse[-1] < 2e-6

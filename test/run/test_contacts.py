@@ -95,7 +95,7 @@ def test_each_interface_carries_what_stands_on_it(tower):
         assert below[:, FORCE].sum(axis=0) == pytest.approx((0, 0, (3 - level) * WEIGHT), abs=0.02)
         assert below[:, NORMAL] == pytest.approx(np.tile((0.0, 0.0, 1.0), (4, 1)), abs=1e-4)
         assert below[:, POINT][:, 2] == pytest.approx(0.2 * level, abs=1e-4)
-        assert np.all(below[:, GAP] < 0.0) and np.all(below[:, GAP] > -2e-4)
+        assert np.all(np.abs(below[:, GAP]) < 1e-12)  # the sink is taken out whole: they touch
 
 
 def test_action_and_reaction_are_equal_to_the_bit(tower):
@@ -180,7 +180,7 @@ def test_simulate_reports_the_laws_that_are_left(as_json, verb, tmp_path):
     assert sum(points.shape[0] for _, points in clouds(tmp_path / 'a')['box_1']) >= 8 * 4
     code, out, _ = verb(*words, '-o', tmp_path / 'b')
     assert result['energy_balance']['contact'] >= 0.0 <= result['energy_balance']['defect']
-    for said in ('energy balance: change -', 'energy rise: ', 'deepest overlap: '):
+    for said in ('energy balance: change ', 'energy rise: ', 'deepest overlap: '):
         assert said in out
     assert (code, verb('bag', 'diff', tmp_path / 'a', tmp_path / 'b')[0]) == (0, 0)
 

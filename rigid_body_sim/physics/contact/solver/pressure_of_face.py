@@ -156,6 +156,8 @@ def uniform_share(record: int, tangents: Any, manifolds: Array) -> Any:
     s_12 = s_12 / total - c_1 * c_2
     s_22 = s_22 / total - c_2 * c_2
     trace = s_11 + s_22
+    if not trace > 0.0:  # the points of a sliver may be one
+        return patch_friction.LINE
     q = patch_friction.flatness(trace, s_11 * s_22 - s_12 * s_12)
     radius = manifolds[record + manifold_record.FACE_RADIUS]
     return of_face(radius * radius / (patch_friction.shape_factor(q) * trace), q)
