@@ -81,7 +81,7 @@ def test_the_sink_of_what_comes_to_rest_falls_with_the_square_of_the_substep():
         sim = Simulation(lean([ground(), *falling], substeps=substeps))
         sim.step(2400)
         sunk.append(0.7 - sim.state.position[-1, 2])
-        # BAND of `static_sink` of the sum over the interfaces of W 2 g / omega^2, W g / (4 omega^2)
+        # BAND of `static_sink` of the sum over the interfaces of 2 W / omega^2, W / (4 omega^2)
         most = 1e-3 * (12 + 1) * G / (2 * math.pi * 0.25 * substeps / DT) ** 2
         assert sunk[-1] == pytest.approx(most, rel=1e-3)
     assert np.log2(np.array(sunk[:-1]) / np.array(sunk[1:])) == pytest.approx(2.0, abs=1e-3)
