@@ -64,6 +64,7 @@ class LiveRun:
         self._blocks = [source.begin()]
         self._forgotten = 0
         self._changed = threading.Condition()
+        self._is_whole = source.ended
         self.stopped = False
         _, self._look = live_page(self._blocks[0], source.scene, title='')
 
@@ -76,7 +77,9 @@ class LiveRun:
                 if len(self._blocks) > MOST_BLOCKS:
                     del self._blocks[1]  # the first holds the origins
                     self._forgotten += 1
-            if block is not None or self.source.ended:
+            # not before its last block is here, or who streams would end without it
+            self._is_whole = self.source.ended
+            if block is not None or self._is_whole:
                 self._changed.notify_all()
 
     def stop(self) -> None:
@@ -109,7 +112,7 @@ class LiveRun:
     @property
     def ended(self) -> bool:
         """Whether nothing more will come."""
-        return self.source.ended or self.stopped
+        return self._is_whole or self.stopped
 
     def event(self, motion: RecordedMotion) -> str:
         """Write a block as a page takes it."""

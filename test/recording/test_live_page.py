@@ -185,6 +185,38 @@ bodies:
 """
 
 
+class Hesitant(BagFollower):
+    """A follower that has read the end, but has not yet given what came before it."""
+
+    def __init__(self, path):
+        super().__init__(path)
+        self.has_read, self.may_give = threading.Event(), threading.Event()
+
+    def more(self):
+        block = super().more()
+        self.has_read.set()
+        assert self.may_give.wait(30)
+        return block
+
+
+def test_a_run_has_not_ended_before_its_last_block_is_there(written, tmp_path):
+    content, _ = written
+    writing = Writing(tmp_path, content)
+    writing.up_to(0.5)
+    source = Hesitant(writing.path)
+    run = live_server.LiveRun(source)
+    told, _ = run.after(0)
+    writing.up_to(1.0)
+    looking = threading.Thread(target=run.look)
+    looking.start()
+    assert source.has_read.wait(30)
+    assert source.ended and not run.ended  # who streams meanwhile goes on waiting
+    source.may_give.set()
+    looking.join()
+    assert run.ended
+    assert run.after(told)[1] is not None
+
+
 def test_impacts_grow_with_the_run_as_the_whole_bag_has_them(tab, tmp_path):
     scene = tmp_path / 'balls.yaml'
     scene.write_text(BALLS)
