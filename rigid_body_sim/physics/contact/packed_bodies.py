@@ -15,7 +15,7 @@ place, and of the others its lanes are packed for each motion.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -56,6 +56,13 @@ def make_packed_bodies(body_count: int, method_rows: int) -> PackedBodies:
         method=np.zeros(count * method_rows * LANES),
         chosen=np.zeros(LANES, dtype=np.int64),
     )
+
+
+@inline
+def member(index: int, group: Group) -> Any:
+    """Core index of a member of a group, and its number in the blocks of the motion."""
+    body = group.members[index]
+    return body, index if group.is_packed else body
 
 
 @inline

@@ -28,6 +28,7 @@ from typing import Any
 from rigid_body_sim.physics.arrays import Array, Indices, Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.array_groups import Group
+from rigid_body_sim.physics.contact.packed_bodies import member
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.state.blocks import LANES, add_compensated, at, rotate
 from rigid_body_sim.physics.vectors import (
@@ -233,8 +234,7 @@ def kick_and_warm_start(h: float, group: Group, bodies: Array) -> None:
     """
     motion = group.motion
     for index in range(len(group.members)):
-        i = group.members[index]
-        k = index if group.is_packed else i
+        i, k = member(index, group)
         row = i * SIZE
         place = at(k, blocks.TRANSLATION)
         bodies[row + CARRIED] = 0.0
@@ -267,8 +267,7 @@ def scatter_angular_momentum(
     """
     motion = group.motion
     for index in range(first, first + count):
-        i = group.members[index]
-        k = index if group.is_packed else i
+        i, k = member(index, group)
         row = i * SIZE
         if bodies[row + CARRIED] > 0.0 and k < motion.rigid_count:
             place = at(k, blocks.ROTATION)
@@ -286,8 +285,7 @@ def integrate_position(first: int, count: int, h: float, group: Group, bodies: A
     """
     motion = group.motion
     for index in range(first, first + count):
-        i = group.members[index]
-        k = index if group.is_packed else i
+        i, k = member(index, group)
         row = i * SIZE
         if not bodies[row + CARRIED] > 0.0:
             continue
@@ -315,8 +313,7 @@ def gather_moved(group: Group, bodies: Array) -> None:
     """Read momenta, inverse inertia and the motion over the substep."""
     motion = group.motion
     for index in range(len(group.members)):
-        i = group.members[index]
-        k = index if group.is_packed else i
+        i, k = member(index, group)
         row = i * SIZE
         place = at(k, blocks.TRANSLATION)
         store(bodies, row + MOMENTUM, _vector(motion.translation, place + blocks.PX))
@@ -363,8 +360,7 @@ def scatter_momenta(group: Group, bodies: Array) -> None:
     """Write the momenta back."""
     motion = group.motion
     for index in range(len(group.members)):
-        i = group.members[index]
-        k = index if group.is_packed else i
+        i, k = member(index, group)
         row = i * SIZE
         place = at(k, blocks.TRANSLATION) + blocks.PX
         _put_vector(motion.translation, place, load(bodies, row + MOMENTUM))

@@ -18,6 +18,7 @@ from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.array_groups import Group, Motion
+from rigid_body_sim.physics.contact.packed_bodies import member
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.vectors import (
     apply_symmetric,
@@ -98,8 +99,7 @@ def add_half_the_work(substep: float, group: Group, bodies: Array) -> None:
     those before and those after the motion, and before the second half of the warm start.
     """
     for index in range(len(group.members)):
-        body = group.members[index]
-        k = index if group.is_packed else body
+        body, k = member(index, group)
         work = _work_of_force(
             body, k, solver_bodies.SUBSTEP_POSITION, solver_bodies.SUBSTEP_RESIDUAL,
             group.motion.translation, bodies,
@@ -114,8 +114,7 @@ def add_half_the_torque(h: float, group: Group, bodies: Array) -> None:
     exact where the axis is fixed.
     """
     for index in range(len(group.members)):
-        body = group.members[index]
-        k = index if group.is_packed else body
+        body, k = member(index, group)
         bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += (
             0.5 * h * _power_of_torque(body, k, group.motion, bodies)
         )
@@ -125,8 +124,7 @@ def add_half_the_torque(h: float, group: Group, bodies: Array) -> None:
 def add_work(group: Group, bodies: Array) -> None:
     """Add the work of constant forces over a tick."""
     for index in range(len(group.members)):
-        body = group.members[index]
-        k = index if group.is_packed else body
+        body, k = member(index, group)
         bodies[body * solver_bodies.SIZE + solver_bodies.ENERGY] += _work_of_force(
             body, k, solver_bodies.START_POSITION, solver_bodies.START_RESIDUAL,
             group.motion.translation, bodies,
