@@ -78,6 +78,8 @@ class Constraints(NamedTuple):
     group_of      : the group of each body that touches
     order         : manifolds in the order of their groups
     places        : scratch: where manifolds lie in the cache
+    roots         : scratch: union-find of bodies
+    unsettled     : of islands that go on: see `islands.unsettled_record`
     """
 
     manifolds: Array
@@ -90,3 +92,5 @@ class Constraints(NamedTuple):
     group_of: Indices
     order: Indices
     places: Indices
+    roots: Indices
+    unsettled: Array

@@ -67,6 +67,7 @@ from rigid_body_sim.physics.contact.islands import first_loads, sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.islands.solver_groups import find_groups, sort_touching
+from rigid_body_sim.physics.contact.islands.unsettled import NEAR, go_ahead
 from rigid_body_sim.physics.contact.packed_bodies import PackedBodies
 from rigid_body_sim.physics.contact.prescribed_bodies import PrescribedBodies
 from rigid_body_sim.physics.contact.solver import (
@@ -82,6 +83,7 @@ from rigid_body_sim.physics.contact.solver import (
     pivots,
     variable_mass,
 )
+from rigid_body_sim.physics.contact.solver.iterations import PASSES
 from rigid_body_sim.physics.contact.solver.softness import Softness
 from rigid_body_sim.physics.contact.touching import list_touching
 from rigid_body_sim.physics.integration.schemes import steps
@@ -90,10 +92,10 @@ from rigid_body_sim.physics.state import blocks
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# Passes over the constraints, before and after the motion, at most: after the first, of what the
-# last one has changed by more than STRUCK. What they leave of an impact, or of a heavy load, sinks
-# in over a substep, and is lifted again with a gain of energy.
-PASSES = 10
+# Passes over the constraints, before and after the motion, PASSES at most: after the first, of
+# what the last one has changed by more than STRUCK. Islands left unsettled go on as a whole
+# (`islands.unsettled`): what is left of an impact, or of a heavy load, sinks in over a substep,
+# and is lifted again with a gain of energy.
 STRUCK = 1e-3  # [m/s] more lets heaps gain energy, less costs time
 STEP = 1.7  # [-] over-relaxation of those passes where balls meet (SOR)
 REST = 1e-7  # [m/s] the same for the first `relaxations` passes after the motion; more lets stacks
@@ -592,13 +594,20 @@ def _solve_contacts(
     solver_bodies.kick_and_warm_start(now.substep, group, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
-    for iteration in range(PASSES):
-        if not solve_normals(
+    goes_on, further, iteration = True, 0, 0
+    while goes_on:
+        changed = solve_normals(
             counts[tick_counts.LANES], batch_count_of(constraints), 1.0 / now.substep,
             settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], iteration,
-            STRUCK, STEP, constraints.rows, constraints.batches, bodies,
-        ):  # fmt: skip
-            break
+            STRUCK if further == 0 else NEAR, STEP if further == 0 else 1.0, constraints.rows,
+            constraints.batches, bodies,
+        )  # fmt: skip
+        iteration += 1
+        goes_on = changed and iteration < PASSES
+        if not goes_on and iteration > 1:
+            goes_on = go_ahead(further, WIDTH, 1.0, group.members, constraints, bodies)
+            iteration = PASSES
+            further += 1
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
 
@@ -742,7 +751,8 @@ def _pass_substeps(now, touching, world):
             constraints.manifolds, constraints.rows,
             constraints.batches[begin : end * batch_record.SIZE], constraints.colours,
             constraints.open_batches, constraints.impulse_cache, constraints.groups,
-            constraints.group_of, constraints.order, constraints.places,
+            constraints.group_of, constraints.order, constraints.places, constraints.roots,
+            constraints.unsettled,
         )  # fmt: skip
         group = Group(members, False, motion)
         if APART and packed_bodies.fit(members, motion, world.packed):
@@ -813,13 +823,19 @@ def _follow_and_relax(
         prescribed_bodies.turn_faces(
             batch_count, motion.body_count, driven, poses, constraints, bodies
         )
-    for iteration in range(max(relaxations, PASSES)):
-        rest = REST if iteration + 1 < relaxations else STRUCK
-        step = 1.0 if iteration < relaxations else STEP
-        if not relax(
+    goes_on, further, iteration = True, 0, 0
+    while goes_on:
+        rest = REST if iteration + 1 < relaxations else (STRUCK if further == 0 else NEAR)
+        step = 1.0 if iteration < relaxations or further > 0 else STEP
+        changed = relax(
             lanes, batch_count, 1.0 / now.substep, iteration, rest, step, rows, batches, bodies
-        ):
-            break
+        )
+        iteration += 1
+        goes_on = changed and iteration < max(relaxations, PASSES)
+        if not goes_on and iteration > max(1, relaxations):
+            goes_on = go_ahead(further, WIDTH, 0.0, group.members, constraints, bodies)
+            iteration = max(relaxations, PASSES)
+            further += 1
     if not last:
         start_substep(lanes, batch_count, rows, batches, bodies)
     if FLOWS:

@@ -55,6 +55,7 @@ from rigid_body_sim.physics.contact.events import (
 )
 from rigid_body_sim.physics.contact.events.flight import Flights
 from rigid_body_sim.physics.contact.events.flight_record import BEHIND_BLOCKS, VIEWS
+from rigid_body_sim.physics.contact.islands import unsettled_record
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.packed_bodies import PackedBodies, make_packed_bodies
 from rigid_body_sim.physics.contact.pair_rules import PairRules
@@ -123,6 +124,7 @@ class WorldArrays:
         self.counts = np.zeros(tick_counts.SIZE, dtype=np.int64)
         self.counts[tick_counts.LANES] = constraint.LANES
         self._add_all(make_scratch(body_count)._asdict())
+        self.unsettled = np.zeros((body_count + 1) * unsettled_record.SIZE)
 
     def _add_all(self, arrays: dict[str, Any]) -> None:
         for name, array in arrays.items():
@@ -287,6 +289,7 @@ class WorldArrays:
         constraints = _grouped(
             Constraints, self.manifolds, self.rows, self.batches, self.colours, self.open_batches,
             self.cache, self.island_groups, self.group_of, self.manifold_order, self.cache_places,
+            self.roots, self.unsettled,
         )  # fmt: skip
         views, turning, method = np.split(self.flight_scratch, (VIEWS, BEHIND_BLOCKS))
         flights = Flights(

@@ -41,7 +41,9 @@ SURFACE_WEIGHT = constraint.number(
     '-', 'share in which a point of A goes with B: `manifold_constraints`'
 )
 ROUNDNESS = constraint.number('-', 'what is round of the pair: one of the names below')
-UNSETTLED = constraint.number('-', '1: the last pass has changed its points by more than settles')
+UNSETTLED = constraint.number(
+    'm/s', 'by which the last pass has changed its points; 0: by less than settles'
+)
 TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')
 BOUNCES = constraint.number('-', '1: its bodies take part in a bounce: `islands.bouncing`')
 RADIUS_A = constraint.number(

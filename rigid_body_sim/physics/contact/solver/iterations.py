@@ -43,6 +43,7 @@ from rigid_body_sim.physics.contact.solver import (
 
 STARTING_ITERATIONS = 20  # at most, of a batch on which friction of a face starts
 COMMON_ITERATIONS = 6  # at most, of the common impulse, where it is clamped
+PASSES = 10  # at most, before unsettled islands are visited as a whole: `islands.unsettled`
 BALL_PASSES = 4  # at most, over normals of balls: they turn nothing, and settle sooner
 RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at rest
 
@@ -93,7 +94,7 @@ def _goes_on(
 ) -> bool:
     """Tell whether a batch is visited in a pass after the first."""
     kind = batches[number * batch_record.SIZE + batch_record.KIND]
-    if kind == batch_record.BALLS and number_of_pass >= BALL_PASSES:
+    if kind == batch_record.BALLS and BALL_PASSES <= number_of_pass < PASSES:
         return False
     return solve.any_unsettled(used, constraints)
 

@@ -35,6 +35,7 @@ ACTIVE = scratch.number(
 )
 VISITED = scratch.number('-', '1: the bodies of the lane have been fetched')
 LARGEST_CHANGE = scratch.number('N s', 'largest change of an impulse in this pass')
+AHEAD = scratch.number('-', 'share of its last change by which an impulse goes ahead')
 STARTS = scratch.number('-', '1: friction that starts has changed by more than settles')
 PRESS = scratch.number('N s', 'along the normal of all points: see `patch_friction`')
 PRESS_1 = scratch.number('N m s', 'the same times its place along the first tangent')

@@ -165,7 +165,8 @@ def mark_unsettled(
     used: int, rest: float, constraints: Array, points: Array, scratch: Array
 ) -> bool:
     """
-    Note which lanes this pass has changed by more than settles; tell whether any.
+    Note by how much this pass has changed the lanes where that is more than settles; tell whether
+    there are any.
 
         rest   : [m/s] change of a velocity that is left alone
         points : the first of each lane
@@ -173,8 +174,9 @@ def mark_unsettled(
     any_changed = False
     for lane in range(used):
         size = scratch[lane + lane_scratch.LARGEST_CHANGE]
-        changed = size > rest * points[lane + contact_point.NORMAL_MASS]
-        constraints[lane + constraint.UNSETTLED] = 1.0 if changed else 0.0
+        mass = points[lane + contact_point.NORMAL_MASS]
+        changed = size > rest * mass
+        constraints[lane + constraint.UNSETTLED] = size / mass if changed else 0.0
         any_changed = any_changed or changed
     return any_changed
 
