@@ -118,7 +118,7 @@ def test_a_browser_sees_the_run_grow_and_end(tab, written, tmp_path):
         tab.evaluate('view.seek(1.0)')
         assert not tab.evaluate("document.getElementById('live').checked")
         assert tab.errors == []
-        assert 'Content' not in _answer(server, 'evil.example')
+        assert '<script' not in _answer(server, 'evil.example')
     finally:
         run.stop()
         server.shutdown()

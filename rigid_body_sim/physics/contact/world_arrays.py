@@ -124,6 +124,7 @@ class WorldArrays:
         self.counts = np.zeros(tick_counts.SIZE, dtype=np.int64)
         self.counts[tick_counts.LANES] = constraint.LANES
         self._add_all(make_scratch(body_count)._asdict())
+        self.island_roots = np.zeros(body_count + 1, dtype=np.int64)
         self.unsettled = np.zeros((body_count + 1) * unsettled_record.SIZE)
 
     def _add_all(self, arrays: dict[str, Any]) -> None:
@@ -289,7 +290,7 @@ class WorldArrays:
         constraints = _grouped(
             Constraints, self.manifolds, self.rows, self.batches, self.colours, self.open_batches,
             self.cache, self.island_groups, self.group_of, self.manifold_order, self.cache_places,
-            self.roots, self.unsettled,
+            self.island_roots, self.unsettled,
         )  # fmt: skip
         views, turning, method = np.split(self.flight_scratch, (VIEWS, BEHIND_BLOCKS))
         flights = Flights(
