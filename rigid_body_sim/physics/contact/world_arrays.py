@@ -123,13 +123,9 @@ class WorldArrays:
         self.found = np.zeros(manifold.FOUND)
         self.counts = np.zeros(tick_counts.SIZE, dtype=np.int64)
         self.counts[tick_counts.LANES] = constraint.LANES
-        self._add_all(make_scratch(body_count)._asdict())
-        self.island_roots = np.zeros(body_count + 1, dtype=np.int64)
+        self._energy = make_scratch(body_count)
+        self.unsettled_roots = np.zeros(body_count + 1, dtype=np.int64)
         self.unsettled = np.zeros((body_count + 1) * unsettled_record.SIZE)
-
-    def _add_all(self, arrays: dict[str, Any]) -> None:
-        for name, array in arrays.items():
-            setattr(self, name, array)
 
     def take_integrator(self, method_rows: int) -> None:
         """Make room for packed bodies; method_rows: numbers that the integrator keeps of one."""
@@ -229,7 +225,7 @@ class WorldArrays:
 
     def take_sleep_state(self, state: SleepState) -> None:
         """Take over what is known of sleep; without it, of no bodies."""
-        self._add_all(state._asdict())
+        self._sleep = state
 
     def _make_lists(self, count: int) -> None:
         """Make the lists that grow."""
@@ -290,7 +286,7 @@ class WorldArrays:
         constraints = _grouped(
             Constraints, self.manifolds, self.rows, self.batches, self.colours, self.open_batches,
             self.cache, self.island_groups, self.group_of, self.manifold_order, self.cache_places,
-            self.island_roots, self.unsettled,
+            self.unsettled_roots, self.unsettled,
         )  # fmt: skip
         views, turning, method = np.split(self.flight_scratch, (VIEWS, BEHIND_BLOCKS))
         flights = Flights(
@@ -320,8 +316,8 @@ class WorldArrays:
             constraints,
             argument(self.touching),
             argument(self.marks),
-            _grouped(EnergyScratch, *self._members_of(EnergyScratch)),
-            _grouped(SleepState, *self._members_of(SleepState)),
+            _grouped(EnergyScratch, *self._energy),
+            _grouped(SleepState, *self._sleep),
             argument(self.flows),
             pair_materials,
             _grouped(
@@ -332,10 +328,6 @@ class WorldArrays:
             flights,
             _grouped(PackedBodies, *self._packed),
         )
-
-    def _members_of(self, group: type[Any]) -> list[Any]:
-        """Give the arrays of a group, whose names here are those there."""
-        return [getattr(self, name) for name in group._fields]
 
     def forget(self) -> None:
         """

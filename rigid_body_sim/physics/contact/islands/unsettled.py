@@ -11,10 +11,11 @@ between its passes impulses go ahead (Nesterov's method; 1 - m/M becomes 1 - sqr
 
     x_k     = pass(y_(k-1))
     y_k     = x_k + k/(k + 3) (x_k - x_(k-1))
-    restart: k = 0 where the pass has changed more than the one before, sum of (x_k - y_(k-1))^2/m
+    restart: k = 0 where the largest (x_k - y_(k-1))^2/m is larger than in the pass before
 
 x : accumulated impulses, along the normals, which stay positive, and of friction after the motion;
-m : effective masses. The momenta of the bodies follow. It ends where no pass changes a normal by
+m : effective masses. The momenta of the bodies follow. The largest is taken, over points and
+patches, as a sum would round in the order of the bodies. It ends where no pass changes a normal by
 more than is left alone, or has begun anew too often: friction may go in circles.
 
 What a pass changes tells less of what is missing, the more one of the two bodies outweighs the
@@ -49,11 +50,12 @@ from rigid_body_sim.physics.vectors import subtract
 # Change of a velocity along a normal [m/s] that is left alone: between bodies of very unlike mass,
 # and times as much between like ones. More lets energy rise, less costs time in heaps. An island
 # goes on that is far from settled, until all of it is near.
-FAR, OF_LIKE_FAR = 1e-3, 5.0
-NEAR, OF_LIKE_NEAR = 1e-4, 15.0
-OF_BALLS = 4000.0  # [-] times as much again between balls: else heaps of them cost twice as much
+FAR, OF_LIKE_FAR = 1e-3, 10.0
+NEAR, OF_LIKE_NEAR = 1e-4, 30.0
+OF_BALLS = 2000.0  # [-] times as much again between balls: else heaps of them cost twice as much
 MOST_PASSES = 150  # of an island; a pile of 27 boxes of 1 to 100 kg takes all of them, at times
 MOST_RESTARTS = 10.0  # what converges begins anew after ten passes and more
+MORE = 1.0 + 1e-6  # times the change before is more: what goes to and fro is no matter of rounding
 
 
 @inline
@@ -239,18 +241,20 @@ def _count_passes(
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
             if rows[lane + constraint.UNSETTLED] == 0.0:
                 continue
-            change = 0.0
+            island = _island_of(lane, static, rows, constraints.roots)
+            change = islands[island + unsettled_record.CHANGE]
             for point in range(points):
                 row = lane + constraint.SIZE + point * width
-                change += _change_of_point(row, to_come, points == 1 and to_come == 0.0, rows)
+                rubs = points == 1 and to_come == 0.0
+                change = max(change, _change_of_point(row, to_come, rubs, rows))
             if points > 1 and to_come == 0.0:
-                change += _change_of_patch(lane + constraint.SIZE + MOST * width, rows)
-            island = _island_of(lane, static, rows, constraints.roots)
-            islands[island + unsettled_record.CHANGE] += change
+                patch = lane + constraint.SIZE + MOST * width
+                change = max(change, _change_of_patch(patch, rows))
+            islands[island + unsettled_record.CHANGE] = change
     for index in range(len(members)):
         island = members[index] * unsettled_record.SIZE
         change = islands[island + unsettled_record.CHANGE]
-        if change > islands[island + unsettled_record.CHANGE_BEFORE]:
+        if change > MORE * islands[island + unsettled_record.CHANGE_BEFORE]:
             islands[island + unsettled_record.PASSES] = 0.0
             islands[island + unsettled_record.RESTARTS] += 1.0
         else:

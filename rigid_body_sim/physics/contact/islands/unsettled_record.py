@@ -9,7 +9,7 @@ from rigid_body_sim.physics.arrays import Record
 
 island = Record()
 GOES_ON = island.number('-', '1: the last pass has changed something of it')
-CHANGE = island.number('J', 'by the last pass: sum of dJ^2/m over its impulses')
+CHANGE = island.number('J', 'by the last pass: most of dJ^2/m of a point or a patch')
 CHANGE_BEFORE = island.number('J', 'the same of the pass before')
 PASSES = island.number('-', 'since its impulses have begun to go ahead')
 RESTARTS = island.number('-', 'how often they have begun anew')
