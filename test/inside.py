@@ -22,7 +22,7 @@ from rigid_body_sim.physics.compile.pieces import PieceFiles
 from rigid_body_sim.physics.contact import step
 from rigid_body_sim.physics.contact import world as world_module
 from rigid_body_sim.physics.contact.collision.collider import BOX, HULL, PLANE, SPHERE, SURFACE
-from rigid_body_sim.physics.contact.islands.sleep import SleepState, make_sleep_state
+from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.world import ContactWorld
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
@@ -170,8 +170,7 @@ def kept_for_sleep(simulation):
     """
     What contact keeps for sleep, and the arrays that it hands to its kernel for it.
     """
-    arrays = [getattr(world(simulation), name) for name in SleepState._fields]
-    return contact(simulation)._sleepers, arrays
+    return contact(simulation)._sleepers, world(simulation).sleep_state
 
 
 def source_digest():

@@ -28,10 +28,9 @@ def test_an_export_has_the_numbers_of_the_bag_to_the_bit(bag, suffix, tmp_path):
     file = tmp_path / f'run.{suffix}'
     assert main(['export', str(bag), '-o', str(file)]) == 0
     if suffix == 'csv':
-        table = pd.read_csv(file, float_precision='round_trip')
-        with file.open(newline='') as stream:
-            plain = {name: float(value) for name, value in next(csv.DictReader(stream)).items()}
-        assert plain == table.iloc[0].to_dict()
+        with file.open(newline='') as stream:  # pandas' own reader may be off by a bit
+            names, *rows = csv.reader(stream)
+        table = pd.DataFrame([[float(value) for value in row] for row in rows], columns=names)
     else:
         table = pd.read_parquet(file)
         assert parquet.read_table(file).column_names == list(table)

@@ -225,7 +225,7 @@ class WorldArrays:
 
     def take_sleep_state(self, state: SleepState) -> None:
         """Take over what is known of sleep; without it, of no bodies."""
-        self._sleep = state
+        self.sleep_state = state
 
     def _make_lists(self, count: int) -> None:
         """Make the lists that grow."""
@@ -317,7 +317,7 @@ class WorldArrays:
             argument(self.touching),
             argument(self.marks),
             _grouped(EnergyScratch, *self._energy),
-            _grouped(SleepState, *self._sleep),
+            _grouped(SleepState, *self.sleep_state),
             argument(self.flows),
             pair_materials,
             _grouped(
