@@ -17,7 +17,13 @@ from rigid_body_sim.physics.contact.collision.collider import (
     NAMES,
     SPHERE,
 )
-from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FOUND,
+    POINT,
+    POINTS,
+    SCRATCH,
+    SHIFT,
+)
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import packed
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hulls import Polyhedron
@@ -160,6 +166,7 @@ def collide(a, b, pose_a, pose_b, margin):
     numbers = np.concatenate((a.sizes, b.sizes))
     poses = np.concatenate((pose_a, pose_b))
     found = np.full(FOUND, np.nan)
+    found[SHIFT:SCRATCH] = 0.0  # nothing is known of a motion
     kernel = collide_kernel(a.kind, b.kind)
     count = kernel(
         argument(numbers), 0, len(a.sizes), argument(poses), 0, 12, float(margin), argument(found)

@@ -15,7 +15,13 @@ from rigid_body_sim.physics.contact.collision.collider import (
     PLANE,
     SPHERE,
 )
-from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, POINT, POINTS
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FOUND,
+    POINT,
+    POINTS,
+    SCRATCH,
+    SHIFT,
+)
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.model import rotation as so3
 
@@ -93,6 +99,7 @@ def collide(a, b, margin):
     numbers = np.concatenate((a.sizes, b.sizes))
     poses = np.concatenate((a.origin, a.turn.ravel(), b.origin, b.turn.ravel()))
     found = np.full(FOUND, np.nan)
+    found[SHIFT:SCRATCH] = 0.0  # nothing is known of a motion
     if (a.kind, b.kind) not in KERNELS:
         KERNELS[a.kind, b.kind] = collide_kernel(a.kind, b.kind)
     count = KERNELS[a.kind, b.kind](

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
+from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
@@ -28,6 +29,7 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import (
     CYLINDER,
     HULL,
+    PLANE,
     SURFACE,
     ColliderArrays,
 )
@@ -47,6 +49,8 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     NORMAL_OWNER,
     POINT,
     POINTS,
+    SHIFT,
+    TURN,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.on_surface import (
     write_far_contact,
@@ -73,7 +77,17 @@ from rigid_body_sim.physics.state.blocks import (
     TRANSLATION,
     at,
 )
-from rigid_body_sim.physics.vectors import dot, load, load_strided, scale, store, store_strided
+from rigid_body_sim.physics.vectors import (
+    add,
+    cross,
+    dot,
+    load,
+    load_strided,
+    scale,
+    store,
+    store_strided,
+    subtract,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -218,6 +232,23 @@ def _in_order(a: int, b: int, table: Indices) -> Any:
     return a, b, type_a, type_b
 
 
+@inline
+def _tell_motion(
+    number: int, h: float, colliders: ColliderArrays, bodies: Array, found: Array
+) -> None:
+    """Tell a pair kernel how a collider moves in the tick, by where its axes begin."""
+    shift = scale(h, load(colliders.swept_aabbs, number * swept_aabbs.SIZE + swept_aabbs.VELOCITY))
+    body = colliders.table[number * collider_record.SIZE + collider_record.BODY]
+    if body >= 0:
+        place = body * solver_bodies.SIZE
+        turn = scale(h, solver_bodies.surface_spin(place, bodies))
+        start = load(bodies, place + solver_bodies.START_POSITION)
+        arm = subtract(load(colliders.poses, number * pose.SIZE + pose.POSITION), start)
+        shift = add(shift, cross(turn, arm))
+        store(found, TURN, turn)
+    store(found, SHIFT, shift)
+
+
 def _find_manifolds(
     pairs: int, count: int, h: float, substep: float, room: int, colliders: ColliderArrays,
     pair_ids: Indices, found: Array, manifolds: Array, bodies: Array, recycling: Recycling,
@@ -271,6 +302,9 @@ def _find_manifolds(
         if GROUND and type_b == SURFACE:
             store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
             found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])
+        on_ground = type_b == PLANE or (GROUND and type_b == SURFACE)
+        if type_a == HULL and on_ground:
+            _tell_motion(a, h, colliders, bodies, found)
         known, points = NONE, 0
         if RECYCLES:
             known, points = recall_pair(index, a, b, margin, colliders, recycling, found)
@@ -280,6 +314,8 @@ def _find_manifolds(
                 type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
                 a * pose.SIZE, b * pose.SIZE, margin, found,
             )  # fmt: skip
+        store(found, SHIFT, (0.0, 0.0, 0.0))
+        store(found, TURN, (0.0, 0.0, 0.0))
         if GROUND and type_b == SURFACE and wanted > 1 and points == 0:
             points = write_far_contact(margin, found)
         if points == 0:

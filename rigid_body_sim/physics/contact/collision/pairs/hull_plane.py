@@ -4,9 +4,15 @@
 A convex hull on a plane: s = m . x - offset for each vertex x, m the normal out of the plane, s
 the separation.
 
-Of more than four vertices within the margin the manifold holds those that lie farthest along four
-directions fixed in the hull, and the deepest, as in `extreme_points`, but from the vertices where
-they stand: a mesh may have thousands below the margin.
+Of more than four vertices within the margin the manifold holds those that come down first: with
+the displacement and the turn of the tick (free motion), a vertex reaches
+
+    e = min(s, s'),   s' the separation after them
+
+Those with an e up to SKIN of the size count, or else the four of the least e. Of more than four
+the manifold holds those that lie farthest along four directions fixed in the hull, and the one of
+the least e, as in `extreme_points`, but from the vertices where they stand: a mesh may have
+thousands below the margin.
 """
 
 from __future__ import annotations
@@ -26,7 +32,9 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     LEAD,
     MOST,
     SCRATCH,
+    SHIFT,
     TIE,
+    TURN,
     write_normal,
     write_point,
 )
@@ -62,6 +70,7 @@ CHOSEN = scratch.numbers(MOST, '-', 'where the chosen vertices begin among the s
 FACE = scratch.numbers(3 * CLIP, 'm', 'corners of the face on the plane, axes of the hull')
 
 VERTEX = 3  # numbers of a vertex
+SKIN = 1e-3  # [-] of the size: what a vertex may be above the plane that touches in this tick
 SKEW = 0.6  # [-] of one axis to the other: along an axis two corners of a box are as far
 
 
@@ -85,7 +94,8 @@ def collide(
         return 0
     first = shape_a + VERTICES
     last = first + VERTEX * int(parameters[shape_a + COUNT])
-    count = choose(parameters, first, last, height, up, margin, radius, found)
+    after = _after_the_tick(out, height, up, center, poses, pose_a, found)
+    count = choose(parameters, first, last, (height, up), after, margin, radius, found)
     write_normal(found, negate(out))
     origin = load(poses, pose_a)
     for index in range(count):
@@ -133,46 +143,78 @@ def _first_direction(up: Any) -> Any:
     return 1.0, SKEW, 0.0
 
 
+@inline
+def _after_the_tick(
+    out: Any, height: float, up: Any, center: Any, poses: Array, place: int, found: Array
+) -> Any:  # fmt: skip
+    """
+    Return height and m in the axes of the hull after the displacement and the turn of the tick.
+
+    The hull turns by theta, so m in its axes by -theta: Cayley's form of that, exact to theta^3,
+    is a rotation for every theta.
+    """
+    turn = pose.to_shape(poses, place, load(found, TURN))
+    half = scale(-0.5, turn)
+    share = 2.0 / (1.0 + dot(half, half))
+    across = cross(half, up)
+    after = add_scaled(up, share, add(across, cross(half, across)))
+    of_center = dot(subtract(after, up), center)
+    return height + dot(out, load(found, SHIFT)) + of_center, after
+
+
+@inline
+def _lowest(parameters: Array, place: int, now: Any, after: Any) -> Any:
+    """Return the separation of a vertex now, and the least one of the tick."""
+    vertex = load(parameters, place)
+    separation = now[0] + dot(now[1], vertex)
+    return separation, min(separation, after[0] + dot(after[1], vertex))
+
+
 @kernel
 def choose(
-    parameters: Array, first: int, last: int, height: float, up: Any, margin: float,
-    radius: float, found: Array,
+    parameters: Array, first: int, last: int, now: Any, after: Any, margin: float, radius: float,
+    found: Array,
 ) -> int:  # fmt: skip
     """
-    List up to four vertices whose separation height + up . x is within the margin; return their
-    number.
+    List up to four vertices whose separation is within the margin; return their number.
 
         first, last : where the vertices begin, and where they end
+        now, after  : height and m at the start of the tick and at its end: s = height + m . x
     """
     count, least, deepest = 0, math.inf, 0
+    second, third, fourth = math.inf, math.inf, math.inf
     for place in range(first, last, VERTEX):
-        separation = height + dot(up, load(parameters, place))
+        separation, low = _lowest(parameters, place, now, after)
         if separation <= margin:
             if count < MOST:
                 found[CHOSEN + count] = place
             count += 1
-            if separation < least:
-                least, deepest = separation, place
+            fourth = min(fourth, max(third, low))
+            third = min(third, max(second, low))
+            second = min(second, max(least, low))
+            if low < least:
+                least, deepest = low, place
     if count <= MOST:
         return count
-    direction = _first_direction(up)
+    limit = max(fourth, SKIN * radius)
+    direction = _first_direction(now[1])
     kept, shallow = 0, math.inf
     for _ in range(MOST):
-        best, top = -1, -math.inf
+        best, top, height_of_best = -1, -math.inf, math.inf
         for place in range(first, last, VERTEX):
-            vertex = load(parameters, place)
-            if height + dot(up, vertex) <= margin:
-                reach = dot(direction, vertex)
+            separation, low = _lowest(parameters, place, now, after)
+            if separation <= margin and low <= limit:
+                reach = dot(direction, load(parameters, place))
                 if reach > top + LEAD * radius:
-                    best, top = place, reach
+                    best, top, height_of_best = place, reach, low
         fresh = True
         for index in range(kept):
             fresh = fresh and found[CHOSEN + index] != best
         if fresh:
             found[CHOSEN + kept] = best
             kept += 1
-            shallow = min(shallow, height + dot(up, load(parameters, best)))
-        direction = cross(up, direction)
+            shallow = min(shallow, height_of_best)
+        direction = cross(now[1], direction)
     if least < shallow - TIE * radius:
         _replace_nearest(parameters, deepest, kept, found)
     return kept
