@@ -161,12 +161,12 @@ class Found:
         return len(self.gaps)
 
 
-def collide(a, b, pose_a, pose_b, margin):
-    """Run the kernel of two shapes."""
+def collide(a, b, pose_a, pose_b, margin, motion=(0.0,) * 6):
+    """Run the kernel of two shapes; motion: displacement and turn of A in the tick."""
     numbers = np.concatenate((a.sizes, b.sizes))
     poses = np.concatenate((pose_a, pose_b))
     found = np.full(FOUND, np.nan)
-    found[SHIFT:SCRATCH] = 0.0  # nothing is known of a motion
+    found[SHIFT:SCRATCH] = motion
     kernel = collide_kernel(a.kind, b.kind)
     count = kernel(
         argument(numbers), 0, len(a.sizes), argument(poses), 0, 12, float(margin), argument(found)
