@@ -51,7 +51,7 @@ RADIUS_A = constraint.number(
 )
 RADIUS_B = constraint.number('m', 'the same of B')
 PACE = constraint.number('m/s', 'with which an overlap goes beyond what carries its load')
-DEEP = constraint.number('m', 'an overlap that goes at the push-out speed')
+DEEP = constraint.number('m', 'an overlap beyond which it comes out at a rate of its own')
 LOAD = constraint.number('m/s^2', 'what it carries, of the last ticks: see `static_sink`')
 SINK = constraint.number('m', 'which that takes out of the separations of its points')
 SHARE = constraint.number('-', 'w: of the surface that its face is a part of, see `softness`')

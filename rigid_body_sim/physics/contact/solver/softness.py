@@ -24,7 +24,7 @@ from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint
 
-DEEP = 0.005  # [-] of the radius: an overlap that is deeper goes at the push-out speed
+DEEP = 0.005  # [-] of the radius: what is deeper comes out at a rate: `solve`
 
 
 class Softness(NamedTuple):
