@@ -25,6 +25,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
     BOX,
     CAPSULE,
     CYLINDER,
+    HULL,
     PLANE,
     SPHERE,
     SURFACE,
@@ -35,6 +36,8 @@ from rigid_body_sim.physics.model.plain_products import length, times
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+# pairs of which one may roll on a rim over a flat side of the other
+ON_RIMS = (CYLINDER, PLANE), (CYLINDER, SURFACE), (BOX, CYLINDER), (CYLINDER, HULL)
 STRAIGHT = 1e-9  # [-] of the largest distance: parts this far off an axis still lie on it
 
 
@@ -88,9 +91,7 @@ def symmetry_features(kinds: Collection[tuple[int, int]], *, off_center: bool) -
         off_center : whether a ball is off the centre of mass of a body that moves
     """
     return {
-        'on_rims': any(
-            kind in kinds for kind in ((CYLINDER, PLANE), (CYLINDER, SURFACE), (BOX, CYLINDER))
-        ),
+        'on_rims': any(kind in kinds for kind in ON_RIMS),
         'patches': any(SPHERE not in pair for pair in kinds),
         'curved': any(
             set(pair) <= {SPHERE, CAPSULE, CYLINDER} and (pair != (SPHERE, SPHERE) or off_center)

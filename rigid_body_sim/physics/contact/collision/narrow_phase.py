@@ -29,7 +29,6 @@ from rigid_body_sim.physics.contact.collision import (
 from rigid_body_sim.physics.contact.collision.collider import (
     CYLINDER,
     HULL,
-    PLANE,
     SURFACE,
     ColliderArrays,
 )
@@ -234,19 +233,20 @@ def _in_order(a: int, b: int, table: Indices) -> Any:
 
 @inline
 def _tell_motion(
-    number: int, h: float, colliders: ColliderArrays, bodies: Array, found: Array
+    a: int, b: int, h: float, colliders: ColliderArrays, bodies: Array, found: Array
 ) -> None:
-    """Tell a pair kernel how a collider moves in the tick, by where its axes begin."""
-    shift = scale(h, load(colliders.swept_aabbs, number * swept_aabbs.SIZE + swept_aabbs.VELOCITY))
-    body = colliders.table[number * collider_record.SIZE + collider_record.BODY]
-    if body >= 0:
+    """Tell a pair kernel how a hull moves beside what is fixed in the tick, where its axes begin."""
+    of_other = colliders.table[b * collider_record.SIZE + collider_record.BODY]
+    body = colliders.table[a * collider_record.SIZE + collider_record.BODY]
+    kind = colliders.table[a * collider_record.SIZE + collider_record.TYPE]
+    if kind == HULL and body >= 0 and of_other < 0:
         place = body * solver_bodies.SIZE
         turn = scale(h, solver_bodies.surface_spin(place, bodies))
         start = load(bodies, place + solver_bodies.START_POSITION)
-        arm = subtract(load(colliders.poses, number * pose.SIZE + pose.POSITION), start)
-        shift = add(shift, cross(turn, arm))
+        arm = subtract(load(colliders.poses, a * pose.SIZE + pose.POSITION), start)
+        velocity = load(colliders.swept_aabbs, a * swept_aabbs.SIZE + swept_aabbs.VELOCITY)
+        store(found, SHIFT, add(scale(h, velocity), cross(turn, arm)))
         store(found, TURN, turn)
-    store(found, SHIFT, shift)
 
 
 def _find_manifolds(
@@ -302,9 +302,8 @@ def _find_manifolds(
         if GROUND and type_b == SURFACE:
             store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
             found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])
-        on_ground = type_b == PLANE or (GROUND and type_b == SURFACE)
-        if type_a == HULL and on_ground:
-            _tell_motion(a, h, colliders, bodies, found)
+        _tell_motion(a, b, h, colliders, bodies, found)
+        _tell_motion(b, a, h, colliders, bodies, found)
         known, points = NONE, 0
         if RECYCLES:
             known, points = recall_pair(index, a, b, margin, colliders, recycling, found)

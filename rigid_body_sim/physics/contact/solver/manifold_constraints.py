@@ -71,6 +71,7 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
         return constraint.NOT_ROUND  # driven: what is round of the pair turns under it
     symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
     flat = type_b == collider.PLANE or type_b == collider.SURFACE
+    flat = flat or (type_b == collider.HULL and body_b < 0)
     if type_a == collider.CYLINDER and flat and body_a >= 0:
         return constraint.RIM_OF_A if symmetry_a == ABOUT_AXIS else constraint.NOT_ROUND
     if type_a == collider.BOX and type_b == collider.CYLINDER and body_a < 0 and body_b >= 0:

@@ -58,7 +58,7 @@ TURNED = manifold.number(
 )
 EDGE_A = manifold.vector('m', 'where it is OF_EDGES: along the edge of A, axes of A')
 EDGE_B = manifold.vector('m', 'along the edge of B, axes of A; n is along EDGE_A x EDGE_B')
-SHIFT = manifold.vector('m', 'asked with, of a hull on ground: how far A moves in the tick')
+SHIFT = manifold.vector('m', 'asked with: how far a hull moves in the tick beside what is fixed')
 TURN = manifold.vector('rad', 'asked with: how far it turns, world axes; zeros: nothing is known')
 SCRATCH = manifold.size  # where a kernel may keep what it likes
 FOUND = 4096  # numbers in `found`: the largest scratch is that of ground (`surfaces`)

@@ -1,12 +1,15 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-A cylinder and a convex hull: at its mantle (`geometry.cylinders.mantle`) and where an edge or a
-corner is near its rim (`geometry.cylinders.rim_on_edge`) exactly, else as a prism
+A cylinder and a convex hull: over the middle of a face as on a plane
+(`geometry.polyhedra.over_face`); at its mantle (`geometry.cylinders.mantle`) and where an edge or
+a corner is near its rim (`geometry.cylinders.rim_on_edge`) exactly, else as a prism
 (`geometry.cylinders.turned_prism`).
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +26,15 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.turned_prism im
     collide_prisms,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.cores import collide_core
-from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import PRISM, Hull
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.over_face import (
+    NO_FACE,
+    face_below,
+    plane_of,
+)
+from rigid_body_sim.physics.contact.collision.pairs import cylinder_plane
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
+from rigid_body_sim.physics.vectors import load
 
 Array = NDArray[np.float64]
 
@@ -36,6 +46,14 @@ def collide(
 ) -> int:  # fmt: skip
     """Find the manifold of a cylinder and a hull."""
     radius, half_length = parameters[shape_a + RADIUS], parameters[shape_a + HALF_LENGTH]
+    hull = Hull(parameters, shape_b)
+    reach = math.sqrt(radius * radius + half_length * half_length)
+    face = face_below(hull, poses, pose_b, load(poses, pose_a), reach)
+    if face != NO_FACE:
+        out, offset = plane_of(hull, face, poses, pose_b)
+        return cylinder_plane.on_plane(
+            parameters, shape_a, poses, pose_a, out, offset, margin, found
+        )
     count = collide_core(
         radius, half_length, parameters, shape_b, poses, pose_a, pose_b, margin, found
     )

@@ -11,6 +11,7 @@ one opposite: a standing cylinder rests on four points.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,12 +47,24 @@ def collide(
     margin: float, found: Array,
 ) -> int:  # fmt: skip
     """Find up to four points of the rims of a cylinder near a plane; feature: see `rim`."""
-    out, center = load(parameters, shape_b + NORMAL), load(poses, pose_a)
-    axis_x, axis_y = pose.axis(poses, pose_a, 0), pose.axis(poses, pose_a, 1)
-    axis = pose.axis(poses, pose_a, 2)
-    radius, half = parameters[shape_a + RADIUS], parameters[shape_a + HALF_LENGTH]
+    out = load(parameters, shape_b + NORMAL)
+    return on_plane(
+        parameters, shape_a, poses, pose_a, out, parameters[shape_b + OFFSET], margin, found
+    )
+
+
+@kernel
+def on_plane(
+    parameters: Array, shape: int, poses: Array, place: int, out: Any, offset: float,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
+    """Do so on the plane out . x = offset, out its unit normal in world axes."""
+    center = load(poses, place)
+    axis_x, axis_y = pose.axis(poses, place, 0), pose.axis(poses, place, 1)
+    axis = pose.axis(poses, place, 2)
+    radius, half = parameters[shape + RADIUS], parameters[shape + HALF_LENGTH]
     rise = dot(out, axis)
-    height = dot(out, center) - parameters[shape_b + OFFSET]
+    height = dot(out, center) - offset
     # tau in the axes of the end: its component along a is exactly zero there
     tilt_x, tilt_y = dot(out, axis_x), dot(out, axis_y)
     sine = math.sqrt(tilt_x * tilt_x + tilt_y * tilt_y)

@@ -80,35 +80,47 @@ def collide(
     margin: float, found: Array,
 ) -> int:  # fmt: skip
     """Find up to four vertices of a hull above a plane, or in it."""
-    out, center = load(parameters, shape_b + NORMAL), load(parameters, shape_a + CENTER)
+    out = load(parameters, shape_b + NORMAL)
+    return on_plane(
+        parameters, shape_a, poses, pose_a, out, parameters[shape_b + OFFSET], margin, found
+    )
+
+
+@kernel
+def on_plane(
+    parameters: Array, shape: int, poses: Array, place: int, out: Any, offset: float,
+    margin: float, found: Array,
+) -> int:  # fmt: skip
+    """Do so on the plane out . x = offset, out its unit normal in world axes."""
+    center = load(parameters, shape + CENTER)
     up = 0.0, 0.0, 0.0  # m in the axes of the hull
-    height = -parameters[shape_b + OFFSET]
+    height = -offset
     for row in range(3):
-        component = parameters[shape_b + NORMAL + row]
-        height += component * poses[pose_a + row]
-        axes = load(poses, pose_a + pose.ROW_X + (pose.ROW_Y - pose.ROW_X) * row)
+        component = out[row]
+        height += component * poses[place + row]
+        axes = load(poses, place + pose.ROW_X + (pose.ROW_Y - pose.ROW_X) * row)
         up = add_scaled(up, component, axes)
     height += dot(up, center)
-    radius = parameters[shape_a + RADIUS]
+    radius = parameters[shape + RADIUS]
     if not height - radius <= margin:
         return 0
-    first = shape_a + VERTICES
-    last = first + VERTEX * int(parameters[shape_a + COUNT])
-    after = _after_the_tick(out, height, up, center, poses, pose_a, found)
+    first = shape + VERTICES
+    last = first + VERTEX * int(parameters[shape + COUNT])
+    after = _after_the_tick(out, height, up, center, poses, place, found)
     count = choose(parameters, first, last, (height, up), after, margin, radius, found)
     write_normal(found, negate(out))
-    origin = load(poses, pose_a)
+    origin = load(poses, place)
     for index in range(count):
-        place = int(found[CHOSEN + index])
-        vertex = load(parameters, place)
+        at = int(found[CHOSEN + index])
+        vertex = load(parameters, at)
         separation = height + dot(up, vertex)
-        position = add(origin, pose.to_world(poses, pose_a, add(vertex, center)))
+        position = add(origin, pose.to_world(poses, place, add(vertex, center)))
         position = subtract(position, scale(0.5 * separation, out))
-        write_point(found, index, position, separation, float(place - first))
+        write_point(found, index, position, separation, float(at - first))
     if count > 2:
-        _measure_face(parameters, shape_a, height, up, margin, found)
+        _measure_face(parameters, shape, height, up, margin, found)
         if found[FACE_AREA] > 0.0:
-            middle = pose.to_world(poses, pose_a, add(load(found, FACE_MIDDLE), center))
+            middle = pose.to_world(poses, place, add(load(found, FACE_MIDDLE), center))
             store(found, FACE_MIDDLE, add(origin, middle))
     return count
 
