@@ -114,6 +114,60 @@ def test_a_tilted_hull_on_a_plane_reports_the_corners_within_the_margin_and_no_o
     assert np.allclose(found.places[:, 2], 0.25 + 0.5 * depth, rtol=0.0, atol=1e-15)
 
 
+def test_of_many_corners_near_a_plane_the_one_that_comes_down_first_is_a_point():
+    """
+    A hull of fourteen corners, all within the margin, turns by up to 0.4 rad in the tick.
+    """
+    rng = np.random.default_rng(5)
+    plane = Shape(PLANE, np.array([0.0, 0.0, 1.0, 0.0]))
+    for turn in random_turns(rng, 200):
+        body = hull(0.1 * rng.normal(size=(14, 3)))
+        shift, turned = 0.01 * rng.normal(size=3), rng.uniform(-0.2, 0.2, 3)
+        origin = np.array([0.0, 0.0, 0.2])
+        pose = at(*origin, turn)
+        found = collide(body, plane, pose, at(0, 0, 0), 1.0, (*shift, *turned))
+        angle = np.linalg.norm(turned)
+        places = body.vertices @ turn.T
+        now = origin[2] + places[:, 2]
+        after = origin[2] + shift[2] + (places @ about(turned, angle).T)[:, 2]
+        lowest = np.minimum(now, after)
+        of_points = lowest[(found.features / 3.0).astype(int)]
+        # the kernel turns by 2 atan(theta/2) in place of theta: 4e-3 rad of 0.35
+        assert of_points.min() < lowest.min() + 2e-3
+
+
+BLOCK, SLAB = hull(CUBE * (6, 5, 2)), box((3.0, 2.5, 1.0))
+
+
+@pytest.mark.parametrize(
+    ('ground', 'kind'), [(BLOCK, 'hull'), (BLOCK, 'cylinder'), (SLAB, 'hull')],
+    ids=('hull-hull', 'hull-cylinder', 'box-hull'),
+)  # fmt: skip
+def test_over_the_middle_of_a_face_a_polyhedron_is_ground_as_a_plane_is(ground, kind):
+    """
+    Points, gaps, normal and features are those of the plane of the face.
+    """
+    rng = np.random.default_rng(8)
+    for turn, of_ground in zip(random_turns(rng, 60), random_turns(rng, 60), strict=True):
+        body = hull(0.1 * rng.normal(size=(14, 3))) if kind == 'hull' else cylinder(0.2, 0.05)
+        x, y = rng.uniform(-1.0, 1.0, 2)
+        place = of_ground @ (x, y, 1.0 + rng.uniform(0.15, 0.35)) + (1.0, 2.0, 3.0)
+        out = of_ground[:, 2]
+        plane = Shape(PLANE, np.array([*out, 1.0 + out @ (1.0, 2.0, 3.0)]))
+        on_plane = collide(body, plane, at(*place, turn), at(0, 0, 0), 0.1)
+        if ground.kind == HULL:
+            found = collide(body, ground, at(*place, turn), at(1, 2, 3, of_ground), 0.1)
+        else:
+            found = collide(ground, body, at(1, 2, 3, of_ground), at(*place, turn), 0.1)
+            found.normal *= -1.0
+        assert len(found) == len(on_plane)
+        if len(found):
+            assert np.allclose(found.normal, on_plane.normal, rtol=0.0, atol=ROUND_OFF)
+            assert np.allclose(found.gaps, on_plane.gaps, rtol=0.0, atol=ROUND_OFF)
+            assert np.allclose(found.places, on_plane.places, rtol=0.0, atol=ROUND_OFF)
+            assert np.array_equal(found.features, on_plane.features)
+
+
 @pytest.mark.parametrize('pair', PAIRS, ids=name)
 def test_manifold_moves_with_the_two_shapes(pair):
     rng = np.random.default_rng(11)

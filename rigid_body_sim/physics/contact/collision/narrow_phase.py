@@ -232,21 +232,46 @@ def _in_order(a: int, b: int, table: Indices) -> Any:
 
 
 @inline
+def _forget_motion(found: Array) -> None:
+    """Let pair kernels know of no motion."""
+    store(found, SHIFT, (0.0, 0.0, 0.0))
+    store(found, TURN, (0.0, 0.0, 0.0))
+
+
+@inline
 def _tell_motion(
-    a: int, b: int, h: float, colliders: ColliderArrays, bodies: Array, found: Array
+    number: int, h: float, colliders: ColliderArrays, bodies: Array, found: Array
 ) -> None:
-    """Tell a pair kernel how a hull moves beside what is fixed in the tick, where its axes begin."""
-    of_other = colliders.table[b * collider_record.SIZE + collider_record.BODY]
-    body = colliders.table[a * collider_record.SIZE + collider_record.BODY]
-    kind = colliders.table[a * collider_record.SIZE + collider_record.TYPE]
-    if kind == HULL and body >= 0 and of_other < 0:
+    """Tell a pair kernel how a hull moves in the tick, where its axes begin."""
+    row = number * collider_record.SIZE
+    body = colliders.table[row + collider_record.BODY]
+    if colliders.table[row + collider_record.TYPE] == HULL and body >= 0:
         place = body * solver_bodies.SIZE
         turn = scale(h, solver_bodies.surface_spin(place, bodies))
         start = load(bodies, place + solver_bodies.START_POSITION)
-        arm = subtract(load(colliders.poses, a * pose.SIZE + pose.POSITION), start)
-        velocity = load(colliders.swept_aabbs, a * swept_aabbs.SIZE + swept_aabbs.VELOCITY)
+        arm = subtract(load(colliders.poses, number * pose.SIZE + pose.POSITION), start)
+        velocity = load(colliders.swept_aabbs, number * swept_aabbs.SIZE + swept_aabbs.VELOCITY)
         store(found, SHIFT, add(scale(h, velocity), cross(turn, arm)))
         store(found, TURN, turn)
+
+
+@inline
+def _tell_motions(
+    a: int, b: int, h: float, colliders: ColliderArrays, bodies: Array, found: Array
+) -> None:
+    """Tell a pair kernel how the one of two moves in the tick beside what is fixed."""
+    _forget_motion(found)
+    if colliders.table[b * collider_record.SIZE + collider_record.BODY] < 0:
+        _tell_motion(a, h, colliders, bodies, found)
+    elif colliders.table[a * collider_record.SIZE + collider_record.BODY] < 0:
+        _tell_motion(b, h, colliders, bodies, found)
+
+
+@inline
+def _tell_ground(row_a: int, row_b: int, h: float, swept: Array, found: Array) -> None:
+    """Tell the kernel of a surface how a body moves in the tick, and what counts as near."""
+    store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
+    found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])
 
 
 def _find_manifolds(
@@ -264,8 +289,7 @@ def _find_manifolds(
         found     : scratch of a pair kernel
         manifolds : written, see `manifold_record`
         recycling : what is known from the last tick
-        pieces    : [0] is set to the pieces into which the tick should be cut, see
-                    `conservative_advancement`
+        pieces    : [0] becomes the pieces the tick should be cut into: `conservative_advancement`
     """
     table, swept = colliders.table, colliders.swept_aabbs
     length = 0
@@ -300,10 +324,8 @@ def _find_manifolds(
         found[FACE_AREA] = 0.0
         found[NORMAL_OWNER] = NOBODYS
         if GROUND and type_b == SURFACE:
-            store(found, MOTION, scale(h, load(swept, row_a + swept_aabbs.VELOCITY)))
-            found[REST] = min(swept[row_a + swept_aabbs.MARGIN], swept[row_b + swept_aabbs.MARGIN])
-        _tell_motion(a, b, h, colliders, bodies, found)
-        _tell_motion(b, a, h, colliders, bodies, found)
+            _tell_ground(row_a, row_b, h, swept, found)
+        _tell_motions(a, b, h, colliders, bodies, found)
         known, points = NONE, 0
         if RECYCLES:
             known, points = recall_pair(index, a, b, margin, colliders, recycling, found)
@@ -313,8 +335,7 @@ def _find_manifolds(
                 type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
                 a * pose.SIZE, b * pose.SIZE, margin, found,
             )  # fmt: skip
-        store(found, SHIFT, (0.0, 0.0, 0.0))
-        store(found, TURN, (0.0, 0.0, 0.0))
+        _forget_motion(found)
         if GROUND and type_b == SURFACE and wanted > 1 and points == 0:
             points = write_far_contact(margin, found)
         if points == 0:

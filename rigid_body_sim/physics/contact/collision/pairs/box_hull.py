@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import UNDECIDED
-from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.box_record import write_box
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.two_polyhedra import (
     collide_records,
 )
-from rigid_body_sim.physics.contact.collision.pairs.hull_hull import over_face
-from rigid_body_sim.physics.vectors import load, negate, store
+from rigid_body_sim.physics.contact.collision.pairs.hull_hull import exchange, over_face
 
 Array = NDArray[np.float64]
 
@@ -32,6 +30,6 @@ def collide(
     box = write_box(parameters, shape_a, found)
     count = over_face(parameters, shape_b, poses, pose_b, found, box, pose_a, margin, found)
     if count != UNDECIDED:
-        store(found, NORMAL, negate(load(found, NORMAL)))
+        exchange(found)
         return count
     return collide_records(found, box, parameters, shape_b, poses, pose_a, pose_b, margin, found)

@@ -10,10 +10,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.cylinders.mantle import UNDECIDED
-from rigid_body_sim.physics.contact.collision.geometry.manifold import NORMAL
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    FACE_OF_A,
+    FACE_OF_B,
+    NEITHER,
+    NORMAL,
+    NORMAL_OWNER,
+    TURNED,
+)
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CENTER,
     RADIUS,
@@ -40,7 +47,8 @@ def over_face(
 ) -> int:  # fmt: skip
     """
     Find the manifold of a hull over the middle of a face of another polyhedron, whose record
-    begins at `other` of `numbers`; return UNDECIDED where it is not. The normal is towards that.
+    begins at `other` of `numbers`; return UNDECIDED where it is not. The normal is towards that,
+    which counts as B.
     """
     hull = Hull(numbers, other)
     center = pose.to_world(poses, place, load(parameters, shape + CENTER))
@@ -49,7 +57,15 @@ def over_face(
     if face == NO_FACE:
         return UNDECIDED
     out, offset = plane_of(hull, face, poses, place_of_other)
+    found[NORMAL_OWNER], found[TURNED] = FACE_OF_B, NEITHER
     return hull_plane.on_plane(parameters, shape, poses, place, out, offset, margin, found)
+
+
+@inline
+def exchange(found: Array) -> None:
+    """Let the body over the face be B of the manifold."""
+    store(found, NORMAL, negate(load(found, NORMAL)))
+    found[NORMAL_OWNER] = FACE_OF_A
 
 
 @kernel
@@ -67,7 +83,7 @@ def collide(
         parameters, shape_b, poses, pose_b, parameters, shape_a, pose_a, margin, found
     )
     if count != UNDECIDED:
-        store(found, NORMAL, negate(load(found, NORMAL)))
+        exchange(found)
         return count
     return collide_records(
         parameters, shape_a, parameters, shape_b, poses, pose_a, pose_b, margin, found
