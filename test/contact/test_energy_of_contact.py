@@ -12,6 +12,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Body, Material
@@ -378,6 +379,32 @@ def test_a_disc_that_tumbles_gains_no_energy_whatever_the_ground_is_made_of(on, 
     }
     sim = Simulation(scene([grounds[on], disc], dt=0.004))
     assert largest_rise(sim, 250) < FEW
+
+
+@pytest.mark.parametrize('seed', [10, 21, 30])
+def test_a_disc_whose_end_hits_a_ridge_is_not_thrown_as_if_it_rolled_on_its_rim(seed):
+    """
+    The end lies on the edge of a fixed prism: points that went round with a rim would gain 0.07 to
+    0.2. What edges of prisms and corners of discs leave unforeseen is 7e-4 at most, of 120 draws.
+    """
+    rng = np.random.default_rng(seed)
+    q = Rotation.random(random_state=seed).as_quat()
+    ridge = [[x, y, z] for x in (-1.0, 1.0) for y, z in ((-0.5, -0.3), (0.5, -0.3), (0.0, 0.0))]
+    material = {'friction': 0.5}
+    prism = Body(
+        'prism', ConvexHull(np.array(ridge)), 0.0, fixed=True, material=Material(**material),
+        initial=motion((0, 0, 0.4)),
+    )  # fmt: skip
+    disc = Body(
+        'disc', Cylinder(0.1, 0.02), 1.0, inertia=np.diag([4e-3, 4e-3, 3e-3]),
+        material=Material(**material),
+        initial=motion(
+            (*(0.05 * rng.normal(size=2)), 1.2), q=q, velocity=(0, 0, -1),
+            turn=8 * rng.normal(size=3),
+        ),
+    )  # fmt: skip
+    sim = Simulation(scene([ground(material=material), prism, disc], dt=0.004))
+    assert largest_rise(sim, 250) < 1e-3
 
 
 def test_energy_of_elastic_balls_rises_in_no_tick():

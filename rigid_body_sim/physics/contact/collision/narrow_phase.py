@@ -48,6 +48,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     NORMAL_OWNER,
     POINT,
     POINTS,
+    RIM,
     SHIFT,
     TURN,
 )
@@ -202,6 +203,7 @@ def _write_manifold(
     manifolds[place + manifold_record.POINT_COUNT] = float(points)
     manifolds[place + manifold_record.PIECES] = float(pieces)
     manifolds[place + manifold_record.RECYCLED] = float(NONE)
+    manifolds[place + manifold_record.RIM] = found[RIM]
     manifolds[place + manifold_record.FACE_AREA] = found[FACE_AREA]
     if found[FACE_AREA] > 0.0:
         manifolds[place + manifold_record.FACE_RADIUS] = found[FACE_RADIUS]
@@ -260,7 +262,6 @@ def _tell_motions(
     a: int, b: int, h: float, colliders: ColliderArrays, bodies: Array, found: Array
 ) -> None:
     """Tell a pair kernel how the one of two moves in the tick beside what is fixed."""
-    _forget_motion(found)
     if colliders.table[b * collider_record.SIZE + collider_record.BODY] < 0:
         _tell_motion(a, h, colliders, bodies, found)
     elif colliders.table[a * collider_record.SIZE + collider_record.BODY] < 0:
@@ -322,7 +323,7 @@ def _find_manifolds(
                 ):
                     continue
         found[FACE_AREA] = 0.0
-        found[NORMAL_OWNER] = NOBODYS
+        found[NORMAL_OWNER], found[RIM] = NOBODYS, 0.0
         if GROUND and type_b == SURFACE:
             _tell_ground(row_a, row_b, h, swept, found)
         _tell_motions(a, b, h, colliders, bodies, found)

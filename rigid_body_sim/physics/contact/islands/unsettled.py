@@ -85,9 +85,9 @@ def _given(row: int, to_come: float, rows: Array) -> float:
 
 @inline
 def _island_of(lane: int, static: int, rows: Array, roots: Indices) -> int:
-    """Where the record of the island of a constraint begins."""
+    """Where the record of the island of a constraint begins; roots: as `_begin` leaves them."""
     body_a, body_b = bodies_of(lane, static, rows)
-    return find(body_b if body_a == static else body_a, roots) * unsettled_record.SIZE
+    return int(roots[body_b if body_a == static else body_a]) * unsettled_record.SIZE
 
 
 @inline
@@ -149,6 +149,8 @@ def _begin(
             ):
                 unite(body_a, body_b, roots)
             _note_impulses(lane, points, width, to_come, rows)
+    for index in range(len(members)):
+        roots[members[index]] = find(members[index], roots)
 
 
 @inline

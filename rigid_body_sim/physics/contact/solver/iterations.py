@@ -52,7 +52,7 @@ ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
 CURVED = slot('[-] whether layers about cores may meet: `curved_cores`')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
-RIMS = slot('[-] whether a cylinder may touch a plane or a box')
+RIMS = slot('[-] whether a cylinder may roll on a rim')
 PATCHES = slot('[-] whether anything may touch at several points')
 # of one point of each lane, in batches of one point; where there are several, without friction
 solve_point = slot('kernel (lanes, constraints, points, ...): solves normals, soft')
@@ -507,7 +507,7 @@ def solver(
         angular : whether anything rolls or twists with friction
         bounces : whether anything bounces
         turns   : whether some inertia changes with the attitude: not of balls and cubes alone
-        on_rims : whether a cylinder may touch a plane or a box
+        on_rims : whether a cylinder may roll on a rim: `collision.axis_of_symmetry`
         layered : whether anything is a ball or a capsule
         patches : whether anything may touch at several points
         curved  : whether layers about cores may meet: `curved_cores`

@@ -36,9 +36,11 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BALL, FIXED
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
-from rigid_body_sim.physics.vectors import add_scaled, cross, load, load_strided, subtract
+from rigid_body_sim.physics.vectors import add_scaled, cross, dot, load, load_strided, subtract
 
 NEAR = 1e-6  # [m] apart from the nearest point of a manifold: it counts half in the first centre
+
+AT_END = 0.97  # [-] cosine of normal and axis of a cylinder above which an edge is at its end
 
 STEEP = 0.7  # [-] of a component z of the normal: the first tangent lies across x below, z above
 
@@ -56,26 +58,71 @@ def _is_driven(body: int, row: int, bodies: Array) -> bool:
 
 
 @inline
+def _type(number: int, table: Indices) -> int:
+    """Type of the shape of a collider."""
+    return table[number * collider_record.SIZE + collider_record.TYPE]
+
+
+@inline
+def rolls_on_flat(type_a: int, type_b: int) -> bool:
+    """Tell whether a pair is a cylinder and a polyhedron, of which a rim may roll on a side."""
+    if type_a == collider.CYLINDER:
+        return type_b >= collider.HULL
+    return type_a == collider.BOX and type_b == collider.CYLINDER
+
+
+@inline
+def _rolls(
+    cylinder: int, other: int, record: int, colliders: ColliderArrays, manifolds: Array,
+    bodies: Array,
+) -> bool:  # fmt: skip
+    """
+    Tell whether the points of a manifold go round with the rims of a cylinder: they are the lowest
+    ones over a side that cannot move (`manifold.RIM`), or an edge or corner is at the mantle or a
+    rim. What is at an end stays in it.
+
+    record : where the manifold begins
+    """
+    table = colliders.table
+    body = table[cylinder * collider_record.SIZE + collider_record.BODY]
+    flat = table[other * collider_record.SIZE + collider_record.BODY]
+    row = collider_record.solver_body(other, table) * solver_bodies.SIZE
+    if _symmetry(body, bodies) != ABOUT_AXIS or flat >= 0 or _is_driven(flat, row, bodies):
+        return False
+    if manifolds[record + manifold_record.RIM] > 0.0:
+        return True
+    axis = pose.axis(colliders.poses, cylinder * pose.SIZE, 2)
+    return abs(dot(axis, load(manifolds, record + manifold_record.NORMAL))) < AT_END
+
+
+@inline
+def _whose_rim(
+    a: int, b: int, record: int, colliders: ColliderArrays, manifolds: Array, bodies: Array
+) -> float:
+    """Tell whose rim rolls in a manifold of a cylinder and a polyhedron, if one does."""
+    if _type(a, colliders.table) == collider.CYLINDER:
+        rolls = _rolls(a, b, record, colliders, manifolds, bodies)
+        return constraint.RIM_OF_A if rolls else constraint.NOT_ROUND
+    rolls = _rolls(b, a, record, colliders, manifolds, bodies)
+    return constraint.RIM_OF_B if rolls else constraint.NOT_ROUND
+
+
+@inline
 def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -> float:
     """
-    Tell what is round of a pair: two balls, a ball beside what cannot move, the rim of a body of
-    revolution on a side that cannot move, or nothing (`constraint.ROUNDNESS`).
+    Tell what is round of a pair: two balls, a ball beside what cannot move, or nothing
+    (`constraint.ROUNDNESS`); of rims manifolds tell, see `_whose_rim`.
     """
     body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
     body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
-    type_a = table[collider_a * collider_record.SIZE + collider_record.TYPE]
-    type_b = table[collider_b * collider_record.SIZE + collider_record.TYPE]
+    type_a, type_b = _type(collider_a, table), _type(collider_b, table)
+    if rolls_on_flat(type_a, type_b):
+        return constraint.NOT_ROUND
     row_a = collider_record.solver_body(collider_a, table) * solver_bodies.SIZE
     row_b = collider_record.solver_body(collider_b, table) * solver_bodies.SIZE
     if _is_driven(body_a, row_a, bodies) or _is_driven(body_b, row_b, bodies):
         return constraint.NOT_ROUND  # driven: what is round of the pair turns under it
     symmetry_a, symmetry_b = _symmetry(body_a, bodies), _symmetry(body_b, bodies)
-    flat = type_b == collider.PLANE or type_b == collider.SURFACE
-    flat = flat or (type_b == collider.HULL and body_b < 0)
-    if type_a == collider.CYLINDER and flat and body_a >= 0:
-        return constraint.RIM_OF_A if symmetry_a == ABOUT_AXIS else constraint.NOT_ROUND
-    if type_a == collider.BOX and type_b == collider.CYLINDER and body_a < 0 and body_b >= 0:
-        return constraint.RIM_OF_B if symmetry_b == ABOUT_AXIS else constraint.NOT_ROUND
     ball_a, ball_b = symmetry_a == CENTRED_BALL, symmetry_b == CENTRED_BALL
     fixed_a = body_a < 0 and type_a == collider.SPHERE
     fixed_b = body_b < 0 and type_b == collider.SPHERE
@@ -268,6 +315,10 @@ def prepare_points(
         shift = -0.5 if core_b < 0 else (0.5 if core_a < 0 else 0.0)
         if width > contact_point.SIZE:
             rows[lane + constraint.FACES] = faces(a, b, normal, colliders)
+        if rolls_on_flat(_type(a, table), _type(b, table)):
+            rows[lane + constraint.ROUNDNESS] = _whose_rim(
+                a, b, record, colliders, manifolds, bodies
+            )
         point_count = int(manifolds[record + manifold_record.POINT_COUNT])
         if point_count > 1:
             face = lane + constraint.SIZE + manifold.MOST * width

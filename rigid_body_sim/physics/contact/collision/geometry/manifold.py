@@ -8,7 +8,8 @@ What a pair kernel finds: the contact manifold, one normal and up to four points
         a, b              : where the parameters of the shapes begin; type of A <= type of B
         pose_a, pose_b    : where their poses begin in `poses`
         margin            : [m]  largest separation of a point that is reported
-        found             : FOUND numbers: the manifold (NORMAL, POINTS) is written
+        found             : FOUND numbers: the manifold (NORMAL, POINTS) is written; SHIFT and
+                            TURN are read
         count             : int  points, at most MOST; 0: farther apart than the margin
 
 The array `found` is a manifold and, behind it, room of the pair kernel's own. That scratch begins
@@ -58,6 +59,7 @@ TURNED = manifold.number(
 )
 EDGE_A = manifold.vector('m', 'where it is OF_EDGES: along the edge of A, axes of A')
 EDGE_B = manifold.vector('m', 'along the edge of B, axes of A; n is along EDGE_A x EDGE_B')
+RIM = manifold.number('-', '1: a cylinder over a flat side, its points the lowest of its rims')
 SHIFT = manifold.vector('m', 'asked with: how far a hull moves in the tick beside what is fixed')
 TURN = manifold.vector('rad', 'asked with: how far it turns, world axes; zeros: nothing is known')
 SCRATCH = manifold.size  # where a kernel may keep what it likes

@@ -24,6 +24,7 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     MOST,
+    RIM,
     write_normal,
     write_point,
 )
@@ -101,4 +102,5 @@ def on_plane(
         count += 1
     if count == MOST and not other:
         write_disc(found, radius, add_scaled(center, half if upper_end else -half, axis))
+    found[RIM] = 1.0
     return count

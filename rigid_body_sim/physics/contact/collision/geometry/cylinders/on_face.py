@@ -35,6 +35,7 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.rim import (
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_MIDDLE,
     POINT,
+    RIM,
     SCRATCH,
     write_normal,
     write_point_at,
@@ -162,6 +163,7 @@ def on_face(
     _to_world(parameters, box, poses, pose_a, found, face, count)
     if count > 2 and abs(_along_axis(found, face)) > FLAT:
         _measure_end(parameters, box, cylinder, poses, pose_a, found, face, count)
+    found[RIM] = 1.0
     return keep_four(found, CANDIDATES, count)
 
 
