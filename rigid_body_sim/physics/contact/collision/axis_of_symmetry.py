@@ -22,13 +22,9 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.collider import (
-    BOX,
     CAPSULE,
     CYLINDER,
-    HULL,
-    PLANE,
     SPHERE,
-    SURFACE,
 )
 from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, AS_IT_IS, BALL, CENTRED_BALL
 from rigid_body_sim.physics.model.plain_products import length, times
@@ -36,8 +32,6 @@ from rigid_body_sim.physics.model.plain_products import length, times
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-# pairs of which one may roll on a rim over a flat side of the other
-ON_RIMS = (CYLINDER, PLANE), (CYLINDER, SURFACE), (BOX, CYLINDER), (CYLINDER, HULL)
 STRAIGHT = 1e-9  # [-] of the largest distance: parts this far off an axis still lie on it
 
 
@@ -91,7 +85,7 @@ def symmetry_features(kinds: Collection[tuple[int, int]], *, off_center: bool) -
         off_center : whether a ball is off the centre of mass of a body that moves
     """
     return {
-        'on_rims': any(kind in kinds for kind in ON_RIMS),
+        'on_rims': any(CYLINDER in pair for pair in kinds),
         'patches': any(SPHERE not in pair for pair in kinds),
         'curved': any(
             set(pair) <= {SPHERE, CAPSULE, CYLINDER} and (pair != (SPHERE, SPHERE) or off_center)

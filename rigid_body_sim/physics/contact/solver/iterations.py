@@ -23,6 +23,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.solver import (
     approach,
     batch_record,
+    bends,
     common_impulse,
     constraint,
     contact_point,
@@ -53,6 +54,8 @@ BOUNCES = slot('[-] whether anything bounces')
 CURVED = slot('[-] whether layers about cores may meet: `curved_cores`')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 RIMS = slot('[-] whether a cylinder may roll on a rim')
+BENDS = slot('[-] whether anything touches that turns: all but balls')
+LAYERED = slot('[-] whether anything is a ball or a capsule')
 PATCHES = slot('[-] whether anything may touch at several points')
 # of one point of each lane, in batches of one point; where there are several, without friction
 solve_point = slot('kernel (lanes, constraints, points, ...): solves normals, soft')
@@ -262,13 +265,12 @@ def _solve_normals(
                 lanes, used, number_of_pass == 0, constraints, points, scratch, inverse_h, slop,
                 cap,
             )  # fmt: skip
-        rolls = False
+        if BENDS:
+            bends.find_bends(lanes, TURNS, LAYERED, inverse_h, constraints, scratch)
         if RIMS:
-            rolls = rolling_frame.find_turns(used, inverse_h, constraints, scratch, bodies)
+            rolling_frame.find_bends(used, inverse_h, constraints, scratch, bodies)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
-            if RIMS and rolls:
-                rolling_frame.find_bends(lanes, inverse_h, constraints, points, scratch)
             if PATCHES and point_count > 1:
                 solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap)
             else:
@@ -512,6 +514,7 @@ def solver(
         patches : whether anything may touch at several points
         curved  : whether layers about cores may meet: `curved_cores`
     """
+    bending = turns or patches
     offered = {
         'WIDTH': width,
         'ANGULAR': angular,
@@ -520,9 +523,13 @@ def solver(
         'RIMS': on_rims,
         'PATCHES': patches,
         'CURVED': curved,
+        'BENDS': bending,
+        'LAYERED': layered,
     }
     for rubs, kind in ((True, 'point'), (False, 'normal')):
-        solve_one, relax_one = solve.visits(rubs=rubs, on_rims=on_rims, turns=turns)
+        solve_one, relax_one = solve.visits(
+            rubs=rubs, on_rims=on_rims, turns=turns, bending=bending, layered=layered
+        )
         offered |= {
             f'solve_{kind}': solve_one,
             f'relax_{kind}': relax_one,

@@ -18,15 +18,10 @@ So the point found at the start of a tick is the lowest one after each substep t
 that of the rim. Where the axis stands on the plane there is no heading: below FLAT, or where the
 heading turns by a right angle or more, the points turn with the axis alone.
 
-So a rim comes nearer, or parts, by more than its velocity, in second order: its lowest point goes
-round. Before the motion, normals are therefore solved for the velocity with which the separation
-will really change,
-
-    n . D r / h   in place of   n . (omega x r)
-
-D: the turn of the frame over the substep by the free rotation that the momenta of the visit give,
-whose axis goes round L at the rate |L|/I_across. Else the rim would sink in by h^2/2 of that
-acceleration in each substep and be pushed out again, with gains and losses of energy.
+So a rim comes nearer, or parts, by more than its velocity: its lowest point goes round. That is
+the bend of its point (`bends`), with D the turn of the frame over the substep by the free rotation
+that the momenta of the visit give, whose axis goes round L at the rate |L|/I_across. Elsewhere D
+is the turn of the axis alone: spin about it moves no surface.
 
 And what carries a body that goes round is a load which changes from substep to substep, and no
 sink that follows slowly stands for it. Where one point of a rim carries all, its spring therefore
@@ -49,6 +44,8 @@ from rigid_body_sim.physics.contact.solver import (
     lane_scratch,
     wide_lanes,
 )
+from rigid_body_sim.physics.contact.solver.bends import bend_of_turn
+from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS
 from rigid_body_sim.physics.state.blocks import rotate
 from rigid_body_sim.physics.vectors import (
     add,
@@ -59,7 +56,6 @@ from rigid_body_sim.physics.vectors import (
     dot,
     load,
     scale,
-    subtract,
 )
 
 # [-] what points follow in a substep: cosine of the largest change of the heading, and of half the
@@ -153,69 +149,61 @@ def _axis_after(h: float, axis: Any, inverse: Any, angular_momentum: Any) -> Any
     )
 
 
-@kernel
-def find_turns(
-    used: int, inverse_h: float, constraints: Array, scratch: Array, bodies: Array
-) -> bool:
-    """Find how the rims of a batch will turn over the substep; tell whether there are any."""
-    found = False
-    for lane in range(used):
-        whose = constraints[lane + constraint.ROUNDNESS]
-        scratch[lane + lane_scratch.RIM_BENDS] = 0.0
-        scratch[lane + lane_scratch.RIM_WHOSE] = 0.0
-        scratch[lane + lane_scratch.RIM_ROLLS] = 0.0
-        if whose >= constraint.NOT_ROUND:
-            continue
-        found = True
-        of_a = whose == constraint.RIM_OF_A
-        body = int(constraints[lane + (constraint.BODY_A if of_a else constraint.BODY_B)])
-        inverse = wide_lanes.symmetric(
-            constraints,
-            lane + (constraint.INVERSE_INERTIA_A if of_a else constraint.INVERSE_INERTIA_B),
-        )
-        axis = _axis(body, bodies)
-        angular_momentum = wide_lanes.vector(
-            scratch,
-            lane + (lane_scratch.ANGULAR_MOMENTUM_A if of_a else lane_scratch.ANGULAR_MOMENTUM_B),
-        )
-        new_axis = _axis_after(1.0 / inverse_h, axis, inverse, angular_momentum)
-        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-        turn, scalar, goes_round = _turn_of_frame(normal, axis, new_axis)
-        if not goes_round:
-            scalar = math.sqrt(max(0.5 * (1.0 + dot(axis, new_axis)), TINY))
-            turn = divide(scale(0.5, cross(axis, new_axis)), scalar)
-        wide_lanes.put_vector(scratch, lane + lane_scratch.TURN_A, turn)
-        scratch[lane + lane_scratch.TURN_SCALAR_A] = scalar
-        wide_lanes.put_vector(
-            scratch, lane + lane_scratch.CORE_SPIN_A, apply_symmetric(inverse, angular_momentum)
-        )
-        cosine = dot(normal, axis)
-        square = cosine * cosine
-        rolls = goes_round and LEANS * LEANS < square < 1.0 - STANDS * STANDS
-        scratch[lane + lane_scratch.RIM_ROLLS] = 1.0 if rolls else 0.0
-        scratch[lane + lane_scratch.RIM_WHOSE] = -1.0 if of_a else 1.0
-    return found
+@inline
+def _bend(
+    body: int, normal: Any, angular_momentum: Any, inverse: Any, is_rim: bool, inverse_h: float,
+    bodies: Array,
+) -> Any:  # fmt: skip
+    """
+    Return the bend of a body of revolution (`bends`), and whether it goes round its rim and one
+    point of that carries all.
+    """
+    axis = _axis(body, bodies)
+    new_axis = _axis_after(1.0 / inverse_h, axis, inverse, angular_momentum)
+    turn, scalar, goes_round = _turn_of_frame(normal, axis, new_axis)
+    if not (is_rim and goes_round):
+        scalar = math.sqrt(max(0.5 * (1.0 + dot(axis, new_axis)), TINY))
+        turn = divide(scale(0.5, cross(axis, new_axis)), scalar)
+    spin = apply_symmetric(inverse, angular_momentum)
+    cosine = dot(normal, axis)
+    square = cosine * cosine
+    rolls = is_rim and goes_round and LEANS * LEANS < square < 1.0 - STANDS * STANDS
+    return bend_of_turn(normal, turn, scalar, spin, inverse_h), rolls
+
+
+@inline
+def _turns_about(body: int, layer: float, bodies: Array) -> bool:
+    """Tell whether a body of revolution meets with what is no layer about its axis."""
+    return bodies[body + solver_bodies.SYMMETRY] == ABOUT_AXIS and layer == 0.0
 
 
 @kernel
 def find_bends(
-    lanes: int, inverse_h: float, constraints: Array, points: Array, scratch: Array
+    used: int, inverse_h: float, constraints: Array, scratch: Array, bodies: Array
 ) -> None:
-    """Find how fast a point of each rim comes nearer beyond its velocity."""
-    for lane in range(lanes):
-        whose = scratch[lane + lane_scratch.RIM_WHOSE]
-        arm_a, arm_b = wide_lanes.arms(points, lane)
-        of_a = whose < 0.0
-        arm = (
-            arm_a[0] if of_a else arm_b[0],
-            arm_a[1] if of_a else arm_b[1],
-            arm_a[2] if of_a else arm_b[2],
-        )
-        turn = wide_lanes.vector(scratch, lane + lane_scratch.TURN_A)
-        scalar = scratch[lane + lane_scratch.TURN_SCALAR_A]
-        spin = wide_lanes.vector(scratch, lane + lane_scratch.CORE_SPIN_A)
-        moved = scale(inverse_h, wide_lanes.displacement_by_turn(turn, scalar, arm))
+    """Find the bends of the bodies of revolution of a batch, and which roll on a rim."""
+    for lane in range(used):
+        whose = constraints[lane + constraint.ROUNDNESS]
+        scratch[lane + lane_scratch.RIM_ROLLS] = 0.0
+        if whose > constraint.NOT_ROUND:
+            continue
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-        scratch[lane + lane_scratch.RIM_BENDS] = (
-            whose * dot(normal, subtract(moved, cross(spin, arm))) if whose != 0.0 else 0.0
-        )
+        body = int(constraints[lane + constraint.BODY_A])
+        if _turns_about(body, constraints[lane + constraint.RADIUS_A], bodies):
+            bend, rolls = _bend(
+                body, normal, wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A),
+                wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_A),
+                whose == constraint.RIM_OF_A, inverse_h, bodies,
+            )  # fmt: skip
+            wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_A, bend)
+            scratch[lane + lane_scratch.RIM_ROLLS] = 1.0 if rolls else 0.0
+        body = int(constraints[lane + constraint.BODY_B])
+        if _turns_about(body, constraints[lane + constraint.RADIUS_B], bodies):
+            bend, rolls = _bend(
+                body, normal, wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B),
+                wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_B),
+                whose == constraint.RIM_OF_B, inverse_h, bodies,
+            )  # fmt: skip
+            wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_B, bend)
+            if rolls:
+                scratch[lane + lane_scratch.RIM_ROLLS] = 1.0

@@ -36,6 +36,7 @@ from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.solver import (
+    bends,
     constraint,
     contact_point,
     lane_scratch,
@@ -64,6 +65,8 @@ RATE = 200.0
 
 LIFTS = 0.5  # [-] x from which a visit takes into account that friction lifts
 
+BENDS = slot('[-] whether anything touches that turns: all but balls')
+LAYERED = slot('[-] whether anything is a ball or a capsule')
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
 RIMS = slot('[-] whether a cylinder may touch with its rim')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
@@ -268,8 +271,8 @@ def _solve_normals(
         stiff, bias, iota = soft_law(
             constraints, points, lane, lane, separation, beyond, inverse_h, slop, cap
         )
-        if RIMS:
-            bias += scratch[lane + lane_scratch.RIM_BENDS]
+        if BENDS:
+            bias += bends.bend_of_point(lane, LAYERED, points, scratch)
         # half of the warm start is still to come, of what presses
         pressed = old > 0.0
         warm = points[lane + contact_point.WARM_NORMAL]
@@ -394,7 +397,7 @@ def _relax(
 
 
 def visits(
-    *, rubs: bool, on_rims: bool, turns: bool
+    *, rubs: bool, on_rims: bool, turns: bool, bending: bool, layered: bool
 ) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """
     Make the kernels that solve and relax a point.
@@ -402,10 +405,14 @@ def visits(
         rubs    : with its friction
         on_rims : a cylinder may touch with its rim
         turns   : the inertia of something turns with it
+        bending : something touches that turns
+        layered : something is a ball or a capsule
     """
     name = f'{"rubs" if rubs else "smooth"}_{"rims" if on_rims else "plain"}'
     name += '' if turns else '_round'
-    return (
-        specialise(_solve_normals, name=name, RUBS=rubs, RIMS=on_rims, TURNS=turns),
-        specialise(_relax, name=name, RUBS=rubs, TURNS=turns),
-    )
+    name += ('_bends' if bending else '') + ('_layered' if layered else '')
+    solves = specialise(
+        _solve_normals, name=name, RUBS=rubs, RIMS=on_rims, TURNS=turns, BENDS=bending,
+        LAYERED=layered,
+    )  # fmt: skip
+    return solves, specialise(_relax, name=name, RUBS=rubs, TURNS=turns)
