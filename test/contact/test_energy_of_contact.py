@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.scene import Body, Material
-from rigid_body_sim.physics.model.shapes import Capsule, ConvexHull, Cylinder
+from rigid_body_sim.physics.model.shapes import Box, Capsule, ConvexHull, Cylinder
 from rigid_body_sim.physics.simulation import Simulation
 
 from .touching import G, ball, box, ground, motion, scene
@@ -355,6 +355,36 @@ def test_a_hull_that_tumbles_over_the_ground_sinks_in_no_deeper_than_others(seed
         turned = shape.vertices @ so3.matrix_from_quaternion(of_hull[3:7]).T
         least = min(least, of_hull[2] + turned[:, 2].min())
     assert least > -5e-4
+
+
+@pytest.mark.parametrize('spin', [15.0, 80.0])
+@pytest.mark.parametrize(
+    'shape', [Capsule(0.05, 0.15), Box((0.1, 0.14, 0.2))], ids=['capsule', 'box']
+)
+def test_what_spins_on_an_end_or_a_corner_sinks_in_no_deeper_than_what_rests(shape, spin):
+    """
+    A point that turns moves on an arc: along its tangent, of ten draws some sink in by 0.3 to 0.7
+    mm. What is left is the overlap of impacts, 0.04 mm at most in 80 draws.
+    """
+    ends = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * (
+        (0, 0, shape.length) if isinstance(shape, Capsule) else shape.size
+    )
+    layer = shape.radius if isinstance(shape, Capsule) else 0.0
+    least = 0.0
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        start = motion(
+            (0, 0, 0.2), q=Rotation.random(random_state=seed).as_quat(), velocity=(0, 0, -1),
+            turn=spin * rng.normal(size=3),
+        )  # fmt: skip
+        body = Body('body', shape, 1.0, inertia=np.diag([4e-3, 4e-3, 3e-3]), initial=start)
+        sim = Simulation(scene([ground(), body], dt=0.004))
+        for _ in range(200):
+            sim.step()
+            state = sim.state.values[1]
+            turned = ends @ so3.matrix_from_quaternion(state[3:7]).T
+            least = min(least, state[2] + turned[:, 2].min() - layer)
+    assert least > -6e-5
 
 
 @pytest.mark.parametrize('on', ['plane', 'box', 'hull'])
