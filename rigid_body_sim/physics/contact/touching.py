@@ -35,6 +35,13 @@ def bodies_of(lane: int, static: int, rows: Array) -> Any:
     )
 
 
+@inline
+def moving_body_of(lane: int, static: int, rows: Array) -> int:
+    """Core index of a body of a constraint that can move."""
+    body_a, body_b = bodies_of(lane, static, rows)
+    return body_b if body_a == static else body_a
+
+
 @kernel
 def list_touching(
     manifold_count: int,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import batch_record, constraint, contact_point
-from rigid_body_sim.physics.contact.touching import bodies_of
+from rigid_body_sim.physics.contact.touching import bodies_of, moving_body_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -74,12 +74,10 @@ def mark_bouncing(
         points = batches[batch + batch_record.POINT_COUNT]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
             if _bounces(lane, points, width, rows):
-                body_a, body_b = bodies_of(lane, static, rows)
-                marks[find(body_b if body_a == static else body_a, roots)] = 1
+                marks[find(moving_body_of(lane, static, rows), roots)] = 1
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            body_a, body_b = bodies_of(lane, static, rows)
-            mark = marks[find(body_b if body_a == static else body_a, roots)]
+            mark = marks[find(moving_body_of(lane, static, rows), roots)]
             rows[lane + constraint.BOUNCES] = 1.0 if mark == 1 else 0.0
     return True

@@ -19,7 +19,7 @@ without loads.
 from __future__ import annotations
 
 from rigid_body_sim.physics.arrays import Array, Indices
-from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.compile.kernels import kernel
 from rigid_body_sim.physics.contact.collision import manifold_record
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import (
@@ -31,19 +31,12 @@ from rigid_body_sim.physics.contact.solver import (
     static_sink,
     wide_lanes,
 )
-from rigid_body_sim.physics.contact.touching import bodies_of, lane_of
+from rigid_body_sim.physics.contact.touching import bodies_of, lane_of, moving_body_of
 from rigid_body_sim.physics.vectors import dot
 
 REST = 1e-14  # [m/s] what a pass may still change
 VISITS = 200_000  # [-] of the constraints of an island, at most: what is left is learnt in motion
 MOVES = 0.01  # [m/s] along a normal: faster is an impact
-
-
-@inline
-def _body_of(lane: int, static: int, rows: Array) -> int:
-    """Name a body of a constraint that can move."""
-    body_a, body_b = bodies_of(lane, static, rows)
-    return body_b if body_a == static else body_a
 
 
 @kernel
@@ -70,7 +63,7 @@ def find_islands(
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            root = find(_body_of(lane, static, rows), roots)
+            root = find(moving_body_of(lane, static, rows), roots)
             sizes[root] += 1 if sizes[root] > 0 else 0
 
 
@@ -89,13 +82,13 @@ def wake_islands(
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
             if rows[lane + constraint.UNSETTLED] > 0.0:
-                root = find(_body_of(lane, static, rows), roots)
+                root = find(moving_body_of(lane, static, rows), roots)
                 sizes[root] = abs(sizes[root])
     found = False
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            size = sizes[find(_body_of(lane, static, rows), roots)]
+            size = sizes[find(moving_body_of(lane, static, rows), roots)]
             goes_on = size > 0 and size * passes <= VISITS
             rows[lane + constraint.UNSETTLED] = 1.0 if goes_on else 0.0
             if goes_on:
@@ -126,7 +119,7 @@ def _mark_impacts(
                 normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
                 presses = points[lane + contact_point.NORMAL_IMPULSE] > 0.0
                 if presses and abs(dot(normal, velocity)) > MOVES:
-                    sizes[find(_body_of(begin + lane, static, rows), roots)] = 0
+                    sizes[find(moving_body_of(begin + lane, static, rows), roots)] = 0
 
 
 @kernel
@@ -143,7 +136,7 @@ def recall_loads(
     _mark_impacts(batch_count, width, static, batches, rows, roots, sizes, bodies)
     for manifold in range(manifold_count):
         lane = lane_of(manifold, manifolds)
-        rests = sizes[find(_body_of(lane, static, rows), roots)] != 0
+        rests = sizes[find(moving_body_of(lane, static, rows), roots)] != 0
         points = int(manifolds[manifold * manifold_record.SIZE + manifold_record.POINT_COUNT])
         rows[lane + constraint.TOUCHED] = 0.0
         load = 0.0

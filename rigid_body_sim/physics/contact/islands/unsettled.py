@@ -44,7 +44,7 @@ from rigid_body_sim.physics.contact.solver import (
     solve,
     wide_lanes,
 )
-from rigid_body_sim.physics.contact.touching import bodies_of
+from rigid_body_sim.physics.contact.touching import bodies_of, moving_body_of
 from rigid_body_sim.physics.vectors import subtract
 
 # Change of a velocity along a normal [m/s] that is left alone: between bodies of very unlike mass,
@@ -86,8 +86,7 @@ def _given(row: int, to_come: float, rows: Array) -> float:
 @inline
 def _island_of(lane: int, static: int, rows: Array, roots: Indices) -> int:
     """Where the record of the island of a constraint begins; roots: as `_begin` leaves them."""
-    body_a, body_b = bodies_of(lane, static, rows)
-    return int(roots[body_b if body_a == static else body_a]) * unsettled_record.SIZE
+    return int(roots[moving_body_of(lane, static, rows)]) * unsettled_record.SIZE
 
 
 @inline
