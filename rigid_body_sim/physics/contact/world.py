@@ -332,6 +332,7 @@ class ContactWorld:
             angular=self._angular,
             bounces=self._bounces,
             turns=bool(np.ptp(self._layout.moments, axis=1).any()) or flows,
+            arcs=self.arrays.has_surface_that_turns(),
             **features,
         )
         return step.tick_kernel(

@@ -207,6 +207,13 @@ class WorldArrays:
         rows = self.bodies.reshape(-1, solver_bodies.SIZE)[bodies[balls]]
         return bool(np.any(rows[:, solver_bodies.SYMMETRY] != solver_bodies.CENTRED_BALL))
 
+    def has_surface_that_turns(self) -> bool:
+        """Tell whether anything that moves and touches is no ball about its centre of mass."""
+        bodies = self.table.reshape(-1, collider_record.SIZE)[:, collider_record.BODY]
+        rows = self.bodies.reshape(-1, solver_bodies.SIZE)[bodies[bodies >= 0]]
+        turns = rows[:, solver_bodies.SYMMETRY] != solver_bodies.CENTRED_BALL
+        return bool(np.any(turns)) or bool(self.drives.size)
+
     def _usual_radius(self) -> float:
         """Median of the bounding radii [m] of what has one."""
         radii = self.local_bounds[bounds_record.RADIUS :: bounds_record.SIZE]

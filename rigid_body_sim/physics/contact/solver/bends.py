@@ -76,16 +76,17 @@ def find_bends(
         turns   : whether the inertia of anything turns with it, or changes
         layered : whether anything is a ball or a capsule
     """
+    h = 1.0 / inverse_h
     for lane in range(lanes):
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
         omega_a, omega_b = wide_lanes.angular_velocities(constraints, scratch, lane, turns)
         turn_a, scalar_a = turn_over(
-            1.0 / inverse_h, omega_a,
+            h, omega_a,
             wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A),
             lane + constraint.INVERSE_INERTIA_A, constraints, turns,
         )  # fmt: skip
         turn_b, scalar_b = turn_over(
-            1.0 / inverse_h, omega_b,
+            h, omega_b,
             wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B),
             lane + constraint.INVERSE_INERTIA_B, constraints, turns,
         )  # fmt: skip

@@ -53,8 +53,8 @@ ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
 CURVED = slot('[-] whether layers about cores may meet: `curved_cores`')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
-RIMS = slot('[-] whether a cylinder may roll on a rim')
-BENDS = slot('[-] whether anything touches that turns: all but balls')
+RIMS = slot('[-] whether a cylinder may touch')
+BENDS = slot('[-] whether anything turns but balls about their centres')
 LAYERED = slot('[-] whether anything is a ball or a capsule')
 PATCHES = slot('[-] whether anything may touch at several points')
 # of one point of each lane, in batches of one point; where there are several, without friction
@@ -499,8 +499,8 @@ def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indic
 
 
 def solver(
-    *, width: int, angular: bool, bounces: bool, turns: bool, on_rims: bool, layered: bool,
-    patches: bool, curved: bool,
+    *, width: int, angular: bool, bounces: bool, turns: bool, arcs: bool, on_rims: bool,
+    layered: bool, patches: bool, curved: bool,
 ) -> dict[str, Any]:  # fmt: skip
     """
     Make the passes of a scene, by name.
@@ -509,12 +509,12 @@ def solver(
         angular : whether anything rolls or twists with friction
         bounces : whether anything bounces
         turns   : whether some inertia changes with the attitude: not of balls and cubes alone
-        on_rims : whether a cylinder may roll on a rim: `collision.axis_of_symmetry`
+        arcs    : whether anything turns but balls about their centres: `bends`
+        on_rims : whether a cylinder may touch: `rolling_frame`
         layered : whether anything is a ball or a capsule
         patches : whether anything may touch at several points
         curved  : whether layers about cores may meet: `curved_cores`
     """
-    bending = turns or patches
     offered = {
         'WIDTH': width,
         'ANGULAR': angular,
@@ -523,12 +523,12 @@ def solver(
         'RIMS': on_rims,
         'PATCHES': patches,
         'CURVED': curved,
-        'BENDS': bending,
+        'BENDS': arcs,
         'LAYERED': layered,
     }
     for rubs, kind in ((True, 'point'), (False, 'normal')):
         solve_one, relax_one = solve.visits(
-            rubs=rubs, on_rims=on_rims, turns=turns, bending=bending, layered=layered
+            rubs=rubs, on_rims=on_rims, turns=turns, arcs=arcs, layered=layered
         )
         offered |= {
             f'solve_{kind}': solve_one,

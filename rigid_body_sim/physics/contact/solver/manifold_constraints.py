@@ -64,7 +64,7 @@ def _type(number: int, table: Indices) -> int:
 
 
 @inline
-def rolls_on_flat(type_a: int, type_b: int) -> bool:
+def _rolls_on_flat(type_a: int, type_b: int) -> bool:
     """Tell whether a pair is a cylinder and a polyhedron, of which a rim may roll on a side."""
     if type_a == collider.CYLINDER:
         return type_b >= collider.HULL
@@ -116,7 +116,7 @@ def roundness(collider_a: int, collider_b: int, table: Indices, bodies: Array) -
     body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
     body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
     type_a, type_b = _type(collider_a, table), _type(collider_b, table)
-    if rolls_on_flat(type_a, type_b):
+    if _rolls_on_flat(type_a, type_b):
         return constraint.NOT_ROUND
     row_a = collider_record.solver_body(collider_a, table) * solver_bodies.SIZE
     row_b = collider_record.solver_body(collider_b, table) * solver_bodies.SIZE
@@ -315,7 +315,7 @@ def prepare_points(
         shift = -0.5 if core_b < 0 else (0.5 if core_a < 0 else 0.0)
         if width > contact_point.SIZE:
             rows[lane + constraint.FACES] = faces(a, b, normal, colliders)
-        if rolls_on_flat(_type(a, table), _type(b, table)):
+        if _rolls_on_flat(_type(a, table), _type(b, table)):
             rows[lane + constraint.ROUNDNESS] = _whose_rim(
                 a, b, record, colliders, manifolds, bodies
             )

@@ -188,22 +188,23 @@ def find_bends(
         if whose > constraint.NOT_ROUND:
             continue
         normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-        body = int(constraints[lane + constraint.BODY_A])
-        if _turns_about(body, constraints[lane + constraint.RADIUS_A], bodies):
+        for of_a in (True, False):
+            body = int(constraints[lane + (constraint.BODY_A if of_a else constraint.BODY_B)])
+            layer = lane + (constraint.RADIUS_A if of_a else constraint.RADIUS_B)
+            if not _turns_about(body, constraints[layer], bodies):
+                continue
+            inverse = lane + (
+                constraint.INVERSE_INERTIA_A if of_a else constraint.INVERSE_INERTIA_B
+            )
+            momentum = lane + (
+                lane_scratch.ANGULAR_MOMENTUM_A if of_a else lane_scratch.ANGULAR_MOMENTUM_B
+            )
             bend, rolls = _bend(
-                body, normal, wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A),
-                wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_A),
-                whose == constraint.RIM_OF_A, inverse_h, bodies,
+                body, normal, wide_lanes.vector(scratch, momentum),
+                wide_lanes.symmetric(constraints, inverse),
+                whose == (constraint.RIM_OF_A if of_a else constraint.RIM_OF_B), inverse_h, bodies,
             )  # fmt: skip
-            wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_A, bend)
-            scratch[lane + lane_scratch.RIM_ROLLS] = 1.0 if rolls else 0.0
-        body = int(constraints[lane + constraint.BODY_B])
-        if _turns_about(body, constraints[lane + constraint.RADIUS_B], bodies):
-            bend, rolls = _bend(
-                body, normal, wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B),
-                wide_lanes.symmetric(constraints, lane + constraint.INVERSE_INERTIA_B),
-                whose == constraint.RIM_OF_B, inverse_h, bodies,
-            )  # fmt: skip
-            wide_lanes.put_vector(scratch, lane + lane_scratch.BEND_B, bend)
+            place = lane + (lane_scratch.BEND_A if of_a else lane_scratch.BEND_B)
+            wide_lanes.put_vector(scratch, place, bend)
             if rolls:
                 scratch[lane + lane_scratch.RIM_ROLLS] = 1.0

@@ -65,10 +65,10 @@ RATE = 200.0
 
 LIFTS = 0.5  # [-] x from which a visit takes into account that friction lifts
 
-BENDS = slot('[-] whether anything touches that turns: all but balls')
+BENDS = slot('[-] whether anything turns but balls about their centres')
 LAYERED = slot('[-] whether anything is a ball or a capsule')
 RUBS = slot('[-] whether friction is that of the points, not of a patch of them')
-RIMS = slot('[-] whether a cylinder may touch with its rim')
+RIMS = slot('[-] whether a cylinder may touch')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 
 
@@ -397,22 +397,22 @@ def _relax(
 
 
 def visits(
-    *, rubs: bool, on_rims: bool, turns: bool, bending: bool, layered: bool
+    *, rubs: bool, on_rims: bool, turns: bool, arcs: bool, layered: bool
 ) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """
     Make the kernels that solve and relax a point.
 
         rubs    : with its friction
-        on_rims : a cylinder may touch with its rim
+        on_rims : a cylinder may touch
         turns   : the inertia of something turns with it
-        bending : something touches that turns
+        arcs    : something turns but balls about their centres
         layered : something is a ball or a capsule
     """
     name = f'{"rubs" if rubs else "smooth"}_{"rims" if on_rims else "plain"}'
     name += '' if turns else '_round'
-    name += ('_bends' if bending else '') + ('_layered' if layered else '')
+    name += ('_bends' if arcs else '') + ('_layered' if layered else '')
     solves = specialise(
-        _solve_normals, name=name, RUBS=rubs, RIMS=on_rims, TURNS=turns, BENDS=bending,
+        _solve_normals, name=name, RUBS=rubs, RIMS=on_rims, TURNS=turns, BENDS=arcs,
         LAYERED=layered,
     )  # fmt: skip
     return solves, specialise(_relax, name=name, RUBS=rubs, TURNS=turns)
