@@ -3,7 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Lock what `make venv` installs: every package that the lists runtime, ros and test come to, at one version for each
-# Python from 3.10 to 3.13, with the SHA-256 of each file of that version (any processor).
+# Python from 3.10 to 3.13, with the SHA-256 of each file of that version (any processor). Extras are locked by name too:
+# else pip looks for the newest `coverage[toml]` and, as soon as there is one newer than the lock, finds no hash for it.
 #   sh tools/lock.sh            locks anew what has changed in the lists; the other versions stay
 #   sh tools/lock.sh --upgrade  takes the newest version of all that the lists leave open
 # Writes requirements/locked.txt (runtime), locked_ros.txt (what rclpy as wheels adds) and locked_test.txt (the rest). uv,
@@ -20,7 +21,7 @@ trap 'rm -rf "$folder"' EXIT
 compile() {  # OUTPUT LISTS…
     output=$1
     shift
-    "$folder/venv/bin/uv" pip compile --quiet --universal --python-version 3.10 \
+    "$folder/venv/bin/uv" pip compile --quiet --universal --no-strip-extras --python-version 3.10 \
         --generate-hashes --no-annotate --no-header --no-emit-index-url --output-file "$output" "$@"
 }
 
@@ -41,16 +42,23 @@ def entries(path):
     return [entry for entry in every if "sys_platform == 'win32'" not in entry.partition('\n')[0]]
 
 
-total, base, node = map(entries, sys.argv[1:])
-base, node = ({entry.partition('==')[0] for entry in part} for part in (base, node))
-node -= base
+def named(path):
+    """Entries by name, extras included: pip takes `name[extra]` for another package than `name`."""
+    found = {}
+    for entry in entries(path):
+        found.setdefault(entry.partition('==')[0], []).append(entry)
+    return found
+
+
+total, base, node = map(named, sys.argv[1:])
 parts = {
-    'locked.txt': ('what runtime.txt comes to.', base),
-    'locked_ros.txt': ('what ros.txt adds.', node),
-    'locked_test.txt': ('what test.txt adds.', {e.partition('==')[0] for e in total} - base - node),
+    'locked.txt': ('what runtime.txt comes to.', base, {}),
+    'locked_ros.txt': ('what ros.txt adds.', node, base),
+    'locked_test.txt': ('what test.txt adds.', total, base | node),
 }
-for name, (what, names) in parts.items():
-    kept = [entry for entry in total if entry.partition('==')[0] in names]
-    Path(name).write_text(HEAD.format(what) + ''.join(kept))
-    print(f'requirements/{name}: {len(kept)} entries')
+for file, (what, found, before) in parts.items():
+    # of what others need too, the entry that is for every Python on which one of them does
+    kept = [entry for name in found if name not in before for entry in total.get(name, found[name])]
+    Path(file).write_text(HEAD.format(what) + ''.join(kept))
+    print(f'requirements/{file}: {len(kept)} entries')
 PYTHON
