@@ -20,6 +20,7 @@ Kinds of scenes, each drawn from a seed (size, place, attitude, speed, material)
     top      a cone that spins on its tip
     cradle   five balls in a row without friction, of which one or two hit the others
     floating boxes that meet without gravity
+    edges    a mixed body that falls onto a fixed ball, capsule, ridge, block or drum, tumbling
 
     python benchmark/energy_of_contact.py [--kinds tumble pile …] [--seeds 3] [--ms 4 2 1]
 """
@@ -189,6 +190,37 @@ def heap(rng: Rng) -> tuple[Bodies, float]:
     return bodies, 2.0
 
 
+def edges(rng: Rng) -> tuple[Bodies, float]:
+    """Let a mixed body tumble over what is round or has edges."""
+    lying = [0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5)]
+    corners = [[x, y, z] for x in (-1.0, 1.0) for y, z in ((-0.5, -0.3), (0.5, -0.3), (0.0, 0.0))]
+    ground_shape, q, height = [
+        (sphere(0.4), None, 0.4),
+        ({'type': 'capsule', 'radius': 0.3, 'length': 0.6}, lying, 0.5),
+        ({'type': 'convex_hull', 'vertices': corners}, None, 0.8),
+        (cuboid((0.5, 0.5, 0.8)), None, 0.4),
+        ({'type': 'cylinder', 'radius': 0.4, 'length': 0.8}, None, 0.4),
+    ][rng.integers(5)]
+    fixed = body(
+        'fixed', ground_shape, (0, 0, height), fixed=True,
+        motion={} if q is None else {'orientation': q}, **material(0.5, 0.0),
+    )  # fmt: skip
+    shares = rng.uniform(0.4, 1.0, 3)
+    shape = [
+        cuboid(0.2 * shares), sphere(0.1),
+        {'type': 'cylinder', 'radius': 0.1 * shares[0], 'length': 0.2 * shares[1]},
+        {'type': 'cylinder', 'radius': 0.1, 'length': 0.03 * shares[0]},
+        {'type': 'capsule', 'radius': 0.07 * shares[0], 'length': 0.2 * shares[1]},
+    ][rng.integers(5)]  # fmt: skip
+    motion = {
+        'orientation': attitude(rng), 'velocity': [0.0, 0.0, -1.0],
+        'angular_velocity': (8 * rng.normal(size=3)).tolist(),
+    }  # fmt: skip
+    place = (*(0.05 * rng.normal(size=2)), 1.2)
+    thrown = body('body', shape, place, mass=1.0, motion=motion, **material(0.5, 0.0))
+    return [ground(0.5), fixed, thrown], 1.5
+
+
 def coin(rng: Rng) -> tuple[Bodies, float]:
     """Let a coin roll, lean and fall."""
     lean = float(rng.uniform(0.05, 0.6))
@@ -268,6 +300,7 @@ KINDS: dict[str, Callable[[Rng], tuple[Bodies, float]]] = {
     kind.__name__: kind
     for kind in (
         corner, tumble, three, pile, pyramid, heavy, balls, heap, coin, top, cradle, floating,
+        edges,
     )
 }  # fmt: skip
 

@@ -109,6 +109,18 @@ def apply_symmetric(m: Any, v: Any) -> Any:
 
 
 @inline
+def invert_symmetric(m: Any) -> Any:
+    """Return M^-1 of a regular symmetric matrix (xx, xy, xz, yy, yz, zz), by its adjugate."""
+    xx, xy, xz = m[3] * m[5] - m[4] * m[4], m[2] * m[4] - m[1] * m[5], m[1] * m[4] - m[2] * m[3]
+    determinant = m[0] * xx + m[1] * xy + m[2] * xz
+    return (
+        xx / determinant, xy / determinant, xz / determinant,
+        (m[0] * m[5] - m[2] * m[2]) / determinant, (m[1] * m[2] - m[0] * m[4]) / determinant,
+        (m[0] * m[3] - m[1] * m[1]) / determinant,
+    )  # fmt: skip
+
+
+@inline
 def add_strided(array: Array, place: int, stride: int, v: Any) -> None:
     """Add a vector to three numbers a stride apart."""
     array[place] += v[0]

@@ -193,7 +193,8 @@ def test_momenta_that_contact_cannot_change_stay():
 @pytest.mark.parametrize('count', [1, 3])
 def test_impulses_of_contacts_are_the_whole_change_of_momentum(count):
     """
-    m (v' - v - g dt) = sum of the impulses that are read, for bodies that tumble onto each other.
+    m (v' - v - g dt) = sum of the impulses that are read, for bodies that tumble onto each other,
+    and of what ticks take back of gains: of the three 2e-4 of the impulses at most.
     """
     rng = np.random.default_rng(3)
     bodies = [
@@ -209,7 +210,9 @@ def test_impulses_of_contacts_are_the_whole_change_of_momentum(count):
         upon = (found.bodies[:, 1] != 0) * 1.0 - (found.bodies[:, 0] != 0)
         given = (upon[:, None] * found.impulse).sum(axis=0)
         change = sim.momentum() - before + (0, 0, count * G * sim.dt)
-        assert given == pytest.approx(change, abs=1e-12)
+        taken_back = found.taken_back[:, :3].sum(axis=0)
+        assert given + taken_back == pytest.approx(change, abs=1e-12)
+        assert np.linalg.norm(taken_back) < 5e-4 * np.linalg.norm(given) + 1e-12
 
 
 @pytest.mark.parametrize('restitution', [0.0, 0.5, 0.9])
@@ -435,11 +438,92 @@ def test_a_disc_that_tumbles_gains_no_energy_whatever_the_ground_is_made_of(on, 
     assert largest_rise(sim, 250) < FEW
 
 
+def drawn_shape(rng, size):
+    """
+    Box, ball, cylinder, disc or capsule, `size` its largest half width.
+    """
+    shares = rng.uniform(0.4, 1.0, 3)
+    return (
+        Box(2 * size * shares), Sphere(size), Cylinder(size * shares[0], 2 * size * shares[1]),
+        Cylinder(size, 0.3 * size * shares[0]),
+        Capsule(0.7 * size * shares[0], 2 * size * shares[1]),
+    )[rng.integers(5)]  # fmt: skip
+
+
+def drawn_body(name, rng, size, place, *, velocity, spin, **material):
+    """
+    A body of a drawn shape, turned at random.
+    """
+    shape = drawn_shape(rng, size)
+    mass = float(np.exp(rng.uniform(np.log(0.3), np.log(3.0))))
+    inertia = mass * size**2 * np.diag(rng.uniform(0.35, 0.5, 3))
+    q = rng.normal(size=4)
+    start = motion(
+        place, q=q / np.linalg.norm(q), velocity=velocity, turn=spin * rng.normal(size=3)
+    )
+    return Body(name, shape, mass, inertia=inertia, material=Material(**material), initial=start)
+
+
+RIDGE = [[x, y, z] for x in (-1.0, 1.0) for y, z in ((-0.5, -0.3), (0.5, -0.3), (0.0, 0.0))]
+LYING = (0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5))
+# fixed, 0.8 m high and some 0.8 m wide: its shape, its attitude, and where it is
+ROUND_GROUND = {
+    'ball': (Sphere(0.4), None, 0.4),
+    'capsule': (Capsule(0.3, 0.6), LYING, 0.5),
+    'ridge': (ConvexHull(np.array(RIDGE)), None, 0.8),
+    'block': (Box((0.5, 0.5, 0.8)), None, 0.4),
+    'drum': (Cylinder(0.4, 0.8), None, 0.4),
+}
+
+
+@pytest.mark.parametrize('on', ROUND_GROUND)
+def test_what_tumbles_over_round_ground_and_edges_gains_no_energy(on):
+    """
+    The normal turns within the tick, so contacts give what they should not: up to 4e-4 of the
+    energy in ten of these draws. It is taken back.
+    """
+    shape, q, height = ROUND_GROUND[on]
+    fixed = Body(
+        on, shape, 0.0, fixed=True, material=Material(friction=0.5),
+        initial=motion((0, 0, height), q=q or (0, 0, 0, 1)),
+    )  # fmt: skip
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        place = (*(0.05 * rng.normal(size=2)), 1.2)
+        body = drawn_body('body', rng, 0.1, place, velocity=(0, 0, -1), spin=8.0, friction=0.5)
+        sim = Simulation(scene([ground(material={'friction': 0.5}), fixed, body], dt=0.004))
+        assert largest_rise(sim, 300) < FEW, seed
+
+
+@pytest.mark.parametrize('friction', [0.0, 0.5])
+def test_what_floats_and_gains_keeps_its_momenta_all_the_same(friction):
+    """
+    Six mixed bodies meet in free space: what is taken back of gains is motion of the bodies
+    against each other, never of their whole.
+    """
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        bodies = []
+        for i in range(6):
+            place = 0.6 * np.array([i % 3, i // 3, 0.0])
+            velocity = np.array([0.6, 0.3, 0.0]) - place + 0.1 * rng.normal(size=3)
+            bodies.append(
+                drawn_body(f'b{i}', rng, 0.15, place, velocity=velocity, spin=4.0,
+                           friction=friction, restitution=0.5)
+            )  # fmt: skip
+        sim = Simulation(scene(bodies, gravity=(0, 0, 0), dt=0.004))
+        linear, angular = sim.momentum(), sim.angular_momentum()
+        assert largest_rise(sim, 400) < MANY, seed
+        # some ten kg m/s and kg m^2/s, some hundred impulses
+        assert np.abs(sim.momentum() - linear).max() < 1e-13, seed
+        assert np.abs(sim.angular_momentum() - angular).max() < 1e-13, seed
+
+
 @pytest.mark.parametrize('seed', [10, 21, 30])
 def test_a_disc_whose_end_hits_a_ridge_is_not_thrown_as_if_it_rolled_on_its_rim(seed):
     """
     The end lies on the edge of a fixed prism: points that went round with a rim would gain 0.07 to
-    0.2. What edges of prisms and corners of discs leave unforeseen is 7e-4 at most, of 120 draws.
+    0.2, and what edges of prisms and corners of discs leave unforeseen, up to 7e-4, is taken back.
     """
     rng = np.random.default_rng(seed)
     q = Rotation.random(random_state=seed).as_quat()
@@ -458,7 +542,7 @@ def test_a_disc_whose_end_hits_a_ridge_is_not_thrown_as_if_it_rolled_on_its_rim(
         ),
     )  # fmt: skip
     sim = Simulation(scene([ground(material=material), prism, disc], dt=0.004))
-    assert largest_rise(sim, 250) < 1e-3
+    assert largest_rise(sim, 250) < FEW
 
 
 def test_energy_of_elastic_balls_rises_in_no_tick():

@@ -35,13 +35,21 @@ def machine(python):
 
 
 def versions(python):
-    """What one Python gets: name -> specifier; a name twice fails."""
-    found = {}
+    """
+    What one Python gets: name -> specifier; two versions of a name, or an entry twice, fail.
+
+    `name[extra]` has an entry of its own beside `name`: pip takes it for another package, and
+    would look for the newest one.
+    """
+    found, extras = {}, set()
     for requirement, _ in locked():
         if requirement.marker is None or requirement.marker.evaluate(machine(python)):
             name = canonicalize_name(requirement.name)
-            assert name not in found, f'{name} is locked twice for Python {python}'
-            found[name] = str(requirement.specifier)
+            entry = name, *sorted(requirement.extras)
+            assert entry not in extras, f'{entry} is locked twice for Python {python}'
+            extras.add(entry)
+            specifier = str(requirement.specifier)
+            assert found.setdefault(name, specifier) == specifier, f'two versions of {name}'
     return found
 
 
@@ -64,6 +72,28 @@ def test_the_lock_holds_what_the_lists_pin(python):
             pin = Requirement(line)
             if pin.marker is None or pin.marker.evaluate(machine(python)):
                 assert found[canonicalize_name(pin.name)] == str(pin.specifier)
+
+
+@pytest.mark.parametrize('python', PYTHONS)
+def test_extras_that_a_locked_package_requires_are_locked_by_name(python):
+    """Else an installation breaks as soon as a newer version is published (coverage[toml])."""
+    entries = {
+        (canonicalize_name(requirement.name), extra)
+        for requirement, _ in locked()
+        for extra in requirement.extras
+        if requirement.marker is None or requirement.marker.evaluate(machine(python))
+    }
+    assert ('coverage', 'toml') in entries
+    for name in versions(python):
+        try:
+            requires = distribution(name).requires or ()
+        except PackageNotFoundError:
+            continue
+        for requirement in map(Requirement, requires):
+            marker = requirement.marker
+            if marker is None or marker.evaluate({**machine(python), 'extra': ''}):
+                for extra in requirement.extras:
+                    assert (canonicalize_name(requirement.name), extra) in entries
 
 
 @pytest.mark.parametrize('python', PYTHONS)

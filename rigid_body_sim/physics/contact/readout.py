@@ -10,7 +10,7 @@ A tick that was cut into pieces has rows for each piece in turn: what was read o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
 from rigid_body_sim.physics.contact.collision.geometry import manifold
+from rigid_body_sim.physics.contact.energy.scratch import TAKEN
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
@@ -123,8 +124,21 @@ def together(pieces: Sequence[tuple[Contacts, Array]]) -> tuple[Contacts, Array]
         of_all('gap'),
         impulse[order],
         about[order],
+        np.concatenate([contacts.damped for contacts, _ in pieces]),
+        np.concatenate([contacts.taken_back for contacts, _ in pieces]),
     )
     return contacts, which[chosen]
+
+
+def with_taken_back(contacts: Contacts, given_back: Array, scene_indices: Indices) -> Contacts:
+    """
+    Add to the contacts of a tick or piece what it took back: see `energy.scratch`.
+
+    scene_indices : of the bodies in the order of the core
+    """
+    rows = given_back[:-TAKEN].reshape(-1, TAKEN)
+    damped = np.flatnonzero(rows.any(axis=1))
+    return replace(contacts, damped=scene_indices[damped], taken_back=rows[damped])
 
 
 def _vectors(array: Array, places: Indices, stride: int, count: int = 3) -> Array:

@@ -19,8 +19,8 @@ solve, update separation, relax (TGS-Soft); then restitution, energy, and what i
         update separation: points, anchors and separations follow the bodies; the other half of the
                   warm-start impulses, there
         relax:    normals without push-out, and friction
-    restitution:  which returns no more energy than the impact took; what goes round on its rim
-               gives back what it has gained
+    restitution:  which returns no more energy than the impact took
+    energy:    what contact gave by its errors is taken back
     store:     impulses, for the next tick
     sleep:     islands that are at rest
 
@@ -105,7 +105,7 @@ REST = 1e-7  # [m/s] the same for the first `relaxations` passes after the motio
 WIDTH = slot('[-] numbers of a contact point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
-BOUNDS = slot('[-] whether gains of what rolls on a rim are bounded')
+BOUNDS = slot('[-] whether what contact gives by its errors is taken back')
 CURVED = slot('[-] whether layers about cores may meet: `solver.curved_cores`')
 COUPLED = slot('[-] whether a force depends on the state')
 APART = slot('[-] whether islands may pass their substeps one after the other')
@@ -888,12 +888,12 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven,
 
 def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings, counts):
     """Take back what contact gave by its errors."""
+    group = Group(touching, False, motion)
     if BOUNDS and gain_bound.bound_gains(
         min(1.0, h / settings[tick_settings.WHOLE_TICK]), counts[tick_counts.BATCHES],
-        motion.body_count, touching, constraints.batches, constraints.rows, energy.roots,
-        energy.gains, bodies,
+        motion.body_count, group, constraints.batches, constraints.rows, energy, bodies,
     ):  # fmt: skip
-        scatter_momenta(Group(touching, False, motion), bodies)
+        scatter_momenta(group, bodies)
 
 
 def _store_impulses(now, world):

@@ -57,7 +57,7 @@ from rigid_body_sim.physics.contact.islands.manners import (
 )
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.pair_rules import pair_rules
-from rigid_body_sim.physics.contact.readout import joined, read, together
+from rigid_body_sim.physics.contact.readout import joined, read, together, with_taken_back
 from rigid_body_sim.physics.contact.settings import EVENT, ContactSettings
 from rigid_body_sim.physics.contact.solver import contact_point, variable_mass
 from rigid_body_sim.physics.contact.solver.cache_entries import scaled, without_pairs_of
@@ -145,6 +145,10 @@ class ContactWorld:
         self._pairs: list[list[Indices]] = []  # where somebody asks who was connected
         self._pieces: list[Read] = []  # of the last tick, if it was cut
         self._names = [body.name for body in scene.bodies]
+        cores = self.arrays.table[collider_record.BODY :: collider_record.SIZE]
+        indices = self.arrays.table[collider_record.SCENE_INDEX :: collider_record.SIZE]
+        self._scene_indices = np.zeros(layout.n_moving, dtype=np.int64)  # of bodies that touch
+        self._scene_indices[cores[cores >= 0]] = indices[cores >= 0]
         self._overlaps: dict[tuple[int, int], float] = {}  # [m] of pairs of scene indices
 
     @property
@@ -292,7 +296,7 @@ class ContactWorld:
 
     def _read(self, manifolds: Array) -> tuple[Contacts, Array]:
         """Read the contacts of some manifolds of the last tick or piece, and which they are."""
-        return read(
+        contacts, which = read(
             len(manifolds) // manifold_record.SIZE,
             width=self._width,
             bounces=self._bounces,
@@ -303,6 +307,10 @@ class ContactWorld:
             rows=self.arrays.rows,
             bodies=self.arrays.bodies,
         )
+        if len(manifolds):
+            taken = self.arrays.taken_back
+            contacts = with_taken_back(contacts, taken, self._scene_indices)
+        return contacts, which
 
     def kernel(
         self, scene: str, evaluate: Callable[..., Any] | None, velocity_dependent: bool
@@ -341,7 +349,7 @@ class ContactWorld:
             ANGULAR=self._angular,
             BOUNCES=self._bounces,
             CURVED=features['curved'],
-            BOUNDS=features['on_rims'] and evaluate is None and not (flows or driven),
+            BOUNDS=evaluate is None and not (flows or driven),
             COUPLED=evaluate is not None,
             APART=evaluate is None and not (flows or driven or self.arrays.pivoted.size),
             EVENTS=self._events,

@@ -375,6 +375,11 @@ class WorldArrays:
         return h / int(self.settings[tick_settings.SUBSTEPS])
 
     @property
+    def taken_back(self) -> Array:
+        """What the last tick took back of each body: see `energy.scratch`."""
+        return self._energy.taken
+
+    @property
     def cache_in_use(self) -> Array:
         """The impulse cache as far as it is in use: a view."""
         return self.cache[: size_in_use(self.cache)]

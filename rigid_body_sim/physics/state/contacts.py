@@ -4,12 +4,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+OF_POINTS = (
+    'bodies',
+    'point',
+    'normal',
+    'gap',
+    'impulse',
+    'angular_impulse',
+)  # fields, a row each
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +34,12 @@ class Contacts:
                               the first
     angular_impulse : (m, 3) [N m s]  beside it, of rolling and torsional friction; that of the
                               last substep for each of them
+
+    What contacts gave by their errors, and the tick took back at its end, is no impulse of a point
+    (it would leave the cone of friction), but one of contact all the same:
+
+    damped     : (k,) int              scene indices of the bodies from which it was taken
+    taken_back : (k, 6) [N s, N m s]   change of their momentum, and of their angular momentum
     """
 
     bodies: NDArray[np.int64]
@@ -33,6 +48,8 @@ class Contacts:
     gap: Array
     impulse: Array
     angular_impulse: Array
+    damped: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    taken_back: Array = field(default_factory=lambda: np.zeros((0, 6)))
 
     def __len__(self) -> int:
         return len(self.gap)
@@ -41,7 +58,7 @@ class Contacts:
         """
         Sum what contacts exert on each body, as the mean over the tick.
 
-        F = sum J / dt,   T = sum ((x - r) x J + J_angular) / dt
+        F = sum J / dt,   T = sum ((x - r) x J + J_angular) / dt,   with what was taken back
             centers : (n, 3) [m]  r: centres of mass at the end of the tick, scene order
             dt      : [s] tick
 
@@ -53,6 +70,8 @@ class Contacts:
             about = np.cross(self.point - centers[body], self.impulse) + self.angular_impulse
             np.add.at(force, body, sign * self.impulse)
             np.add.at(torque, body, sign * about)
+        np.add.at(force, self.damped, self.taken_back[:, :3] / dt)
+        np.add.at(torque, self.damped, self.taken_back[:, 3:] / dt)
         return force, torque
 
 

@@ -12,12 +12,16 @@ GAIN = gain.number('J', 'kinetic energy beyond that of its start and the work of
 SIZE_OF_ENERGY = gain.number('J', 'of its energy, by which a gain is measured')
 BODIES = gain.number('-', 'how many they are')
 HELD = gain.number('-', 'what holds it: one of the names below')
-ON_RIM = gain.number('-', '1: some body of it presses with its rim')
-NORMAL = gain.vector('-', 'of the plane that holds it without friction')
+AXIS = gain.vector('-', 'normal of the plane, or direction of the trough, that holds it')
 PART = gain.vector('J', 'T of what is scaled is (1, s, s^2) times this')
 FACTOR = gain.number('-', 's by which the momenta shrink')
+MASS = gain.number('kg', 'of what floats')
+CENTER = gain.vector('m', 'of its mass')
+VELOCITY = gain.vector('m/s', 'of its centre of mass')
+SPIN = gain.vector('rad/s', 'with which it turns as a whole; before, its angular momentum')
+INERTIA = gain.symmetric('kg m^2', 'about its centre of mass')
 SIZE = gain.size
 
-# what cannot move touches it: not; along one normal, without friction; along several; with
-# friction
-FLOATS, ON_PLANE, IN_CORNER, RUBBED = 0.0, 1.0, 2.0, 3.0
+# what cannot move touches it: not; along one normal, without friction; along normals in one plane,
+# without; along others, or with friction
+FLOATS, ON_PLANE, IN_TROUGH, GRIPPED = 0.0, 1.0, 2.0, 3.0

@@ -17,6 +17,8 @@ from rigid_body_sim.physics.contact.energy import gain_record, impact_record
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+TAKEN = 6  # [-] numbers of a body in `taken`
+
 
 class EnergyScratch(NamedTuple):
     """
@@ -25,11 +27,14 @@ class EnergyScratch(NamedTuple):
     roots   : union-find of bodies that press on each other: first body of the group
     impacts : see `impact_record`
     gains   : see `gain_record`
+    taken   : what the last tick took back, momentum and angular momentum of each body; the first
+              number of what cannot move is 1 where it is not all zero
     """
 
     roots: Indices
     impacts: Array
     gains: Array
+    taken: Array
 
 
 def make_scratch(body_count: int) -> EnergyScratch:
@@ -39,4 +44,5 @@ def make_scratch(body_count: int) -> EnergyScratch:
         roots=np.zeros(size, dtype=np.int64),
         impacts=np.zeros(size * impact_record.SIZE),
         gains=np.zeros(size * gain_record.SIZE),
+        taken=np.zeros(size * TAKEN),
     )

@@ -16,7 +16,6 @@ its own bodies alone, and what is not connected does not change a bit of each ot
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,7 +27,7 @@ from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import cache_record
 from rigid_body_sim.physics.contact.solver.cache_entries import cache_of, entries, scaled
 from rigid_body_sim.physics.state.blocks import LANES, ROTATION, TRANSLATION
-from rigid_body_sim.physics.state.contacts import Contacts
+from rigid_body_sim.physics.state.contacts import OF_POINTS, Contacts
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -163,11 +162,17 @@ def put_together(
 
 
 class _OwnPairs:
-    """Tells of which manner pairs of colliders are, by their ids."""
+    """Tells of which manner bodies are, and pairs of colliders, by their ids."""
 
     def __init__(self, wanted: Indices, table: Indices) -> None:
         self._bodies = bodies_of_colliders(table)
         self._wanted = np.append(wanted, WHOLE)
+        scene_indices = table[collider_record.SCENE_INDEX :: collider_record.SIZE]
+        self._cores = np.full(int(scene_indices.max(initial=-1)) + 1, -1)
+        self._cores[scene_indices] = self._bodies
+
+    def manners_of_bodies(self, scene_indices: Indices) -> Indices:
+        return self._wanted[self._cores[scene_indices]]
 
     def manners(self, pair_ids: Array) -> Indices:
         later, earlier = np.divmod(pair_ids.astype(np.int64), len(self._bodies))
@@ -199,4 +204,14 @@ def _joined_reads(outcomes: dict[int, Outcome], own: _OwnPairs) -> Read:
         parts = [getattr(found, name)[m] for (found, _), m in zip(reads, chosen, strict=True)]
         return np.concatenate(parts)[order]
 
-    return Contacts(*(of_all(field.name) for field in fields(Contacts))), which[order]
+    found = [one.read[0] for one in outcomes.values()]
+    mine = [
+        own.manners_of_bodies(one.damped) == manner
+        for manner, one in zip(outcomes, found, strict=True)
+    ]
+    damped, taken_back = (
+        np.concatenate([getattr(one, name)[m] for one, m in zip(found, mine, strict=True)])
+        for name in ('damped', 'taken_back')
+    )
+    of_points = {name: of_all(name) for name in OF_POINTS}
+    return Contacts(**of_points, damped=damped, taken_back=taken_back), which[order]

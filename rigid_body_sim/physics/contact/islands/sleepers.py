@@ -185,6 +185,8 @@ class Sleepers:
             np.concatenate((awake.gap, rows[:, SEPARATION])),
             np.concatenate((awake.impulse, rows[:, _axes(FORCE)] * h)),
             np.concatenate((awake.angular_impulse, rows[:, _axes(TORQUE)] * h)),
+            awake.damped,
+            awake.taken_back,
         )
 
     def snapshot(self) -> tuple[Array, dict[int, Island]]:

@@ -1,0 +1,194 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The motion of a group of bodies that its contacts cannot change: what a bound on its energy has to
+leave as it is.
+
+    floats      its motion as one rigid body: p = m (V + Omega x d), L = I Omega, with
+                M V = sum p,   Omega = (sum I + m (d^2 - d d^T))^-1 sum (L + d x p)
+                    d : [m] from the centre of mass of the group to that of the body
+    on a plane  without friction: p along the plane, L about its normal
+    in a trough of planes without friction: p along it
+    gripped     nothing: by friction, by planes on all sides, or by a pivot
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rigid_body_sim.physics.arrays import Array, Indices
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.array_groups import Motion
+from rigid_body_sim.physics.contact.energy import gain_record
+from rigid_body_sim.physics.contact.energy.pressing_groups import group_of
+from rigid_body_sim.physics.contact.solver import batch_record, constraint, wide_lanes
+from rigid_body_sim.physics.contact.touching import bodies_of
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.vectors import (
+    add,
+    add_scaled,
+    apply_symmetric,
+    cross,
+    divide,
+    dot,
+    invert_symmetric,
+    load,
+    load_strided,
+    load_symmetric,
+    scale,
+    store,
+    subtract,
+)
+
+PARALLEL = 1e-9  # [-] sine squared of an angle: normals that are one, or lie in one plane
+
+
+@inline
+def _grip(gain: int, normal: Any, friction: float, gains: Array) -> None:
+    """Let what cannot move hold a group along a normal."""
+    held, axis = gains[gain + gain_record.HELD], load(gains, gain + gain_record.AXIS)
+    if friction > 0.0:
+        held = gain_record.GRIPPED
+    elif held == gain_record.FLOATS:
+        held, axis = gain_record.ON_PLANE, normal
+    elif held == gain_record.ON_PLANE:
+        along = cross(axis, normal)
+        length = dot(along, along)
+        if length > PARALLEL:
+            held, axis = gain_record.IN_TROUGH, divide(along, math.sqrt(length))
+    elif held == gain_record.IN_TROUGH and dot(axis, normal) * dot(axis, normal) > PARALLEL:
+        held = gain_record.GRIPPED
+    gains[gain + gain_record.HELD] = held
+    store(gains, gain + gain_record.AXIS, axis)
+
+
+@inline
+def _find_what_holds(
+    batch_count: int, static: int, batches: Indices, rows: Array, roots: Indices, gains: Array
+) -> None:  # fmt: skip
+    """Find what holds each group: see `gain_record.HELD`."""
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            body_a, body_b = bodies_of(lane, static, rows)
+            if rows[lane + constraint.TOUCHED] > 0.0 and (body_a == static or body_b == static):
+                gain = group_of(body_a, body_b, static, roots) * gain_record.SIZE
+                normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+                _grip(gain, normal, rows[lane + constraint.FRICTION], gains)
+
+
+@inline
+def _position(body: int, motion: Motion) -> Any:
+    """Position of a body that touches, in the blocks of the scene."""
+    return load_strided(
+        motion.translation, blocks.at(body, blocks.TRANSLATION) + blocks.RX, blocks.LANES
+    )
+
+
+@inline
+def _apply_inertia(row: int, v: Any, bodies: Array) -> Any:
+    """Return I v of a body; zero of a point mass."""
+    inverse = load_symmetric(bodies, row + solver_bodies.INVERSE_INERTIA)
+    if not inverse[0] > 0.0:
+        return 0.0, 0.0, 0.0
+    return apply_symmetric(invert_symmetric(inverse), v)
+
+
+@inline
+def _add_mass(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> None:
+    """Add mass, mass times position, and momentum of a body to those of its group."""
+    row = body * solver_bodies.SIZE
+    mass = 1.0 / bodies[row + solver_bodies.INVERSE_MASS]
+    momentum = load(bodies, row + solver_bodies.MOMENTUM)
+    center = add_scaled(load(gains, gain + gain_record.CENTER), mass, _position(body, motion))
+    gains[gain + gain_record.MASS] += mass
+    store(gains, gain + gain_record.CENTER, center)
+    store(
+        gains, gain + gain_record.VELOCITY, add(load(gains, gain + gain_record.VELOCITY), momentum)
+    )
+
+
+@inline
+def _add_inertia(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> None:
+    """Add inertia and angular momentum of a body about the centre of its group."""
+    row, inertia = body * solver_bodies.SIZE, gain + gain_record.INERTIA
+    mass = 1.0 / bodies[row + solver_bodies.INVERSE_MASS]
+    arm = subtract(_position(body, motion), load(gains, gain + gain_record.CENTER))
+    momentum = load(bodies, row + solver_bodies.MOMENTUM)
+    own = add(load(bodies, row + solver_bodies.ANGULAR_MOMENTUM), cross(arm, momentum))
+    store(gains, gain + gain_record.SPIN, add(load(gains, gain + gain_record.SPIN), own))
+    column_x = _apply_inertia(row, (1.0, 0.0, 0.0), bodies)
+    column_y = _apply_inertia(row, (0.0, 1.0, 0.0), bodies)
+    column_z = _apply_inertia(row, (0.0, 0.0, 1.0), bodies)
+    square = dot(arm, arm)
+    gains[inertia] += column_x[0] + mass * (square - arm[0] * arm[0])
+    gains[inertia + 1] += column_x[1] - mass * arm[0] * arm[1]
+    gains[inertia + 2] += column_x[2] - mass * arm[0] * arm[2]
+    gains[inertia + 3] += column_y[1] + mass * (square - arm[1] * arm[1])
+    gains[inertia + 4] += column_y[2] - mass * arm[1] * arm[2]
+    gains[inertia + 5] += column_z[2] + mass * (square - arm[2] * arm[2])
+
+
+@kernel
+def find_kept_motion(
+    batch_count: int, static: int, touching: Indices, motion: Motion, batches: Indices,
+    rows: Array, roots: Indices, gains: Array, bodies: Array,
+) -> None:  # fmt: skip
+    """
+    Find what holds each group, and of those that float their motion as one rigid body.
+
+    static : index of what cannot move;   roots : the first body of the group of each
+    gains  : see `gain_record`, all zero
+    """
+    _find_what_holds(batch_count, static, batches, rows, roots, gains)
+    for index in range(len(touching)):
+        body = touching[index]
+        if bodies[body * solver_bodies.SIZE + solver_bodies.INVERSE_MASS] <= solver_bodies.HELD:
+            gains[roots[body] * gain_record.SIZE + gain_record.HELD] = gain_record.GRIPPED
+    for index in range(len(touching)):
+        body = touching[index]
+        gain = roots[body] * gain_record.SIZE
+        if gains[gain + gain_record.HELD] == gain_record.FLOATS:
+            _add_mass(body, gain, motion, gains, bodies)
+    for index in range(len(touching)):
+        gain = touching[index] * gain_record.SIZE
+        mass = gains[gain + gain_record.MASS]
+        if mass > 0.0:
+            for place in (gain + gain_record.CENTER, gain + gain_record.VELOCITY):
+                store(gains, place, divide(load(gains, place), mass))
+    for index in range(len(touching)):
+        body = touching[index]
+        gain = roots[body] * gain_record.SIZE
+        if gains[gain + gain_record.MASS] > 0.0:
+            _add_inertia(body, gain, motion, gains, bodies)
+    for index in range(len(touching)):
+        gain = touching[index] * gain_record.SIZE
+        if gains[gain + gain_record.MASS] > 0.0:
+            inertia = load_symmetric(gains, gain + gain_record.INERTIA)
+            spin = load(gains, gain + gain_record.SPIN)
+            if inertia[0] > 0.0:
+                spin = apply_symmetric(invert_symmetric(inertia), spin)
+            store(gains, gain + gain_record.SPIN, spin)
+
+
+@inline
+def kept_momenta(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
+    """Momenta of a body that belong to the motion which its contacts cannot change: p, L."""
+    row, held = body * solver_bodies.SIZE, gains[gain + gain_record.HELD]
+    linear, angular = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    if held == gain_record.FLOATS:
+        spin = load(gains, gain + gain_record.SPIN)
+        arm = subtract(_position(body, motion), load(gains, gain + gain_record.CENTER))
+        velocity = add(load(gains, gain + gain_record.VELOCITY), cross(spin, arm))
+        linear = divide(velocity, bodies[row + solver_bodies.INVERSE_MASS])
+        angular = _apply_inertia(row, spin, bodies)
+    elif held != gain_record.GRIPPED:
+        axis = load(gains, gain + gain_record.AXIS)
+        momentum = load(bodies, row + solver_bodies.MOMENTUM)
+        linear = scale(dot(axis, momentum), axis)
+        if held == gain_record.ON_PLANE:
+            linear = subtract(momentum, linear)
+            angular = scale(dot(axis, load(bodies, row + solver_bodies.ANGULAR_MOMENTUM)), axis)
+    return linear, angular
