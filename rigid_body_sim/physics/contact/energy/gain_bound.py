@@ -141,7 +141,8 @@ def bound_gains(
     touching, motion = group.members, group.motion
     roots, gains, taken = scratch.roots, scratch.gains, scratch.taken
     if taken[static * TAKEN] > 0.0:
-        taken[:] = 0.0
+        for entry in range(len(taken)):
+            taken[entry] = 0.0
     if not _any_gains(share, touching, bodies):
         return False
     unite_pressing(batch_count, static, touching, batches, rows, roots)
