@@ -58,8 +58,7 @@ class Page:
 
     errors   : what went to the console as an error or a warning, and exceptions, since `open`
     requests : addresses asked for since then
-    scale    : [-] pixels that are drawn for each CSS pixel; where a picture is looked at by nobody,
-               few of them cost little
+    scale    : [-] pixels that are drawn for each CSS pixel; few cost little, where nobody looks
     """
 
     def __init__(self, send: int, receive: int) -> None:

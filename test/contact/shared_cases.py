@@ -29,7 +29,7 @@ from rigid_body_sim.physics.model.scene import (
 from rigid_body_sim.physics.model.shapes import ConvexHull
 from rigid_body_sim.physics.simulation import Simulation
 
-TICKS = 12
+TICKS = 10
 
 BRICK = box('brick', (0.3, 0.2, 0.1), (0, 0, 0.07), turn=(1, 2, 3))
 BALL = ball('ball', 0.1, (0.05, 0, 0.25), velocity=(0, 0, -1))

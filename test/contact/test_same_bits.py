@@ -51,7 +51,7 @@ sim = Simulation(scene([
     solid('coin on the ground', Cylinder(0.08, 0.01), 0.5, (2.0, 9.0, 1.0)),
     solid('capsule', Capsule(0.05, 0.1), 1.0, (2.0, 3.0, 1.0)), ball('b', 0.05, (0.02, 0, 0.3)),
 ]))
-sim.step(120)
+sim.step(80)
 print(sim.state_bytes().hex())
 """
 
