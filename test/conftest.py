@@ -115,6 +115,7 @@ def tab(tmp_path_factory):
     if chromium.find() is None:
         pytest.skip('no Chromium here: apt-get install chromium, and the pages are tested too')
     with chromium.page(tmp_path_factory.mktemp('browser')) as tab:
+        tab.scale = 0.25  # a processor draws: a sixteenth of the pixels, the same layout
         yield tab
 
 

@@ -292,8 +292,8 @@ def share_kernels(patch):
     with no element of them; where bodies touch, all pairs of shapes and ground of triangles, but
     what feels forces those of balls, boxes and planes, with hulls what is driven, with ground of
     triangles what is struck at an instant; balls off the centre of mass, what turns about a pivot;
-    to bounce and to resist rolling, and rules of pairs; and to sleep, but what is struck at an
-    instant.
+    to bounce, to resist rolling and to turn on arcs, and rules of pairs; and to sleep, but what is
+    struck at an instant.
     None of that changes a bit (`contact/test_same_bits.py`) but one: the inverse inertia of a cube
     or ball is turned in each substep, as that of any body.
 
@@ -339,7 +339,8 @@ def share_kernels(patch):
     patch.setattr(ContactWorld, '_angular', _Always(), raising=False)
     patch.setattr(ContactWorld, '_bounces', _Always(), raising=False)
     patch.setattr(step, 'tick_kernel', tick_kernel)
-    patch.setattr(world_module, 'solver', lambda **features: solver(**{**features, 'turns': True}))
+    known = {'turns': True, 'arcs': True}
+    patch.setattr(world_module, 'solver', lambda **features: solver(**{**features, **known}))
     patch.setattr(ActingElements, '__init__', knowing)
 
 

@@ -58,6 +58,7 @@ class Page:
 
     errors   : what went to the console as an error or a warning, and exceptions, since `open`
     requests : addresses asked for since then
+    scale    : [-] pixels that are drawn for each CSS pixel; few cost little, where nobody looks
     """
 
     def __init__(self, send: int, receive: int) -> None:
@@ -65,6 +66,7 @@ class Page:
         self._buffer = b''
         self._last = 0
         self._session: str | None = None
+        self.scale = 1.0
         self.errors: list[str] = []
         self.requests: list[str] = []
         self._seen: list[str] = []
@@ -132,7 +134,7 @@ class Page:
             'Emulation.setDeviceMetricsOverride',
             width=width,
             height=height,
-            deviceScaleFactor=1,
+            deviceScaleFactor=self.scale,
             mobile=False,
         )
 

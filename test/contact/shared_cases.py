@@ -29,10 +29,11 @@ from rigid_body_sim.physics.model.scene import (
 from rigid_body_sim.physics.model.shapes import ConvexHull
 from rigid_body_sim.physics.simulation import Simulation
 
-TICKS = 12
+TICKS = 10
 
 BRICK = box('brick', (0.3, 0.2, 0.1), (0, 0, 0.07), turn=(1, 2, 3))
 BALL = ball('ball', 0.1, (0.05, 0, 0.25), velocity=(0, 0, -1))
+OTHER = ball('other', 0.1, (0, 0, 0.099), turn=(1, 2, 3))
 LIVELY, ROLLS = {'restitution': 0.5}, {'rolling_friction': 0.02}
 GROUND = ground(material=LIVELY)
 ROUGH = ground(material=ROLLS)
@@ -54,6 +55,7 @@ RULE = {'bodies': ['brick', 'ball'], 'friction': 0.1}
 SCENES = {
     'neither bounces nor rolls': ((ground(), BRICK, BALL), {}),
     'bounces': ((GROUND, BRICK, BALL), {}),
+    'balls': ((GROUND, BALL, OTHER), {}),
     'rolls': ((ROUGH, BRICK, BALL), {}),
     'sleeps': ((GROUND, BRICK, BALL), {'sleeping': True}),
     'pulled': ((GROUND, BRICK, BALL), {'forces': (SPRING,)}),
@@ -70,6 +72,7 @@ SCENES = {
     'hulls': ((TILE, SLATE), {}),
     'events': ((GROUND, BRICK, BALL), {'mode': 'event'}),
     'driven, pulled': ((SHAKEN, BRICK, BALL), {'forces': (SPRING,)}),
+    'events, balls': ((GROUND, BALL, OTHER), {'mode': 'event'}),
     'events, pulled': ((GROUND, BRICK, BALL), {'mode': 'event', 'forces': (SPRING,)}),
 }
 

@@ -1,8 +1,8 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Distance, depth and manifold of polyhedra are those of the library coal, on 4e4 pairs in all, and
-on 1e5 in the long form.
+Distance, depth and manifold of polyhedra are those of the library coal, on 1.5e4 pairs in all,
+and on 1e5 in the long form.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ from .hull_cases import PAIRS, Oracle, collide, name, random_cases, separation
 MARGIN = 10.0  # [m] every pair is reported
 EXACT = 1e-9  # [-] relative, of distances; coal is asked for 1e-12
 ITERATED = 1e-6  # [m] what coal's depth may miss: its EPA ends at 1e-10 or where it stalls
-COUNTS = [5_000, pytest.param(15_000, marks=pytest.mark.long)]  # of each pair
+COUNTS = [2_000, pytest.param(15_000, marks=pytest.mark.long)]  # of each pair
 
 
 def radius_of_cylinders(*shapes):
@@ -57,8 +57,10 @@ def test_smallest_gap_of_a_cylinder_is_the_distance_of_coal(pair, count):
             # against a face, the rim may hang over its edge
             assert -0.006 < error < 0.0155, (k, a.kind, b.kind, truth, found)
             errors.append(abs(error))
-    # a mantle, or a rim at an edge, is exact; coal iterates
-    assert np.mean(np.array(errors) < 1e-5) > (0.5 if pair[0] != BOX and pair[1] != HULL else 0.9)
+    # a mantle, or a rim at an edge, is exact; coal iterates; three standard errors of the share
+    exact_ones = np.mean(np.array(errors) < 1e-5)
+    least = 0.5 if pair[0] != BOX and pair[1] != HULL else 0.9
+    assert exact_ones > least - 1.5 / np.sqrt(len(errors))
 
 
 @pytest.mark.parametrize('count', COUNTS)
@@ -93,13 +95,14 @@ def test_smallest_gap_of_the_manifold_is_the_distance_of_coal(pair, count):
     assert apart > 0.2 * count and overlapping > 0.04 * count
 
 
+@pytest.mark.parametrize('count', [600, pytest.param(2000, marks=pytest.mark.long)])
 @pytest.mark.parametrize('pair', [(BOX, HULL), (CYLINDER, HULL), (HULL, HULL)], ids=name)
-def test_nearest_points_and_least_overlap_are_exact(pair):
+def test_nearest_points_and_least_overlap_are_exact(pair, count):
     """The parts below the manifold, without the gains that keep its normal steady."""
     rng = np.random.default_rng(7)
     oracle = Oracle()
     apart = overlapping = 0
-    for a, b, pose_a, pose_b in random_cases(pair, 2000, rng):
+    for a, b, pose_a, pose_b in random_cases(pair, count, rng):
         truth = oracle(a, b, pose_a, pose_b)
         state, distance = exact(a, b, pose_a, pose_b)
         assert (state == gjk.GAP) == (truth > 0.0), (truth, distance)
@@ -110,7 +113,7 @@ def test_nearest_points_and_least_overlap_are_exact(pair):
             # The true depth is the least over all directions: none is less, and coal's is not.
             assert truth - ITERATED < distance < truth + ITERATED, (truth, distance)
             overlapping += 1
-    assert min(apart, overlapping) > 300
+    assert min(apart, overlapping) > 0.15 * count
 
 
 def exact(a, b, pose_a, pose_b):
@@ -145,15 +148,16 @@ def brute_force(a, b, pose_a, pose_b):
     return float(np.max(np.min(of_b @ axes.T, axis=0) - np.max(of_a @ axes.T, axis=0)))
 
 
-def test_dismissed_faces_and_edges_could_not_have_won():
+@pytest.mark.parametrize('count', [80, pytest.param(300, marks=pytest.mark.long)])
+def test_dismissed_faces_and_edges_could_not_have_won(count):
     rng = np.random.default_rng(8)
     compared = 0
-    for a, b, *poses in random_cases((HULL, CYLINDER), 300, rng):
+    for a, b, *poses in random_cases((HULL, CYLINDER), count, rng):
         state, s = exact(a, b, *poses)
         if state == gjk.TOUCH and len(a.solid.edges) * len(b.solid.edges) < 10_000:
             assert s == pytest.approx(brute_force(a, b, *poses), abs=1e-14)  # round-off
             compared += 1
-    assert compared > 50
+    assert compared > count / 6
 
 
 def test_prism_record_lies_behind_the_sizes_of_a_cylinder():

@@ -51,7 +51,7 @@ sim = Simulation(scene([
     solid('coin on the ground', Cylinder(0.08, 0.01), 0.5, (2.0, 9.0, 1.0)),
     solid('capsule', Capsule(0.05, 0.1), 1.0, (2.0, 3.0, 1.0)), ball('b', 0.05, (0.02, 0, 0.3)),
 ]))
-sim.step(120)
+sim.step(80)
 print(sim.state_bytes().hex())
 """
 
@@ -69,7 +69,7 @@ def test_what_a_shared_kernel_knows_beside_its_scene_changes_no_bit():
     )
     assert done.returncode == 0, done.stderr
     scenes = dict(line.split(': ') for line in done.stdout.splitlines())
-    assert len(scenes) >= 19 and {*scenes.values()} == {'True True True'}, scenes
+    assert len(scenes) >= 21 and {*scenes.values()} == {'True True True'}, scenes
 
 
 def test_many_ticks_at_once_give_the_bits_of_one_by_one_and_of_every_run():

@@ -4,8 +4,9 @@
 The bits to which every integrator comes on bodies and points that are linked, and on tops: also a
 program, which prints whether kernels are compiled, and then a line for each.
 
-Integrators that differ from another in how a body turns alone come on tops, which turn alone; that
-they are linked is left to `in_full`, and that something turns with a top, as with what is linked.
+One of each scheme comes on what is linked. The others, which differ from it in their coefficients
+or in how a body turns alone, come on tops, which turn alone; that they are linked is left to
+`in_full`, and that something turns with a top, as with what is linked.
 """
 
 import hashlib
@@ -28,7 +29,7 @@ def lines(*in_full):
     """
     Give name and digest of each integrator.
     """
-    linked = NAMES if in_full else scenes.first_of_each_scheme(NAMES)
+    linked = NAMES if in_full else scenes.OF_EACH_KIND
     ticks = LONG if in_full else SHORT
     for name in NAMES:
         if name in scenes.TURNING:

@@ -50,8 +50,7 @@ RUN = """
 import sys
 from rigid_body_sim import Simulation, load_scene
 sim = Simulation(load_scene({'dt': 0.001, 'bodies': [
-    {'name': 'b', 'mass': 1, 'shape': {'type': 'box', 'size': [1, 2, 3]},
-     'initial': {'velocity': [1, 2, 3], 'angular_velocity': [0.1, 2, 0.3]}}]}))
+    {'name': 'b', 'mass': 1, 'shape': {'type': 'particle'}, 'initial': {'velocity': [1, 2, 3]}}]}))
 sim.step(100)
 print('numba' in sys.modules, sim.state_bytes().hex())
 """

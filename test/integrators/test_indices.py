@@ -69,7 +69,7 @@ folder, most, *texts = sys.argv[1:]
 for text in texts:
     scene = load_scene(text if text.endswith('.yaml') else text.encode())
     if len(scene.bodies) <= int(most):
-        Simulation(scene).step(5)  # from the third tick on manifolds follow their bodies
+        Simulation(scene).step(3)  # in the third tick manifolds follow their bodies
         print('done')
 if not texts:
     sys.path.insert(0, folder)

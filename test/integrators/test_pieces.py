@@ -216,7 +216,7 @@ def test_kernels_of_what_only_this_process_has_run_and_leave_no_piece(
 RUN = """
 import hashlib
 from rigid_body_sim import Simulation, load_scene
-simulation = Simulation(load_scene('two_bodies'))
+simulation = Simulation(load_scene('spring_ball'))
 simulation.step(100)
 print(hashlib.sha256(simulation.state_bytes()).hexdigest())
 """

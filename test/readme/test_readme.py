@@ -100,13 +100,14 @@ def test_the_first_minutes_of_students_and_of_researchers_work(
         assert 'no drift, to the last bit' in shown
 
 
-def test_the_commands_of_a_first_run_work(tmp_path):
+def test_the_commands_of_a_first_run_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
     lines = block_with('', 'simulate two_bodies').strip().splitlines()
     assert len(lines) == 8
     for line in lines:
         words = shlex.split(line, comments=True)
-        assert words[0] == 'python'
-        run([sys.executable, *words[1:]], folder=tmp_path)
+        assert words[:3] == ['python', '-m', 'rigid_body_sim']
+        assert main(words[3:]) == 0, capsys.readouterr()
     assert (tmp_path / 'run.png').stat().st_size > 10_000
     assert len((tmp_path / 'run.csv').read_text().splitlines()) == 1 + 1001  # t = 0 is one of them
 

@@ -399,7 +399,7 @@ CAMERA = """(() => {
 @pytest.fixture
 def phone(tab, page):
     """The page on a phone that is touched."""
-    size = {'width': 390, 'height': 844, 'deviceScaleFactor': 1, 'mobile': True}
+    size = {'width': 390, 'height': 844, 'deviceScaleFactor': tab.scale, 'mobile': True}
     tab.open('about:blank')
     tab.open(f'{page.as_uri()}#paused')
     tab.ask('Emulation.setDeviceMetricsOverride', **size)

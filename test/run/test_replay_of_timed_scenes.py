@@ -42,7 +42,7 @@ def scene(tmp_path):
     return path
 
 
-@pytest.mark.parametrize('integrator', ['dmv6', 'rk4'])
+@pytest.mark.parametrize('integrator', ['dmv6', pytest.param('rk4', marks=pytest.mark.long)])
 def test_a_run_across_jumps_and_burn_out_replays_bit_for_bit(
     scene, tmp_path, verb, as_json, integrator
 ):

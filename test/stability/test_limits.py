@@ -12,6 +12,7 @@ import pytest
 from rigid_body_sim import Simulation
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
+from ..integrators.scenes import first_of_each_scheme
 from . import cases
 
 script = cases.limits_script()
@@ -59,14 +60,22 @@ OURS = {
     **dict.fromkeys(('dmv6', 'dmv8'), (4.0, 4.0, 4.0, 4.0)),
 }
 TABLE = PUBLISHED | OURS
-# one that steps as it is told and one that chooses: the others have other coefficients
+# of methods that turn matrices one that steps as it is told and one that chooses, for the others
+# have other coefficients; of the others one of each scheme and order; all of them on the flip,
+# where most have their least step
+ON_ALL_BODIES = {*first_of_each_scheme(sorted(INTEGRATORS)), 'rk4' + MATRIX}
 WITH_MATRIX = ('rk4' + MATRIX, 'rk45' + MATRIX)
+FLIP = 3  # its place among the bodies
+
+
+def is_short(name, place):
+    if name.endswith(MATRIX) and name not in WITH_MATRIX:
+        return False
+    return place == FLIP or name in ON_ALL_BODIES
+
+
 CELLS = [
-    pytest.param(
-        name,
-        place,
-        marks=pytest.mark.long if name.endswith(MATRIX) and name not in WITH_MATRIX else (),
-    )
+    pytest.param(name, place, marks=() if is_short(name, place) else pytest.mark.long)
     for name in TABLE
     for place in range(4)
 ]
