@@ -56,7 +56,7 @@ SIZE_OF_OWN = own.padding(LINE)
 
 KIND_UNIT, LAST_UNIT = 1 << 48, 1 << 24
 # what is to be done
-NOTHING, MANIFOLDS, GROUPS, IMPULSES = range(4)
+NOTHING, BODIES, COLLIDERS, MANIFOLDS, GROUPS, IMPULSES = range(6)
 NO_PART = -1
 
 # looks before one lets others go first: 0.2 ms, longer than a group takes, or goes by between two

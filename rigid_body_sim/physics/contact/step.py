@@ -25,8 +25,9 @@ solve, update separation, relax (TGS-Soft); then restitution, energy, and what i
     sleep:     islands that are at rest
 
 What has nothing to do with each other is done in parts, by whoever is there (`crew`): the narrow
-phase some pairs at a time (`_find_some_manifolds`), from `prepare` on groups of islands
-(`_pass_groups`) and bodies that touch nobody, and what is stored (`_store_some_impulses`).
+phase some pairs at a time (`_find_some_manifolds`), what is before it some bodies and colliders
+(`_gather_some_bodies`, `_find_some_reaches`), from `prepare` on groups of islands (`_pass_groups`)
+and bodies that touch nobody, and what is stored (`_store_some_impulses`).
 
 Where islands may sleep, sleepers are left out (`islands.sleep`): who wakes is known before
 anything has changed, who falls asleep at the end of a tick; both return to Python, for impulse
@@ -110,7 +111,7 @@ REST = 1e-7  # [m/s] the same for the first `relaxations` passes after the motio
 
 # parts of a tick: fewer wait for each other longer, more cost calls, and lists with gaps
 PAIRS_OF_PART = 64  # [-]
-BLOCKS_OF_PART = 8  # [-] of bodies
+BODIES_OF_PART = 2 * blocks.LANES  # [-] whole blocks; as many colliders
 
 # bound for each scene
 WIDTH = slot('[-] numbers of a contact point')
@@ -143,7 +144,10 @@ apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what b
 # the stages, of this module
 evaluate_forces = slot('kernel (time, motion, forces)')
 gather_body = slot('kernel (body, motion, bodies): a body as it is at the start')
-gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
+gather_some_bodies = slot('kernel (world): some bodies as they are at the start')
+gather_bodies = slot('kernel (world): bodies as they are at the start')
+find_some_reaches = slot('kernel (h, world): poses and swept AABBs of some colliders')
+find_pairs = slot('kernel (h, world): the broad phase; tells whether there was room')
 find_some_manifolds = slot('kernel (h, world): parts of the narrow phase')
 detect_contacts = slot('kernel (number, h, world): tells whether the manifolds are there')
 find_impacts = slot('kernel (tick, h, ...): impacts at their instants; tells whether to go on')
@@ -306,7 +310,7 @@ def _advance(ticks, tick, h, world):
         )  # fmt: skip
         count = count_touching(motion, constraints, world.marks, world.touching, counts)
         touching = world.touching[0:count]
-        parts = counts[tick_counts.GROUPS] + (parts_of_free(motion) if APART else 0)
+        parts = counts[tick_counts.GROUPS] + (parts_of(motion.body_count) if APART else 0)
         crew.post(crew.GROUPS, parts, world.crew)
         pass_groups(tick, h, world)
         crew.wait_for_parts(parts, world.crew)
@@ -360,14 +364,78 @@ def _gather_body(body, motion, bodies):
         solver_bodies.find_free_acceleration(body, motion.rigid_count, motion.rotation, bodies)
 
 
-def _gather_bodies(motion, bodies, state):
+@inline
+def parts_of(count: int) -> int:
+    """Count the parts of so many bodies or colliders."""
+    return (count + BODIES_OF_PART - 1) // BODIES_OF_PART
+
+
+def _gather_some_bodies(world):
+    """Give the solver some bodies as they are at the start of the tick, until none is left."""
+    motion = world.motion
+    part = crew.take(crew.BODIES, world.crew)
+    while part != crew.NO_PART:
+        first = part * BODIES_OF_PART
+        for body in range(first, min(first + BODIES_OF_PART, motion.body_count)):
+            if SLEEPING and sleep.asleep(body, world.sleep.sleep_states):
+                continue
+            gather_body(body, motion, world.bodies)
+        crew.finish(world.crew)
+        part = crew.take(crew.BODIES, world.crew)
+
+
+def _gather_bodies(world):
     """Give the solver the bodies as they are at the start of the tick."""
-    for body in range(motion.body_count):
-        if SLEEPING and sleep.asleep(body, state.sleep_states):
-            continue
-        gather_body(body, motion, bodies)
-    pivots.hold(motion.pivoted, bodies)
-    solver_bodies.clear(motion.body_count, bodies)
+    parts = parts_of(world.motion.body_count)
+    crew.post(crew.BODIES, parts, world.crew)
+    gather_some_bodies(world)
+    crew.wait_for_parts(parts, world.crew)
+    pivots.hold(world.motion.pivoted, world.bodies)
+    solver_bodies.clear(world.motion.body_count, world.bodies)
+
+
+def _find_some_reaches(h, world):
+    """Find where some colliders are, and how far they reach in a tick, until none is left."""
+    motion, colliders, count = world.motion, world.colliders, world.counts[tick_counts.COLLIDERS]
+    part = crew.take(crew.COLLIDERS, world.crew)
+    while part != crew.NO_PART:
+        first = part * BODIES_OF_PART
+        last = min(first + BODIES_OF_PART, count)
+        narrow_phase.find_poses(
+            first, last, motion.rigid_count, motion.translation, motion.rotation,
+            colliders.table, world.detection.local_poses, colliders.poses,
+        )  # fmt: skip
+        swept_aabbs.find_swept_aabbs(
+            first, last, h, world.settings[tick_settings.MARGIN], colliders, world.bodies
+        )
+        crew.finish(world.crew)
+        part = crew.take(crew.COLLIDERS, world.crew)
+
+
+def _find_pairs(h, world):
+    """Find who may meet in a tick [s]; tell whether there was room, else counts[STATUS] does."""
+    colliders, detection, counts = world.colliders, world.detection, world.counts
+    parts = parts_of(counts[tick_counts.COLLIDERS])
+    crew.post(crew.COLLIDERS, parts, world.crew)
+    find_some_reaches(h, world)
+    crew.wait_for_parts(parts, world.crew)
+    pairs = neighbour_list.find_pairs(
+        counts[tick_counts.COLLIDERS], counts[tick_counts.PLANES], h,
+        world.settings[tick_settings.USUAL_RADIUS], counts[tick_counts.PAIR_ROOM], colliders,
+        detection.broad_phase,
+    )  # fmt: skip
+    counts[tick_counts.PAIRS] = pairs
+    if pairs > counts[tick_counts.PAIR_ROOM]:
+        counts[tick_counts.STATUS] = tick_counts.SHORT_OF_PAIRS
+        return False
+    pair_ids = detection.broad_phase.pair_ids
+    if IGNORES:
+        pairs = ignored_pairs.without_ignored(pairs, detection.ignored, pair_ids)
+        counts[tick_counts.PAIRS] = pairs
+    if RECYCLES and len(detection.records) > 0:
+        cache = world.constraints.impulse_cache
+        impulse_cache.find_recycled(pairs, pair_ids, cache, detection.places)
+    return True
 
 
 def _find_some_manifolds(h, world):
@@ -392,35 +460,12 @@ def _detect_contacts(number, h, world):
     Find poses, swept AABBs, pairs and manifolds of a tick [s], the tick of a number. Tell whether
     it can go on; else counts[STATUS] tells why.
     """
-    motion, colliders, detection, counts = (
-        world.motion, world.colliders, world.detection, world.counts,
-    )  # fmt: skip
-    constraints, bodies, state, settings = (
-        world.constraints, world.bodies, world.sleep, world.settings,
-    )  # fmt: skip
-    count, manifolds = counts[tick_counts.COLLIDERS], constraints.manifolds
-    gather_bodies(motion, bodies, state)
-    narrow_phase.find_poses(
-        count, motion.rigid_count, motion.translation, motion.rotation, colliders.table,
-        detection.local_poses, colliders.poses,
-    )  # fmt: skip
-    swept_aabbs.find_swept_aabbs(count, h, settings[tick_settings.MARGIN], colliders, bodies)
-    pairs = neighbour_list.find_pairs(
-        count, counts[tick_counts.PLANES], h, settings[tick_settings.USUAL_RADIUS],
-        counts[tick_counts.PAIR_ROOM], colliders, detection.broad_phase,
-    )  # fmt: skip
-    counts[tick_counts.PAIRS] = pairs
-    if pairs > counts[tick_counts.PAIR_ROOM]:
-        counts[tick_counts.STATUS] = tick_counts.SHORT_OF_PAIRS
+    colliders, detection, counts = world.colliders, world.detection, world.counts
+    manifolds = world.constraints.manifolds
+    gather_bodies(world)
+    if not find_pairs(h, world):
         return False
-    if IGNORES:
-        pairs = ignored_pairs.without_ignored(
-            pairs, detection.ignored, detection.broad_phase.pair_ids
-        )
-        counts[tick_counts.PAIRS] = pairs
-    pair_ids, cache = detection.broad_phase.pair_ids, constraints.impulse_cache
-    if RECYCLES and len(detection.records) > 0:
-        impulse_cache.find_recycled(pairs, pair_ids, cache, detection.places)
+    pairs = counts[tick_counts.PAIRS]
     parts, of_part = 1, pairs
     if not (GROUND or crew.is_alone(world.crew) or pairs > counts[tick_counts.MANIFOLD_ROOM]):
         parts, of_part = max(1, (pairs + PAIRS_OF_PART - 1) // PAIRS_OF_PART), PAIRS_OF_PART
@@ -432,8 +477,9 @@ def _detect_contacts(number, h, world):
     counts[tick_counts.PIECES] = 1
     if manifold_count <= counts[tick_counts.MANIFOLD_ROOM]:
         manifold_count = drop_ghosts(
-            manifold_count, count, h, h / settings[tick_settings.SUBSTEPS], colliders,
-            detection.found, manifolds, bodies,
+            manifold_count, counts[tick_counts.COLLIDERS], h,
+            h / world.settings[tick_settings.SUBSTEPS], colliders, detection.found, manifolds,
+            world.bodies,
             counts[tick_counts.PIECES : tick_counts.PIECES + 1],
         )  # fmt: skip
     counts[tick_counts.MANIFOLDS] = manifold_count
@@ -441,11 +487,12 @@ def _detect_contacts(number, h, world):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_MANIFOLDS
         return False
     if EVENTS and not find_impacts(
-        number, h, cache, pair_ids, manifolds, world.flights, counts
+        number, h, world.constraints.impulse_cache, detection.broad_phase.pair_ids, manifolds,
+        world.flights, counts,
     ):  # fmt: skip
         return False
     if SLEEPING and sleep.wake_touched(
-        manifold_count, h, colliders, manifolds, state.sleep_states
+        manifold_count, h, colliders, manifolds, world.sleep.sleep_states
     ):
         counts[tick_counts.STATUS] = tick_counts.WOKEN
         return False
@@ -750,19 +797,12 @@ def _move_group(now, group, bodies, packed):
         first = last
 
 
-@inline
-def parts_of_free(motion: Motion) -> int:
-    """Count the parts of a tick that are bodies which touch nobody: some blocks each."""
-    of_part = BLOCKS_OF_PART * blocks.LANES
-    return (motion.body_count + of_part - 1) // of_part
-
-
 def _move_free(part, now, world):
     """Move the bodies of a part that touch nobody over the whole tick, substep after substep."""
     motion, packed, bodies = world.motion, world.packed, world.bodies
+    of_part = BODIES_OF_PART // blocks.LANES
     block_count = (motion.body_count + blocks.LANES - 1) // blocks.LANES
-    first = part * BLOCKS_OF_PART
-    for block in range(first, min(first + BLOCKS_OF_PART, block_count)):
+    for block in range(part * of_part, min((part + 1) * of_part, block_count)):
         count = 0
         begin = blocks.LANES * block
         for body in range(begin, min(begin + blocks.LANES, motion.body_count)):
@@ -1057,7 +1097,11 @@ def _give_a_hand(tick, h, world):
     """Help with parts of ticks, until the call is over; tick: number of the first of the call."""
     kind = crew.wait_for_post(world.crew)
     while kind != crew.NOTHING:
-        if kind == crew.MANIFOLDS:
+        if kind == crew.BODIES:
+            gather_some_bodies(world)
+        elif kind == crew.COLLIDERS:
+            find_some_reaches(h, world)
+        elif kind == crew.MANIFOLDS:
             find_some_manifolds(h, world)
         elif kind == crew.GROUPS:
             pass_groups(tick, h, world)
@@ -1098,9 +1142,9 @@ def _meet_at_instant(time, world):
         return
     if DRIVES:
         drive(Tick(time, 0.0, 0.0, 1), world.driven, colliders, world.bodies, world.sleep, counts)
-    gather_bodies(motion, world.bodies, world.sleep)
+    gather_bodies(world)
     narrow_phase.find_poses(
-        counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
+        0, counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
         colliders.table, world.detection.local_poses, colliders.poses,
     )  # fmt: skip
     strikes = counts[tick_counts.INSTANT] == tick_counts.STRIKES
@@ -1109,14 +1153,19 @@ def _meet_at_instant(time, world):
 
 
 _STAGES = (
-    _evaluate_forces, _gather_body, _gather_bodies, _find_some_manifolds, _detect_contacts, _drive,
+    _evaluate_forces, _gather_body, _gather_some_bodies, _gather_bodies, _find_some_reaches,
+    _find_pairs, _find_some_manifolds, _detect_contacts, _drive,
     _find_works_of_drives, _colour_constraints, _arrange_constraints, _prepare_group,
     _find_first_loads, _begin_energy_balance, _solve_contacts, _move_all, _move_group, _move_free,
     _correct_forces, _gather_moved_bodies, _follow_and_relax, _end_substep, _pass_substeps,
     _pass_group, _pass_groups, _bound_bounces, _take_back_gains, _store_some_impulses,
     _store_impulses, _give_a_hand, _put_to_sleep, _meet_at_instant,
 )  # fmt: skip
-_OF_THE_CREW = _find_some_manifolds, _pass_groups, _store_some_impulses  # named twice
+# named twice, or more often
+_OF_THE_CREW = (
+    _gather_some_bodies, _find_some_reaches, _find_some_manifolds, _pass_groups,
+    _store_some_impulses,
+)  # fmt: skip
 
 
 def tick_kernel(name: str, **bindings: Any) -> Callable[..., Any]:

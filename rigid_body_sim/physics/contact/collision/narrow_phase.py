@@ -125,12 +125,15 @@ def _rotation_matrix(rotation: Array, place: int) -> Any:
 
 @kernel
 def find_poses(
-    count: int, n_rigid: int, translation: Array, rotation: Array, table: Indices,
+    first: int, last: int, n_rigid: int, translation: Array, rotation: Array, table: Indices,
     local_poses: Array, poses: Array,
 ) -> None:  # fmt: skip
-    """Find the poses of the shapes that move: R = R(q) M, x = r - R c, see `pose`."""
+    """
+    Find the poses of the shapes that move, from a first one to before a last: R = R(q) M,
+    x = r - R c, see `pose`.
+    """
     stride = pose.ROW_Y - pose.ROW_X
-    for collider in range(count):
+    for collider in range(first, last):
         body = table[collider * collider_record.SIZE + collider_record.BODY]
         if body < 0:
             continue
