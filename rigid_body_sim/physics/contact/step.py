@@ -127,7 +127,6 @@ SLEEPING = slot('[-] whether islands may sleep')
 FLOWS = slot('[-] whether the mass of a body that touches changes')
 DRIVES = slot('[-] whether some bodies are moved as told, or have a belt')
 IGNORES = slot('[-] whether some pairs do not meet')
-GROUND = slot('[-] whether some collider is a surface')
 RECYCLES = slot('[-] whether manifolds of some pairs follow their bodies')
 PAIR_MATERIALS = slot('[-] whether some pairs have a material of their own')
 drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
@@ -467,7 +466,8 @@ def _detect_contacts(number, h, world):
         return False
     pairs = counts[tick_counts.PAIRS]
     parts, of_part = 1, pairs
-    if not (GROUND or crew.is_alone(world.crew) or pairs > counts[tick_counts.MANIFOLD_ROOM]):
+    several = counts[tick_counts.SURFACES] > 0  # of one pair
+    if not (several or crew.is_alone(world.crew) or pairs > counts[tick_counts.MANIFOLD_ROOM]):
         parts, of_part = max(1, (pairs + PAIRS_OF_PART - 1) // PAIRS_OF_PART), PAIRS_OF_PART
     counts[tick_counts.PAIRS_OF_PART] = of_part
     crew.post(crew.MANIFOLDS, parts, world.crew)

@@ -13,6 +13,7 @@ counts = Record()
 # said by Python
 COLLIDERS = counts.number('-', 'how many there are')
 PLANES = counts.number('-', 'how many of them are planes, the first ones')
+SURFACES = counts.number('-', 'how many of them are ground of triangles')
 PAIR_ROOM = counts.number('-', 'room in the list of pairs')
 MANIFOLD_ROOM = counts.number('-', 'room in the list of manifolds')
 ROW_ROOM = counts.number('-', 'room for rows of constraints, in numbers')

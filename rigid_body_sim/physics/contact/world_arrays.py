@@ -190,6 +190,8 @@ class WorldArrays:
         planes = self.table[collider_record.TYPE :: collider_record.SIZE] == PLANE
         self.counts[tick_counts.COLLIDERS] = count
         self.counts[tick_counts.PLANES] = int(np.sum(planes))
+        surfaces = self.table[collider_record.TYPE :: collider_record.SIZE] == SURFACE
+        self.counts[tick_counts.SURFACES] = int(np.sum(surfaces))
         self._note_symmetry()
         self._make_lists(count)
 

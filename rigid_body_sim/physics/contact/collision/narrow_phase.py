@@ -358,19 +358,21 @@ def _find_manifolds(
 @kernel
 def close_up(parts: int, pairs_of_part: int, counts: Indices, manifolds: Array) -> int:
     """
-    Put the manifolds of parts of the pairs behind each other; return how many there are.
+    Put the manifolds of parts of the pairs behind each other; return how many there are. LANE
+    belongs to the place.
 
     counts : how many each part has
     """
     length = counts[0]
     for part in range(1, parts):
-        begin = part * pairs_of_part * manifold_record.SIZE
-        end = begin + counts[part] * manifold_record.SIZE
-        to = length * manifold_record.SIZE
-        if to != begin:
-            for place in range(begin, end):
-                manifolds[to + place - begin] = manifolds[place]
-        length += counts[part]
+        begin = part * pairs_of_part
+        for index in range(begin, begin + counts[part]):
+            if length != index:
+                for entry in range(manifold_record.LANE):
+                    manifolds[length * manifold_record.SIZE + entry] = manifolds[
+                        index * manifold_record.SIZE + entry
+                    ]
+            length += 1
     return length
 
 
@@ -378,8 +380,7 @@ def manifold_finder(
     kernels: Sequence[tuple[int, int, Callable[..., Any]]], *, recycles: bool
 ) -> dict[str, Any]:
     """
-    Make what finds the manifolds of a scene with these pair kernels: `find_manifolds`, of some
-    pairs, and `drop_ghosts`; GROUND: whether a pair may have several.
+    Make what finds the manifolds of a scene with these pair kernels, by name.
 
     recycles : whether manifolds of some pairs follow their bodies
     """
@@ -392,7 +393,6 @@ def manifold_finder(
     if ground:
         ground_misses = ground_miss_finder(name, collide, true_shapes=true_shapes)
     return {
-        'GROUND': ground,
         'find_manifolds': specialise(
             _find_manifolds, name=name, GROUND=ground, RECYCLES=recycles, collide=collide,
             ground_misses=ground_misses,
