@@ -125,7 +125,7 @@ def test_threads_change_no_bit_of_what_falls_asleep(on):
 
 
 def test_threads_change_no_bit_of_what_bounces_at_its_instant(on):
-    described = scene(towers(6, restitution=0.5), mode='event')
+    described = scene(towers(6, material={'restitution': 0.5}), mode='event')
     found = [after(on(threads, described), 10) for threads in THREADS]
     assert len(set(found)) == 1
 
