@@ -66,6 +66,7 @@ from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
+    colouring,
     constraint,
     friction_patch,
     group_record,
@@ -251,7 +252,7 @@ class WorldArrays:
         self.cache = np.zeros(cache_record.HEAD + manifolds * room)
         batches = count // COLLIDERS_OF_A_BATCH + FULL_BATCHES_BESIDE
         room = constraint.SIZE + manifold.MOST * self._width + friction_patch.SIZE
-        self.rows = aligned(batches * room)
+        self.rows = aligned(colouring.HEAD + batches * room)
         batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
         self.batches = np.zeros(batches * batch_record.ROOM, dtype=np.int64)
 

@@ -36,6 +36,7 @@ from rigid_body_sim.physics.contact.solver.manifold_constraints import are_curve
 
 NOWHERE = 1e9  # [m] separation of a point that a manifold does not have: it never presses
 HALF = 4  # [-] lanes of the narrower vectors
+HEAD = constraint.LANES  # [-] of the rows: no lane begins at 0, which is none (`surface_friction`)
 NO_ROOM = -1  # in place of the number of batches: rows or batches are too few
 
 
@@ -65,7 +66,7 @@ def colour_constraints(
     for body in range(n_moving + 1):
         colours[body] = 0
     count = 0
-    end = 0
+    end = HEAD
     for number in range(group_count):
         group = number * group_record.SIZE
         constraints.groups[group + group_record.FIRST_BATCH] = count
