@@ -22,6 +22,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import itertools
+import os
 import statistics
 import time
 from collections.abc import Callable
@@ -235,6 +236,7 @@ def cpu_seconds(engine, before: float, timed: float) -> float:
 
 def main() -> None:
     """Print one table per scene."""
+    os.environ.setdefault('RIGID_BODY_SIM_THREADS', '1')
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--scenes', nargs='+', choices=SCENES, default=list(SCENES))
     parser.add_argument('--repeat', type=int, default=3)

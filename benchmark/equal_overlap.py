@@ -23,6 +23,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import itertools
+import os
 import statistics
 import time
 from typing import Any
@@ -212,6 +213,7 @@ def measure(scene: str, repeat: int, engines: list[Any]) -> dict[Any, tuple[floa
 
 def main() -> None:
     """Print the points of each scene, and the ratios at equal overlap."""
+    os.environ.setdefault('RIGID_BODY_SIM_THREADS', '1')
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--scenes', nargs='+', choices=SCENES, default=list(SCENES))
     parser.add_argument('--repeat', type=int, default=3)

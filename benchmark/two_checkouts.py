@@ -110,7 +110,8 @@ class Checkout:
             cwd=cache,  # not the folder of another checkout
             env=os.environ
             | {key: str(value) for key, value in variables.items()}
-            | {'BENCH_FOLDER': str(cache), 'OMP_NUM_THREADS': '1', 'PYTHONHASHSEED': '0'},
+            | {'BENCH_FOLDER': str(cache), 'OMP_NUM_THREADS': '1', 'PYTHONHASHSEED': '0'}
+            | {'RIGID_BODY_SIM_THREADS': '1'},  # processor time is measured, of what all do alone
         )
 
     def __enter__(self) -> Checkout:

@@ -10,6 +10,7 @@ import fcntl
 import gc
 import os
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.images import Images
 from rigid_body_sim.physics.compile.kernel import Kernel
 from rigid_body_sim.physics.compile.pieces import PieceFiles
-from rigid_body_sim.physics.contact import step
+from rigid_body_sim.physics.contact import step, tick_counts
 from rigid_body_sim.physics.contact import world as world_module
 from rigid_body_sim.physics.contact.collision.collider import BOX, HULL, PLANE, SPHERE, SURFACE
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
@@ -155,6 +156,55 @@ def islands(simulation):
     The islands that sleep.
     """
     return contact(simulation)._sleepers._islands
+
+
+def groups(simulation):
+    """
+    How many groups of islands the last tick had.
+    """
+    return int(contact(simulation).arrays.counts[tick_counts.GROUPS])
+
+
+def board(simulation):
+    """
+    What threads tell each other in a tick.
+    """
+    return contact(simulation).arrays.board
+
+
+@contextmanager
+def helped(simulation, *further):
+    """
+    Note how many threads may help in each call of the kernel; let further calls be made beside.
+    """
+    helpers, noted = contact(simulation)._helpers, []
+    go = helpers.go
+
+    def noting(leads, help_with, arguments):
+        noted.append(len(help_with))
+        return go(leads, [*help_with, *further], arguments)
+
+    helpers.go = noting
+    try:
+        yield noted
+    finally:
+        del helpers.go
+
+
+def scratch_of_helpers(simulation):
+    """
+    What each thread that may help writes into, of calls to come.
+    """
+    arrays, made = contact(simulation).arrays, []
+    world_of_helper = arrays.world_of_helper
+
+    def noting(world):
+        made.append(world_of_helper(world))
+        return made[-1]
+
+    arrays.world_of_helper = noting
+    arrays.version += 1  # all are made anew
+    return made
 
 
 def asleep(simulation):

@@ -250,6 +250,9 @@ class Stepper:
     def put_back(self) -> None:
         """Return to what `begin` noted, if the work broke off; can itself be broken off."""
         self._side_by_side.rest()
+        contact = self.contact
+        if contact is not None:
+            contact.rest()
         if self.undo is not None:
             self.tick, arrays, _, mark = self.undo
             if arrays is None or len(arrays) == 1:

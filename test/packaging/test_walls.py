@@ -53,8 +53,8 @@ FLOORS = {  # room -> rooms and lone modules in it, the lowest first: arrows go 
     ),
     'physics.contact': (
         'pair_rules', 'settings', 'suited_integrators', 'tick_settings', 'tick_counts',
-        'array_groups', 'packed_bodies', 'solver_bodies', 'collision', 'solver', 'touching',
-        'islands', 'events', 'prescribed_bodies', 'energy',
+        'array_groups', 'packed_bodies', 'solver_bodies', 'crew', 'helpers', 'collision', 'solver',
+        'touching', 'islands', 'events', 'prescribed_bodies', 'energy',
         'readout', 'step', 'world_arrays', 'world',
     ),
     'physics.integration': (

@@ -113,15 +113,20 @@ class Kernel:
 
 
 class Transfer(Kernel):
-    """A kernel whose twin is no plain source, but written down for LLVM (`lane_transfers`)."""
+    """
+    A kernel whose twin is no plain source, but written down for LLVM (`lane_transfers`,
+    `shared_numbers`).
+    """
 
     @property
     def _numba_type_(self) -> Any:
         """What numba takes a global of this value for."""
         if self._twin is None:
-            from rigid_body_sim.physics.compile import lane_transfers
+            from rigid_body_sim.physics.compile import lane_transfers, shared_numbers
 
-            self._twin = lane_transfers.numba_type(self.py_func.__name__)
+            name = self.py_func.__name__
+            of_lanes = name in lane_transfers.DEFINITIONS
+            self._twin = (lane_transfers if of_lanes else shared_numbers).numba_type(name)
         return self._twin
 
 

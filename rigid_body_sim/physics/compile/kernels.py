@@ -189,7 +189,7 @@ def inline(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def transfer(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a small function for which LLVM is told how: see `lane_transfers`."""
+    """Compile a small function for which LLVM is told how: `lane_transfers`, `shared_numbers`."""
     if not COMPILED or not str(release_of('numba')).startswith(_KNOWN_INSIDE):
         return inline(function)
     return Transfer(function, IMAGES, CACHE, inlined=True, widest=False)

@@ -32,7 +32,7 @@ _STAGES = (
 
 def numba_type(name: str) -> Any:
     """What numba takes a transfer for; name: of a function of `solver.transfers`."""
-    define = _DEFINITIONS[name]
+    define = DEFINITIONS[name]
     return types.Function(make_intrinsic_template(object(), define, name))
 
 
@@ -162,7 +162,7 @@ def _strike(*, of_b: bool, replaces: bool) -> Callable[..., Any]:
     return define
 
 
-_DEFINITIONS = {
+DEFINITIONS = {
     'fetch_six': _fetch(6),
     'fetch_seven': _fetch(7),
     'replace_on_a': _strike(of_b=False, replaces=True),

@@ -54,8 +54,9 @@ class SideBySide:
         self.rest()
         self._batch = batch = _Batch(calls, arguments)
         try:
-            for _ in range(min(threads(), len(calls)) - 1):
-                start_new_thread(batch.help, ())
+            with suppress(RuntimeError):  # the system has no thread left
+                for _ in range(min(threads(), len(calls)) - 1):
+                    start_new_thread(batch.help, ())
             batch.work()
         finally:
             self.rest()

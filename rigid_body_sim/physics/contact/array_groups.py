@@ -80,6 +80,8 @@ class Constraints(NamedTuple):
     places        : scratch: where manifolds lie in the cache
     roots         : scratch: union-find of bodies
     unsettled     : of islands that go on: see `islands.unsettled_record`
+    members       : scratch: manifolds of a surface, see `solver.common_pressure`
+    scratch       : of the batch under way, of each thread its own: see `solver.lane_scratch`
     """
 
     manifolds: Array
@@ -94,3 +96,5 @@ class Constraints(NamedTuple):
     places: Indices
     roots: Indices
     unsettled: Array
+    members: Indices
+    scratch: Array

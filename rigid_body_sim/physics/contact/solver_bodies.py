@@ -5,7 +5,8 @@ Solver bodies: what the solver keeps of a body during a tick, one row of numbers
 in memory, gathered from the blocks and scattered back.
 
 Row i belongs to the body with core index i. In the blocks it is body i, or body k while its group
-passes its substeps: see `packed_bodies`. One more row, of zeros, stands for all that cannot move.
+passes its substeps: see `packed_bodies`. One more row for each group of islands stands for all
+that cannot move: of what is read there all is zero.
 World axes; p and L are the truth, velocities follow from them:
 
     v = p / m        omega = I^-1 L        I^-1 = R diag(J) R^T
@@ -85,6 +86,13 @@ HELD = 2.0**-100
 
 # how a body turns, the rounder the larger
 FIXED, AS_IT_IS, ABOUT_AXIS, BALL, CENTRED_BALL = -1.0, 0.0, 1.0, 2.0, 3.0
+
+
+@inline
+def clear(body: int, bodies: Array) -> None:
+    """Write zeros for what cannot move."""
+    for entry in range(SIZE):
+        bodies[body * SIZE + entry] = 0.0
 
 
 @inline

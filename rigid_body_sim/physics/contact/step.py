@@ -24,6 +24,11 @@ solve, update separation, relax (TGS-Soft); then restitution, energy, and what i
     store:     impulses, for the next tick
     sleep:     islands that are at rest
 
+What has nothing to do with each other is done in parts, by whoever is there (`crew`): the narrow
+phase some pairs at a time (`_find_some_manifolds`), what is before it some bodies and colliders
+(`_gather_some_bodies`, `_find_some_reaches`), from `prepare` on groups of islands (`_pass_groups`)
+and bodies that touch nobody, and what is stored (`_store_some_impulses`).
+
 Where islands may sleep, sleepers are left out (`islands.sleep`): who wakes is known before
 anything has changed, who falls asleep at the end of a tick; both return to Python, for impulse
 caches to be put in order.
@@ -43,6 +48,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact import (
+    crew,
     packed_bodies,
     prescribed_bodies,
     solver_bodies,
@@ -60,6 +66,7 @@ from rigid_body_sim.physics.contact.collision import (
 )
 from rigid_body_sim.physics.contact.collision.collider import BroadPhase, ColliderArrays
 from rigid_body_sim.physics.contact.collision.recycling import Recycling
+from rigid_body_sim.physics.contact.crew import Crew
 from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.events.flight import Flights
@@ -78,6 +85,7 @@ from rigid_body_sim.physics.contact.solver import (
     forces_of_state,
     group_record,
     impulse_cache,
+    lane_scratch,
     manifold_constraints,
     pair_materials,
     pivots,
@@ -101,6 +109,10 @@ STEP = 1.7  # [-] over-relaxation of those passes where balls meet (SOR)
 REST = 1e-7  # [m/s] the same for the first `relaxations` passes after the motion; more lets stacks
 # tremble
 
+# parts of a tick: fewer wait for each other longer, more cost calls, and lists with gaps
+PAIRS_OF_PART = 64  # [-]
+BODIES_OF_PART = 2 * blocks.LANES  # [-] whole blocks; as many colliders
+
 # bound for each scene
 WIDTH = slot('[-] numbers of a contact point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
@@ -119,7 +131,8 @@ RECYCLES = slot('[-] whether manifolds of some pairs follow their bodies')
 PAIR_MATERIALS = slot('[-] whether some pairs have a material of their own')
 drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
 evaluate = slot('kernel (place, time, translation, rotation, elements, ranges): adds wrenches')
-find_manifolds = slot('kernel (pairs, count, h, room, ...): the narrow phase')
+find_manifolds = slot('kernel (first, last, count, h, ...): the narrow phase of some pairs')
+drop_ghosts = slot('kernel (length, count, h, ...): takes out manifolds of ghosts')
 prepare = slot('kernel (lanes, batches, threshold, rows, ...): effective masses and warm start')
 solve_normals = slot('kernel (lanes, batches, 1/h, slop, cap, rows, ...): solves soft normals')
 update_separation = slot('kernel (lanes, batches, rows, ...): lets points follow the bodies')
@@ -129,30 +142,40 @@ spread_friction = slot('kernel (lanes, batches, rows, ...): friction of patches 
 apply_restitution = slot('kernel (lanes, batches, rows, ...): lets bounce what bounces')
 # the stages, of this module
 evaluate_forces = slot('kernel (time, motion, forces)')
-gather_bodies = slot('kernel (motion, bodies, sleep): bodies as they are at the start')
-detect_contacts = slot('kernel (h, ...): tells whether the manifolds of the tick are there')
+gather_body = slot('kernel (body, motion, bodies): a body as it is at the start')
+gather_some_bodies = slot('kernel (world): some bodies as they are at the start')
+gather_bodies = slot('kernel (world): bodies as they are at the start')
+find_some_reaches = slot('kernel (h, world): poses and swept AABBs of some colliders')
+find_pairs = slot('kernel (h, world): the broad phase; tells whether there was room')
+find_some_manifolds = slot('kernel (h, world): parts of the narrow phase')
+detect_contacts = slot('kernel (number, h, world): tells whether the manifolds are there')
 find_impacts = slot('kernel (tick, h, ...): impacts at their instants; tells whether to go on')
 meet_now = slot('kernel (strikes, cache, flights, counts): impacts at the present instant')
 land = slot('kernel (h, flights): takes who was struck to the end of the tick')
 drive = slot('kernel (now, ...): puts driven bodies where they are; tells whether nobody wakes')
 find_works_of_drives = slot('kernel (when, ...): of driven bodies on others')
 colour_constraints = slot('kernel (body_count, ...): tells whether there was room')
-prepare_constraints = slot('kernel (now, ...): tells whether the constraints are there')
+arrange_constraints = slot('kernel (now, ...): tells whether there is room for constraints')
+prepare_group = slot('kernel (now, constraints, ...): makes the constraints of a group')
 find_first_loads = slot('kernel (now, touching, ...): what is carried when the scene begins')
 begin_energy_balance = slot('kernel (h, touching, motion, bodies)')
 solve_contacts = slot('kernel (index, now, group, ...): warm start and soft normals')
 move_block = slot('kernel (block, count, ...): moves bodies of a block over a substep')
 move_all = slot('kernel (now, group, bodies, state): moves all bodies over a substep')
 move_group = slot('kernel (now, group, bodies, packed): moves the bodies of a group')
-move_free = slot('kernel (now, world): moves over the tick who touches nobody')
+move_free = slot('kernel (part, now, world): moves over the tick who touches nobody')
 correct_forces = slot('kernel (time, now, touching, ...): forces of after the motion')
 gather_moved_bodies = slot('kernel (now, group, bodies)')
 follow_and_relax = slot('kernel (index, now, group, ...): separations, then relaxation')
 end_substep = slot('kernel (index, now, group, ...): motion of a substep, and what follows')
-pass_substeps = slot('kernel (now, touching, world): all substeps of a tick')
+pass_substeps = slot('kernel (now, group, constraints, world): all substeps of a tick')
+pass_group = slot('kernel (number, now, world): a group, from its constraints to the last substep')
+pass_groups = slot('kernel (tick, h, world): parts of a tick that are groups, or bodies')
 take_back_gains = slot('kernel (h, touching, ...): what contact gave by its errors')
 bound_bounces = slot('kernel (touching, ...): restitution')
+store_some_impulses = slot('kernel (substep, world): parts of the impulse cache')
 store_impulses = slot('kernel (now, world): fills the impulse cache')
+give_a_hand = slot('kernel (tick, h, world): does parts of ticks, until the call is over')
 put_to_sleep = slot('kernel (h, end, ...): tells whether some body fell asleep')
 meet_at_instant = slot('kernel (time, world): looks at an impact, or lets it happen')
 
@@ -166,6 +189,7 @@ class Detection(NamedTuple):
     ignored     : pairs that do not meet: see `collision.ignored_pairs`
     places      : of the records of pairs: see `collision.recycling`
     records     : of the tick under way: see there
+    of_parts    : how many manifolds each part of the narrow phase has found
     """
 
     local_poses: Array
@@ -174,6 +198,7 @@ class Detection(NamedTuple):
     ignored: Indices
     places: Indices
     records: Array
+    of_parts: Indices
 
 
 class World(NamedTuple):
@@ -191,6 +216,9 @@ class World(NamedTuple):
     overlap_limits, overlaps : see `collision.deep_overlaps`
     flights          : of bodies between impacts: see `events.flight`
     packed           : room for the bodies of a group: see `packed_bodies`
+    crew             : see `crew`
+
+    Each thread has its own `found`, `packed` and `constraints.scratch`, and its place in the crew.
     """
 
     motion: Motion
@@ -213,6 +241,7 @@ class World(NamedTuple):
     overlaps: Array
     flights: Flights
     packed: PackedBodies
+    crew: Crew
 
 
 class Tick(NamedTuple):
@@ -232,7 +261,13 @@ class Tick(NamedTuple):
 
 
 def _advance(ticks, tick, h, world):
-    """Let ticks pass, one after the other: the recipe, which Python calls; NaN: no number left."""
+    """
+    Let ticks pass, one after the other: the recipe, which Python calls; NaN: no number left. Who
+    helps does parts of them.
+    """
+    if crew.helps(world.crew):
+        give_a_hand(tick, h, world)
+        return 0.0
     motion, forces, settings, counts = world.motion, world.forces, world.settings, world.counts
     colliders, constraints, bodies = world.colliders, world.constraints, world.bodies
     energy, state, flows, driven = world.energy, world.sleep, world.flows, world.driven
@@ -264,13 +299,9 @@ def _advance(ticks, tick, h, world):
                 counts[tick_counts.MANIFOLDS] = 0
                 counts[tick_counts.DONE] = passed + 1
                 continue
-        if not detect_contacts(
-            tick + passed, h, motion, colliders, world.detection, constraints, bodies, state,
-            settings, world.flights, counts,
-        ) or not prepare_constraints(
-            now, motion, colliders, world.materials, world.pair_materials, constraints, bodies,
-            flows, driven, settings, counts,
-        ):  # fmt: skip
+        if not detect_contacts(tick + passed, h, world) or not arrange_constraints(
+            now, motion.body_count, colliders.table, constraints, bodies, driven, counts
+        ):
             return 0.0
         deep_overlaps.list_deep_overlaps(
             counts[tick_counts.MANIFOLDS], colliders.table, world.overlap_limits,
@@ -278,20 +309,14 @@ def _advance(ticks, tick, h, world):
         )  # fmt: skip
         count = count_touching(motion, constraints, world.marks, world.touching, counts)
         touching = world.touching[0:count]
-        find_first_loads(
-            now, touching, motion, colliders.table, constraints, energy, bodies, state, settings,
-            counts,
-        )  # fmt: skip
-        begin_energy_balance(h, touching, motion, bodies)
-        pass_substeps(now, touching, world)
+        parts = counts[tick_counts.GROUPS] + (parts_of(motion.body_count) if APART else 0)
+        crew.post(crew.GROUPS, parts, world.crew)
+        pass_groups(tick, h, world)
+        crew.wait_for_parts(parts, world.crew)
         evaluated = COUPLED and not VELOCITY_DEPENDENT
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)
         take_back_gains(h, touching, motion, constraints, energy, bodies, settings, counts)
-        spread_friction(
-            counts[tick_counts.LANES], counts[tick_counts.BATCHES], constraints.rows,
-            constraints.batches,
-        )  # fmt: skip
         store_impulses(now, world)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
@@ -331,67 +356,143 @@ def _evaluate_forces(time, motion, forces):
     evaluate(0, time, translation, rotation, forces.elements, forces.ranges)
 
 
-def _gather_bodies(motion, bodies, state):
+def _gather_body(body, motion, bodies):
+    """Give the solver a body as it is at the start of the tick."""
+    solver_bodies.begin_tick(body, motion.rigid_count, motion.translation, motion.rotation, bodies)
+    if BOUNCES:
+        solver_bodies.find_free_acceleration(body, motion.rigid_count, motion.rotation, bodies)
+
+
+@inline
+def parts_of(count: int) -> int:
+    """Count the parts of so many bodies or colliders."""
+    return (count + BODIES_OF_PART - 1) // BODIES_OF_PART
+
+
+def _gather_some_bodies(world):
+    """Give the solver some bodies as they are at the start of the tick, until none is left."""
+    motion = world.motion
+    part = crew.take(crew.BODIES, world.crew)
+    while part != crew.NO_PART:
+        first = part * BODIES_OF_PART
+        for body in range(first, min(first + BODIES_OF_PART, motion.body_count)):
+            if SLEEPING and sleep.asleep(body, world.sleep.sleep_states):
+                continue
+            gather_body(body, motion, world.bodies)
+        crew.finish(world.crew)
+        part = crew.take(crew.BODIES, world.crew)
+
+
+def _gather_bodies(world):
     """Give the solver the bodies as they are at the start of the tick."""
-    for body in range(motion.body_count):
-        if SLEEPING and sleep.asleep(body, state.sleep_states):
-            continue
-        solver_bodies.begin_tick(
-            body, motion.rigid_count, motion.translation, motion.rotation, bodies
+    parts = parts_of(world.motion.body_count)
+    crew.post(crew.BODIES, parts, world.crew)
+    gather_some_bodies(world)
+    crew.wait_for_parts(parts, world.crew)
+    pivots.hold(world.motion.pivoted, world.bodies)
+    solver_bodies.clear(world.motion.body_count, world.bodies)
+
+
+def _find_some_reaches(h, world):
+    """Find where some colliders are, and how far they reach in a tick, until none is left."""
+    motion, colliders, count = world.motion, world.colliders, world.counts[tick_counts.COLLIDERS]
+    part = crew.take(crew.COLLIDERS, world.crew)
+    while part != crew.NO_PART:
+        first = part * BODIES_OF_PART
+        last = min(first + BODIES_OF_PART, count)
+        narrow_phase.find_poses(
+            first, last, motion.rigid_count, motion.translation, motion.rotation,
+            colliders.table, world.detection.local_poses, colliders.poses,
+        )  # fmt: skip
+        swept_aabbs.find_swept_aabbs(
+            first, last, h, world.settings[tick_settings.MARGIN], colliders, world.bodies
         )
-        if BOUNCES:
-            solver_bodies.find_free_acceleration(body, motion.rigid_count, motion.rotation, bodies)
-    pivots.hold(motion.pivoted, bodies)
-    for entry in range(solver_bodies.SIZE):
-        bodies[motion.body_count * solver_bodies.SIZE + entry] = 0.0
+        crew.finish(world.crew)
+        part = crew.take(crew.COLLIDERS, world.crew)
 
 
-def _detect_contacts(
-    number, h, motion, colliders, detection, constraints, bodies, state, settings, flights, counts
-):  # fmt: skip
-    """
-    Find poses, swept AABBs, pairs and manifolds of a tick [s], the tick of a number. Tell whether
-    it can go on; else counts[STATUS] tells why.
-    """
-    count, manifolds = counts[tick_counts.COLLIDERS], constraints.manifolds
-    gather_bodies(motion, bodies, state)
-    narrow_phase.find_poses(
-        count, motion.rigid_count, motion.translation, motion.rotation, colliders.table,
-        detection.local_poses, colliders.poses,
-    )  # fmt: skip
-    swept_aabbs.find_swept_aabbs(count, h, settings[tick_settings.MARGIN], colliders, bodies)
+def _find_pairs(h, world):
+    """Find who may meet in a tick [s]; tell whether there was room, else counts[STATUS] does."""
+    colliders, detection, counts = world.colliders, world.detection, world.counts
+    parts = parts_of(counts[tick_counts.COLLIDERS])
+    crew.post(crew.COLLIDERS, parts, world.crew)
+    find_some_reaches(h, world)
+    crew.wait_for_parts(parts, world.crew)
     pairs = neighbour_list.find_pairs(
-        count, counts[tick_counts.PLANES], h, settings[tick_settings.USUAL_RADIUS],
-        counts[tick_counts.PAIR_ROOM], colliders, detection.broad_phase,
+        counts[tick_counts.COLLIDERS], counts[tick_counts.PLANES], h,
+        world.settings[tick_settings.USUAL_RADIUS], counts[tick_counts.PAIR_ROOM], colliders,
+        detection.broad_phase,
     )  # fmt: skip
     counts[tick_counts.PAIRS] = pairs
     if pairs > counts[tick_counts.PAIR_ROOM]:
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_PAIRS
         return False
+    pair_ids = detection.broad_phase.pair_ids
     if IGNORES:
-        pairs = ignored_pairs.without_ignored(
-            pairs, detection.ignored, detection.broad_phase.pair_ids
-        )
+        pairs = ignored_pairs.without_ignored(pairs, detection.ignored, pair_ids)
         counts[tick_counts.PAIRS] = pairs
-    pair_ids, cache = detection.broad_phase.pair_ids, constraints.impulse_cache
     if RECYCLES and len(detection.records) > 0:
+        cache = world.constraints.impulse_cache
         impulse_cache.find_recycled(pairs, pair_ids, cache, detection.places)
-    manifold_count = find_manifolds(
-        pairs, count, h, h / settings[tick_settings.SUBSTEPS],
-        counts[tick_counts.MANIFOLD_ROOM], colliders, pair_ids, detection.found, manifolds,
-        bodies, Recycling(cache, detection.places, detection.records),
-        counts[tick_counts.PIECES : tick_counts.PIECES + 1],
-    )  # fmt: skip
+    return True
+
+
+def _find_some_manifolds(h, world):
+    """Do parts of the narrow phase, until none is left: see `narrow_phase`."""
+    counts, detection = world.counts, world.detection
+    recycling = Recycling(world.constraints.impulse_cache, detection.places, detection.records)
+    part = crew.take(crew.MANIFOLDS, world.crew)
+    while part != crew.NO_PART:
+        pairs, of_part = counts[tick_counts.PAIRS], counts[tick_counts.PAIRS_OF_PART]
+        detection.of_parts[part] = find_manifolds(
+            part * of_part, min(pairs, (part + 1) * of_part), counts[tick_counts.COLLIDERS], h,
+            h / world.settings[tick_settings.SUBSTEPS], counts[tick_counts.MANIFOLD_ROOM],
+            world.colliders, detection.broad_phase.pair_ids, detection.found,
+            world.constraints.manifolds, world.bodies, recycling,
+        )  # fmt: skip
+        crew.finish(world.crew)
+        part = crew.take(crew.MANIFOLDS, world.crew)
+
+
+def _detect_contacts(number, h, world):
+    """
+    Find poses, swept AABBs, pairs and manifolds of a tick [s], the tick of a number. Tell whether
+    it can go on; else counts[STATUS] tells why.
+    """
+    colliders, detection, counts = world.colliders, world.detection, world.counts
+    manifolds = world.constraints.manifolds
+    gather_bodies(world)
+    if not find_pairs(h, world):
+        return False
+    pairs = counts[tick_counts.PAIRS]
+    parts, of_part = 1, pairs
+    several = counts[tick_counts.SURFACES] > 0  # of one pair
+    if not (several or crew.is_alone(world.crew) or pairs > counts[tick_counts.MANIFOLD_ROOM]):
+        parts, of_part = max(1, (pairs + PAIRS_OF_PART - 1) // PAIRS_OF_PART), PAIRS_OF_PART
+    counts[tick_counts.PAIRS_OF_PART] = of_part
+    crew.post(crew.MANIFOLDS, parts, world.crew)
+    find_some_manifolds(h, world)
+    crew.wait_for_parts(parts, world.crew)
+    manifold_count = narrow_phase.close_up(parts, of_part, detection.of_parts, manifolds)
+    counts[tick_counts.PIECES] = 1
+    if manifold_count <= counts[tick_counts.MANIFOLD_ROOM]:
+        manifold_count = drop_ghosts(
+            manifold_count, counts[tick_counts.COLLIDERS], h,
+            h / world.settings[tick_settings.SUBSTEPS], colliders, detection.found, manifolds,
+            world.bodies,
+            counts[tick_counts.PIECES : tick_counts.PIECES + 1],
+        )  # fmt: skip
     counts[tick_counts.MANIFOLDS] = manifold_count
     if manifold_count > counts[tick_counts.MANIFOLD_ROOM]:
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_MANIFOLDS
         return False
     if EVENTS and not find_impacts(
-        number, h, cache, pair_ids, manifolds, flights, counts
+        number, h, world.constraints.impulse_cache, detection.broad_phase.pair_ids, manifolds,
+        world.flights, counts,
     ):  # fmt: skip
         return False
     if SLEEPING and sleep.wake_touched(
-        manifold_count, h, colliders, manifolds, state.sleep_states
+        manifold_count, h, colliders, manifolds, world.sleep.sleep_states
     ):
         counts[tick_counts.STATUS] = tick_counts.WOKEN
         return False
@@ -424,12 +525,18 @@ def _find_works_of_drives(when, motion, driven, constraints, bodies, counts):
 
 
 def _colour_constraints(body_count, table, constraints, bodies, counts):
-    """Colour the constraints into batches; tell whether there was room."""
+    """
+    Find the places of the constraints in the cache, and colour them into batches if others than
+    those of the last tick; tell whether there was room.
+    """
     count = counts[tick_counts.MANIFOLDS]
     if counts[tick_counts.ASSEMBLED] == 1 and impulse_cache.holds_same_manifolds(
-        count, constraints.manifolds, constraints.impulse_cache
+        count, constraints.manifolds, constraints.impulse_cache, constraints.places
     ):
         return True
+    impulse_cache.find_places(
+        count, constraints.manifolds, constraints.impulse_cache, constraints.places
+    )
     counts[tick_counts.GROUPS] = find_groups(
         count, body_count, APART, table, constraints.manifolds, constraints.colours,
         constraints.group_of, constraints.groups, constraints.order,
@@ -442,19 +549,16 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
     counts[tick_counts.LANES] = colouring.lanes_in_use(
         counts[tick_counts.BATCHES], constraints.batches
     )
-    colouring.empty_lanes_behind(counts[tick_counts.LANES], constraints.rows)
+    colouring.empty_lanes_behind(counts[tick_counts.LANES], constraints.scratch)
     return counts[tick_counts.BATCHES] != colouring.NO_ROOM
 
 
-def _prepare_constraints(
-    now, motion, colliders, materials, of_pairs, constraints, bodies, flows, driven, settings,
-    counts,
-):  # fmt: skip
+def _arrange_constraints(now, body_count, table, constraints, bodies, driven, counts):
     """
-    Make the constraints of a tick, with the impulses of the last one. Tell whether there was
-    room; else counts[STATUS] tells for what not.
+    Give the constraints of a tick their places, in groups, and find where those of the last one
+    are. Tell whether there was room; else counts[STATUS] tells for what not.
     """
-    manifolds, rows, cache = constraints.manifolds, constraints.rows, constraints.impulse_cache
+    cache = constraints.impulse_cache
     count = counts[tick_counts.MANIFOLDS]
     behind = recycled_record.SIZE if RECYCLES else 0
     if (
@@ -463,51 +567,80 @@ def _prepare_constraints(
     ):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_CACHE
         return False
-    if not colour_constraints(motion.body_count, colliders.table, constraints, bodies, counts):
+    if not colour_constraints(body_count, table, constraints, bodies, counts):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_ROWS
         return False
     if DRIVES:
         prescribed_bodies.choose_belts(
-            count, motion.body_count, driven.drives, colliders.table, manifolds, rows
+            count, body_count, driven.drives, table, constraints.manifolds, constraints.rows
         )
-    softness = Softness(
+    is_assembled = counts[tick_counts.ASSEMBLED] == 1
+    is_renewed = not is_assembled or cache[cache_record.SUBSTEP] != now.substep
+    counts[tick_counts.RENEWED] = 1 if is_renewed else 0
+    counts[tick_counts.ASSEMBLED] = 1
+    return True
+
+
+@inline
+def softness_of(now: Tick, settings: Array) -> Softness:
+    """How soft contacts are in a tick."""
+    return Softness(
         now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
         settings[tick_settings.DAMPING_RATIO],
     )  # fmt: skip
-    if (
-        counts[tick_counts.ASSEMBLED] == 0
-        or cache[cache_record.SUBSTEP] != now.substep
-        or common_pressure.is_shared(rows)
-    ):
+
+
+def _prepare_group(
+    now, is_renewed, motion, colliders, materials, of_pairs, constraints, bodies, flows, settings,
+    counts,
+):  # fmt: skip
+    """Make the constraints of a group, with the impulses of the last tick."""
+    manifolds, rows, order = constraints.manifolds, constraints.rows, constraints.order
+    softness = softness_of(now, settings)
+    if is_renewed:
         manifold_constraints.prepare_materials(
-            count, softness, CURVED, colliders.table, colliders.local_bounds, materials,
+            softness, CURVED, colliders.table, colliders.local_bounds, materials, order,
             manifolds, rows, bodies,
         )  # fmt: skip
         if PAIR_MATERIALS:
-            pair_materials.use_pair_materials(count, of_pairs, manifolds, rows)
-        counts[tick_counts.ASSEMBLED] = 1
+            pair_materials.use_pair_materials(of_pairs, order, manifolds, rows)
     manifold_constraints.prepare_points(
-        count, WIDTH, CURVED, constraints.order, motion.translation, colliders, manifolds, rows,
-        bodies,
-    )  # fmt: skip
-    impulse_cache.recall(
-        count, WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses,
-        constraints.order, constraints.places, manifolds, cache, rows,
-    )  # fmt: skip
-    common_pressure.share_pressure(
-        count, WIDTH, softness, colliders.table, manifolds, rows, bodies, constraints.places
+        WIDTH, CURVED, order, motion.translation, colliders, manifolds, rows, bodies
     )
+    impulse_cache.recall(
+        WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, order,
+        constraints.places, manifolds, constraints.impulse_cache, rows,
+    )  # fmt: skip
+    common_pressure.share_pressure(WIDTH, softness, colliders.table, constraints, bodies)
     if FLOWS:
         variable_mass.find_mass_scale(now.start + 0.5 * now.h, flows)
         variable_mass.scale_to_present_mass(flows, bodies)
     prepare(
-        counts[tick_counts.LANES], counts[tick_counts.BATCHES],
-        settings[tick_settings.RESTITUTION_THRESHOLD], rows, constraints.batches, bodies,
+        counts[tick_counts.LANES], batch_count_of(constraints),
+        settings[tick_settings.RESTITUTION_THRESHOLD], rows, constraints.scratch,
+        constraints.batches, bodies,
     )  # fmt: skip
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
         variable_mass.scale_warm_start(flows, bodies)
-    return True
+
+
+@inline
+def constraints_of(number: int, constraints: Constraints) -> Constraints:
+    """Those of a group: its manifolds and batches."""
+    row = number * group_record.SIZE
+    row_behind = row + group_record.SIZE
+    first = constraints.groups[row + group_record.FIRST_MANIFOLD]
+    last = constraints.groups[row_behind + group_record.FIRST_MANIFOLD]
+    begin = constraints.groups[row + group_record.FIRST_BATCH] * batch_record.SIZE
+    end = constraints.groups[row_behind + group_record.FIRST_BATCH] * batch_record.SIZE
+    return Constraints(
+        constraints.manifolds, constraints.rows, constraints.batches[begin:end],
+        constraints.colours, constraints.open_batches, constraints.impulse_cache,
+        constraints.groups, constraints.group_of, constraints.order[first:last],
+        constraints.places, constraints.roots, constraints.unsettled,
+        constraints.members[first:last], constraints.scratch,
+    )  # fmt: skip
 
 
 @inline
@@ -533,13 +666,13 @@ def count_touching(
 
 
 def _find_first_loads(
-    now, touching, motion, table, constraints, energy, bodies, state, settings, counts
+    now, touching, motion, table, constraints, energy, bodies, settings, counts
 ):  # fmt: skip
-    """Find what is carried when the scene begins, and start from it."""
+    """Find what a group carries when the scene begins, and start from it."""
     if FLOWS or DRIVES or now.start != 0.0:
         return
-    rows, batches = constraints.rows, constraints.batches
-    lanes, batch_count = counts[tick_counts.LANES], counts[tick_counts.BATCHES]
+    rows, batches, scratch = constraints.rows, constraints.batches, constraints.scratch
+    lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     roots, sizes = energy.roots, constraints.colours
     solver_bodies.kick_and_warm_start(2.0 * now.substep, Group(touching, False, motion), bodies)
     first_loads.find_islands(batch_count, motion.body_count, touching, batches, rows, roots, sizes)
@@ -547,29 +680,24 @@ def _find_first_loads(
     while goes_on:
         relax(
             lanes, batch_count, 1.0 / now.substep, min(passes, 1), first_loads.REST, 1.0, rows,
-            batches, bodies,
+            scratch, batches, bodies,
         )  # fmt: skip
         passes += 1
         goes_on = first_loads.wake_islands(
             passes, batch_count, motion.body_count, touching, batches, rows, roots, sizes
         )
-    spread_friction(lanes, batch_count, rows, batches)
-    gather_bodies(motion, bodies, state)
+    spread_friction(lanes, batch_count, rows, scratch, batches)
+    for index in range(len(touching)):
+        gather_body(touching[index], motion, bodies)
+    pivots.hold(motion.pivoted, bodies)
     first_loads.recall_loads(
-        counts[tick_counts.MANIFOLDS], batch_count, WIDTH, motion.body_count, now.substep,
-        constraints.manifolds, batches, rows, roots, sizes, bodies,
-    )  # fmt: skip
-    common_pressure.share_pressure(
-        counts[tick_counts.MANIFOLDS], WIDTH,
-        Softness(
-            now.substep, settings[tick_settings.WHOLE_TICK] / now.substeps,
-            settings[tick_settings.DAMPING_RATIO],
-        ),
-        table, constraints.manifolds, rows, bodies, constraints.places,
-    )  # fmt: skip
-    prepare(
-        lanes, batch_count, settings[tick_settings.RESTITUTION_THRESHOLD], rows, batches, bodies
+        WIDTH, motion.body_count, now.substep, constraints, roots, sizes, bodies
     )
+    common_pressure.share_pressure(WIDTH, softness_of(now, settings), table, constraints, bodies)
+    prepare(
+        lanes, batch_count, settings[tick_settings.RESTITUTION_THRESHOLD], rows, scratch, batches,
+        bodies,
+    )  # fmt: skip
 
 
 def _begin_energy_balance(h, touching, motion, bodies):
@@ -600,7 +728,7 @@ def _solve_contacts(
             counts[tick_counts.LANES], batch_count_of(constraints), 1.0 / now.substep,
             settings[tick_settings.SLOP], settings[tick_settings.PUSH_OUT_SPEED], iteration,
             STRUCK if further == 0 else NEAR, STEP if further == 0 else 1.0, constraints.rows,
-            constraints.batches, bodies,
+            constraints.scratch, constraints.batches, bodies,
         )  # fmt: skip
         iteration += 1
         goes_on = changed and iteration < PASSES
@@ -669,10 +797,12 @@ def _move_group(now, group, bodies, packed):
         first = last
 
 
-def _move_free(now, world):
-    """Move the bodies that touch nobody over the whole tick, substep after substep."""
+def _move_free(part, now, world):
+    """Move the bodies of a part that touch nobody over the whole tick, substep after substep."""
     motion, packed, bodies = world.motion, world.packed, world.bodies
-    for block in range((motion.body_count + blocks.LANES - 1) // blocks.LANES):
+    of_part = BODIES_OF_PART // blocks.LANES
+    block_count = (motion.body_count + blocks.LANES - 1) // blocks.LANES
+    for block in range(part * of_part, min((part + 1) * of_part, block_count)):
         count = 0
         begin = blocks.LANES * block
         for body in range(begin, min(begin + blocks.LANES, motion.body_count)):
@@ -735,42 +865,74 @@ def _gather_moved_bodies(now, group, bodies):
     solver_bodies.clear_warm_start(group.members, bodies)
 
 
-def _pass_substeps(now, touching, world):
+def _pass_substeps(now, group, constraints, world):
+    """Let a group pass the substeps of the tick."""
+    for index in range(now.substeps + 1):
+        if index > 0:
+            end_substep(index - 1, now, group, constraints, world)
+        if index < now.substeps:
+            if VELOCITY_DEPENDENT:
+                evaluate_forces(now.start + index * now.substep, world.motion, world.forces)
+            solve_contacts(
+                index, now, group, constraints, world.bodies, world.flows, world.driven,
+                world.settings, world.counts,
+            )  # fmt: skip
+
+
+def _pass_group(number, now, world):
     """
-    Let group after group of islands pass the substeps of the tick, then who touches nobody. Where
-    forces depend on the state, masses flow or something is driven, all are one group.
+    Let a group of islands pass the tick: its constraints, what it carries when the scene begins,
+    and all substeps. Where forces depend on the state, masses flow or something is driven, all
+    that touch are one group.
     """
-    motion, constraints, counts = world.motion, world.constraints, world.counts
-    for row in range(0, counts[tick_counts.GROUPS] * group_record.SIZE, group_record.SIZE):
-        first = constraints.groups[row + group_record.FIRST_BODY]
-        last = constraints.groups[row + group_record.SIZE + group_record.FIRST_BODY]
-        members = touching[first:last]
-        begin = constraints.groups[row + group_record.FIRST_BATCH] * batch_record.SIZE
-        end = constraints.groups[row + group_record.SIZE + group_record.FIRST_BATCH]
-        own = Constraints(
-            constraints.manifolds, constraints.rows,
-            constraints.batches[begin : end * batch_record.SIZE], constraints.colours,
-            constraints.open_batches, constraints.impulse_cache, constraints.groups,
-            constraints.group_of, constraints.order, constraints.places, constraints.roots,
-            constraints.unsettled,
-        )  # fmt: skip
+    motion, bodies, counts = world.motion, world.bodies, world.counts
+    groups, own = world.constraints.groups, constraints_of(number, world.constraints)
+    row = number * group_record.SIZE
+    first = groups[row + group_record.FIRST_BODY]
+    last = groups[row + group_record.SIZE + group_record.FIRST_BODY]
+    members = world.touching[first:last]
+    if number > 0:
+        solver_bodies.clear(motion.body_count + number, bodies)
+    if crew.helps(world.crew):
+        colouring.empty_lanes_behind(counts[tick_counts.LANES], own.scratch)
+    prepare_group(
+        now, counts[tick_counts.RENEWED] == 1 or groups[row + group_record.SHARED] == 1, motion,
+        world.colliders, world.materials, world.pair_materials, own, bodies, world.flows,
+        world.settings, counts,
+    )  # fmt: skip
+    find_first_loads(
+        now, members, motion, world.colliders.table, own, world.energy, bodies, world.settings,
+        counts,
+    )  # fmt: skip
+    groups[row + group_record.SHARED] = int(own.scratch[lane_scratch.SHARED])
+    groups[row + group_record.SURFACES] = int(own.scratch[lane_scratch.SURFACES])
+    begin_energy_balance(now.h, members, motion, bodies)
+    if APART and packed_bodies.fit(members, motion, world.packed):
+        packed = packed_bodies.pack(members, motion, world.packed)
+        group = Group(members, True, packed)
+    else:
         group = Group(members, False, motion)
-        if APART and packed_bodies.fit(members, motion, world.packed):
-            group = Group(members, True, packed_bodies.pack(members, motion, world.packed))
-        for index in range(now.substeps + 1):
-            if index > 0:
-                end_substep(index - 1, now, group, own, world)
-            if index < now.substeps:
-                if VELOCITY_DEPENDENT:
-                    evaluate_forces(now.start + index * now.substep, motion, world.forces)
-                solve_contacts(
-                    index, now, group, own, world.bodies, world.flows, world.driven,
-                    world.settings, counts,
-                )  # fmt: skip
-        if group.is_packed:
-            packed_bodies.unpack(members, group.motion, motion)
-    if APART:
-        move_free(now, world)
+    pass_substeps(now, group, own, world)
+    if group.is_packed:
+        packed_bodies.unpack(members, group.motion, motion)
+
+
+def _pass_groups(tick, h, world):
+    """
+    Do parts of a tick, until none is left: let groups pass it, or move who touches nobody; tick:
+    number of the first of the call.
+    """
+    counts = world.counts
+    part = crew.take(crew.GROUPS, world.crew)
+    while part != crew.NO_PART:
+        substeps = int(world.settings[tick_settings.SUBSTEPS])
+        now = Tick((tick + counts[tick_counts.DONE]) * h, h, h / substeps, substeps)
+        if part < counts[tick_counts.GROUPS]:
+            pass_group(part, now, world)
+        elif APART:
+            move_free(part - counts[tick_counts.GROUPS], now, world)
+        crew.finish(world.crew)
+        part = crew.take(crew.GROUPS, world.crew)
 
 
 def _end_substep(index, now, group, constraints, world):
@@ -808,7 +970,7 @@ def _follow_and_relax(
                 prescribed_bodies.BEFORE, motion, driven, constraints, bodies, counts
             )
             prescribed_bodies.add_works(touching, driven, bodies)
-    rows, batches = constraints.rows, constraints.batches
+    rows, scratch, batches = constraints.rows, constraints.scratch, constraints.batches
     lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     relaxations = int(settings[tick_settings.RELAXATIONS])
     gather_moved_bodies(now, group, bodies)
@@ -818,7 +980,7 @@ def _follow_and_relax(
         prescribed_bodies.turn_faces(
             batch_count, motion.body_count, driven, poses, constraints, bodies
         )
-    update_separation(lanes, batch_count, rows, batches, bodies)
+    update_separation(lanes, batch_count, rows, scratch, batches, bodies)
     if DRIVES:
         prescribed_bodies.turn_faces(
             batch_count, motion.body_count, driven, poses, constraints, bodies
@@ -828,8 +990,9 @@ def _follow_and_relax(
         rest = REST if iteration + 1 < relaxations else (STRUCK if further == 0 else NEAR)
         step = 1.0 if iteration < relaxations or further > 0 else STEP
         changed = relax(
-            lanes, batch_count, 1.0 / now.substep, iteration, rest, step, rows, batches, bodies
-        )
+            lanes, batch_count, 1.0 / now.substep, iteration, rest, step, rows, scratch, batches,
+            bodies,
+        )  # fmt: skip
         iteration += 1
         goes_on = changed and iteration < max(relaxations, PASSES)
         if not goes_on and iteration > max(1, relaxations):
@@ -837,7 +1000,7 @@ def _follow_and_relax(
             iteration = max(relaxations, PASSES)
             further += 1
     if not last:
-        start_substep(lanes, batch_count, rows, batches, bodies)
+        start_substep(lanes, batch_count, rows, scratch, batches, bodies)
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
         variable_mass.scale_warm_start(flows, bodies)
@@ -870,8 +1033,9 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven,
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     apply_restitution(
-        counts[tick_counts.LANES], batch_count, constraints.rows, constraints.batches, bodies
-    )
+        counts[tick_counts.LANES], batch_count, constraints.rows, constraints.scratch,
+        constraints.batches, bodies,
+    )  # fmt: skip
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
     if DRIVES:
@@ -900,12 +1064,50 @@ def _store_impulses(now, world):
     """Store what the next tick starts from; take who was struck to the end of this one."""
     if EVENTS:
         land(now.h, world.flights)
-    constraints = world.constraints
-    impulse_cache.store_impulses(
-        world.counts[tick_counts.MANIFOLDS], WIDTH, now.substep, ANGULAR, world.colliders.poses,
-        constraints.order, constraints.places, constraints.manifolds, constraints.rows,
-        world.detection.records, constraints.impulse_cache,
+    constraints, parts = world.constraints, world.counts[tick_counts.GROUPS]
+    impulse_cache.begin_cache(
+        world.counts[tick_counts.MANIFOLDS], now.substep, constraints.manifolds,
+        world.detection.records, constraints.places, constraints.impulse_cache,
     )  # fmt: skip
+    crew.post(crew.IMPULSES, parts, world.crew)
+    store_some_impulses(now.substep, world)
+    crew.wait_for_parts(parts, world.crew)
+
+
+def _store_some_impulses(substep, world):
+    """Give the points of groups their friction and store their impulses, until none is left."""
+    counts = world.counts
+    part = crew.take(crew.IMPULSES, world.crew)
+    while part != crew.NO_PART:
+        own = constraints_of(part, world.constraints)
+        shared = own.groups[part * group_record.SIZE + group_record.SURFACES]
+        own.scratch[lane_scratch.SURFACES] = float(shared)
+        spread_friction(
+            counts[tick_counts.LANES], batch_count_of(own), own.rows, own.scratch, own.batches
+        )
+        impulse_cache.store_impulses(
+            WIDTH, substep, ANGULAR, world.colliders.poses, own.order, own.places, own.manifolds,
+            own.rows, world.detection.records, own.impulse_cache,
+        )  # fmt: skip
+        crew.finish(world.crew)
+        part = crew.take(crew.IMPULSES, world.crew)
+
+
+def _give_a_hand(tick, h, world):
+    """Help with parts of ticks, until the call is over; tick: number of the first of the call."""
+    kind = crew.wait_for_post(world.crew)
+    while kind != crew.NOTHING:
+        if kind == crew.BODIES:
+            gather_some_bodies(world)
+        elif kind == crew.COLLIDERS:
+            find_some_reaches(h, world)
+        elif kind == crew.MANIFOLDS:
+            find_some_manifolds(h, world)
+        elif kind == crew.GROUPS:
+            pass_groups(tick, h, world)
+        else:
+            store_some_impulses(h / world.settings[tick_settings.SUBSTEPS], world)
+        kind = crew.wait_for_post(world.crew)
 
 
 def _put_to_sleep(
@@ -940,9 +1142,9 @@ def _meet_at_instant(time, world):
         return
     if DRIVES:
         drive(Tick(time, 0.0, 0.0, 1), world.driven, colliders, world.bodies, world.sleep, counts)
-    gather_bodies(motion, world.bodies, world.sleep)
+    gather_bodies(world)
     narrow_phase.find_poses(
-        counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
+        0, counts[tick_counts.COLLIDERS], motion.rigid_count, motion.translation, motion.rotation,
         colliders.table, world.detection.local_poses, colliders.poses,
     )  # fmt: skip
     strikes = counts[tick_counts.INSTANT] == tick_counts.STRIKES
@@ -951,12 +1153,18 @@ def _meet_at_instant(time, world):
 
 
 _STAGES = (
-    _evaluate_forces, _gather_bodies, _detect_contacts, _drive, _find_works_of_drives,
-    _colour_constraints, _prepare_constraints, _find_first_loads,
-    _begin_energy_balance, _solve_contacts, _move_all, _move_group, _move_free, _correct_forces,
-    _gather_moved_bodies, _follow_and_relax, _end_substep, _pass_substeps, _bound_bounces,
-    _take_back_gains,
-    _store_impulses, _put_to_sleep, _meet_at_instant,
+    _evaluate_forces, _gather_body, _gather_some_bodies, _gather_bodies, _find_some_reaches,
+    _find_pairs, _find_some_manifolds, _detect_contacts, _drive,
+    _find_works_of_drives, _colour_constraints, _arrange_constraints, _prepare_group,
+    _find_first_loads, _begin_energy_balance, _solve_contacts, _move_all, _move_group, _move_free,
+    _correct_forces, _gather_moved_bodies, _follow_and_relax, _end_substep, _pass_substeps,
+    _pass_group, _pass_groups, _bound_bounces, _take_back_gains, _store_some_impulses,
+    _store_impulses, _give_a_hand, _put_to_sleep, _meet_at_instant,
+)  # fmt: skip
+# named twice, or more often
+_OF_THE_CREW = (
+    _gather_some_bodies, _find_some_reaches, _find_some_manifolds, _pass_groups,
+    _store_some_impulses,
 )  # fmt: skip
 
 
@@ -965,5 +1173,8 @@ def tick_kernel(name: str, **bindings: Any) -> Callable[..., Any]:
     offered = dict(bindings)
     offered['move_block'] = specialise(_move_block, name=name, offered=offered)
     for stage in _STAGES:
-        offered[stage.__name__[1:]] = specialise(stage, name=name, inlined=True, offered=offered)
+        inlined = stage not in _OF_THE_CREW
+        offered[stage.__name__[1:]] = specialise(
+            stage, name=name, inlined=inlined, offered=offered
+        )
     return specialise(_advance, name=name, widest=False, offered=offered)

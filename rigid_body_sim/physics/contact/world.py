@@ -26,7 +26,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import argument, prepared
+from rigid_body_sim.physics.compile.kernel import WITHOUT
+from rigid_body_sim.physics.compile.kernels import COMPILED, argument, prepared
+from rigid_body_sim.physics.compile.side_by_side import threads
 from rigid_body_sim.physics.contact import step, tick_counts, tick_settings
 from rigid_body_sim.physics.contact.collision import (
     collider_record,
@@ -44,6 +46,7 @@ from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.collision.recycling import RECYCLED_KINDS
 from rigid_body_sim.physics.contact.events import cuts, flight_record, impact_list
 from rigid_body_sim.physics.contact.events.read_impacts import of_last_tick, read_impacts
+from rigid_body_sim.physics.contact.helpers import Helpers
 from rigid_body_sim.physics.contact.islands.groups import groups_of
 from rigid_body_sim.physics.contact.islands.manners import (
     WHOLE,
@@ -82,6 +85,9 @@ PIECES_AT_ONCE = 64  # [-] whose contacts are kept apart; more take memory, fewe
 # scaled up with them, and throw up what rests
 SHORT = 0.25
 CUT = 2  # manner of a tick that a force cuts
+# bodies from which on other threads may help; fewer are one group of islands (`solver_groups`),
+# and to begin a thread costs 30 us
+WORTH_HELP = 400
 
 
 class ContactWorld:
@@ -129,6 +135,7 @@ class ContactWorld:
         self._sleepers = self._make_sleepers(scene, settings.sleeping)
         self.arrays.pack()
         self._kernels: dict[str, Callable[..., Any]] = {}
+        self._helpers = Helpers(self.arrays.board)
         # seen through these, a number is Python's own: numpy makes one of its own of each
         self._counts = memoryview(self.arrays.counts)
         self._overlap_counts = memoryview(self.arrays.overlaps)
@@ -323,8 +330,18 @@ class ContactWorld:
         """
         if scene not in self._kernels:
             compiled = self._compile(scene, evaluate, velocity_dependent)
-            self._kernels[scene] = self._with_arrays(compiled)
+            self._kernels[scene] = self._with_arrays(compiled, apart=self._apart(evaluate))
         return self._kernels[scene]
+
+    def _apart(self, evaluate: Callable[..., Any] | None) -> bool:
+        """Whether islands may pass their substeps one after the other, or at once."""
+        arrays = self.arrays
+        together = arrays.flows.size or arrays.drives.size or arrays.pivoted.size
+        return evaluate is None and not together
+
+    def rest(self) -> None:
+        """Wait until no thread works: see `helpers`."""
+        self._helpers.rest()
 
     def _compile(
         self, scene: str, evaluate: Callable[..., Any] | None, velocity_dependent: bool
@@ -351,7 +368,7 @@ class ContactWorld:
             CURVED=features['curved'],
             BOUNDS=evaluate is None and not (flows or driven),
             COUPLED=evaluate is not None,
-            APART=evaluate is None and not (flows or driven or self.arrays.pivoted.size),
+            APART=self._apart(evaluate),
             EVENTS=self._events,
             VELOCITY_DEPENDENT=velocity_dependent,
             SLEEPING=self._sleepers is not None,
@@ -362,7 +379,7 @@ class ContactWorld:
             PAIR_MATERIALS=bool(self.arrays.pair_material_rows.size),
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
-            find_manifolds=manifold_finder(pairs, recycles=self._recycles),
+            **manifold_finder(pairs, recycles=self._recycles),
             **{'apply_restitution': _nothing, **iterations},
             **self._impacts_of(pairs, coupled=evaluate is not None),
         )
@@ -380,22 +397,42 @@ class ContactWorld:
         )
         return made._asdict()
 
-    def _with_arrays(self, compiled: Callable[..., Any]) -> Callable[..., Any]:
-        """Give a kernel of the ticks the call of a scheme; its workspace is not needed."""
+    def _helpers_of(
+        self, compiled: Callable[..., Any], first: Sequence[Any], world: step.World
+    ) -> list[Callable[..., Any]]:
+        """Give a kernel to each thread that may help, with arrays of its own; first: arguments."""
+        if not COMPILED or WITHOUT:
+            return []
+        return [
+            prepared(compiled, first, (self.arrays.world_of_helper(world),))
+            for _ in range(threads() - 1)
+        ]
 
+    def _with_arrays(self, compiled: Callable[..., Any], *, apart: bool) -> Callable[..., Any]:
+        """
+        Give a kernel of the ticks the call of a scheme; its workspace is not needed.
+
+        apart : whether several threads have something to do
+        """
         arrays = self.arrays
+        is_worth_help = apart and self._layout.n_moving >= WORTH_HELP
 
         def prepare(_first: Sequence[Any], last: Sequence[Any]) -> Call:
             *motion, _workspace, elements, ranges = last
             blocks_of_both = motion[2], motion[3]
-            made: list[Any] = [-1, None, compiled]  # version, its arrays, the kernel with them
+            # version, its arrays, the kernel with them, and with those of who helps
+            made: list[Any] = [-1, None, compiled, []]
 
             def call(ticks: int, tick: float, h: float) -> float:
                 if made[0] != arrays.version:
-                    world = arrays.world(motion, elements, ranges)
-                    made[1:] = world, prepared(compiled, (ticks, tick, h), (world,))
+                    world, first = arrays.world(motion, elements, ranges), (ticks, tick, h)
+                    helpers = self._helpers_of(compiled, first, world) if is_worth_help else []
+                    made[1:] = world, prepared(compiled, first, (world,)), helpers
                     made[0] = arrays.version
-                status = made[2](ticks, tick, h)
+                if made[3] and ticks > 0:
+                    status = self._helpers.go(made[2], made[3], (ticks, tick, h))
+                else:
+                    status = made[2](ticks, tick, h)
                 if status is NotImplemented:  # a tick of another kind
                     status = compiled(ticks, tick, h, made[1])
                 return status

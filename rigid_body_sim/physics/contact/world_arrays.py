@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import argument
 from rigid_body_sim.physics.contact import (
+    crew,
     prescribed_bodies,
     solver_bodies,
     step,
@@ -46,6 +47,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
 from rigid_body_sim.physics.contact.collision.deep_overlaps import make_overlaps, overlap_limits
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.ignored_pairs import ignored_colliders
+from rigid_body_sim.physics.contact.crew import Crew
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch, make_scratch
 from rigid_body_sim.physics.contact.events import (
     event_lists,
@@ -64,6 +66,7 @@ from rigid_body_sim.physics.contact.settings import ContactSettings
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
     cache_record,
+    colouring,
     constraint,
     friction_patch,
     group_record,
@@ -121,6 +124,8 @@ class WorldArrays:
         self.saved = np.zeros(max(1, blocks(body_count)) * SAVED)
         self.open_batches = np.zeros(batch_record.OPEN_BATCHES, dtype=np.int64)
         self.found = np.zeros(manifold.FOUND)
+        self.scratch = aligned(lane_scratch.SIZE)
+        self.board = crew.make_board()
         self.counts = np.zeros(tick_counts.SIZE, dtype=np.int64)
         self.counts[tick_counts.LANES] = constraint.LANES
         self._energy = make_scratch(body_count)
@@ -129,6 +134,7 @@ class WorldArrays:
 
     def take_integrator(self, method_rows: int) -> None:
         """Make room for packed bodies; method_rows: numbers that the integrator keeps of one."""
+        self._method_rows = method_rows
         self._packed = make_packed_bodies(self._body_count, method_rows)
 
     def take_events(self, method_rows: int, *, wanted: bool) -> None:
@@ -180,10 +186,13 @@ class WorldArrays:
         self.table[collider_record.FIXED_ROW :: collider_record.SIZE] = rows
         self.drives, self.paths, self.moment, self.works, self.of_bodies = driven
         count_driven = len(driven.drives) // prescribed_bodies.SIZE
-        self.bodies = aligned((self._body_count + 1 + count_driven) * solver_bodies.SIZE)
+        fixed = max(most_groups(self._body_count), 1 + count_driven)
+        self.bodies = aligned((self._body_count + fixed) * solver_bodies.SIZE)
         planes = self.table[collider_record.TYPE :: collider_record.SIZE] == PLANE
         self.counts[tick_counts.COLLIDERS] = count
         self.counts[tick_counts.PLANES] = int(np.sum(planes))
+        surfaces = self.table[collider_record.TYPE :: collider_record.SIZE] == SURFACE
+        self.counts[tick_counts.SURFACES] = int(np.sum(surfaces))
         self._note_symmetry()
         self._make_lists(count)
 
@@ -243,7 +252,7 @@ class WorldArrays:
         self.cache = np.zeros(cache_record.HEAD + manifolds * room)
         batches = count // COLLIDERS_OF_A_BATCH + FULL_BATCHES_BESIDE
         room = constraint.SIZE + manifold.MOST * self._width + friction_patch.SIZE
-        self.rows = aligned(lane_scratch.SIZE + batches * room)
+        self.rows = aligned(colouring.HEAD + batches * room)
         batches = BATCHES_OF_EACH * count + BATCHES_BESIDE
         self.batches = np.zeros(batches * batch_record.ROOM, dtype=np.int64)
 
@@ -251,11 +260,13 @@ class WorldArrays:
         self.manifolds = np.zeros(room * manifold_record.SIZE)
         self.manifold_order = np.zeros(room, dtype=np.int64)
         self.cache_places = np.zeros(room, dtype=np.int64)
+        self.members = np.zeros(room, dtype=np.int64)
         self.recycled_records = np.zeros(self._recycles * room * recycled_record.SIZE)
 
     def _make_pair_lists(self, room: int) -> None:
         self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)
         self.pair_ids = np.zeros(room, dtype=np.int64)
+        self.of_parts = np.zeros(room // step.PAIRS_OF_PART + 1, dtype=np.int64)
         self.recycled_places = np.zeros(self._recycles * room, dtype=np.int64)
 
     def pack(self) -> None:
@@ -293,7 +304,7 @@ class WorldArrays:
         constraints = _grouped(
             Constraints, self.manifolds, self.rows, self.batches, self.colours, self.open_batches,
             self.cache, self.island_groups, self.group_of, self.manifold_order, self.cache_places,
-            self.unsettled_roots, self.unsettled,
+            self.unsettled_roots, self.unsettled, self.members, self.scratch,
         )  # fmt: skip
         views, turning, method = np.split(self.flight_scratch, (VIEWS, BEHIND_BLOCKS))
         flights = Flights(
@@ -318,6 +329,7 @@ class WorldArrays:
                 ignored,
                 argument(self.recycled_places),
                 argument(self.recycled_records),
+                argument(self.of_parts),
             ),
             bodies,
             constraints,
@@ -334,6 +346,19 @@ class WorldArrays:
             argument(self.overlaps),
             flights,
             _grouped(PackedBodies, *self._packed),
+            _grouped(Crew, self.board, np.zeros(crew.SIZE_OF_OWN, dtype=np.int64)),
+        )
+
+    def world_of_helper(self, world: step.World) -> step.World:
+        """Give the same with scratch of its own, for another thread: see `crew`."""
+        own = np.zeros(crew.SIZE_OF_OWN, dtype=np.int64)
+        own[crew.HELPS] = 1
+        packed = make_packed_bodies(self._body_count, self._method_rows)
+        return world._replace(
+            detection=world.detection._replace(found=argument(np.zeros_like(self.found))),
+            constraints=world.constraints._replace(scratch=argument(aligned(lane_scratch.SIZE))),
+            packed=_grouped(PackedBodies, *packed),
+            crew=_grouped(Crew, self.board, own),
         )
 
     def forget(self) -> None:

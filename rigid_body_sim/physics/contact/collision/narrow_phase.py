@@ -102,7 +102,6 @@ collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pa
 GROUND = slot('[-] whether some collider is a surface')
 RECYCLES = slot('[-] whether manifolds of some pairs follow their bodies')
 ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
-drop_ghosts = slot('kernel (length, count, h, ...): takes out manifolds of ghosts')
 
 
 BOTH = 2  # colliders that stand back
@@ -126,12 +125,15 @@ def _rotation_matrix(rotation: Array, place: int) -> Any:
 
 @kernel
 def find_poses(
-    count: int, n_rigid: int, translation: Array, rotation: Array, table: Indices,
+    first: int, last: int, n_rigid: int, translation: Array, rotation: Array, table: Indices,
     local_poses: Array, poses: Array,
 ) -> None:  # fmt: skip
-    """Find the poses of the shapes that move: R = R(q) M, x = r - R c, see `pose`."""
+    """
+    Find the poses of the shapes that move, from a first one to before a last: R = R(q) M,
+    x = r - R c, see `pose`.
+    """
     stride = pose.ROW_Y - pose.ROW_X
-    for collider in range(count):
+    for collider in range(first, last):
         body = table[collider * collider_record.SIZE + collider_record.BODY]
         if body < 0:
             continue
@@ -276,26 +278,24 @@ def _tell_ground(row_a: int, row_b: int, h: float, swept: Array, found: Array) -
 
 
 def _find_manifolds(
-    pairs: int, count: int, h: float, substep: float, room: int, colliders: ColliderArrays,
-    pair_ids: Indices, found: Array, manifolds: Array, bodies: Array, recycling: Recycling,
-    pieces: Indices,
+    first: int, last: int, count: int, h: float, substep: float, room: int,
+    colliders: ColliderArrays, pair_ids: Indices, found: Array, manifolds: Array, bodies: Array,
+    recycling: Recycling,
 ) -> int:  # fmt: skip
     """
-    Write the manifolds of pairs that are within their speculative margins; return how many, also
-    beyond the room.
+    Write the manifolds of pairs that are within their speculative margins, at the place of the
+    first pair and behind it; return how many, also beyond the room.
 
-        pairs     : of colliders that may meet, see `neighbour_list.find_pairs`
-        count     : of colliders;   h : tick [s];   substep : [s]
-        room      : manifolds for which there is room
-        found     : scratch of a pair kernel
-        manifolds : written, see `manifold_record`
-        recycling : what is known from the last tick
-        pieces    : [0] becomes the pieces the tick should be cut into: `conservative_advancement`
+        first, last : of the pairs, those of `neighbour_list.find_pairs`, and the one behind
+        count       : of colliders;   h : tick [s];   substep : [s]
+        room        : manifolds for which there is room, from the start of the list
+        found       : scratch of a pair kernel
+        manifolds   : written, see `manifold_record`
+        recycling   : what is known from the last tick
     """
     table, swept = colliders.table, colliders.swept_aabbs
-    length = 0
-    pieces[0] = 1
-    for index in range(pairs):
+    length = first
+    for index in range(first, last):
         pair_id = pair_ids[index]
         a, b = pair_id // count, pair_id % count
         if _stand_back(a, b, table):
@@ -352,16 +352,35 @@ def _find_manifolds(
                     length, known, a, b, points, margin, colliders, recycling, found
                 )
         length += 1
-    if length > room:
-        return length
-    return drop_ghosts(length, count, h, substep, colliders, found, manifolds, bodies, pieces)
+    return length - first
+
+
+@kernel
+def close_up(parts: int, pairs_of_part: int, counts: Indices, manifolds: Array) -> int:
+    """
+    Put the manifolds of parts of the pairs behind each other; return how many there are. LANE
+    belongs to the place.
+
+    counts : how many each part has
+    """
+    length = counts[0]
+    for part in range(1, parts):
+        begin = part * pairs_of_part
+        for index in range(begin, begin + counts[part]):
+            if length != index:
+                for entry in range(manifold_record.LANE):
+                    manifolds[length * manifold_record.SIZE + entry] = manifolds[
+                        index * manifold_record.SIZE + entry
+                    ]
+            length += 1
+    return length
 
 
 def manifold_finder(
     kernels: Sequence[tuple[int, int, Callable[..., Any]]], *, recycles: bool
-) -> Callable[..., Any]:
+) -> dict[str, Any]:
     """
-    Make the kernel that finds the manifolds of a scene with these pair kernels.
+    Make what finds the manifolds of a scene with these pair kernels, by name.
 
     recycles : whether manifolds of some pairs follow their bodies
     """
@@ -373,10 +392,12 @@ def manifold_finder(
     ground_misses = collide
     if ground:
         ground_misses = ground_miss_finder(name, collide, true_shapes=true_shapes)
-    return specialise(
-        _find_manifolds, name=name, GROUND=ground, RECYCLES=recycles, collide=collide,
-        ground_misses=ground_misses,
-        drop_ghosts=ghost_dropper(
+    return {
+        'find_manifolds': specialise(
+            _find_manifolds, name=name, GROUND=ground, RECYCLES=recycles, collide=collide,
+            ground_misses=ground_misses,
+        ),
+        'drop_ghosts': ghost_dropper(
             name, collide, ground=ground, cylinders=cylinders, true_shapes=true_shapes
         ),
-    )  # fmt: skip
+    }  # fmt: skip

@@ -63,17 +63,17 @@ MARGIN_SHARE = 0.1  # [-] of its radius: the largest margin of a collider
 
 @kernel
 def find_swept_aabbs(
-    count: int, h: float, margin: float, colliders: ColliderArrays, bodies: Array
+    first: int, last: int, h: float, margin: float, colliders: ColliderArrays, bodies: Array
 ) -> None:
     """
-    Find how far each collider reaches: AABB, velocity, and what turning adds in a tick.
+    Find how far each collider reaches, from a first one to before a last: AABB, velocity, and
+    what turning adds in a tick.
 
-        count  : of colliders
         h      : tick [s];   margin : of the scene [m]
         bodies : see `solver_bodies`
     """
     swept = colliders.swept_aabbs
-    for collider in range(count):
+    for collider in range(first, last):
         row = collider * SIZE
         radius = colliders.local_bounds[collider * bounds_record.SIZE + bounds_record.RADIUS]
         if radius == math.inf:

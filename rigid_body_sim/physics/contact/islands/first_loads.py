@@ -20,13 +20,13 @@ from __future__ import annotations
 
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.contact.array_groups import Constraints
 from rigid_body_sim.physics.contact.collision import manifold_record
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
     constraint,
     contact_point,
-    lane_scratch,
     solve,
     static_sink,
     wide_lanes,
@@ -98,25 +98,23 @@ def wake_islands(
 
 @kernel
 def _mark_impacts(
-    batch_count: int, width: int, static: int, batches: Indices, rows: Array, roots: Indices,
-    sizes: Indices, bodies: Array,
+    width: int, static: int, constraints: Constraints, roots: Indices, sizes: Indices,
+    bodies: Array,
 ) -> None:  # fmt: skip
     """Give islands in which something that presses moves along its normal the size 0."""
-    scratch = rows[0 : lane_scratch.SIZE]
-    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+    batches, rows, scratch = constraints.batches, constraints.rows, constraints.scratch
+    for batch in range(0, len(batches), batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         used = batches[batch + batch_record.LANE_COUNT]
-        constraints = rows[begin : begin + constraint.SIZE]
-        solve.gather_momenta(used, constraints, scratch, bodies)
+        own = rows[begin : begin + constraint.SIZE]
+        solve.gather_momenta(used, own, scratch, bodies)
         for point in range(batches[batch + batch_record.POINT_COUNT]):
             first = begin + constraint.SIZE + point * width
             points = rows[first : first + width]
             for lane in range(used):
                 arm_a, arm_b = wide_lanes.arms(points, lane)
-                velocity = wide_lanes.relative_velocity(
-                    constraints, scratch, lane, arm_a, arm_b, True
-                )
-                normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+                velocity = wide_lanes.relative_velocity(own, scratch, lane, arm_a, arm_b, True)
+                normal = wide_lanes.vector(own, lane + constraint.NORMAL)
                 presses = points[lane + contact_point.NORMAL_IMPULSE] > 0.0
                 if presses and abs(dot(normal, velocity)) > MOVES:
                     sizes[find(moving_body_of(begin + lane, static, rows), roots)] = 0
@@ -124,8 +122,8 @@ def _mark_impacts(
 
 @kernel
 def recall_loads(
-    manifold_count: int, batch_count: int, width: int, static: int, h: float, manifolds: Array,
-    batches: Indices, rows: Array, roots: Indices, sizes: Indices, bodies: Array,
+    width: int, static: int, h: float, constraints: Constraints, roots: Indices, sizes: Indices,
+    bodies: Array,
 ) -> None:  # fmt: skip
     """
     Let the constraints of islands at rest recall the impulses that were found, and their sink, and
@@ -133,8 +131,10 @@ def recall_loads(
 
     h : [s] substep
     """
-    _mark_impacts(batch_count, width, static, batches, rows, roots, sizes, bodies)
-    for manifold in range(manifold_count):
+    manifolds, rows = constraints.manifolds, constraints.rows
+    _mark_impacts(width, static, constraints, roots, sizes, bodies)
+    for index in range(len(constraints.order)):
+        manifold = constraints.order[index]
         lane = lane_of(manifold, manifolds)
         rests = sizes[find(moving_body_of(lane, static, rows), roots)] != 0
         points = int(manifolds[manifold * manifold_record.SIZE + manifold_record.POINT_COUNT])

@@ -150,7 +150,7 @@ def place_sleepers(
         entry = index * collider_record.SIZE + collider_record.BODY
         table[entry] = _core_of(table[entry])
     narrow_phase.find_poses(
-        collider_count, motion.rigid_count, motion.translation, motion.rotation, table,
+        0, collider_count, motion.rigid_count, motion.translation, motion.rotation, table,
         local_poses, colliders.poses,
     )  # fmt: skip
     for index in range(collider_count):

@@ -5,11 +5,14 @@ Groups of islands that the solver visits one after the other, so that what it ne
 stays in the cache of the processor: all passes between two motions, before the next group.
 
 Islands of a tick are bodies that manifolds join. In the order of their first bodies they fill
-groups of some MANIFOLDS manifolds; a larger island is a group of its own. Islands share no body
+groups of like size, an even number for the sake of two threads, of MANIFOLDS manifolds at most or
+little more; a larger island is a group of its own. Islands share no body
 that moves, so it changes no bit where a group ends.
 """
 
 from __future__ import annotations
+
+import math
 
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
@@ -57,14 +60,15 @@ def _find_islands(
 
 
 @inline
-def _fill_groups(body_count: int, roots: Indices, group_of: Indices) -> int:
+def _fill_groups(manifold_count: int, body_count: int, roots: Indices, group_of: Indices) -> int:
     """Put the islands into groups, in place of their sizes; return how many groups there are."""
+    usual = 0.5 * manifold_count / math.ceil(0.5 * manifold_count / MANIFOLDS)
     number, filled = 0, 0
     for body in range(body_count):
         root = find(body, roots)
         if root == body:  # the first body of its island
             size = group_of[body]
-            if filled > 0 and filled + size > MANIFOLDS:
+            if filled > 0 and filled + 0.5 * size > usual:
                 number, filled = number + 1, 0
             filled += size
             group_of[body] = number
@@ -93,7 +97,7 @@ def find_groups(
             order[index] = index
         return 1
     _find_islands(manifold_count, body_count, table, manifolds, roots, group_of)
-    count = _fill_groups(body_count, roots, group_of)
+    count = _fill_groups(manifold_count, body_count, roots, group_of)
     for number in range(count + 1):
         groups[number * SIZE + FIRST_MANIFOLD] = 0
     for index in range(manifold_count):

@@ -302,7 +302,7 @@ def _extrapolate_all(
 ) -> None:
     """Let the impulses of all islands that go on go ahead."""
     batches, rows, islands = constraints.batches, constraints.rows, constraints.unsettled
-    scratch = rows[0 : lane_scratch.SIZE]
+    scratch = constraints.scratch
     for batch in range(0, len(batches), batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         used = batches[batch + batch_record.LANE_COUNT]

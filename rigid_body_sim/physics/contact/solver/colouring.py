@@ -36,6 +36,7 @@ from rigid_body_sim.physics.contact.solver.manifold_constraints import are_curve
 
 NOWHERE = 1e9  # [m] separation of a point that a manifold does not have: it never presses
 HALF = 4  # [-] lanes of the narrower vectors
+HEAD = constraint.LANES  # [-] of the rows: no lane begins at 0, which is none (`surface_friction`)
 NO_ROOM = -1  # in place of the number of batches: rows or batches are too few
 
 
@@ -54,7 +55,8 @@ def colour_constraints(
     batch_room: int, curved: bool, table: Indices, constraints: Constraints, bodies: Array,
 ) -> int:  # fmt: skip
     """
-    Give each manifold a lane, group after group; return the number of batches, or NO_ROOM.
+    Give each manifold a lane, group after group; return the number of batches, or NO_ROOM. What
+    cannot move is a body of its own in each group: lanes write what nobody reads there.
 
         width  : numbers of a point
         curved : whether layers about cores may meet: see `curved_cores`
@@ -64,7 +66,7 @@ def colour_constraints(
     for body in range(n_moving + 1):
         colours[body] = 0
     count = 0
-    end = lane_scratch.SIZE
+    end = HEAD
     for number in range(group_count):
         group = number * group_record.SIZE
         constraints.groups[group + group_record.FIRST_BATCH] = count
@@ -112,13 +114,15 @@ def colour_constraints(
                 colours[min(body_b, n_moving)] |= 1 << colour
             lane = _take_lane(batch * batch_record.SIZE, points, batches)
             manifolds[record + manifold_record.LANE] = float(lane)
+            body_a += number if body_a == n_moving else 0
+            body_b += number if body_b == n_moving else 0
             rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
             rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
         first = constraints.groups[group + group_record.FIRST_BATCH]
         _sort_by_colour(first, count, batch_room, open_batches, batches)
+        _empty_unused_lanes(first, count, n_moving + number, width, rows, batches)
     last = group_count * group_record.SIZE
     constraints.groups[last + group_record.FIRST_BATCH] = count
-    _empty_unused_lanes(count, n_moving, width, rows, batches)
     _empty_missing_points(manifold_count, width, manifolds, rows)
     return count
 
@@ -187,19 +191,23 @@ def lanes_in_use(count: int, batches: Indices) -> int:
 
 
 @kernel
-def empty_lanes_behind(lanes: int, rows: Array) -> None:
+def empty_lanes_behind(lanes: int, scratch: Array) -> None:
     """Write zeros into the scratch of lanes that are not gone over: they do not look visited."""
     for lane in range(lanes, constraint.LANES):
         for entry in range(lane, lane_scratch.SIZE, constraint.LANES):
-            rows[entry] = 0.0
+            scratch[entry] = 0.0
 
 
 @kernel
 def _empty_unused_lanes(
-    count: int, n_moving: int, width: int, rows: Array, batches: Indices
+    first: int, count: int, static: int, width: int, rows: Array, batches: Indices
 ) -> None:
-    """Write zeros where a batch has no manifold, and the body that cannot move."""
-    for b in range(count):
+    """
+    Write zeros where a batch of a group has no manifold, and the body that cannot move.
+
+    first, count : as in `_sort_by_colour`
+    """
+    for b in range(first, count):
         batch = b * batch_record.SIZE
         begin = batches[batch + batch_record.BEGIN]
         end = begin + constraint.SIZE + width
@@ -212,8 +220,8 @@ def _empty_unused_lanes(
         ):
             for row in range(lane, end, constraint.LANES):
                 rows[row] = 0.0
-            rows[lane + constraint.BODY_A] = float(n_moving * solver_bodies.SIZE)
-            rows[lane + constraint.BODY_B] = float(n_moving * solver_bodies.SIZE)
+            rows[lane + constraint.BODY_A] = float(static * solver_bodies.SIZE)
+            rows[lane + constraint.BODY_B] = float(static * solver_bodies.SIZE)
 
 
 @kernel

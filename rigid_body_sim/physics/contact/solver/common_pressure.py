@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
+from rigid_body_sim.physics.contact.array_groups import Constraints
 from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
 from rigid_body_sim.physics.contact.collision.collider import PLANE
 from rigid_body_sim.physics.contact.collision.geometry import manifold
@@ -107,19 +108,19 @@ def _is_measured(record: int, manifolds: Array) -> bool:
 
 
 @kernel
-def _link(manifold_count: int, table: Indices, manifolds: Array, bodies: Array) -> Any:
+def _link(order: Indices, table: Indices, manifolds: Array, bodies: Array) -> Any:
     """
     Make the list of the manifolds of several points of each body: the first one, and behind each
     the next (`ghosts` had its own there). Tell whether statics leave something to choose.
     """
-    for index in range(manifold_count):
-        record = index * manifold_record.SIZE
+    for index in range(len(order)):
+        record = order[index] * manifold_record.SIZE
         if manifolds[record + manifold_record.POINT_COUNT] > 1.0:
             body, _ = _owner(record, table, manifolds)
             bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD] = NONE
     found = False
-    for index in range(manifold_count):
-        record = index * manifold_record.SIZE
+    for index in range(len(order)):
+        record = order[index] * manifold_record.SIZE
         if manifolds[record + manifold_record.POINT_COUNT] > 1.0:
             body, _ = _owner(record, table, manifolds)
             head = body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD
@@ -457,7 +458,7 @@ def _first_load(
 @kernel
 def _press_as_one(
     count: int, members: Indices, width: int, h: float, table: Indices, manifolds: Array,
-    rows: Array, bodies: Array,
+    rows: Array, bodies: Array, scratch: Array,
 ) -> None:  # fmt: skip
     """Choose the impulses of one surface; h: substep [s]."""
     if count > 1 and not _are_of_several(count, members, table, manifolds):
@@ -499,19 +500,14 @@ def _press_as_one(
         surface_friction.join(
             count, members, _most(count, members, width, manifolds, rows),
             _share_of_all(count, members, carrier, frame, manifolds), width, manifolds, rows,
+            scratch,
         )  # fmt: skip
-
-
-@inline
-def is_shared(rows: Array) -> Any:
-    """Tell whether some manifolds were as soft as one in the last tick."""
-    return rows[lane_scratch.SHARED] > 0.0
 
 
 @kernel
 def _give_way_as_one(
     count: int, members: Indices, width: int, softness: Softness, table: Indices, manifolds: Array,
-    rows: Array,
+    rows: Array, scratch: Array,
 ) -> None:  # fmt: skip
     """Share the softness of one line, and its sink, among those of a surface."""
     carrier = _carrier(count, members, width, table, manifolds, rows)
@@ -538,27 +534,26 @@ def _give_way_as_one(
         soften(lane, softness, fixed, max(share, LEAST), rows)
         radius = rows[lane + constraint.DEEP] / DEEP
         static_sink.recall(lane, softness.h, radius, load_of_all / total, rows)
-        rows[lane_scratch.SHARED] = 1.0
+        scratch[lane_scratch.SHARED] = 1.0
 
 
 @kernel
 def share_pressure(
-    manifold_count: int, width: int, softness: Softness, table: Indices, manifolds: Array,
-    rows: Array, bodies: Array, members: Indices,
-) -> None:  # fmt: skip
+    width: int, softness: Softness, table: Indices, constraints: Constraints, bodies: Array
+) -> None:
     """
-    Choose the recalled impulses of all surfaces that several faces are, and let them give way as
-    one.
+    Choose the recalled impulses of all surfaces of a group that several faces are, and let them
+    give way as one.
 
-        width   : numbers of a point
-        members : scratch, one number a manifold
+    width : numbers of a point
     """
-    surface_friction.begin_tick(rows)
-    rows[lane_scratch.SHARED] = 0.0
-    if not _link(manifold_count, table, manifolds, bodies):
+    manifolds, rows, order = constraints.manifolds, constraints.rows, constraints.order
+    members, scratch = constraints.members, constraints.scratch
+    scratch[lane_scratch.SHARED] = scratch[lane_scratch.SURFACES] = 0.0
+    if not _link(order, table, manifolds, bodies):
         return
-    for index in range(manifold_count):
-        record = index * manifold_record.SIZE
+    for index in range(len(order)):
+        record = order[index] * manifold_record.SIZE
         if (
             manifolds[record + manifold_record.POINT_COUNT] < 2.0
             or manifolds[record + manifold_record.STATE] == DONE
@@ -570,6 +565,8 @@ def share_pressure(
             and _all_lines(count, members, manifolds)
             and _are_of_several(count, members, table, manifolds)
         ):
-            _give_way_as_one(count, members, width, softness, table, manifolds, rows)
+            _give_way_as_one(count, members, width, softness, table, manifolds, rows, scratch)
         if count > 1 or _is_measured(record, manifolds):
-            _press_as_one(count, members, width, softness.h, table, manifolds, rows, bodies)
+            _press_as_one(
+                count, members, width, softness.h, table, manifolds, rows, bodies, scratch
+            )

@@ -11,6 +11,8 @@ group = Record()
 FIRST_MANIFOLD = group.number('-', 'place of its first manifold in their order by groups')
 FIRST_BATCH = group.number('-', 'number of its first batch')
 FIRST_BODY = group.number('-', 'place of its first body in the list of those that touch')
+SHARED = group.number('-', '1: some of its manifolds were as soft as one in the last tick')
+SURFACES = group.number('-', '1: some of its manifolds have one friction in this tick')
 SIZE = group.size
 
 

@@ -38,8 +38,13 @@ NEW = -1  # in place of a point of the cache: there is none for this one
 
 
 @kernel
-def holds_same_manifolds(manifold_count: int, manifolds: Array, cache: Array) -> bool:
-    """Tell whether the manifolds are those of the cache, with as many points."""
+def holds_same_manifolds(
+    manifold_count: int, manifolds: Array, cache: Array, places: Indices
+) -> bool:
+    """
+    Tell whether the manifolds are those of the cache, with as many points; then places become
+    what `find_places` would find.
+    """
     if cache[cache_record.MANIFOLDS] != float(manifold_count):
         return False
     old = cache_record.HEAD
@@ -50,6 +55,7 @@ def holds_same_manifolds(manifold_count: int, manifolds: Array, cache: Array) ->
             or cache[old + cache_record.POINTS] != manifolds[record + manifold_record.POINT_COUNT]
         ):
             return False
+        places[m] = old
         old = cache_record.next_entry(old, cache)
     return True
 
@@ -92,8 +98,8 @@ def _nearest(
     return best
 
 
-@inline
-def _find_places(manifold_count: int, manifolds: Array, cache: Array, places: Indices) -> None:
+@kernel
+def find_places(manifold_count: int, manifolds: Array, cache: Array, places: Indices) -> None:
     """Find where the pair of each manifold begins in the cache, or NEW."""
     left = int(cache[cache_record.MANIFOLDS])
     old = cache_record.HEAD
@@ -106,9 +112,13 @@ def _find_places(manifold_count: int, manifolds: Array, cache: Array, places: In
         places[m] = old if is_known else NEW
 
 
-@inline
-def _make_places(manifold_count: int, manifolds: Array, records: Array, places: Indices) -> None:
-    """Find where each manifold goes in the cache."""
+@kernel
+def begin_cache(
+    manifold_count: int, h: float, manifolds: Array, records: Array, places: Indices, cache: Array
+) -> None:
+    """Begin the cache of a tick: find where each manifold goes in it; h: substep [s]."""
+    cache[cache_record.SUBSTEP] = h
+    cache[cache_record.MANIFOLDS] = float(manifold_count)
     to = cache_record.HEAD
     for m in range(manifold_count):
         places[m] = to
@@ -140,23 +150,22 @@ def find_recycled(pairs: int, pair_ids: Indices, cache: Array, places: Indices) 
 
 @kernel
 def recall(
-    manifold_count: int, width: int, h: float, angular: bool, bounds: Array, poses: Array,
-    order: Indices, places: Indices, manifolds: Array, cache: Array, rows: Array,
+    width: int, h: float, angular: bool, bounds: Array, poses: Array, order: Indices,
+    places: Indices, manifolds: Array, cache: Array, rows: Array,
 ) -> None:  # fmt: skip
     """
-    Match all points with those of the cache and give them their accumulated impulses, those of the
-    last substep, along the new normals and tangents.
+    Match the points of a group with those of the cache and give them their accumulated impulses,
+    those of the last substep, along the new normals and tangents.
 
         width   : numbers of a point
         h       : [s] substep
         angular : whether anything rolls or twists with friction
-        order   : in which manifolds lie in the rows
-        places  : scratch, one number a manifold
+        order   : manifolds of the group, as they lie in the rows
+        places  : of all manifolds in the cache: see `find_places`
     """
     before = cache[cache_record.SUBSTEP]
     factor = h / before if before > 0.0 and before != h else 1.0
-    _find_places(manifold_count, manifolds, cache, places)
-    for index in range(manifold_count):
+    for index in range(len(order)):
         m = order[index]
         record = m * manifold_record.SIZE
         lane = int(manifolds[record + manifold_record.LANE])
@@ -233,17 +242,14 @@ def _stored_share(lane: int, row: int, rows: Array) -> Any:
 
 @kernel
 def store_impulses(
-    manifold_count: int, width: int, h: float, angular: bool, poses: Array, order: Indices,
-    places: Indices, manifolds: Array, rows: Array, records: Array, cache: Array,
+    width: int, h: float, angular: bool, poses: Array, order: Indices, places: Indices,
+    manifolds: Array, rows: Array, records: Array, cache: Array,
 ) -> None:  # fmt: skip
     """
-    Write what the next tick starts from; poses are those at the start of this one, records those
-    of `collision.recycling`.
+    Write what the next tick starts from of a group, whose manifolds `order` names; poses are those
+    at the start of this one, records those of `collision.recycling`.
     """
-    cache[cache_record.SUBSTEP] = h
-    cache[cache_record.MANIFOLDS] = float(manifold_count)
-    _make_places(manifold_count, manifolds, records, places)
-    for index in range(manifold_count):
+    for index in range(len(order)):
         m = order[index]
         to = places[m]
         record = m * manifold_record.SIZE

@@ -144,10 +144,12 @@ def _all_in_common(
 
 
 @kernel
-def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Array) -> None:
+def _start_patch(
+    lanes: int, point_count: int, first: int, width: int, rows: Array, scratch: Array
+) -> None:
     """Start the friction of a batch of several points from what its points recall."""
     begin, end = _face(first, width)
-    scratch, patch = rows[0 : lane_scratch.SIZE], rows[begin:end]
+    patch = rows[begin:end]
     constraints = rows[first - constraint.SIZE : first]
     patch_friction.clear_center(lanes, patch)
     patch_friction.clear_wrench(lanes, patch)
@@ -170,31 +172,31 @@ def _start_patch(lanes: int, point_count: int, first: int, width: int, rows: Arr
 @kernel
 def _measure_patch(
     lanes: int, used: int, point_count: int, first: int, width: int, field: int, wrench: int,
-    all_lanes: bool, rows: Array,
+    all_lanes: bool, rows: Array, scratch: Array,
 ) -> None:  # fmt: skip
     """Find size and steps of the friction of a batch from what presses: `patch_friction`."""
     begin, end = _face(first, width)
-    scratch, patch = rows[0 : lane_scratch.SIZE], rows[begin:end]
+    patch = rows[begin:end]
     constraints = rows[first - constraint.SIZE : first]
     patch_friction.clear_moments(lanes, scratch)
     for point in range(point_count):
         points = rows[first + point * width : first + (point + 1) * width]
         patch_friction.add_moments(lanes, field, constraints, points, patch, scratch)
-    if field == contact_point.NORMAL_IMPULSE and surface_friction.any_surface(rows):
+    if field == contact_point.NORMAL_IMPULSE and surface_friction.any_surface(scratch):
         surface_friction.add_moments_of_others(used, first, width, rows, patch, scratch)
     patch_friction.measure(lanes, wrench, all_lanes, patch, scratch)
 
 
 def _prepare(
-    lanes_at_once: int, count: int, threshold: float, rows: Array, batches: Indices, bodies: Array
-) -> None:
+    lanes_at_once: int, count: int, threshold: float, rows: Array, scratch: Array,
+    batches: Indices, bodies: Array,
+) -> None:  # fmt: skip
     """
     Find effective masses and velocities of approach, and the warm start that the last tick left.
 
         count     : batches
         threshold : [m/s] slower impacts do not bounce
     """
-    scratch = rows[0 : lane_scratch.SIZE]
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
@@ -203,7 +205,7 @@ def _prepare(
         patch = rows[begin:end]
         warm_start.clear(lanes, scratch)
         if PATCHES and point_count > 1:
-            _start_patch(lanes, point_count, first, WIDTH, rows)
+            _start_patch(lanes, point_count, first, WIDTH, rows, scratch)
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             warm_start.start_tick(lanes, constraints, points, scratch)
@@ -219,7 +221,7 @@ def _prepare(
             patch_friction.find_rates(lanes, constraints, patch)
             _measure_patch(
                 lanes, used, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
-                friction_patch.IMPULSE_1, True, rows,
+                friction_patch.IMPULSE_1, True, rows, scratch,
             )  # fmt: skip
         if ANGULAR:
             prepare.angular_effective_masses(lanes, constraints)
@@ -237,7 +239,7 @@ def _prepare(
 
 def _solve_normals(
     lanes_at_once: int, count: int, inverse_h: float, slop: float, cap: float, number_of_pass: int,
-    rest: float, step: float, rows: Array, batches: Indices, bodies: Array,
+    rest: float, step: float, rows: Array, scratch: Array, batches: Indices, bodies: Array,
 ) -> bool:  # fmt: skip
     """
     Solve the soft normals of all batches, before the motion; tell whether something has changed.
@@ -247,7 +249,6 @@ def _solve_normals(
     rest : [m/s] change of a velocity that is left alone
     step : [-] see `solve.gather_unsettled`; of passes after the first
     """
-    scratch = rows[0 : lane_scratch.SIZE]
     any_changed = False
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
@@ -290,13 +291,12 @@ def _solve_normals(
 
 
 def _update_separation(
-    lanes_at_once: int, count: int, rows: Array, batches: Indices, bodies: Array
+    lanes_at_once: int, count: int, rows: Array, scratch: Array, batches: Indices, bodies: Array
 ) -> None:
     """
     Move points, arms and separations of all batches with the bodies; give the second half of the
     warm start.
     """
-    scratch = rows[0 : lane_scratch.SIZE]
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
@@ -341,7 +341,7 @@ def _update_separation(
 
 def _relax(
     lanes_at_once: int, count: int, inverse_h: float, number_of_pass: int, rest: float,
-    step: float, rows: Array, batches: Indices, bodies: Array,
+    step: float, rows: Array, scratch: Array, batches: Indices, bodies: Array,
 ) -> bool:  # fmt: skip
     """
     Relax normals and friction of all batches, after the motion; tell whether it has changed
@@ -352,7 +352,6 @@ def _relax(
     rest : [m/s] change of a velocity that is left alone
     step : [-] see `solve.gather_unsettled`; of passes after the first
     """
-    scratch = rows[0 : lane_scratch.SIZE]
     any_changed = False
     for number in range(count):
         used, lanes = _lanes(number, lanes_at_once, batches)
@@ -384,12 +383,12 @@ def _relax(
                 if ANGULAR:
                     rolling_friction.solve(lanes, constraints, points, scratch)
             if several:
-                if surface_friction.any_surface(rows):
+                if surface_friction.any_surface(scratch):
                     surface_friction.add_press_of_others(used, first, WIDTH, rows, patch, scratch)
                 if patch_friction.any_stale(used, patch, scratch):
                     _measure_patch(
                         lanes, used, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
-                        friction_patch.IMPULSE_1, False, rows,
+                        friction_patch.IMPULSE_1, False, rows, scratch,
                     )  # fmt: skip
                 relax_friction(lanes, constraints, patch, scratch)
                 if not patch_friction.any_starts(used, scratch):
@@ -402,10 +401,9 @@ def _relax(
 
 
 def _start_substep(
-    lanes_at_once: int, count: int, rows: Array, batches: Indices, bodies: Array
+    lanes_at_once: int, count: int, rows: Array, scratch: Array, batches: Indices, bodies: Array
 ) -> None:
     """Add up the warm start of the next substep."""
-    scratch = rows[0 : lane_scratch.SIZE]
     for number in range(count):
         _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
@@ -429,10 +427,9 @@ def _start_substep(
 
 
 def _apply_restitution(
-    lanes_at_once: int, count: int, rows: Array, batches: Indices, bodies: Array
+    lanes_at_once: int, count: int, rows: Array, scratch: Array, batches: Indices, bodies: Array
 ) -> None:
     """Apply restitution to all batches until nothing changes."""
-    scratch = rows[0 : lane_scratch.SIZE]
     for _ in range(RESTITUTION_ITERATIONS):
         change = 0.0
         for number in range(count):
@@ -456,7 +453,7 @@ def _apply_restitution(
                 patch = rows[begin:end]
                 _measure_patch(
                     lanes, used, point_count, first, WIDTH, contact_point.RESTITUTION_NORMAL,
-                    friction_patch.RESTITUTION_1, True, rows,
+                    friction_patch.RESTITUTION_1, True, rows, scratch,
                 )  # fmt: skip
                 patch_friction.apply_restitution(lanes, constraints, patch, scratch)
             solve.scatter_momenta(constraints, scratch, bodies)
@@ -466,13 +463,16 @@ def _apply_restitution(
             break
 
 
-def _without_patches(_lanes_at_once: int, _count: int, _rows: Array, _batches: Indices) -> None:
+def _without_patches(
+    _lanes_at_once: int, _count: int, _rows: Array, _scratch: Array, _batches: Indices
+) -> None:
     """Stand for the friction of patches where nothing touches at several points."""
 
 
-def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indices) -> None:
+def _spread_friction(
+    lanes_at_once: int, count: int, rows: Array, scratch: Array, batches: Indices
+) -> None:
     """Let the points of all batches have their parts of the friction of their patches."""
-    scratch = rows[0 : lane_scratch.SIZE]
     for number in range(count):
         _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
@@ -489,7 +489,7 @@ def _spread_friction(lanes_at_once: int, count: int, rows: Array, batches: Indic
         for point in range(point_count):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             patch_friction.spread(lanes, constraints, points, patch, scratch)
-    if not surface_friction.any_surface(rows):
+    if not surface_friction.any_surface(scratch):
         return
     for number in range(count):
         used, _ = _lanes(number, lanes_at_once, batches)

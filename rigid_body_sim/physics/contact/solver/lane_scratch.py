@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """
 Scratch of the batch under way: the bodies of its lanes, gathered, and what impulses have done to
-them so far. Rows of eight lanes, see `constraint`.
+them so far. Rows of eight lanes, see `constraint`. Each thread has its own.
 """
 
 from rigid_body_sim.physics.arrays import Record
@@ -55,6 +55,6 @@ RIM_ROLLS = scratch.number('-', '1: it goes round, and one point of it carries a
 LINE_A = scratch.vector('-', 'axis along which the core of A meets as a line, or zeros')
 LINE_B = scratch.vector('-', 'the same of B')
 CURVED = scratch.number('-', '1: the normal is that of two cores: `curved_cores`')
-SHARED = scratch.number('-', 'lane 0: 1 where several manifolds are as soft as one: `softness`')
-SURFACES = scratch.number('-', 'lane 0: 1 where several manifolds have one friction in this tick')
+SHARED = scratch.number('-', 'lane 0: 1: manifolds of the group are as soft as one: `softness`')
+SURFACES = scratch.number('-', 'lane 0: 1: manifolds of the group have one friction in this tick')
 SIZE = scratch.size

@@ -186,16 +186,17 @@ def faces(a: int, b: int, normal: Any, colliders: ColliderArrays) -> float:
 
 @kernel
 def prepare_materials(
-    manifold_count: int, softness: Softness, curved: bool, table: Indices, bounds: Array,
-    materials: Array, manifolds: Array, rows: Array, bodies: Array,
+    softness: Softness, curved: bool, table: Indices, bounds: Array, materials: Array,
+    order: Indices, manifolds: Array, rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Write material and softness of all manifolds, and whose surface their points follow.
+    Write material and softness of the manifolds of a group, and whose surface their points follow.
 
     curved : whether layers about cores may meet: see `curved_cores`
+    order  : these manifolds
     """
-    for m in range(manifold_count):
-        record = m * manifold_record.SIZE
+    for index in range(len(order)):
+        record = order[index] * manifold_record.SIZE
         lane = int(manifolds[record + manifold_record.LANE])
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
@@ -284,17 +285,18 @@ def _weigh_nearest(
 
 @kernel
 def prepare_points(
-    manifold_count: int, width: int, curved: bool, order: Indices, translation: Array,
-    colliders: ColliderArrays, manifolds: Array, rows: Array, bodies: Array,
+    width: int, curved: bool, order: Indices, translation: Array, colliders: ColliderArrays,
+    manifolds: Array, rows: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Write normals, tangents, arms and separations of all manifolds.
+    Write normals, tangents, arms and separations of the manifolds of a group.
 
     width  : numbers of a point
     curved : whether layers about cores may meet: see `curved_cores`
+    order  : these manifolds, as they lie in the rows
     """
     table, poses = colliders.table, colliders.poses
-    for index in range(manifold_count):
+    for index in range(len(order)):
         m = order[index]
         record = m * manifold_record.SIZE
         lane = int(manifolds[record + manifold_record.LANE])

@@ -35,11 +35,11 @@ def _given(value: Any, otherwise: Any) -> Any:
 
 @kernel
 def use_pair_materials(
-    manifold_count: int, pair_materials: Array, manifolds: Array, rows: Array
+    pair_materials: Array, order: Indices, manifolds: Array, rows: Array
 ) -> None:
-    """Write the materials of the pairs that have their own."""
-    for m in range(manifold_count):
-        record = m * manifold_record.SIZE
+    """Write the materials of the pairs of a group that have their own; order: its manifolds."""
+    for index in range(len(order)):
+        record = order[index] * manifold_record.SIZE
         pair_id = manifolds[record + manifold_record.PAIR_ID]
         low, high = 0, len(pair_materials) // SIZE
         while low < high:

@@ -87,15 +87,9 @@ def _arm_of_center(lane: int, width: int, rows: Array) -> Any:
 
 
 @inline
-def any_surface(rows: Array) -> Any:
-    """Tell whether some manifolds have one friction in this tick."""
-    return rows[lane_scratch.SURFACES] > 0.0
-
-
-@inline
-def begin_tick(rows: Array) -> None:
-    """Begin a tick: none has."""
-    rows[lane_scratch.SURFACES] = 0.0
+def any_surface(scratch: Array) -> Any:
+    """Tell whether some manifolds of the group have one friction in this tick."""
+    return scratch[lane_scratch.SURFACES] > 0.0
 
 
 @inline
@@ -168,7 +162,7 @@ def _take_recalled(
 @kernel
 def join(
     count: int, members: Indices, first: int, share: float, width: int, manifolds: Array,
-    rows: Array,
+    rows: Array, scratch: Array,
 ) -> None:  # fmt: skip
     """
     Let the manifolds of a surface have one friction.
@@ -182,7 +176,7 @@ def join(
         lane = int(manifolds[members[place] + manifold_record.LANE])
         if rows[lane + constraint.FRICTION] != mu:
             return
-    rows[lane_scratch.SURFACES] = 1.0
+    scratch[lane_scratch.SURFACES] = 1.0
     _take_recalled(count, members, first, width, manifolds, rows)
     head = int(manifolds[first + manifold_record.LANE])
     patch = _patch_of(head, width)
