@@ -22,17 +22,21 @@ FIRST = 'integrators/test_compiled_is_plain.py'  # its first test takes longest
 # who compiles or waits most comes first, but what shares kernels with FIRST or with contact behind
 # them; files that take long before those that fill up the end
 ORDER = (
-    'contact', 'ros', 'laws', 'stability', 'integrators', 'contact, other kernels', 'testing',
-    'sweeps', 'scene', 'readme', 'packaging', 'run',
+    'contact', 'ros', 'laws', 'stability', 'integrators', 'contact, impacts', 'contact, forces',
+    'contact, other kernels', 'testing', 'sweeps', 'scene', 'readme', 'packaging', 'run',
 )  # fmt: skip
 # files of contact with kernels of their own, made of the same parts as the one of all others
-OTHER_KERNELS = (
-    'cut_ticks', 'far_away', 'flowing_mass', 'forces_beside', 'impact', 'pairs_',
-    'pivots_that_touch', 'prescribed_motion', 'same_bits', 'sleeping', 'ticks_cut',
-)  # fmt: skip
+ROOMS_OF_CONTACT = {
+    'contact, impacts': ('impact', 'ticks_cut'),
+    'contact, forces': ('cut_ticks', 'far_away', 'forces_beside'),
+    'contact, other kernels': (
+        'flowing_mass', 'pairs_', 'pivots_that_touch', 'prescribed_motion', 'same_bits',
+        'sleeping',
+    ),
+}  # fmt: skip
 # whose files share a kernel, so that no two workers wait for it, or a node: while one worker waits
 # for it, the others compute
-TOGETHER = {'contact', 'ros'}
+TOGETHER = {'contact', 'contact, impacts', 'contact, forces', 'ros'}
 APART = {'stability'}  # folders whose tests compile little and may take long
 
 
@@ -41,8 +45,11 @@ def room_of(path):
     The folder of a file of tests; of contact: which kernels it has.
     """
     name = path.stem.removeprefix('test_')
-    other = path.parent.name == 'contact' and name.startswith(OTHER_KERNELS)
-    return 'contact, other kernels' if other else path.parent.name
+    if path.parent.name == 'contact':
+        for room, begins in ROOMS_OF_CONTACT.items():
+            if name.startswith(begins):
+                return room
+    return path.parent.name
 
 
 def pytest_collection_modifyitems(items):

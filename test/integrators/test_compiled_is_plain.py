@@ -62,7 +62,7 @@ sim = Simulation(eval('scenes.' + sys.argv[3]), integrator='explicit_euler')
 sim.step(50)
 print(type(rotate).__name__, sim.state_bytes().hex())
 """
-OSCILLATOR, CHAIN = 'oscillator(dt=0.01)', 'linked_points()'
+TOP, OSCILLATOR, CHAIN = 'top()', 'oscillator(dt=0.01)', 'linked_points()'
 
 
 def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
@@ -80,11 +80,11 @@ def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
 def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(tmp_path):
-    kind, bits = kind_and_bits('unknown', OSCILLATOR, cache=tmp_path)
+    kind, bits = kind_and_bits('unknown', TOP, cache=tmp_path)
     assert kind == 'CPUDispatcher'
-    oscillator = Simulation(scenes.oscillator(dt=0.01), integrator='explicit_euler')
-    oscillator.step(50)
-    assert bits == oscillator.state_bytes().hex()
+    top = Simulation(scenes.top(), integrator='explicit_euler')
+    top.step(50)
+    assert bits == top.state_bytes().hex()
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')

@@ -67,7 +67,11 @@ def angle(simulation, exact):
 
 @pytest.mark.parametrize(
     ('name', 'options', 'dt'),
-    [('blanes_moan4', {}, 0.02), ('blanes_moan4', {'drift': 'exact'}, 0.02), ('rk8', {}, 0.025)],
+    [
+        ('blanes_moan4', {}, 0.02),
+        ('blanes_moan4', {'drift': 'exact'}, 0.02),
+        pytest.param('rk8', {}, 0.025, marks=pytest.mark.long),
+    ],
 )
 def test_a_heavy_top_precesses_steadily(name, options, dt):
     top, exact = steady_top(dt=dt)
@@ -304,7 +308,7 @@ def difference(simulation, exact):
 @pytest.mark.parametrize(
     ('name', 'options', 'dt', 'error'),
     [
-        ('rk8', {}, 0.02, 1e-9),
+        pytest.param('rk8', {}, 0.02, 1e-9, marks=pytest.mark.long),
         pytest.param('rk45', {}, 0.1, 1e-6, marks=pytest.mark.long),
         ('scipy_dop853', {}, 0.5, 1e-6),
         ('dmv6', {}, 0.002, 2e-4),

@@ -217,8 +217,15 @@ SEEN = """(() => {
         paper: getComputedStyle(document.body).backgroundColor }; })()"""
 
 
-@pytest.mark.parametrize(('width', 'height'), [(1280, 900), (390, 844)])
-@pytest.mark.parametrize('theme', ['light', 'dark'])
+@pytest.mark.parametrize(
+    ('theme', 'width', 'height'),
+    [
+        ('light', 1280, 900),
+        ('dark', 390, 844),
+        pytest.param('light', 390, 844, marks=pytest.mark.long),
+        pytest.param('dark', 1280, 900, marks=pytest.mark.long),
+    ],
+)
 def test_every_body_is_in_view_at_the_start_and_nothing_is_outside_its_frame(
     opened, width, height, theme
 ):
@@ -420,7 +427,7 @@ def middle(tab, element):
     return x, min(y, 800)
 
 
-def touch(tab, *ways, steps=5):
+def touch(tab, *ways, steps=3):
     """Put fingers down, move each along its way [(x, y), (x, y)], and lift them."""
     for k in range(steps + 1):
         points = [

@@ -377,30 +377,60 @@ def meet():
         peer.close()
 
 
-@pytest.fixture(scope='package')
-def running(tmp_path_factory):
+class Laboratory:
     """
     One node in real time, and its peer, for many tests.
     """
-    with isolation() as patch:
-        patch.setenv('RIGID_BODY_SIM_COMPILE', '1')
-        node = start(
-            tmp_path_factory.mktemp('lab'), '/lab', publish_clock='false', diagnostics_period=0.1
-        )
-        peer = Peer('/lab')
-    peer.node_process = node
-    yield peer
-    peer.close()
-    code = node.stop()
-    node.close()
-    assert code == 0
+
+    def __init__(self):
+        self._peer = None
+
+    def peer(self, folders):
+        """
+        Return the peer; whoever asks first starts the node.
+        """
+        if self._peer is None:
+            with isolation() as patch:
+                patch.setenv('RIGID_BODY_SIM_COMPILE', '1')
+                node = start(
+                    folders.mktemp('lab'), '/lab', publish_clock='false', diagnostics_period=0.1
+                )
+                self._peer = Peer('/lab')
+            self._peer.node_process = node
+        return self._peer
+
+    def end(self):
+        """
+        Stop the node, if there is one.
+        """
+        peer, self._peer = self._peer, None
+        if peer is None:
+            return
+        peer.close()
+        code = peer.node_process.stop()
+        peer.node_process.close()
+        assert code == 0
+
+
+LABORATORY = Laboratory()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(nextitem):
+    """
+    End the node behind the last test of this folder: it would talk on beside all others.
+    """
+    yield
+    if nextitem is None or Path(__file__).parent not in nextitem.path.parents:
+        LABORATORY.end()
 
 
 @pytest.fixture
-def lab(running):
+def lab(tmp_path_factory):
     """
     The peer of the running node, everything at rest again.
     """
+    running = LABORATORY.peer(tmp_path_factory)
     assert running.switch('pause', False).success
     assert running.trigger('reset').success
     yield running
