@@ -130,13 +130,14 @@ def together(pieces: Sequence[tuple[Contacts, Array]]) -> tuple[Contacts, Array]
     return contacts, which[chosen]
 
 
-def with_taken_back(contacts: Contacts, given_back: Array, scene_indices: Indices) -> Contacts:
+def with_taken_back(contacts: Contacts, taken: Array, scene_indices: Indices) -> Contacts:
     """
-    Add to the contacts of a tick or piece what it took back: see `energy.scratch`.
+    Add to the contacts of a tick or piece what it took back.
 
+    taken         : see `energy.scratch`
     scene_indices : of the bodies in the order of the core
     """
-    rows = given_back[:-TAKEN].reshape(-1, TAKEN)
+    rows = taken[:-TAKEN].reshape(-1, TAKEN)
     damped = np.flatnonzero(rows.any(axis=1))
     return replace(contacts, damped=scene_indices[damped], taken_back=rows[damped])
 

@@ -40,6 +40,7 @@ class Contacts:
 
     damped     : (k,) int              scene indices of the bodies from which it was taken
     taken_back : (k, 6) [N s, N m s]   change of their momentum, and of their angular momentum
+                                       (about the centre of mass, or a pivot)
     """
 
     bodies: NDArray[np.int64]
