@@ -70,7 +70,7 @@ from rigid_body_sim.physics.contact.crew import Crew
 from rigid_body_sim.physics.contact.energy import account, gain_bound, restitution_bound
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.events.flight import Flights
-from rigid_body_sim.physics.contact.islands import first_loads, sleep
+from rigid_body_sim.physics.contact.islands import first_loads, left_sinking, sleep
 from rigid_body_sim.physics.contact.islands.bouncing import mark_bouncing
 from rigid_body_sim.physics.contact.islands.sleep import SleepState
 from rigid_body_sim.physics.contact.islands.solver_groups import find_groups, sort_touching
@@ -313,6 +313,10 @@ def _advance(ticks, tick, h, world):
         crew.post(crew.GROUPS, parts, world.crew)
         pass_groups(tick, h, world)
         crew.wait_for_parts(parts, world.crew)
+        left_sinking.list_sinking(
+            counts[tick_counts.MANIFOLDS], substeps, colliders.table, constraints.manifolds,
+            constraints.rows, world.overlaps,
+        )  # fmt: skip
         evaluated = COUPLED and not VELOCITY_DEPENDENT
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)

@@ -156,7 +156,8 @@ class ContactWorld:
         indices = self.arrays.table[collider_record.SCENE_INDEX :: collider_record.SIZE]
         self._scene_indices = np.zeros(layout.n_moving, dtype=np.int64)  # of bodies that touch
         self._scene_indices[cores[cores >= 0]] = indices[cores >= 0]
-        self._overlaps: dict[tuple[int, int], float] = {}  # [m] of pairs of scene indices
+        # [m], [m/s] of pairs of scene indices
+        self._overlaps: dict[tuple[int, int], tuple[float, float]] = {}
 
     @property
     def _recycles(self) -> bool:
@@ -285,8 +286,8 @@ class ContactWorld:
         """
         names = self._names
         return {
-            (first, second): overlap_warning(names[first], names[second], depth)
-            for (first, second), depth in self._overlaps.items()
+            (first, second): overlap_warning(names[first], names[second], *found)
+            for (first, second), found in self._overlaps.items()
         }
 
     def contacts(self) -> Contacts:

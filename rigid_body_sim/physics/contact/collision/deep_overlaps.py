@@ -38,6 +38,7 @@ HEAD = head.size
 pair = Record()
 BODIES = pair.numbers(2, '-', 'indices in the scene')
 DEPTH = pair.number('m', 'greatest depth of the overlap')
+SPEED = pair.number('m/s', 'greatest that a tick has left it with: `islands.left_sinking`')
 PAIR_SIZE = pair.size
 
 
@@ -55,19 +56,21 @@ def overlap_limits(local_bounds: Array) -> Array:
 
 
 @kernel
-def _list_pair(first: float, second: float, depth: float, overlaps: Array) -> None:
-    """List a pair of bodies, or its greater depth."""
+def list_pair(first: float, second: float, depth: float, speed: float, overlaps: Array) -> None:
+    """List a pair of bodies, or its greater depth or speed."""
     count = int(overlaps[COUNT])
     for index in range(count):
         row = HEAD + index * PAIR_SIZE
         if overlaps[row + BODIES] == first and overlaps[row + BODIES + 1] == second:
             overlaps[row + DEPTH] = max(overlaps[row + DEPTH], depth)
+            overlaps[row + SPEED] = max(overlaps[row + SPEED], speed)
             return
     if count < ROOM:
         row = HEAD + count * PAIR_SIZE
         overlaps[row + BODIES] = first
         overlaps[row + BODIES + 1] = second
         overlaps[row + DEPTH] = depth
+        overlaps[row + SPEED] = speed
         overlaps[COUNT] = count + 1.0
 
 
@@ -88,21 +91,30 @@ def list_deep_overlaps(
             if -least > min(limits[a], limits[b]):
                 first = table[a * collider_record.SIZE + collider_record.SCENE_INDEX]
                 second = table[b * collider_record.SIZE + collider_record.SCENE_INDEX]
-                _list_pair(float(min(first, second)), float(max(first, second)), -least, overlaps)
+                list_pair(
+                    float(min(first, second)), float(max(first, second)), -least, 0.0, overlaps
+                )
 
 
-def take_overlaps(overlaps: Array, into: dict[tuple[int, int], float]) -> None:
-    """Move the list into the greatest depth [m] of each pair of scene indices."""
+def take_overlaps(overlaps: Array, into: dict[tuple[int, int], tuple[float, float]]) -> None:
+    """Move the list into the greatest depth [m] and speed [m/s] of each pair of scene indices."""
     for row in overlaps[HEAD:].reshape(-1, PAIR_SIZE)[: int(overlaps[COUNT])]:
         first, second = (int(index) for index in row[BODIES : BODIES + 2])
-        into[first, second] = max(float(row[DEPTH]), into.get((first, second), 0.0))
+        depth, speed = into.get((first, second), (0.0, 0.0))
+        into[first, second] = max(float(row[DEPTH]), depth), max(float(row[SPEED]), speed)
     overlaps[COUNT] = 0.0
 
 
-def overlap_warning(first: str, second: str, depth: float) -> str:
-    """Say that two bodies overlap, and what helps."""
+def overlap_warning(first: str, second: str, depth: float, speed: float) -> str:
+    """Say that two bodies overlap, or are about to, and what helps."""
+    if depth > 0.0:
+        return (
+            f'{first!r} and {second!r} overlap by {depth:.2g} m, more than a tenth of the '
+            'smaller: contact gives way to what is too heavy for it, or the scene begins so; more '
+            'substeps (contact.substeps) or a smaller dt carry more'
+        )
     return (
-        f'{first!r} and {second!r} overlap by {depth:.2g} m, more than a tenth of the smaller: '
-        'contact gives way to what is too heavy for it, or the scene begins so; more substeps '
-        '(contact.substeps) or a smaller dt carry more'
+        f'{first!r} and {second!r} are too unlike in mass for contact to carry the load of one on '
+        f'the other: the solver leaves them sinking into each other at {speed:.2g} m/s; more '
+        'substeps (contact.substeps) or a smaller dt carry more'
     )

@@ -7,32 +7,39 @@ Sequential impulses pass a blow on from body to body. What they have not yet giv
 falls by 1 - m/M in a pass where a heavy body M presses on a light one m, and by some pi^2/n^2 in a
 column of n: ten passes end long before a blow has gone through. What is left sinks in over the
 substep, and is lifted again with a gain of energy. So such an island is visited as a whole, and
-between its passes impulses go ahead (Nesterov's method; 1 - m/M becomes 1 - sqrt(m/M)):
+between its passes impulses go ahead, by conjugate gradients (Fletcher and Reeves) for which what a
+pass changes stands for the gradient:
 
-    x_k     = pass(y_(k-1))
-    y_k     = x_k + k/(k + 3) (x_k - x_(k-1))
-    restart: k = 0 where the largest (x_k - y_(k-1))^2/m is larger than in the pass before
+    g_k     = pass(x_k) - x_k
+    b_k     = |g_k|^2/|g_(k-1)|^2,  0 where that is more than 1: it begins anew
+    p_k     = g_k + b_k p_(k-1)
+    x_(k+1) = x_k + p_k
 
 x : accumulated impulses, along the normals, which stay positive, and of friction after the motion;
-m : effective masses. The momenta of the bodies follow. The largest is taken, over points and
-patches, as a sum would round in the order of the bodies. It ends where no pass changes a normal by
-more than is left alone, or has begun anew too often: friction may go in circles.
+|g|^2 : sum of g^2/m over points and patches, m effective masses. The momenta of the bodies follow.
+What is slow are the few ways in which something heavy sinks, slides and tips on what is light: it
+takes some passes for each of them, and not the root of M/m, as where impulses go ahead by a share
+that only time tells (Nesterov). It ends where no pass changes a normal by more than is left alone,
+or has begun anew too often: friction may go in circles.
 
 What a pass changes tells less of what is missing, the more one of the two bodies outweighs the
 other. So little is left alone between unlike bodies, and more, as time counts too, between like
-ones, and most between balls, whose normals turn nothing.
+ones, and most between balls, whose normals turn nothing. Beyond 1:30 it is less, as (m/M)^2, and
+an island may have more passes, by the root of that.
 
-Y. Nesterov, Soviet Math. Dokl. 27 (1983) 372; B. O'Donoghue, E. Candes, Found. Comput. Math. 15
-(2015) 715 (restarts); of contacts H. Mazhar et al., ACM Trans. Graph. 34 (2015) 32.
+M. Silcowitz, S. Niebel, K. Erleben, Visual Computer 26 (2010) 893; R. Fletcher, C. M. Reeves,
+Computer Journal 7 (1964) 149.
 """
 
 from __future__ import annotations
+
+import math
 
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.array_groups import Constraints
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
-from rigid_body_sim.physics.contact.islands import unsettled_record
+from rigid_body_sim.physics.contact.islands import left_sinking, unsettled_record
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
@@ -53,9 +60,11 @@ from rigid_body_sim.physics.vectors import subtract
 FAR, OF_LIKE_FAR = 1e-3, 10.0
 NEAR, OF_LIKE_NEAR = 1e-4, 30.0
 OF_BALLS = 2000.0  # [-] times as much again between balls: else heaps of them cost twice as much
-MOST_PASSES = 150  # of an island; a pile of 27 boxes of 1 to 100 kg takes all of them, at times
-MOST_RESTARTS = 10.0  # what converges begins anew after ten passes and more
+MOST_PASSES = 150  # of an island up to 1:30; a pile of 27 boxes takes all of them, at times
 MORE = 1.0 + 1e-6  # times the change before is more: what goes to and fro is no matter of rounding
+PARTS, MOST_TIMES = 2.0**32, 2.0**10  # [-] of a change before, in which one is counted
+MORE_PASSES = 10.0  # times as many, at most, where masses are unlike
+RESTARTS = 1.0 / 15.0  # [-] of them: what converges begins anew after more
 
 
 @inline
@@ -73,7 +82,7 @@ def _left_alone(lane: int, speed: float, of_like: float, rows: Array) -> float:
         of_like *= OF_BALLS
     if least > 0.0:
         of_like *= (least / most) ** 4
-    return speed * max(of_like, 1.0)
+    return speed * max(of_like, 1.0) * solve.share_left_alone(lane, rows)
 
 
 @inline
@@ -118,12 +127,12 @@ def _note_impulses(lane: int, point_count: int, width: int, to_come: float, rows
         row = lane + constraint.SIZE + point * width
         impulses = wide_lanes.vector(rows, row + contact_point.NORMAL_IMPULSE)
         impulses = (_given(row, to_come, rows), impulses[1], impulses[2])
-        wide_lanes.put_vector(rows, row + contact_point.LEFT, impulses)
+        wide_lanes.put_vector(rows, row + contact_point.BEGUN_BEFORE, impulses)
         wide_lanes.put_vector(rows, row + contact_point.BEGUN, impulses)
     if point_count > 1:
         patch = lane + constraint.SIZE + MOST * width
         wrench = wide_lanes.vector(rows, patch + friction_patch.IMPULSE_1)
-        wide_lanes.put_vector(rows, patch + friction_patch.LEFT_1, wrench)
+        wide_lanes.put_vector(rows, patch + friction_patch.BEGUN_BEFORE_1, wrench)
         wide_lanes.put_vector(rows, patch + friction_patch.BEGUN_1, wrench)
 
 
@@ -150,23 +159,30 @@ def _begin(
             _note_impulses(lane, points, width, to_come, rows)
     for index in range(len(members)):
         roots[members[index]] = find(members[index], roots)
+    for batch in range(0, len(batches), batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            place = _island_of(lane, static, rows, roots) + unsettled_record.MOST_PASSES
+            share = solve.share_left_alone(lane, rows)
+            passes = MOST_PASSES * min(1.0 / math.sqrt(share), MORE_PASSES)
+            constraints.unsettled[place] = max(constraints.unsettled[place], passes)
 
 
 @inline
-def _moves(lane: int, point_count: int, width: int, to_come: float, rows: Array) -> bool:
-    """Tell whether the last pass has changed a normal of a constraint by more than settles."""
-    speed = _left_alone(lane, NEAR, OF_LIKE_NEAR, rows)
+def _speed_left(lane: int, point_count: int, width: int, to_come: float, rows: Array) -> float:
+    """Velocity along the normal by which the last pass has changed a constraint, at most [m/s]."""
+    largest = 0.0
     for point in range(point_count):
         row = lane + constraint.SIZE + point * width
-        change = _given(row, to_come, rows) - rows[row + contact_point.BEGUN]
-        if abs(change) > speed * rows[row + contact_point.NORMAL_MASS]:
-            return True
-    return False
+        mass = rows[row + contact_point.NORMAL_MASS]
+        change = abs(_given(row, to_come, rows) - rows[row + contact_point.BEGUN])
+        largest = max(largest, change / mass if mass > 0.0 else 0.0)
+    return largest
 
 
 @kernel
 def _wake(
-    begins: bool, static: int, width: int, to_come: float, members: Indices,
+    number: int, static: int, width: int, to_come: float, members: Indices,
     constraints: Constraints,
 ) -> bool:  # fmt: skip
     """
@@ -185,15 +201,20 @@ def _wake(
             change = rows[lane + constraint.UNSETTLED]
             if change == 0.0:
                 continue
-            if begins:
+            if number == 0:
                 goes_on = change > _left_alone(lane, FAR, OF_LIKE_FAR, rows)
             else:
-                goes_on = _moves(lane, points, width, to_come, rows)
+                change = _speed_left(lane, points, width, to_come, rows)
+                goes_on = change > _left_alone(lane, NEAR, OF_LIKE_NEAR, rows)
             if goes_on:
                 island = _island_of(lane, static, rows, constraints.roots)
-                if islands[island + unsettled_record.RESTARTS] <= MOST_RESTARTS:
+                most = islands[island + unsettled_record.MOST_PASSES]
+                restarts = islands[island + unsettled_record.RESTARTS]
+                if number < most and restarts <= RESTARTS * most:
                     islands[island + unsettled_record.GOES_ON] = 1.0
                     found = True
+                elif to_come == 0.0:
+                    left_sinking.note(lane, change, rows)
     for batch in range(0, len(batches) if found else 0, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
@@ -228,11 +249,29 @@ def _change_of_patch(patch: int, rows: Array) -> float:
     return total / mass if mass > 0.0 else 0.0
 
 
+@inline
+def _change_of(lane: int, points: int, width: int, to_come: float, rows: Array) -> float:
+    """Return what the last pass has changed of a constraint [J]."""
+    total = 0.0
+    for point in range(points):
+        row = lane + constraint.SIZE + point * width
+        total += _change_of_point(row, to_come, points == 1 and to_come == 0.0, rows)
+    if points > 1 and to_come == 0.0:
+        total += _change_of_patch(lane + constraint.SIZE + MOST * width, rows)
+    return total
+
+
 @kernel
-def _count_passes(
+def _find_steps(
     static: int, width: int, to_come: float, members: Indices, constraints: Constraints
 ) -> None:
-    """Count the passes of each island that goes on, anew where the last has changed more."""
+    """
+    Find how far the impulses of each island go ahead: not at all where the last pass has changed
+    more.
+
+    Changes are added up in whole parts of the one before, which is exact: else sums would round in
+    the order of the bodies. The first is the largest alone.
+    """
     batches, rows, islands = constraints.batches, constraints.rows, constraints.unsettled
     for index in range(len(members)):
         islands[members[index] * unsettled_record.SIZE + unsettled_record.CHANGE] = 0.0
@@ -242,24 +281,23 @@ def _count_passes(
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
             if rows[lane + constraint.UNSETTLED] == 0.0:
                 continue
+            change = _change_of(lane, points, width, to_come, rows)
             island = _island_of(lane, static, rows, constraints.roots)
-            change = islands[island + unsettled_record.CHANGE]
-            for point in range(points):
-                row = lane + constraint.SIZE + point * width
-                rubs = points == 1 and to_come == 0.0
-                change = max(change, _change_of_point(row, to_come, rubs, rows))
-            if points > 1 and to_come == 0.0:
-                patch = lane + constraint.SIZE + MOST * width
-                change = max(change, _change_of_patch(patch, rows))
-            islands[island + unsettled_record.CHANGE] = change
+            before = islands[island + unsettled_record.CHANGE_BEFORE]
+            so_far = islands[island + unsettled_record.CHANGE]
+            times = change / before if before > 0.0 else 0.0
+            parts = math.floor(times * PARTS) if times < MOST_TIMES else MOST_TIMES * PARTS
+            islands[island + unsettled_record.CHANGE] = (
+                so_far + parts if before > 0.0 else max(so_far, change)
+            )
     for index in range(len(members)):
         island = members[index] * unsettled_record.SIZE
+        before = islands[island + unsettled_record.CHANGE_BEFORE]
         change = islands[island + unsettled_record.CHANGE]
-        if change > MORE * islands[island + unsettled_record.CHANGE_BEFORE]:
-            islands[island + unsettled_record.PASSES] = 0.0
-            islands[island + unsettled_record.RESTARTS] += 1.0
-        else:
-            islands[island + unsettled_record.PASSES] += 1.0
+        change = change * (before / PARTS) if before > 0.0 else change
+        converges = 0.0 < change <= MORE * before
+        islands[island + unsettled_record.AHEAD] = change / before if converges else 0.0
+        islands[island + unsettled_record.RESTARTS] += 0.0 if converges else 1.0
         islands[island + unsettled_record.CHANGE_BEFORE] = change
 
 
@@ -272,23 +310,24 @@ def _extrapolate(
         normal, tangent_1, tangent_2 = wide_lanes.contact_frame(constraints, lane)
         arm_a, arm_b = wide_lanes.arms(points, lane)
         old, old_1, old_2 = wide_lanes.vector(points, lane + contact_point.NORMAL_IMPULSE)
-        left, left_1, left_2 = wide_lanes.vector(points, lane + contact_point.LEFT)
+        before = wide_lanes.vector(points, lane + contact_point.BEGUN_BEFORE)
         ahead = scratch[lane + lane_scratch.AHEAD]
         ahead_of_friction = ahead if rubs else 0.0
         warm = to_come * points[lane + contact_point.WARM_NORMAL]
         presses = old > 0.0
         given = old - warm if presses else 0.0
         # what presses goes on to press: it ends where a visit ends it
-        begun = given + ahead * (given - left)
+        was, was_1, was_2 = wide_lanes.vector(points, lane + contact_point.BEGUN)
+        begun = given + ahead * (was - before[0])
         begun = begun if begun > 0.0 else 0.5 * given
         goes = (ahead > 0.0) & presses
         begun = begun if goes else given
-        begun_1 = old_1 + ahead_of_friction * (old_1 - left_1)
-        begun_2 = old_2 + ahead_of_friction * (old_2 - left_2)
+        begun_1 = old_1 + ahead_of_friction * (was_1 - before[1])
+        begun_2 = old_2 + ahead_of_friction * (was_2 - before[2])
         points[lane + contact_point.NORMAL_IMPULSE] = begun + warm if goes else old
         points[lane + contact_point.TANGENT_IMPULSE_1] = begun_1
         points[lane + contact_point.TANGENT_IMPULSE_2] = begun_2
-        wide_lanes.put_vector(points, lane + contact_point.LEFT, (given, old_1, old_2))
+        wide_lanes.put_vector(points, lane + contact_point.BEGUN_BEFORE, (was, was_1, was_2))
         wide_lanes.put_vector(points, lane + contact_point.BEGUN, (begun, begun_1, begun_2))
         impulse = wide_lanes.impulse_of(
             begun - given, begun_1 - old_1, begun_2 - old_2, normal, tangent_1, tangent_2
@@ -316,8 +355,7 @@ def _extrapolate_all(
         for lane in range(used):
             if own[lane + constraint.UNSETTLED] > 0.0:
                 island = _island_of(begin + lane, static, rows, constraints.roots)
-                passes = islands[island + unsettled_record.PASSES]
-                scratch[lane + lane_scratch.AHEAD] = passes / (passes + 3.0)
+                scratch[lane + lane_scratch.AHEAD] = islands[island + unsettled_record.AHEAD]
         first = begin + constraint.SIZE
         for point in range(point_count):
             points = rows[first + point * width : first + (point + 1) * width]
@@ -345,15 +383,13 @@ def go_ahead(
     members : bodies of the group
     """
     static = len(constraints.roots) - 1
-    if number == MOST_PASSES:
-        return False
     if number == 0:
         if not _any_far(constraints.batches, constraints.rows):
             return False
         _begin(static, width, to_come, members, constraints)
-    if not _wake(number == 0, static, width, to_come, members, constraints):
+    if not _wake(number, static, width, to_come, members, constraints):
         return False
     if number > 0:
-        _count_passes(static, width, to_come, members, constraints)
+        _find_steps(static, width, to_come, members, constraints)
         _extrapolate_all(static, width, to_come, constraints, bodies)
     return True

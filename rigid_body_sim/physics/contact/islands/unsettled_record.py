@@ -9,8 +9,9 @@ from rigid_body_sim.physics.arrays import Record
 
 island = Record()
 GOES_ON = island.number('-', '1: the last pass has changed something of it')
-CHANGE = island.number('J', 'by the last pass: most of dJ^2/m of a point or a patch')
+CHANGE = island.number('J', 'by the last pass: sum of dJ^2/m of points and patches')
 CHANGE_BEFORE = island.number('J', 'the same of the pass before')
-PASSES = island.number('-', 'since its impulses have begun to go ahead')
+AHEAD = island.number('-', 'share of their last step by which impulses go ahead')
+MOST_PASSES = island.number('-', 'that it may take')
 RESTARTS = island.number('-', 'how often they have begun anew')
 SIZE = island.size

@@ -44,6 +44,10 @@ ROUNDNESS = constraint.number('-', 'what is round of the pair: one of the names 
 UNSETTLED = constraint.number(
     'm/s', 'by which the last pass has changed its points; 0: by less than settles'
 )
+LEFT_SUBSTEPS = constraint.number(
+    '-', 'substeps of this tick that have left it sinking in: `islands.left_sinking`'
+)
+LEFT_SPEED = constraint.number('m/s', 'with which it does, the least of them')
 TOUCHED = constraint.number('-', '1: some point of it has pressed in this tick')
 BOUNCES = constraint.number('-', '1: its bodies take part in a bounce: `islands.bouncing`')
 RADIUS_A = constraint.number(

@@ -33,8 +33,8 @@ WARM_NORMAL = point.number('N s', 'half the warm-start impulse of this substep')
 WARM_TANGENT_1 = point.number('N s', 'the same, first tangent')
 WARM_TANGENT_2 = point.number('N s', 'the same, second tangent')
 # while an island goes on that the usual passes have left unsettled: see `islands.unsettled`
-LEFT = point.vector('N s', 'normal, tangents: as the pass before has left them')
-BEGUN = point.vector('N s', 'the same, from which this pass has begun')
+BEGUN_BEFORE = point.vector('N s', 'normal, tangents, from which the pass before has begun')
+BEGUN = point.vector('N s', 'the same of this pass')
 SIZE = point.size  # where nothing rolls, twists or bounces
 
 # beyond, where something does

@@ -50,9 +50,9 @@ RESTITUTION_1 = patch.number('N s', 'with the impulse of restitution, first tang
 RESTITUTION_2 = patch.number('N s', 'the same, second tangent')
 RESTITUTION_TWIST = patch.number('N m s', 'the same, about the normal')
 # while an island goes on that the usual passes have left unsettled: see `islands.unsettled`
-LEFT_1 = patch.number('N s', 'as the pass before has left it, first tangent')
-LEFT_2 = patch.number('N s', 'the same, second tangent')
-LEFT_TWIST = patch.number('N m s', 'the same, about the normal')
+BEGUN_BEFORE_1 = patch.number('N s', 'from which the pass before began, first tangent')
+BEGUN_BEFORE_2 = patch.number('N s', 'the same, second tangent')
+BEGUN_BEFORE_TWIST = patch.number('N m s', 'the same, about the normal')
 BEGUN_1 = patch.number('N s', 'from which this pass has begun, first tangent')
 BEGUN_2 = patch.number('N s', 'the same, second tangent')
 BEGUN_TWIST = patch.number('N m s', 'the same, about the normal')

@@ -487,13 +487,14 @@ def _relax(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None
 
 @kernel
 def go_ahead(lanes: int, constraints: Array, patch: Array, scratch: Array) -> None:
-    """Let the friction of each lane go on by a share of its last change: `islands.unsettled`."""
+    """Let the friction of each lane go on by a share of its last step: `islands.unsettled`."""
     for lane in range(lanes):
         given = _wrench(patch, lane + friction_patch.IMPULSE_1)
-        before = _wrench(patch, lane + friction_patch.LEFT_1)
-        change = scale(scratch[lane + lane_scratch.AHEAD], subtract(given, before))
+        before = _wrench(patch, lane + friction_patch.BEGUN_BEFORE_1)
+        was = _wrench(patch, lane + friction_patch.BEGUN_1)
+        change = scale(scratch[lane + lane_scratch.AHEAD], subtract(was, before))
         begun = add(given, change)
-        wide_lanes.put_vector(patch, lane + friction_patch.LEFT_1, given)
+        wide_lanes.put_vector(patch, lane + friction_patch.BEGUN_BEFORE_1, was)
         wide_lanes.put_vector(patch, lane + friction_patch.BEGUN_1, begun)
         wide_lanes.put_vector(patch, lane + friction_patch.IMPULSE_1, begun)
         _apply(change, constraints, patch, scratch, lane)

@@ -14,6 +14,7 @@ separation s, substep h, and beta, sigma, iota the bias rate, mass scale and imp
 
     soft:     s > 0: dJ = -m (v_n + s/h)
               s <= 0: dJ = -m sigma (v_n + max(beta (s + slop), -cap)) - iota J
+                      iota J/(m sigma) <= beta a: rigid where more would press: `soft_law`
               J_n - J_warm/2 >= 0: the other half of the warm start is still to come
     relaxed:  dJ = -m (v_n + max(s, 0)/h),  J_n >= 0; with a warm start: dJ = -m v_n
               m/(1 + x) for m where x = m (J_t . K_tn) / J_n > 1/2
@@ -57,6 +58,16 @@ OPEN = 1e-12
 # [1/s] speed at which a deep overlap goes, at most, over `constraint.DEEP`: five radii a second.
 # Faster throws bodies apart that begin in each other
 PUSH_OUT = 1000.0
+
+# [-] of `constraint.DEEP`, r/200: by how much a spring gives way beyond the sink of what it is
+# known to carry, and at all; there it is rigid. With more GIVES what is put down sinks in deeper,
+# and is lifted again; with more MOST_SINK what is heavy tips on springs too soft for it, with less
+# it trembles, by micrometres
+GIVES, MOST_SINK = 0.3, 5.0
+
+# [-] ratio of two masses beyond which less than the usual changes are left alone, and the share
+# that is, at least; more lets what is heavy rock on what is light, less takes all passes
+UNLIKE, LEAST_SHARE = 30.0, 1e-3
 
 # [1/s] at which what is deeper than `constraint.DEEP` comes out, beside the pace: at once, loads
 # that change, which let a contact sink a little deeper each time, end in a jump of the energy;
@@ -169,6 +180,29 @@ def any_unsettled(used: int, constraints: Array) -> bool:
 
 
 @inline
+def ratio_of_masses(lane: int, constraints: Array) -> Any:
+    """Ratio of the masses of the two bodies of a lane, the larger over the smaller; of one: 1."""
+    inverse_a = constraints[lane + constraint.INVERSE_MASS_A]
+    inverse_b = constraints[lane + constraint.INVERSE_MASS_B]
+    least = inverse_a if inverse_a < inverse_b else inverse_b
+    most = inverse_b if inverse_a < inverse_b else inverse_a
+    return most / least if least > 0.0 else 1.0
+
+
+@inline
+def share_left_alone(lane: int, constraints: Array) -> Any:
+    """
+    Share of the usual changes that is left alone of a lane: (UNLIKE m/M)^2 between bodies of very
+    unlike mass M > m. What one pass cannot bring through grows there from tick to tick, until
+    further passes are made.
+    """
+    share = UNLIKE / ratio_of_masses(lane, constraints)
+    share = share if share < 1.0 else 1.0
+    share *= share
+    return share if share > LEAST_SHARE else LEAST_SHARE
+
+
+@inline
 def mark_unsettled(
     used: int, rest: float, constraints: Array, points: Array, scratch: Array
 ) -> bool:
@@ -183,7 +217,7 @@ def mark_unsettled(
     for lane in range(used):
         size = scratch[lane + lane_scratch.LARGEST_CHANGE]
         mass = points[lane + contact_point.NORMAL_MASS]
-        changed = size > rest * mass
+        changed = size > rest * share_left_alone(lane, constraints) * mass
         constraints[lane + constraint.UNSETTLED] = size / mass if changed else 0.0
         any_changed = any_changed or changed
     return any_changed
@@ -217,8 +251,10 @@ def soft_law(
     """
     Return m sigma, bias and iota of a point of a lane, soft where the surfaces overlap.
 
-    Where the bias is that of the pace beyond what bears the load, -(iota J/(m sigma) + pace), its
-    part with J cancels iota J: then iota is 0.
+    The spring of a point gives way by its sink and GIVES at most, MOST_SINK at all, and is rigid
+    there: iota J/(m sigma) is no more than beta times that. Where the bias is that of the pace
+    beyond what bears the load, -(iota J/(m sigma) + pace), its part with J cancels iota J: then
+    iota is 0.
 
         row     : of the point
         impulse : [N s] J
@@ -237,11 +273,15 @@ def soft_law(
     limit = limit if limit < cap else cap
     pace = constraints[lane + constraint.PACE] + (RATE * beneath if beneath > 0.0 else 0.0)
     pace = limit if pace > limit else pace
-    beyond = soft + pace
-    bears = stiff * beyond + iota * impulse > 0.0
-    bears = bears | (beyond > 0.0)
-    bias = soft if bears else -pace
-    iota = iota if bears else 0.0
+    most = constraints[lane + constraint.SINK] + GIVES * deep
+    most = most if most < MOST_SINK * deep else MOST_SINK * deep
+    stop = constraints[lane + constraint.BIAS_RATE] * most
+    stands = iota * impulse > stiff * stop
+    gives = stop if stands else iota * impulse / (stiff if stiff > 0.0 else 1.0)
+    bears = soft + gives + pace > 0.0
+    stiff = mass if stands else stiff
+    bias = (soft + stop if stands else soft) if bears else -pace
+    iota = iota if bears & (not stands) else 0.0
     bias = separation * inverse_h if is_open else bias
     return mass if is_open else stiff, bias, 0.0 if is_open else iota
 

@@ -12,7 +12,7 @@ for a manifold, and slow:
 
     f = mean over its points of F/(w m)                 at the end of a tick
     l <- l + RATE (f (1 - BAND) - l)  where that is more, (f (1 + BAND) - l) where that is less
-    delta = l / omega_c^2
+    delta = l / omega_c^2,  at most MOST_SINK r/200, by which a contact gives way at most (`solve`)
 
 with w its share of a surface of several faces, else 1 (`softness`), and omega_c that of the whole,
 so that springs, dampers and which points press are those of a contact without it. One number for
@@ -26,7 +26,7 @@ Overlap that no load explains was left by an impact, or by loads that begin. Bod
 of it, which is energy that contact gives, so it goes slowly: beyond what carries the load of this
 instant, the bias is at most
 
-    pace = PACE r h + GAIN beta l / omega_c^2       r : [m] radius of the smaller of the two
+    pace = PACE r h + GAIN beta delta               r : [m] radius of the smaller of the two
 
 and a tick lifts by some 1e-6 of the size of the body (4 ms), less as h^2 in shorter ones. A rim
 has loads that change as it goes round, and no part with them.
@@ -43,6 +43,7 @@ from typing import Any
 from rigid_body_sim.physics.arrays import Array
 from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
+from rigid_body_sim.physics.contact.solver.solve import MOST_SINK
 
 BAND = 1e-3  # [-] of a load; so much of its sink is left, at most
 RATE = 0.012  # [-] per tick; at 0.1 a stack of thirty falls, at 0.03 a cold stack gains energy
@@ -64,8 +65,9 @@ def recall(lane: int, h: float, radius: float, load: float, rows: Array) -> None
         h * rows[lane + constraint.IMPULSE_SCALE] / (rows[lane + constraint.MASS_SCALE] * rate)
     ) * rows[lane + constraint.SHARE]
     rows[lane + constraint.LOAD] = load
-    rows[lane + constraint.SINK] = load * compliance
-    pace = PACE * radius * h + GAIN * rate * load * compliance
+    sink = min(load * compliance, MOST_SINK * rows[lane + constraint.DEEP])
+    rows[lane + constraint.SINK] = sink
+    pace = PACE * radius * h + GAIN * rate * sink
     is_rim = rows[lane + constraint.ROUNDNESS] < constraint.NOT_ROUND
     rows[lane + constraint.PACE] = PACE * radius * h if is_rim else pace
 

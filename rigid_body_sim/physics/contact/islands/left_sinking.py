@@ -1,0 +1,67 @@
+# Copyright 2026 rigid_body_sim maintainers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Heavy on light that sinks in although the solver has done what it may: a warning before it shows.
+
+An island that has had all its passes (`islands.unsettled`) is left with what the next one would
+still change,
+
+    v = |dJ|/m
+
+the speed with which what is heavy goes on into what is light: a pass gives it the momentum that
+the light one has at its speed. After a blow that is so for a substep; where the load is more than
+the passes bring through, in every one. So a tick warns of a constraint between bodies beyond
+1:100 (HEAVY) if all its substeps have left it with
+
+    v > SINKS r          r : [m] radius of the smaller of the two
+"""
+
+from __future__ import annotations
+
+from rigid_body_sim.physics.arrays import Array, Indices
+from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact.collision import (
+    collider_record,
+    deep_overlaps,
+    manifold_record,
+)
+from rigid_body_sim.physics.contact.solver import constraint
+from rigid_body_sim.physics.contact.solver.softness import DEEP
+from rigid_body_sim.physics.contact.solver.solve import ratio_of_masses
+from rigid_body_sim.physics.contact.touching import lane_of
+
+# [1/s] a tenth of a body in four seconds: what goes through goes on faster. At a tenth of it what
+# stands is warned of where friction goes in circles
+SINKS = 0.05
+HEAVY = 100.0  # [-] ratio of masses
+
+
+@inline
+def note(lane: int, speed: float, rows: Array) -> None:
+    """Note that the passes of a substep have left a constraint with a speed [m/s]."""
+    heavy = ratio_of_masses(lane, rows) > HEAVY
+    if heavy and speed > SINKS / DEEP * rows[lane + constraint.DEEP]:
+        count = rows[lane + constraint.LEFT_SUBSTEPS]
+        least = rows[lane + constraint.LEFT_SPEED]
+        rows[lane + constraint.LEFT_SPEED] = min(speed, least) if count > 0.0 else speed
+        rows[lane + constraint.LEFT_SUBSTEPS] = count + 1.0
+
+
+@kernel
+def list_sinking(
+    manifold_count: int, substeps: int, table: Indices, manifolds: Array, rows: Array,
+    overlaps: Array,
+) -> None:  # fmt: skip
+    """List the pairs that all substeps of a tick have left sinking in."""
+    for m in range(manifold_count):
+        lane = lane_of(m, manifolds)
+        if rows[lane + constraint.LEFT_SUBSTEPS] == substeps:
+            record = m * manifold_record.SIZE
+            a = int(manifolds[record + manifold_record.COLLIDER_A])
+            b = int(manifolds[record + manifold_record.COLLIDER_B])
+            first = table[a * collider_record.SIZE + collider_record.SCENE_INDEX]
+            second = table[b * collider_record.SIZE + collider_record.SCENE_INDEX]
+            deep_overlaps.list_pair(
+                float(min(first, second)), float(max(first, second)), 0.0,
+                rows[lane + constraint.LEFT_SPEED], overlaps,
+            )  # fmt: skip
