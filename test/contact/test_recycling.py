@@ -295,13 +295,15 @@ def test_a_block_that_slides_by_more_is_detected_in_each_tick():
 def test_a_pile_at_rest_sinks_no_deeper_than_what_it_weighs(at_rest):
     """
     The deepest overlap, of a full detection: below a twentieth of a millimetre, twice the deepest
-    that manifolds say; and the pile stays where it is.
+    that manifolds say; and the pile stays where it is, once no stone tips over any more: of twelve
+    piles three still had one that did so after two seconds.
     """
     sim = resting(at_rest)
-    place = sim.state.position.copy()
     deepest = min(detected(sim, row)[0] for _, row, _ in records(sim).values())
     said = min(gaps_of(row).min() for _, row, _ in records(sim).values())
     assert said < 0.0 and deepest > 2.0 * said - 3.0 * NEAR
+    sim.step(500)
+    place = sim.state.position.copy()
     sim.step(240)
     assert np.abs(sim.state.position - place).max() < 1e-3
 
