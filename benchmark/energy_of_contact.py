@@ -13,6 +13,7 @@ Kinds of scenes, each drawn from a seed (size, place, attitude, speed, material)
     three    three boxes that fall onto each other
     pile     boxes that fall from a loose grid
     pyramid  a pyramid of boxes that begin to press in the first tick
+    unlike   a stack of boxes of 1 to 100 kg, put down exactly, from 1 mm or from 5 cm
     heavy    a stack of two, 1:10, that begins to press in the first tick
     balls    a block of 5 x 5 x 5 balls that falls
     heap     mixed bodies that fall onto each other
@@ -148,6 +149,19 @@ def pyramid(rng: Rng) -> tuple[Bodies, float]:
             place = (0.21 * (i + 0.5 * row), 0.0, 0.1 + 0.2 * row)
             bodies.append(body(f'b{row}_{i}', cuboid(0.2), place, mass=1.0, **material(0.5, 0.0)))
     return bodies, 1.0
+
+
+def unlike(rng: Rng) -> tuple[Bodies, float]:
+    """Put boxes of unlike mass down on each other."""
+    bodies, top = [ground(0.5)], 0.0
+    for i in range(int(rng.integers(2, 8))):
+        size = rng.uniform(0.15, 0.3, size=3)
+        middle = top + size[2] / 2 + float(rng.choice([0.0, 1e-3, 0.05]))
+        place = (*(0.02 * rng.normal(size=2)), middle)
+        mass = float(np.exp(rng.uniform(0, math.log(100))))
+        bodies.append(body(f'b{i}', cuboid(size), place, mass=mass, **material(0.5, 0.0)))
+        top = middle + size[2] / 2
+    return bodies, 1.5
 
 
 def heavy(rng: Rng) -> tuple[Bodies, float]:
@@ -299,8 +313,8 @@ WITHOUT_GRAVITY = (cradle, floating)
 KINDS: dict[str, Callable[[Rng], tuple[Bodies, float]]] = {
     kind.__name__: kind
     for kind in (
-        corner, tumble, three, pile, pyramid, heavy, balls, heap, coin, top, cradle, floating,
-        edges,
+        corner, tumble, three, pile, pyramid, unlike, heavy, balls, heap, coin, top, cradle,
+        floating, edges,
     )
 }  # fmt: skip
 

@@ -297,15 +297,14 @@ def test_balls_that_pile_up_overlap_less_in_shorter_ticks():
 
 
 @pytest.mark.parametrize(
-    ('count', 'ratio', 'most'), [(3, 10, FEW), (5, 1, MANY), (5, 10, MANY), (6, 100, 2 * MANY)]
+    ('count', 'ratio', 'most'), [(3, 10, FEW), (5, 1, MANY), (5, 10, MANY), (6, 100, MANY)]
 )
 @pytest.mark.parametrize('seed', range(4))
 def test_energy_of_boxes_that_fall_onto_each_other_rises_in_no_tick(count, ratio, most, seed):
     """
     A column of boxes of 1 to `ratio` kg, 5 cm apart, each up to 2 cm off its place. Passes that
     end before a blow has gone through all of them leave overlap, and that is lifted again: by ten
-    passes alone, energy rises by 1e-5 to 5e-3 of the largest. At 1:100 what is heavy is lifted
-    out of its static sink: 1.5e-5 at most in thirty draws.
+    passes alone, energy rises by 1e-5 to 5e-3 of the largest.
     """
     rng = np.random.default_rng(seed)
     masses = np.exp(rng.uniform(0, np.log(ratio), count)).tolist()
@@ -315,6 +314,47 @@ def test_energy_of_boxes_that_fall_onto_each_other_rises_in_no_tick(count, ratio
     ]
     sim = Simulation(scene([ground(), *column], dt=0.004))
     assert largest_rise(sim, 250) < most
+
+
+@pytest.mark.parametrize('seed', [0, 7, 19, 31])
+def test_what_comes_out_of_its_sink_while_nothing_moves_gains_no_energy(seed):
+    """
+    A stack of 2 to 7 boxes of 1 to 100 kg, each put down exactly, from a millimetre or from 5 cm:
+    it sinks in and is lifted again by micrometres, as springs do, and there is hardly any motion
+    from which that could be taken. The height is: without that 1.1e-5 to 1.4e-5.
+    """
+    rng = np.random.default_rng(seed)
+    bodies, top = [ground()], 0.0
+    for i in range(int(rng.integers(2, 8))):
+        size = rng.uniform(0.15, 0.3, 3)
+        middle = top + size[2] / 2 + rng.choice([0, 1e-3, 0.05])
+        place = (*(0.02 * rng.normal(size=2)), middle)
+        bodies.append(box(f'b{i}', size, place, mass=float(np.exp(rng.uniform(0, np.log(100))))))
+        top = middle + size[2] / 2
+    assert largest_rise(Simulation(scene(bodies, dt=0.004)), 375) < 0.5 * MANY
+
+
+@pytest.mark.parametrize('seed', [11, 14])
+def test_balls_that_press_each_other_apart_on_ice_keep_their_momentum_and_gain_nothing(seed):
+    """
+    A block of balls of unlike mass falls onto a plane without friction, and spreads: what ice
+    cannot change is the momentum of all along it and the angular momentum of all about its normal,
+    not that of each of them: what they give each other by their errors was 6e-6 and 1.3e-5.
+    """
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 6))
+    material = {'friction': 0.0, 'restitution': 0.5}
+    bodies = [ground(material=material)]
+    for i in range(n**3):
+        place = 0.21 * np.array([i % n, i // n % n, i // n**2 % n]) + (0, 0, 0.2)
+        place += rng.uniform(-1e-3, 1e-3, 3)
+        mass = float(np.exp(rng.uniform(0, np.log(10))))
+        bodies.append(ball(f'b{i}', 0.1, place, mass=mass, material=material))
+    sim = Simulation(scene(bodies, dt=0.004))
+    assert largest_rise(sim, 250) < 0.2 * MANY
+    # of some hundred kg m/s and kg m^2/s that the balls give each other
+    assert np.abs(sim.momentum()[:2]).max() < 1e-12
+    assert abs(sim.angular_momentum()[2]) < 1e-12
 
 
 def test_loads_that_change_lift_no_capsule_in_a_jump():

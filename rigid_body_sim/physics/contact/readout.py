@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
 from rigid_body_sim.physics.contact.collision.geometry import manifold
-from rigid_body_sim.physics.contact.energy.scratch import TAKEN
+from rigid_body_sim.physics.contact.energy.scratch import OF_MOMENTUM, OF_PLACE, TAKEN
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.state.contacts import NO_CONTACTS, Contacts
@@ -137,7 +137,7 @@ def with_taken_back(contacts: Contacts, taken: Array, scene_indices: Indices) ->
     taken         : see `energy.scratch`
     scene_indices : of the bodies in the order of the core
     """
-    rows = taken[:-TAKEN].reshape(-1, TAKEN)
+    rows = taken[:-TAKEN].reshape(-1, TAKEN)[:, OF_MOMENTUM:OF_PLACE]
     damped = np.flatnonzero(rows.any(axis=1))
     return replace(contacts, damped=scene_indices[damped], taken_back=rows[damped])
 

@@ -1059,7 +1059,7 @@ def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings,
     group = Group(touching, False, motion)
     if BOUNDS and gain_bound.bound_gains(
         min(1.0, h / settings[tick_settings.WHOLE_TICK]), counts[tick_counts.BATCHES],
-        motion.body_count, group, constraints.batches, constraints.rows, energy, bodies,
+        motion.body_count, WIDTH, group, constraints.batches, constraints.rows, energy, bodies,
     ):  # fmt: skip
         scatter_momenta(group, bodies)
 

@@ -8,19 +8,24 @@ For each group of bodies that press on each other:
 
     gain = sum of T_1 - (T_0 + W)              what contact gave [J]
     size = sum of T_0 + W + |F| k              of the energy of the group [J], k radius of gyration
-    if gain > SHARE size:   p <- p_c + s (p - p_c),  L <- L_c + s (L - L_c)
-                            T_1 - T(s) = gain - SHARE size
+    part = (gain - SHARE size)/(T_c + W_up)    if that is positive; 1 at most
+        T_c  : [J] kinetic energy of the motion p - p_c, L - L_c that its contacts can change
+        W_up : [J] work that its bodies have taken to rise by x_up, against F
+    p <- p_c + s (p - p_c),   L <- L_c + s (L - L_c),   s^2 = 1 - part
+    x <- x - part x_up
         p_c, L_c : of the motion that its contacts cannot change: see `kept_motion`
 
-So momentum and angular momentum of what floats stay, on ice those that the ice cannot change. No
-more than MOST of the motion is taken in a tick: where an overlap goes, what lifts is no motion.
+The kept motion is the one of least energy with its momenta, so T = T(p_c, L_c) + s^2 T_c. What
+contact gives is motion or height, so both go back alike: of an overlap that is lifted out while
+nothing moves, the lift; of a blow at the wrong place, the motion. Momentum and angular momentum of
+what floats stay, and so does its place; on ice those that the ice cannot change.
 
 A contact gains where it was foreseen elsewhere than it came to be: the lowest point of a thin disc
 that falls goes round by a radian and more in a tick, the normal of what tumbles over an edge or a
-ball turns, a blow goes on to a body that another one holds. That is of second order in the
-substep, but of a substep that is too long. What is taken is kept, so that the contact wrench of a
-body is the change of its momenta. Where forces depend on the state, their own errors would be
-taken for gains, and nothing is bounded.
+ball turns, a blow goes on to a body that another one holds, what sank in meanwhile comes out. That
+is of second order in the substep, but of a substep that is too long. What is taken is kept, so
+that the contact wrench of a body is the change of its momenta. Where forces depend on the state,
+their own errors would be taken for gains, and nothing is bounded.
 """
 
 from __future__ import annotations
@@ -33,20 +38,42 @@ from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.array_groups import Group, Motion
 from rigid_body_sim.physics.contact.energy import gain_record
-from rigid_body_sim.physics.contact.energy.account import (
-    inverse_inertia_product,
-    kinetic,
-    twice_kinetic,
+from rigid_body_sim.physics.contact.energy.account import kinetic, twice_kinetic
+from rigid_body_sim.physics.contact.energy.kept_motion import (
+    find_kept_motion,
+    held_part,
+    kept_momenta,
 )
-from rigid_body_sim.physics.contact.energy.kept_motion import find_kept_motion, kept_momenta
 from rigid_body_sim.physics.contact.energy.pressing_groups import unite_pressing
-from rigid_body_sim.physics.contact.energy.scratch import TAKEN, EnergyScratch
-from rigid_body_sim.physics.vectors import add_scaled, dot, load, load_symmetric, store, subtract
+from rigid_body_sim.physics.contact.energy.scratch import (
+    OF_MOMENTUM,
+    OF_PLACE,
+    OF_SPIN,
+    TAKEN,
+    EnergyScratch,
+)
+from rigid_body_sim.physics.contact.solver import (
+    batch_record,
+    constraint,
+    contact_point,
+    wide_lanes,
+)
+from rigid_body_sim.physics.contact.touching import bodies_of
+from rigid_body_sim.physics.state import blocks
+from rigid_body_sim.physics.vectors import (
+    add,
+    dot,
+    load,
+    load_strided,
+    load_symmetric,
+    scale,
+    store,
+    subtract,
+)
 
 SHARE_OF_FEW = 3e-6  # [-] of the energy, of up to FEW bodies
 SHARE_OF_MANY = 6e-6  # [-] of the energy, of more
 FEW = 3.0  # [-] bodies
-MOST = 0.2  # [-] of the kinetic energy that a tick may take back
 
 
 @inline
@@ -74,68 +101,119 @@ def _any_gains(share: float, touching: Indices, bodies: Array) -> bool:
 
 
 @inline
+def _rise(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
+    """
+    How far a body has moved in the tick against the forces on it, as far as its group is held
+    against them: a vector [m], and the work that took [J].
+    """
+    row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
+    if bodies[row + solver_bodies.INVERSE_MASS] <= solver_bodies.HELD:
+        return (0.0, 0.0, 0.0), 0.0
+    force = load_strided(motion.translation, place + blocks.FX, blocks.LANES)
+    force = held_part(gain, force, gains)
+    square = dot(force, force)
+    moved = subtract(
+        load_strided(motion.translation, place + blocks.RX, blocks.LANES),
+        load(bodies, row + solver_bodies.START_POSITION),
+    )
+    work = max(-dot(force, moved), 0.0)
+    return scale(-work / square if square > 0.0 else 0.0, force), work
+
+
+@inline
+def _changeable_momenta(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
+    """Momenta of a body beyond the motion that its contacts cannot change: p, L."""
+    row = body * solver_bodies.SIZE
+    kept, kept_angular = kept_momenta(body, gain, motion, gains, bodies)
+    return (
+        subtract(load(bodies, row + solver_bodies.MOMENTUM), kept),
+        subtract(load(bodies, row + solver_bodies.ANGULAR_MOMENTUM), kept_angular),
+    )
+
+
+@inline
 def _add_body(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> None:
     """Add a body to the account of its group."""
     row = body * solver_bodies.SIZE
-    kept, kept_angular = kept_momenta(body, gain, motion, gains, bodies)
-    rest = subtract(load(bodies, row + solver_bodies.MOMENTUM), kept)
-    rest_angular = subtract(load(bodies, row + solver_bodies.ANGULAR_MOMENTUM), kept_angular)
-    constant = 0.5 * twice_kinetic(bodies, row, kept, kept_angular)
-    square = 0.5 * twice_kinetic(bodies, row, rest, rest_angular)
-    both = bodies[row + solver_bodies.INVERSE_MASS] * dot(kept, rest)
-    both += inverse_inertia_product(bodies, row, kept_angular, rest_angular)
-    gains[gain + gain_record.GAIN] += constant + both + square - bodies[row + solver_bodies.ENERGY]
-    gains[gain + gain_record.PART] += constant
-    gains[gain + gain_record.PART + 1] += both
-    gains[gain + gain_record.PART + 2] += square
+    momentum, angular = _changeable_momenta(body, gain, motion, gains, bodies)
+    _, work = _rise(body, gain, motion, gains, bodies)
+    gains[gain + gain_record.GAIN] += kinetic(bodies, row) - bodies[row + solver_bodies.ENERGY]
     gains[gain + gain_record.SIZE_OF_ENERGY] += _size_of_energy(row, bodies)
+    gains[gain + gain_record.CHANGEABLE] += 0.5 * twice_kinetic(bodies, row, momentum, angular)
+    gains[gain + gain_record.RISE] += work
     gains[gain + gain_record.BODIES] += 1.0
 
 
 @inline
-def _shrink(
-    body: int, gain: int, motion: Motion, gains: Array, taken: Array, bodies: Array
-) -> None:  # fmt: skip
-    """Let the momenta of a body shrink by the factor of its group, but those that it keeps."""
-    row, factor = body * solver_bodies.SIZE, gains[gain + gain_record.FACTOR]
-    kept, kept_angular = kept_momenta(body, gain, motion, gains, bodies)
-    for place, stays, taken_place in (
-        (row + solver_bodies.MOMENTUM, kept, body * TAKEN),
-        (row + solver_bodies.ANGULAR_MOMENTUM, kept_angular, body * TAKEN + 3),
-    ):
-        before = load(bodies, place)
-        after = add_scaled(stays, factor, subtract(before, stays))
-        store(taken, taken_place, subtract(after, before))
-        store(bodies, place, after)
-
-
-@inline
-def _find_factor(share: float, gain: int, gains: Array) -> None:
-    """Find s of a group: T(s) = T_1 - excess, with T(s) = constant + s both + s^2 square."""
-    gains[gain + gain_record.FACTOR] = 1.0
+def _find_part(share: float, gain: int, gains: Array) -> None:
+    """Find the part of motion and rise that a group gives back."""
     few = gains[gain + gain_record.BODIES] <= FEW
     share *= SHARE_OF_FEW if few else SHARE_OF_MANY
     excess = gains[gain + gain_record.GAIN] - share * gains[gain + gain_record.SIZE_OF_ENERGY]
-    both, square = gains[gain + gain_record.PART + 1], gains[gain + gain_record.PART + 2]
-    if not (excess > 0.0 and square > 0.0):
-        return
-    # square s^2 + both s = square + both - excess: the larger root
-    excess = min(excess, MOST * square)
-    root = both * both + 4.0 * square * (square + both - excess)
-    factor = 0.5 * (math.sqrt(max(root, 0.0)) - both) / square
-    gains[gain + gain_record.FACTOR] = min(max(factor, 0.0), 1.0)
+    given = gains[gain + gain_record.CHANGEABLE] + gains[gain + gain_record.RISE]
+    part = min(excess / given, 1.0) if given > 0.0 else 0.0
+    gains[gain + gain_record.PART] = max(part, 0.0)
+
+
+@inline
+def _take_back(
+    body: int, gain: int, motion: Motion, gains: Array, taken: Array, bodies: Array
+) -> None:  # fmt: skip
+    """Take its part from the motion and the rise of a body."""
+    row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
+    part = gains[gain + gain_record.PART]
+    rise, _ = _rise(body, gain, motion, gains, bodies)
+    momentum, angular = _changeable_momenta(body, gain, motion, gains, bodies)
+    shrinks = math.sqrt(1.0 - part) - 1.0
+    for entry, change, where in (
+        (row + solver_bodies.MOMENTUM, scale(shrinks, momentum), body * TAKEN + OF_MOMENTUM),
+        (row + solver_bodies.ANGULAR_MOMENTUM, scale(shrinks, angular), body * TAKEN + OF_SPIN),
+    ):
+        store(bodies, entry, add(load(bodies, entry), change))
+        store(taken, where, change)
+    back = scale(-part, rise)
+    store(taken, body * TAKEN + OF_PLACE, back)
+    for axis in range(3):
+        lane = place + blocks.LANES * axis
+        motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX] = (
+            blocks.add_compensated(
+                motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX],
+                back[axis],
+            )
+        )  # fmt: skip
+
+
+@kernel
+def _follow(
+    batch_count: int, static: int, width: int, batches: Indices, rows: Array, taken: Array
+) -> None:
+    """Let the separations of points follow bodies that went back."""
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            body_a, body_b = bodies_of(lane, static, rows)
+            normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
+            opening = 0.0
+            if body_b != static:
+                opening += dot(normal, load(taken, body_b * TAKEN + OF_PLACE))
+            if body_a != static:
+                opening -= dot(normal, load(taken, body_a * TAKEN + OF_PLACE))
+            for point in range(batches[batch + batch_record.POINT_COUNT]):
+                row = lane + constraint.SIZE + point * width
+                rows[row + contact_point.SEPARATION] += opening
 
 
 @kernel
 def bound_gains(
-    share: float, batch_count: int, static: int, group: Group, batches: Indices, rows: Array,
-    scratch: EnergyScratch, bodies: Array,
+    share: float, batch_count: int, static: int, width: int, group: Group, batches: Indices,
+    rows: Array, scratch: EnergyScratch, bodies: Array,
 ) -> bool:  # fmt: skip
     """
     Take back what contact gave to each group beyond its share; tell whether there was anything.
 
     share  : [-] length of the tick over that of one that is not cut
     static : index of what cannot move; it joins nobody
+    width  : numbers of a point
     group  : all bodies that touch, in the blocks of the scene
     """
     touching, motion = group.members, group.motion
@@ -158,14 +236,16 @@ def bound_gains(
     for index in range(len(touching)):
         body = touching[index]
         if roots[body] == body:
-            _find_factor(share, body * gain_record.SIZE, gains)
-            if gains[body * gain_record.SIZE + gain_record.FACTOR] < 1.0:
+            _find_part(share, body * gain_record.SIZE, gains)
+            if gains[body * gain_record.SIZE + gain_record.PART] > 0.0:
                 found = True
+    if not found:
+        return False
     for index in range(len(touching)):
         body = touching[index]
         gain = roots[body] * gain_record.SIZE
-        if gains[gain + gain_record.FACTOR] < 1.0:
-            _shrink(body, gain, motion, gains, taken, bodies)
-    if found:
-        taken[static * TAKEN] = 1.0
-    return found
+        if gains[gain + gain_record.PART] > 0.0:
+            _take_back(body, gain, motion, gains, taken, bodies)
+    taken[static * TAKEN] = 1.0
+    _follow(batch_count, static, width, batches, rows, taken)
+    return True

@@ -7,8 +7,9 @@ leave as it is.
     floats      its motion as one rigid body: p = m (V + Omega x d), L = I Omega, with
                 M V = sum p,   Omega = (sum I + m (d^2 - d d^T))^-1 sum (L + d x p)
                     d : [m] from the centre of mass of the group to that of the body
-    on a plane  without friction: p along the plane, L about its normal
-    in a trough of planes without friction: p along it
+    on a plane  without friction: of that, V along the plane and the turn about its normal n,
+                Omega = n (n . sum (L + d x p))/(n . (sum I + m (d^2 - d d^T)) n)
+    in a trough of planes without friction: V along it
     gripped     nothing: by friction, by planes on all sides, or by a pivot
 """
 
@@ -131,13 +132,34 @@ def _add_inertia(body: int, gain: int, motion: Motion, gains: Array, bodies: Arr
     gains[inertia + 5] += column_z[2] + mass * (square - arm[2] * arm[2])
 
 
+@inline
+def _leave_what_is_free(gain: int, gains: Array) -> None:
+    """Leave what nothing holds of the motion of a group; SPIN is its angular momentum before."""
+    held, axis = gains[gain + gain_record.HELD], load(gains, gain + gain_record.AXIS)
+    inertia = load_symmetric(gains, gain + gain_record.INERTIA)
+    velocity = load(gains, gain + gain_record.VELOCITY)
+    spin = load(gains, gain + gain_record.SPIN)
+    along = scale(dot(axis, velocity), axis)
+    if held == gain_record.FLOATS:
+        if inertia[0] > 0.0:
+            spin = apply_symmetric(invert_symmetric(inertia), spin)
+    elif held == gain_record.ON_PLANE:
+        velocity = subtract(velocity, along)
+        about = dot(axis, apply_symmetric(inertia, axis))
+        spin = scale(dot(axis, spin) / about if about > 0.0 else 0.0, axis)
+    else:
+        velocity, spin = along, (0.0, 0.0, 0.0)
+    store(gains, gain + gain_record.VELOCITY, velocity)
+    store(gains, gain + gain_record.SPIN, spin)
+
+
 @kernel
 def find_kept_motion(
     batch_count: int, static: int, touching: Indices, motion: Motion, batches: Indices,
     rows: Array, roots: Indices, gains: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Find what holds each group, and of those that float their motion as one rigid body.
+    Find what holds each group, and the motion as one rigid body that this leaves to it.
 
     static : index of what cannot move;   roots : the first body of the group of each
     gains  : see `gain_record`, all zero
@@ -150,7 +172,7 @@ def find_kept_motion(
     for index in range(len(touching)):
         body = touching[index]
         gain = roots[body] * gain_record.SIZE
-        if gains[gain + gain_record.HELD] == gain_record.FLOATS:
+        if gains[gain + gain_record.HELD] != gain_record.GRIPPED:
             _add_mass(body, gain, motion, gains, bodies)
     for index in range(len(touching)):
         gain = touching[index] * gain_record.SIZE
@@ -166,29 +188,29 @@ def find_kept_motion(
     for index in range(len(touching)):
         gain = touching[index] * gain_record.SIZE
         if gains[gain + gain_record.MASS] > 0.0:
-            inertia = load_symmetric(gains, gain + gain_record.INERTIA)
-            spin = load(gains, gain + gain_record.SPIN)
-            if inertia[0] > 0.0:
-                spin = apply_symmetric(invert_symmetric(inertia), spin)
-            store(gains, gain + gain_record.SPIN, spin)
+            _leave_what_is_free(gain, gains)
 
 
 @inline
 def kept_momenta(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
     """Momenta of a body that belong to the motion which its contacts cannot change: p, L."""
-    row, held = body * solver_bodies.SIZE, gains[gain + gain_record.HELD]
-    linear, angular = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    row = body * solver_bodies.SIZE
+    if not gains[gain + gain_record.MASS] > 0.0:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    spin = load(gains, gain + gain_record.SPIN)
+    arm = subtract(_position(body, motion), load(gains, gain + gain_record.CENTER))
+    velocity = add(load(gains, gain + gain_record.VELOCITY), cross(spin, arm))
+    linear = divide(velocity, bodies[row + solver_bodies.INVERSE_MASS])
+    return linear, _apply_inertia(row, spin, bodies)
+
+
+@inline
+def held_part(gain: int, v: Any, gains: Array) -> Any:
+    """Return the part of a vector along which something that cannot move holds a group."""
+    held, axis = gains[gain + gain_record.HELD], load(gains, gain + gain_record.AXIS)
     if held == gain_record.FLOATS:
-        spin = load(gains, gain + gain_record.SPIN)
-        arm = subtract(_position(body, motion), load(gains, gain + gain_record.CENTER))
-        velocity = add(load(gains, gain + gain_record.VELOCITY), cross(spin, arm))
-        linear = divide(velocity, bodies[row + solver_bodies.INVERSE_MASS])
-        angular = _apply_inertia(row, spin, bodies)
-    elif held != gain_record.GRIPPED:
-        axis = load(gains, gain + gain_record.AXIS)
-        momentum = load(bodies, row + solver_bodies.MOMENTUM)
-        linear = scale(dot(axis, momentum), axis)
-        if held == gain_record.ON_PLANE:
-            linear = subtract(momentum, linear)
-            angular = scale(dot(axis, load(bodies, row + solver_bodies.ANGULAR_MOMENTUM)), axis)
-    return linear, angular
+        return 0.0, 0.0, 0.0
+    if held == gain_record.GRIPPED:
+        return v
+    along = scale(dot(axis, v), axis)
+    return along if held == gain_record.ON_PLANE else subtract(v, along)

@@ -12,12 +12,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.contact.energy import gain_record, impact_record
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-TAKEN = 6  # [-] numbers of a body in `taken`
+taken = Record()
+OF_MOMENTUM = taken.vector('kg m/s', 'what the last tick took back of its momentum')
+OF_SPIN = taken.vector('kg m^2/s', 'of its angular momentum')
+OF_PLACE = taken.vector('m', 'of its displacement')
+TAKEN = taken.size
 
 
 class EnergyScratch(NamedTuple):
@@ -27,8 +32,8 @@ class EnergyScratch(NamedTuple):
     roots   : union-find of bodies that press on each other: first body of the group
     impacts : see `impact_record`
     gains   : see `gain_record`
-    taken   : what the last tick took back, momentum and angular momentum of each body; the first
-              number of what cannot move is 1 where it is not all zero
+    taken   : what the last tick took back of each body, by the names above; the first number of
+              what cannot move is 1 where it is not all zero
     """
 
     roots: Indices
