@@ -304,8 +304,8 @@ def _advance(ticks, tick, h, world):
         ):
             return 0.0
         deep_overlaps.list_deep_overlaps(
-            counts[tick_counts.MANIFOLDS], colliders.table, world.overlap_limits,
-            constraints.manifolds, world.overlaps,
+            tick + passed == 0, counts[tick_counts.MANIFOLDS], colliders.table,
+            world.overlap_limits, constraints.manifolds, world.overlaps,
         )  # fmt: skip
         count = count_touching(motion, constraints, world.marks, world.touching, counts)
         touching = world.touching[0:count]
@@ -1057,9 +1057,10 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven,
 def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings, counts):
     """Take back what contact gave by its errors."""
     group = Group(touching, False, motion)
+    share = gain_bound.share_of_tick(h, settings[tick_settings.WHOLE_TICK])
     if BOUNDS and gain_bound.bound_gains(
-        min(1.0, h / settings[tick_settings.WHOLE_TICK]), counts[tick_counts.BATCHES],
-        motion.body_count, WIDTH, group, constraints.batches, constraints.rows, energy, bodies,
+        share, counts[tick_counts.BATCHES], motion.body_count, WIDTH, group, constraints.batches,
+        constraints.rows, energy, bodies,
     ):  # fmt: skip
         scatter_momenta(group, bodies)
 

@@ -156,8 +156,7 @@ class ContactWorld:
         indices = self.arrays.table[collider_record.SCENE_INDEX :: collider_record.SIZE]
         self._scene_indices = np.zeros(layout.n_moving, dtype=np.int64)  # of bodies that touch
         self._scene_indices[cores[cores >= 0]] = indices[cores >= 0]
-        # [m], [m/s] of pairs of scene indices
-        self._overlaps: dict[tuple[int, int], tuple[float, float]] = {}
+        self._overlaps: dict[tuple[int, int], NDArray[np.float64]] = {}  # of scene indices
 
     @property
     def _recycles(self) -> bool:
@@ -286,7 +285,7 @@ class ContactWorld:
         """
         names = self._names
         return {
-            (first, second): overlap_warning(names[first], names[second], *found)
+            (first, second): overlap_warning(names[first], names[second], found)
             for (first, second), found in self._overlaps.items()
         }
 

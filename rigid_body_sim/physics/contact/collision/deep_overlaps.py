@@ -5,10 +5,12 @@ Overlaps deeper than a tenth of the smaller body: contact that gives way, a warn
 happens.
 
     depth > DEEP min(d_A, d_B)      d : [m] least edge of the local AABB of a collider
+    depth > BEGUN min(d_A, d_B)     in the first tick of a run
 
-Something heavy on something light, or a scene that begins so. The kernel of the ticks looks at the
-manifolds as they are found, and lists pairs of bodies with the greatest depth; Python reads the
-list and says each pair once.
+Something heavy on something light, or a scene that begins so: what lies in the ground comes out no
+faster than `energy.gain_bound` lets it, by some 0.06 mm/s in ticks of 4 ms. The kernel of the
+ticks looks at the manifolds as they are found, and lists pairs of bodies with the greatest depth;
+Python reads the list and says each pair once.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 DEEP = 0.1  # [-] of the smaller collider; less names what rests under a load in coarse ticks
+BEGUN = 0.005  # [-] in the first tick, before anything has given way
 ROOM = 32  # [-] pairs that are listed between two looks; further ones are not named
 
 head = Record()
@@ -39,6 +42,7 @@ pair = Record()
 BODIES = pair.numbers(2, '-', 'indices in the scene')
 DEPTH = pair.number('m', 'greatest depth of the overlap')
 SPEED = pair.number('m/s', 'greatest that a tick has left it with: `islands.left_sinking`')
+START_DEPTH = pair.number('m', 'of the overlap in the first tick')
 PAIR_SIZE = pair.size
 
 
@@ -56,29 +60,39 @@ def overlap_limits(local_bounds: Array) -> Array:
 
 
 @kernel
-def list_pair(first: float, second: float, depth: float, speed: float, overlaps: Array) -> None:
-    """List a pair of bodies, or its greater depth or speed."""
-    count = int(overlaps[COUNT])
-    for index in range(count):
-        row = HEAD + index * PAIR_SIZE
-        if overlaps[row + BODIES] == first and overlaps[row + BODIES + 1] == second:
-            overlaps[row + DEPTH] = max(overlaps[row + DEPTH], depth)
-            overlaps[row + SPEED] = max(overlaps[row + SPEED], speed)
+def list_pair(
+    a: int, b: int, depth: float, speed: float, start_depth: float, table: Indices,
+    overlaps: Array,
+) -> None:  # fmt: skip
+    """List the bodies of a pair of colliders, or what is greater of them: see `pair`."""
+    index_a = float(table[a * collider_record.SIZE + collider_record.SCENE_INDEX])
+    index_b = float(table[b * collider_record.SIZE + collider_record.SCENE_INDEX])
+    first, second = min(index_a, index_b), max(index_a, index_b)
+    count, row = int(overlaps[COUNT]), HEAD
+    while row < HEAD + count * PAIR_SIZE and not (
+        overlaps[row + BODIES] == first and overlaps[row + BODIES + 1] == second
+    ):
+        row += PAIR_SIZE
+    if row == HEAD + count * PAIR_SIZE:
+        if count == ROOM:
             return
-    if count < ROOM:
-        row = HEAD + count * PAIR_SIZE
-        overlaps[row + BODIES] = first
-        overlaps[row + BODIES + 1] = second
-        overlaps[row + DEPTH] = depth
-        overlaps[row + SPEED] = speed
+        overlaps[row + BODIES], overlaps[row + BODIES + 1] = first, second
+        for entry in (DEPTH, SPEED, START_DEPTH):
+            overlaps[row + entry] = 0.0
         overlaps[COUNT] = count + 1.0
+    overlaps[row + DEPTH] = max(overlaps[row + DEPTH], depth)
+    overlaps[row + SPEED] = max(overlaps[row + SPEED], speed)
+    overlaps[row + START_DEPTH] = max(overlaps[row + START_DEPTH], start_depth)
 
 
 @kernel
 def list_deep_overlaps(
-    manifold_count: int, table: Indices, limits: Array, manifolds: Array, overlaps: Array
-) -> None:
-    """List the pairs whose surfaces overlap too deeply at the start of a tick."""
+    begins: bool, manifold_count: int, table: Indices, limits: Array, manifolds: Array,
+    overlaps: Array,
+) -> None:  # fmt: skip
+    """
+    List the pairs whose surfaces overlap too deeply at the start of a tick; begins: the first.
+    """
     for m in range(manifold_count):
         record = m * manifold_record.SIZE
         least = 0.0
@@ -88,33 +102,38 @@ def list_deep_overlaps(
         if least < 0.0:
             a = int(manifolds[record + manifold_record.COLLIDER_A])
             b = int(manifolds[record + manifold_record.COLLIDER_B])
-            if -least > min(limits[a], limits[b]):
-                first = table[a * collider_record.SIZE + collider_record.SCENE_INDEX]
-                second = table[b * collider_record.SIZE + collider_record.SCENE_INDEX]
-                list_pair(
-                    float(min(first, second)), float(max(first, second)), -least, 0.0, overlaps
-                )
+            limit = min(limits[a], limits[b])
+            if -least > limit:
+                list_pair(a, b, -least, 0.0, 0.0, table, overlaps)
+            elif begins and -least > BEGUN / DEEP * limit:
+                list_pair(a, b, 0.0, 0.0, -least, table, overlaps)
 
 
-def take_overlaps(overlaps: Array, into: dict[tuple[int, int], tuple[float, float]]) -> None:
-    """Move the list into the greatest depth [m] and speed [m/s] of each pair of scene indices."""
+def take_overlaps(overlaps: Array, into: dict[tuple[int, int], Array]) -> None:
+    """Move the list into the greatest DEPTH, SPEED and START_DEPTH of pairs of scene indices."""
     for row in overlaps[HEAD:].reshape(-1, PAIR_SIZE)[: int(overlaps[COUNT])]:
         first, second = (int(index) for index in row[BODIES : BODIES + 2])
-        depth, speed = into.get((first, second), (0.0, 0.0))
-        into[first, second] = max(float(row[DEPTH]), depth), max(float(row[SPEED]), speed)
+        found = row[[DEPTH, SPEED, START_DEPTH]]
+        into[first, second] = np.maximum(found, into.get((first, second), 0.0))
     overlaps[COUNT] = 0.0
 
 
-def overlap_warning(first: str, second: str, depth: float, speed: float) -> str:
-    """Say that two bodies overlap, or are about to, and what helps."""
+def overlap_warning(first: str, second: str, found: Array) -> str:
+    """Say that two bodies overlap, or are about to, and what helps; found: of `take_overlaps`."""
+    depth, speed, start_depth = found
     if depth > 0.0:
         return (
             f'{first!r} and {second!r} overlap by {depth:.2g} m, more than a tenth of the '
             'smaller: contact gives way to what is too heavy for it, or the scene begins so; more '
             'substeps (contact.substeps) or a smaller dt carry more'
         )
+    if speed > 0.0:
+        return (
+            f'{first!r} and {second!r} are too unlike in mass for contact to carry the load of '
+            'one on the other: the solver leaves them sinking into each other at '
+            f'{speed:.2g} m/s; more substeps (contact.substeps) or a smaller dt carry more'
+        )
     return (
-        f'{first!r} and {second!r} are too unlike in mass for contact to carry the load of one on '
-        f'the other: the solver leaves them sinking into each other at {speed:.2g} m/s; more '
-        'substeps (contact.substeps) or a smaller dt carry more'
+        f'{first!r} and {second!r} begin {start_depth:.2g} m in each other: under a load contact '
+        'lifts them out slowly, as no energy may come of it; let the scene begin with them apart'
     )

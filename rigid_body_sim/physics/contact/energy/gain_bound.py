@@ -71,8 +71,10 @@ from rigid_body_sim.physics.vectors import (
     subtract,
 )
 
-SHARE_OF_FEW = 3e-6  # [-] of the energy, of up to FEW bodies
-SHARE_OF_MANY = 6e-6  # [-] of the energy, of more
+# [-] of the energy, in a tick of USUAL and more; in a shorter one less, as its square
+SHARE_OF_FEW = 3e-6  # of up to FEW bodies
+SHARE_OF_MANY = 6e-6  # of more
+USUAL = 0.004  # [s]
 FEW = 3.0  # [-] bodies
 
 
@@ -87,6 +89,16 @@ def _size_of_energy(row: int, bodies: Array) -> Any:
     if trace > 0.0 and inverse_mass > solver_bodies.HELD:
         weight = math.sqrt(3.0 * dot(acceleration, acceleration) / (trace * inverse_mass))
     return max(bodies[row + solver_bodies.ENERGY], 0.0) + weight
+
+
+@inline
+def share_of_tick(h: float, whole: float) -> float:
+    """
+    Share of the gains of a tick of USUAL that a tick h [s] may have: it falls as the square.
+
+    whole : [s] tick that is not cut, of which this may be a piece
+    """
+    return min(1.0, h / whole) * min(1.0, whole * whole / (USUAL * USUAL))
 
 
 @inline
@@ -211,7 +223,7 @@ def bound_gains(
     """
     Take back what contact gave to each group beyond its share; tell whether there was anything.
 
-    share  : [-] length of the tick over that of one that is not cut
+    share  : [-] of the shares of a tick of USUAL: `share_of_tick`
     static : index of what cannot move; it joins nobody
     width  : numbers of a point
     group  : all bodies that touch, in the blocks of the scene

@@ -21,7 +21,6 @@ from __future__ import annotations
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import (
-    collider_record,
     deep_overlaps,
     manifold_record,
 )
@@ -59,9 +58,6 @@ def list_sinking(
             record = m * manifold_record.SIZE
             a = int(manifolds[record + manifold_record.COLLIDER_A])
             b = int(manifolds[record + manifold_record.COLLIDER_B])
-            first = table[a * collider_record.SIZE + collider_record.SCENE_INDEX]
-            second = table[b * collider_record.SIZE + collider_record.SCENE_INDEX]
             deep_overlaps.list_pair(
-                float(min(first, second)), float(max(first, second)), 0.0,
-                rows[lane + constraint.LEFT_SPEED], overlaps,
-            )  # fmt: skip
+                a, b, 0.0, rows[lane + constraint.LEFT_SPEED], 0.0, table, overlaps
+            )
