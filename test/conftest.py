@@ -6,6 +6,7 @@ same kernels runs in one worker, and no worker keeps what compiling takes; and a
 tests of pages.
 """
 
+import gc
 from pathlib import Path
 
 import pytest
@@ -28,11 +29,11 @@ ORDER = (
 # files of contact with kernels of their own, made of the same parts as the one of all others
 ROOMS_OF_CONTACT = {
     'contact, impacts': ('impact', 'ticks_cut'),
-    'contact, forces': ('cut_ticks', 'far_away', 'forces_beside'),
-    'contact, other kernels': (
-        'flowing_mass', 'pairs_', 'pivots_that_touch', 'prescribed_motion', 'same_bits',
-        'sleeping',
+    'contact, forces': (
+        'cut_ticks', 'far_away', 'flowing_mass', 'forces_beside', 'pivots_that_touch',
+        'prescribed_motion',
     ),
+    'contact, other kernels': ('pairs_', 'same_bits', 'sleeping'),
 }  # fmt: skip
 # whose files share a kernel, so that no two workers wait for it, or a node: while one worker waits
 # for it, the others compute
@@ -63,6 +64,13 @@ def pytest_collection_modifyitems(items):
         return -1 if item.path == HERE / FIRST else later
 
     items.sort(key=rank)
+
+
+def pytest_collection_finish():
+    """
+    Let the garbage collector look no more through some thousand tests.
+    """
+    gc.freeze()
 
 
 @pytest.hookimpl(optionalhook=True)
