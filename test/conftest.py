@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from rigid_body_sim.physics.compile.images import numba_is_set
+
 from . import chromium, inside
 
 # a first example imports or compiles what it needs, beside whatever else the machine does
@@ -120,6 +122,18 @@ def own_kernels(shared_kernels):
     shared_kernels.undo()
     yield
     inside.share_kernels(shared_kernels)
+
+
+@pytest.fixture
+def plain_source(request):
+    """
+    Run kernels as they are written, for a test of so few ticks that to compile takes longer; not
+    in the long form, nor where numba is set (`make test-bounds`).
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if request.node.get_closest_marker('long') is None and not numba_is_set():
+            inside.run_plain(patch)
+        yield
 
 
 @pytest.fixture(scope='module')

@@ -305,6 +305,7 @@ def difference(simulation, exact):
     )
 
 
+@pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize(
     ('name', 'options', 'dt', 'error'),
     [
@@ -325,6 +326,7 @@ def test_springs_drag_and_commands_move_a_pivoted_body_as_newton_and_euler_say(
     assert difference(simulation, newton_euler(1.0)) < error  # truncation, by the order of each
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_forces_of_position_move_a_pivoted_body_as_newton_and_euler_say():
     simulation = commanded(Simulation(jointed(0.01, damped=False), integrator='blanes_moan4'))
     simulation.step(100)
@@ -350,6 +352,7 @@ def test_a_stiff_spring_on_a_pivoted_body_stays_bounded_at_any_step():
     assert np.linalg.norm(tip - (0, 0, 0.5)) < 1e-4  # (h |w|)^2 |arm| / 2
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_the_pivot_stays_where_it_is_and_its_body_moves_about_it():
     simulation = commanded(Simulation(jointed(0.001), integrator='rk8'))
     before = simulation.state
