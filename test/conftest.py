@@ -68,11 +68,19 @@ def pytest_collection_modifyitems(items):
     items.sort(key=rank)
 
 
+def pytest_sessionstart():
+    """
+    Look for no garbage while some thousand tests are collected.
+    """
+    gc.disable()
+
+
 def pytest_collection_finish():
     """
-    Let the garbage collector look no more through some thousand tests.
+    Look for garbage, but not in what was collected.
     """
     gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)

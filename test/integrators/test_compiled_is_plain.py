@@ -79,12 +79,13 @@ def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
-def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(tmp_path):
-    kind, bits = kind_and_bits('unknown', TOP, cache=tmp_path)
+@pytest.mark.parametrize('scene', [OSCILLATOR, pytest.param(TOP, marks=pytest.mark.long)])
+def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(tmp_path, scene):
+    kind, bits = kind_and_bits('unknown', scene, cache=tmp_path)
     assert kind == 'CPUDispatcher'
-    top = Simulation(scenes.top(), integrator='explicit_euler')
-    top.step(50)
-    assert bits == top.state_bytes().hex()
+    sim = Simulation(eval(f'scenes.{scene}'), integrator='explicit_euler')
+    sim.step(50)
+    assert bits == sim.state_bytes().hex()
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
