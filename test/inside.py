@@ -11,7 +11,6 @@ import gc
 import os
 import sys
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import yaml
@@ -40,7 +39,6 @@ ALL_PAIRS = (*PAIRS, *((kind, SURFACE) for kind in range(PLANE)))
 EVENT_PAIRS = (*USUAL_PAIRS, (SPHERE, SURFACE), (BOX, SURFACE))
 PAIRS_BESIDE_FORCES = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, HULL, PLANE})
 USUAL_FORCES = {'constant', 'drag', 'spring'}  # those of test_compiled_is_plain
-MOST_MEMORY = 8e8  # [B]
 FORCES_BESIDE_CONTACT = {*USUAL_FORCES, 'gravity', 'time'}
 
 
@@ -281,19 +279,12 @@ def add_integrator(patch, integrator):
     patch.setitem(integrators.INTEGRATORS._found, integrator.name, integrator)
 
 
-def memory_in_use():
-    """
-    Memory of this process [B].
-    """
-    pages = int(Path('/proc/self/statm').read_text().split()[1])
-    return pages * os.sysconf('SC_PAGE_SIZE')
-
-
 def compile_apart(patch):
     """
     Let each kernel that is not yet in the cache be compiled in a child of the process, and loaded
     from the cache: what compiling takes ends with the child. numba and LLVM would keep it: after a
-    first kernel of contact 600 MB, for each further one 60 MB.
+    first kernel of contact 600 MB, for each further one 60 MB; and two dozen small kernels took a
+    fifth longer, for the garbage collector looks through it all.
 
     patch : pytest's monkeypatch
     """
@@ -303,9 +294,6 @@ def compile_apart(patch):
     from rigid_body_sim.physics.compile import numba_pipeline
 
     def in_child(work, *arguments):
-        if memory_in_use() < MOST_MEMORY:
-            work(*arguments)
-            return
         numba_pipeline.make_ready()  # once here, not in each child
         child = os.fork()
         if child == 0:

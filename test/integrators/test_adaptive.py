@@ -42,7 +42,6 @@ def error_of_spring(rtol, *, dt=1.0):
     )
 
 
-@pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize('error', [error_of_top, error_of_spring])
 def test_the_error_follows_the_tolerance(error):
     tolerances = [1e-4, 1e-6, 1e-8, 1e-10]

@@ -63,6 +63,7 @@ sim.step(50)
 print(type(rotate).__name__, sim.state_bytes().hex())
 """
 TOP, OSCILLATOR, CHAIN = 'top()', 'oscillator(dt=0.01)', 'linked_points()'
+FREE = 'scene([{"name": "a", "mass": 1.0, "shape": {"type": "particle"}}], gravity=(0, 0, -9.81))'
 
 
 def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
@@ -79,7 +80,7 @@ def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
-@pytest.mark.parametrize('scene', [OSCILLATOR, pytest.param(TOP, marks=pytest.mark.long)])
+@pytest.mark.parametrize('scene', [FREE, pytest.param(TOP, marks=pytest.mark.long)])
 def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(tmp_path, scene):
     kind, bits = kind_and_bits('unknown', scene, cache=tmp_path)
     assert kind == 'CPUDispatcher'

@@ -123,6 +123,7 @@ def test_it_changes_no_bit_and_does_not_depend_on_how_ticks_are_asked_for():
     assert whole.energy_balance().dissipation > 0.0
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_a_reset_begins_a_new_balance_and_nobody_gets_one_unasked():
     sim = Simulation(oscillator(dt=0.01, damping=DAMPING))
     with pytest.raises(InvalidModel, match='keep_energy_balance'):

@@ -305,7 +305,6 @@ def difference(simulation, exact):
     )
 
 
-@pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize(
     ('name', 'options', 'dt', 'error'),
     [
@@ -326,7 +325,6 @@ def test_springs_drag_and_commands_move_a_pivoted_body_as_newton_and_euler_say(
     assert difference(simulation, newton_euler(1.0)) < error  # truncation, by the order of each
 
 
-@pytest.mark.usefixtures('plain_source')
 def test_forces_of_position_move_a_pivoted_body_as_newton_and_euler_say():
     simulation = commanded(Simulation(jointed(0.01, damped=False), integrator='blanes_moan4'))
     simulation.step(100)
@@ -396,6 +394,7 @@ def test_energy_is_that_of_the_turn_about_the_pivot_and_of_the_height():
     assert np.allclose(simulation.angular_momentum(), total, atol=1e-14)
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_a_run_goes_on_from_its_state_bytes_with_the_same_bits():
     whole = commanded(Simulation(jointed(0.01), integrator='rk8'))
     whole.step(20)

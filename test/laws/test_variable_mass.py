@@ -15,6 +15,8 @@ from rigid_body_sim.physics.model.scene import Body, MassFlow, Scene
 
 from ..integrators.scenes import mostly_long
 
+pytestmark = pytest.mark.usefixtures('plain_source')  # few ticks: to compile takes longer
+
 # those whose error the tick length sets, not a tolerance
 FIXED_STEP = sorted(name for name in INTEGRATORS if not INTEGRATORS[name].controls_its_error)
 
@@ -72,7 +74,6 @@ CASES = [
     ('shape', 'final_mass'), CASES, ids=['point', 'tank', 'tank within a tick']
 )
 @pytest.mark.parametrize('name', mostly_long(FIXED_STEP, short=SHORT))
-@pytest.mark.usefixtures('plain_source')
 def test_a_rocket_rises_by_tsiolkovsky_with_the_order_of_the_integrator(name, shape, final_mass):
     order = INTEGRATORS[name].order
     steps = {1: (0.002, 0.001), 2: (0.02, 0.01), 4: (0.1, 0.05)}.get(order, (0.2, 0.1))
