@@ -80,7 +80,9 @@ def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
-@pytest.mark.parametrize('scene', [FREE, pytest.param(TOP, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    'scene', [FREE, pytest.param(TOP, marks=pytest.mark.long)], ids=['point', 'top']
+)
 def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(tmp_path, scene):
     kind, bits = kind_and_bits('unknown', scene, cache=tmp_path)
     assert kind == 'CPUDispatcher'
@@ -90,9 +92,11 @@ def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(tmp_path, scene):
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
+@pytest.mark.long
 def test_what_an_earlier_scene_compiled_gives_the_same_bits_in_another(tmp_path):
     """
-    Points on springs, whose kernel finds what that of a point on a spring has left.
+    Points on springs, whose kernel finds what that of a point on a spring has left. In the short
+    form all kernels of the suite do, whose bits are compared above.
     """
     kind_and_bits('this', OSCILLATOR, cache=tmp_path)
     _, bits = kind_and_bits('this', CHAIN, cache=tmp_path)

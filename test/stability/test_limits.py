@@ -60,11 +60,10 @@ OURS = {
     **dict.fromkeys(('dmv6', 'dmv8'), (4.0, 4.0, 4.0, 4.0)),
 }
 TABLE = PUBLISHED | OURS
-# of methods that turn matrices one that steps as it is told and one that chooses, for the others
-# have other coefficients; of the others one of each scheme; all of them on the flip, where most
-# have their least step
+# of methods that turn matrices one, for the others have other coefficients; of the others one of
+# each scheme; all of them on the flip, where most have their least step
 ON_ALL_BODIES = {*OF_EACH_KIND, 'rk4' + MATRIX}
-WITH_MATRIX = ('rk4' + MATRIX, 'rk45' + MATRIX)
+WITH_MATRIX = ('rk4' + MATRIX,)
 FLIP = 3  # its place among the bodies
 
 
