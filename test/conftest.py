@@ -6,10 +6,13 @@ same kernels runs in one worker, and no worker keeps what compiling takes; and a
 tests of pages.
 """
 
+import gc
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from rigid_body_sim.physics.compile.images import numba_is_set
 
 from . import chromium, inside
 
@@ -28,11 +31,11 @@ ORDER = (
 # files of contact with kernels of their own, made of the same parts as the one of all others
 ROOMS_OF_CONTACT = {
     'contact, impacts': ('impact', 'ticks_cut'),
-    'contact, forces': ('cut_ticks', 'far_away', 'forces_beside'),
-    'contact, other kernels': (
-        'flowing_mass', 'pairs_', 'pivots_that_touch', 'prescribed_motion', 'same_bits',
-        'sleeping',
+    'contact, forces': (
+        'cut_ticks', 'far_away', 'flowing_mass', 'forces_beside', 'pivots_that_touch',
+        'prescribed_motion',
     ),
+    'contact, other kernels': ('pairs_', 'same_bits', 'sleeping'),
 }  # fmt: skip
 # whose files share a kernel, so that no two workers wait for it, or a node: while one worker waits
 # for it, the others compute
@@ -54,15 +57,30 @@ def room_of(path):
 
 def pytest_collection_modifyitems(items):
     """
-    Begin with what takes longest.
+    Begin with what takes longest; those that share a node one after the other, before others.
     """
 
     def rank(item):
         room = room_of(item.path)
         later = ORDER.index(room) if room in ORDER else len(ORDER)
-        return -1 if item.path == HERE / FIRST else later
+        return -1 if item.path == HERE / FIRST else later, 'lab' not in item.fixturenames
 
     items.sort(key=rank)
+
+
+def pytest_sessionstart():
+    """
+    Look for no garbage while some thousand tests are collected.
+    """
+    gc.disable()
+
+
+def pytest_collection_finish():
+    """
+    Look for garbage, but not in what was collected.
+    """
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -112,6 +130,18 @@ def own_kernels(shared_kernels):
     shared_kernels.undo()
     yield
     inside.share_kernels(shared_kernels)
+
+
+@pytest.fixture
+def plain_source(request):
+    """
+    Run kernels as they are written, for a test of so few ticks that to compile takes longer; not
+    in the long form, nor where numba is set (`make test-bounds`).
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if request.node.get_closest_marker('long') is None and not numba_is_set():
+            inside.run_plain(patch)
+        yield
 
 
 @pytest.fixture(scope='module')

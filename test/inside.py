@@ -11,19 +11,20 @@ import gc
 import os
 import sys
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 import yaml
 
+from rigid_body_sim.physics import stepper as stepper_module
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.images import Images
-from rigid_body_sim.physics.compile.kernel import Kernel
+from rigid_body_sim.physics.compile.kernel import Kernel, behind
 from rigid_body_sim.physics.compile.pieces import PieceFiles
-from rigid_body_sim.physics.contact import step, tick_counts
+from rigid_body_sim.physics.contact import step, tick_counts, world_arrays
 from rigid_body_sim.physics.contact import world as world_module
 from rigid_body_sim.physics.contact.collision.collider import BOX, HULL, PLANE, SPHERE, SURFACE
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
+from rigid_body_sim.physics.contact.settings import EVENT
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.world import ContactWorld
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
@@ -36,9 +37,8 @@ PAIRS = tuple((a, b) for a in range(PLANE) for b in range(a, PLANE + 1))  # grou
 USUAL_PAIRS = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, PLANE})
 ALL_PAIRS = (*PAIRS, *((kind, SURFACE) for kind in range(PLANE)))
 EVENT_PAIRS = (*USUAL_PAIRS, (SPHERE, SURFACE), (BOX, SURFACE))
-DRIVEN_PAIRS = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, HULL, PLANE})
+PAIRS_BESIDE_FORCES = tuple(pair for pair in PAIRS if {*pair} <= {SPHERE, BOX, HULL, PLANE})
 USUAL_FORCES = {'constant', 'drag', 'spring'}  # those of test_compiled_is_plain
-MOST_MEMORY = 8e8  # [B]
 FORCES_BESIDE_CONTACT = {*USUAL_FORCES, 'gravity', 'time'}
 
 
@@ -279,19 +279,12 @@ def add_integrator(patch, integrator):
     patch.setitem(integrators.INTEGRATORS._found, integrator.name, integrator)
 
 
-def memory_in_use():
-    """
-    Memory of this process [B].
-    """
-    pages = int(Path('/proc/self/statm').read_text().split()[1])
-    return pages * os.sysconf('SC_PAGE_SIZE')
-
-
 def compile_apart(patch):
     """
     Let each kernel that is not yet in the cache be compiled in a child of the process, and loaded
     from the cache: what compiling takes ends with the child. numba and LLVM would keep it: after a
-    first kernel of contact 600 MB, for each further one 60 MB.
+    first kernel of contact 600 MB, for each further one 60 MB; and two dozen small kernels took a
+    fifth longer, for the garbage collector looks through it all.
 
     patch : pytest's monkeypatch
     """
@@ -301,9 +294,6 @@ def compile_apart(patch):
     from rigid_body_sim.physics.compile import numba_pipeline
 
     def in_child(work, *arguments):
-        if memory_in_use() < MOST_MEMORY:
-            work(*arguments)
-            return
         numba_pipeline.make_ready()  # once here, not in each child
         child = os.fork()
         if child == 0:
@@ -339,35 +329,38 @@ def compile_apart(patch):
 def share_kernels(patch):
     """
     Let scenes share a few kernels, which know more than each scene needs: some kinds of forces
-    with no element of them; where bodies touch, all pairs of shapes and ground of triangles, but
-    what feels forces those of balls, boxes and planes, with hulls what is driven, with ground of
-    triangles what is struck at an instant; balls off the centre of mass, what turns about a pivot;
-    to bounce, to resist rolling and to turn on arcs, and rules of pairs; and to sleep, but what is
-    struck at an instant.
-    None of that changes a bit (`contact/test_same_bits.py`) but one: the inverse inertia of a cube
-    or ball is turned in each substep, as that of any body.
+    with no element of them; where bodies touch, to bounce, to resist rolling and to turn on arcs,
+    rules of pairs, and to sleep, but what is struck at an instant; all pairs of shapes and ground
+    of triangles, but what is struck at an instant those of balls, boxes and planes. Where anything
+    acts beside contact, or a body is moved as told, one kernel knows balls, boxes, hulls and
+    planes, balls off the centre of mass, forces that depend on velocity, pivots, masses that flow
+    and what is driven.
+
+    None of that changes a bit (`contact/test_same_bits.py`) but two: the inverse inertia of a cube
+    or ball is turned in each substep, as that of any body; and where masses flow, what acts is
+    evaluated anew as a tick begins, at an instant that is that of the last end but for round-off.
 
     patch : pytest's monkeypatch
     """
     made, compiled, knows = ContactWorld._compile, step.tick_kernel, ActingElements.__init__
-    sleepers_of = ContactWorld._make_sleepers
+    sleepers_of, driven_by = ContactWorld._make_sleepers, world_arrays.driven_bodies
 
     def compile_shared(self, scene, evaluate, velocity_dependent):
-        known = USUAL_PAIRS
+        known = PAIRS_BESIDE_FORCES
         if self._events:
             known = EVENT_PAIRS
-        elif self.arrays.drives.size:
-            known = DRIVEN_PAIRS
         elif evaluate is None:
             known = ALL_PAIRS
         self._kinds = tuple(sorted({*known, *self._kinds}))
-        if self._layout.pivoted:
+        if evaluate is not None and not self._events:
             self.arrays.has_ball_off_center = lambda: True
         return _OfAnyTicks(made(self, scene, evaluate, velocity_dependent))
 
     def tick_kernel(name, **bindings):
         sleeps = bindings['SLEEPING'] or not bindings['EVENTS']
         rules = {'IGNORES': True, 'PAIR_MATERIALS': True, 'SLEEPING': sleeps}
+        if bindings['COUPLED'] and not bindings['EVENTS']:
+            rules |= {'VELOCITY_DEPENDENT': True, 'DRIVES': True, 'FLOWS': True}
         return compiled(name, **{**bindings, **rules})
 
     def make_sleepers(self, scene, sleeping):
@@ -379,11 +372,19 @@ def share_kernels(patch):
 
     def knowing(self, scene, layout):
         knows(self, scene, layout)
-        if scene.contact.get('mode', 'none') != 'none':
+        if scene.contact.get('mode', 'none') == 'none':
+            if {*self._types} <= USUAL_FORCES:
+                _know(self, USUAL_FORCES, scene, layout)
+        elif scene.contact['mode'] == EVENT:
             _know(self, FORCES_BESIDE_CONTACT, scene, layout)
-        elif {*self._types} <= USUAL_FORCES:
-            _know(self, USUAL_FORCES, scene, layout)
+        elif self.names or _moves_as_told(scene):
+            _know_all(self, scene, layout)
 
+    def driven_bodies(parts, static):
+        driven, rows = driven_by(parts, static)
+        return driven._replace(of_bodies=np.zeros(static)), rows
+
+    patch.setattr(world_arrays, 'driven_bodies', driven_bodies)
     patch.setattr(ContactWorld, '_compile', compile_shared)
     patch.setattr(ContactWorld, '_make_sleepers', make_sleepers)
     patch.setattr(ContactWorld, '_angular', _Always(), raising=False)
@@ -392,6 +393,29 @@ def share_kernels(patch):
     known = {'turns': True, 'arcs': True}
     patch.setattr(world_module, 'solver', lambda **features: solver(**{**features, **known}))
     patch.setattr(ActingElements, '__init__', knowing)
+
+
+def run_plain(patch):
+    """
+    Let kernels run as what they are written as: nothing is compiled, the bits are the same
+    (`integrators/test_compiled_is_plain.py`), and a tick takes some 200 times as long.
+
+    Kernels of the package remain what they are, for those that are made meanwhile are kept.
+
+    patch : pytest's monkeypatch
+    """
+    if not kernels.COMPILED:
+        return
+
+    def made(function, *, inline, widest=True):
+        return Kernel(function, kernels.IMAGES, kernels.CACHE, inlined=inline, widest=widest)
+
+    patch.setattr(kernels, 'COMPILED', False)
+    patch.setattr(stepper_module, 'COMPILED', False)
+    patch.setattr(kernels, 'kernel', lambda function, **how: made(function, inline=False, **how))
+    patch.setattr(kernels, 'inline', lambda function: made(function, inline=True))
+    patch.setattr(Kernel, '__call__', lambda self, *arguments: self.py_func(*arguments))
+    patch.setattr(Kernel, 'prepared', lambda self, first, last: behind(self.py_func, last))
 
 
 class _OfAnyTicks:
@@ -422,6 +446,10 @@ class _Always:
         return True
 
 
+def _moves_as_told(scene):
+    return any(part.motion is not None or any(part.surface_velocity) for part in scene.bodies)
+
+
 def _know(elements, kinds, scene, layout):
     """
     Let what acts in a scene know more kinds of forces.
@@ -431,6 +459,31 @@ def _know(elements, kinds, scene, layout):
     elements._types = [kind for kind in FORCES if kind in (*elements._types, *kinds)]
     _, elements._ranges, elements._switches = stacked(scene.forces, elements._types, layout)
     elements.set_turning(np.zeros((0, held_body_wrench.COLUMNS)))
+
+
+def _know_all(elements, scene, layout):
+    """
+    Let what acts beside contact know forces, pivots and masses that flow, though there be none.
+    """
+    elements._always = True
+    elements._types = [*elements._types, *FORCES_BESIDE_CONTACT]
+    elements._flows = _NoRows(elements._flows)
+    elements.pivots.count = _Known(elements.pivots.count)
+    _know(elements, FORCES_BESIDE_CONTACT, scene, layout)
+
+
+class _NoRows(list):
+    """Rows of which there are some to who asks, though there be none."""
+
+    def __bool__(self):
+        return True
+
+
+class _Known(int):
+    """A number that is there to who asks, though it be 0."""
+
+    def __bool__(self):
+        return True
 
 
 def values_by_nodes(text):

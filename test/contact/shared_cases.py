@@ -30,6 +30,9 @@ from rigid_body_sim.physics.model.shapes import ConvexHull
 from rigid_body_sim.physics.simulation import Simulation
 
 TICKS = 10
+# where masses flow, what acts is evaluated anew as a tick begins, as if it depended on velocity:
+# at an instant that is that of the last end but for round-off
+ROUND_OFF = {'flows': 1e-14}
 
 BRICK = box('brick', (0.3, 0.2, 0.1), (0, 0, 0.07), turn=(1, 2, 3))
 BALL = ball('ball', 0.1, (0.05, 0, 0.25), velocity=(0, 0, -1))
@@ -99,7 +102,11 @@ def main():
         with pytest.MonkeyPatch.context() as patch:
             inside.share_kernels(patch)
             shared, known_shared, _ = run(*scene)
-        print(f'{name}: {own == shared} {known < known_shared} {acts}')
+        same = own == shared
+        if name in ROUND_OFF:
+            apart = np.frombuffer(own) - np.frombuffer(shared)
+            same = np.abs(apart).max() < ROUND_OFF[name]
+        print(f'{name}: {same} {known < known_shared} {acts}')
 
 
 if __name__ == '__main__':

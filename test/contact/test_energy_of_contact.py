@@ -78,9 +78,10 @@ def test_a_lively_box_with_friction_is_not_thrown_up_by_its_own_friction(frictio
 
 @pytest.mark.parametrize('friction', [0.0, 0.3, 0.8])
 @pytest.mark.parametrize('restitution', [0.0, 0.2, 0.5, 0.8])
-def test_energy_of_a_tumbling_box_rises_in_no_tick(restitution, friction):
+@pytest.mark.parametrize('seeds', [1, pytest.param(3, marks=pytest.mark.long)])
+def test_energy_of_a_tumbling_box_rises_in_no_tick(restitution, friction, seeds):
     for shape in SHAPES:
-        for seed in range(3):
+        for seed in range(seeds):
             sim = Simulation(thrown(shape, seed, restitution=restitution, friction=friction))
             assert largest_rise(sim, 480) < FEW
 
@@ -519,8 +520,9 @@ ROUND_GROUND = {
 }
 
 
+@pytest.mark.parametrize('seeds', [7, pytest.param(20, marks=pytest.mark.long)])
 @pytest.mark.parametrize('on', ROUND_GROUND)
-def test_what_tumbles_over_round_ground_and_edges_gains_no_energy(on):
+def test_what_tumbles_over_round_ground_and_edges_gains_no_energy(on, seeds):
     """
     The normal turns within the tick, so contacts give what they should not: up to 4e-4 of the
     energy in ten of these draws. It is taken back.
@@ -530,7 +532,7 @@ def test_what_tumbles_over_round_ground_and_edges_gains_no_energy(on):
         on, shape, 0.0, fixed=True, material=Material(friction=0.5),
         initial=motion((0, 0, height), q=q or (0, 0, 0, 1)),
     )  # fmt: skip
-    for seed in range(20):
+    for seed in range(seeds):
         rng = np.random.default_rng(seed)
         place = (*(0.05 * rng.normal(size=2)), 1.2)
         body = drawn_body('body', rng, 0.1, place, velocity=(0, 0, -1), spin=8.0, friction=0.5)

@@ -182,7 +182,9 @@ def whatever(seed, floor):
 @pytest.mark.parametrize(
     'seed', [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 9))]
 )
-@pytest.mark.parametrize('on', list(GROUNDS))
+@pytest.mark.parametrize(
+    'on', ['plane', pytest.param('tiles', marks=pytest.mark.long), 'triangles']
+)
 def test_a_heap_has_the_same_bits_wherever_others_come_in_the_list_of_bodies(on, seed):
     """
     Before the heap, after it and among it; in the long form for 2,000 ticks.

@@ -233,20 +233,21 @@ def _strikes_at(sim, under, across, e):
     np.testing.assert_allclose(places[-1][0], law, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize('looks', [15, pytest.param(50, marks=pytest.mark.long)])
 @pytest.mark.parametrize('make', [ball, box])
-def test_what_bounces_over_rough_ground_for_10_s_keeps_its_energy_and_overlaps_nowhere(make):
+def test_what_bounces_over_rough_ground_keeps_its_energy_and_overlaps_nowhere(make, looks):
     ground = rough(7)
     sim = world(make((0.2, 0.1, 1.5), spin=(1, 2, 3)), ground=ground)
     energy, met = sim.energy(), 0
-    for _ in range(50):
-        sim.step(50)
+    for _ in range(looks):
+        sim.step(50)  # 0.2 s
         met += len(sim.impacts())
         if make is ball:
             assert (
                 distance_from(sim.scene.bodies[1].shape, sim.state.position[WITNESSES])
                 > RADIUS - 1e-12
             )
-    assert met > 10
+    assert met > looks / 5
     assert sim.energy() == pytest.approx(energy, rel=1e-12)
 
 

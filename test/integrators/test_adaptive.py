@@ -60,6 +60,7 @@ def test_every_tick_is_reached_whatever_its_length(dt):
     assert error_of_top(1e-9, dt=dt) < 5e-8
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_free_fall_is_exact_over_any_tick():
     start = {'position': [1.0, 2.0, 3.0], 'velocity': [3.0, 4.0, 20.0]}
     ball = {'name': 'ball', 'shape': {'type': 'particle'}, 'mass': 2.0, 'initial': start}

@@ -128,6 +128,7 @@ def run(code, tmp_path):
     return done.stdout.strip()
 
 
+@pytest.mark.long
 def test_functions_of_another_thread_count_from_the_end_while_kernels_compile(tmp_path):
     assert run(BESIDE, tmp_path) == '[] True True'
 

@@ -63,6 +63,7 @@ sim.step(50)
 print(type(rotate).__name__, sim.state_bytes().hex())
 """
 TOP, OSCILLATOR, CHAIN = 'top()', 'oscillator(dt=0.01)', 'linked_points()'
+FREE = 'scene([{"name": "a", "mass": 1.0, "shape": {"type": "particle"}}], gravity=(0, 0, -9.81))'
 
 
 def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
@@ -79,18 +80,23 @@ def kind_and_bits(*arguments: str, cache: Path) -> list[str]:
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
-def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(tmp_path):
-    kind, bits = kind_and_bits('unknown', TOP, cache=tmp_path)
+@pytest.mark.parametrize(
+    'scene', [FREE, pytest.param(TOP, marks=pytest.mark.long)], ids=['point', 'top']
+)
+def test_a_numba_whose_inside_is_not_known_gives_the_same_bits(tmp_path, scene):
+    kind, bits = kind_and_bits('unknown', scene, cache=tmp_path)
     assert kind == 'CPUDispatcher'
-    top = Simulation(scenes.top(), integrator='explicit_euler')
-    top.step(50)
-    assert bits == top.state_bytes().hex()
+    sim = Simulation(eval(f'scenes.{scene}'), integrator='explicit_euler')
+    sim.step(50)
+    assert bits == sim.state_bytes().hex()
 
 
 @pytest.mark.skipif(not kernels.COMPILED, reason='numba is not installed: nothing is compiled')
+@pytest.mark.long
 def test_what_an_earlier_scene_compiled_gives_the_same_bits_in_another(tmp_path):
     """
-    Points on springs, whose kernel finds what that of a point on a spring has left.
+    Points on springs, whose kernel finds what that of a point on a spring has left. In the short
+    form all kernels of the suite do, whose bits are compared above.
     """
     kind_and_bits('this', OSCILLATOR, cache=tmp_path)
     _, bits = kind_and_bits('this', CHAIN, cache=tmp_path)

@@ -126,6 +126,7 @@ def test_a_cache_that_cannot_be_written_costs_time_and_no_bit(expected, tmp_path
     assert run(blocked, code, **nowhere) == ['True', expected[1], 'None']
 
 
+@pytest.mark.long  # in the short form, the workers of the suite do
 def test_two_processes_at_once_make_the_same_images(cache, expected, tmp_path):
     got = []
     both = [threading.Thread(target=lambda: got.append(run(tmp_path)[1])) for _ in range(2)]

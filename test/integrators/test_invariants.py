@@ -51,7 +51,7 @@ def test_one_call_of_many_steps_gives_the_bits_of_many_calls_where_a_body_turns_
     want_same_bits(whole, parts)
 
 
-@pytest.mark.parametrize('name', scenes.of_each_scheme(NAMES))
+@pytest.mark.parametrize('name', scenes.mostly_long(NAMES, short=scenes.OF_EACH_KIND))
 def test_one_call_of_many_steps_gives_the_bits_of_many_calls(name):
     scene = scenes.linked_bodies(name)
     whole, parts = (Simulation(scene, integrator=name) for _ in range(2))

@@ -16,6 +16,8 @@ from rigid_body_sim.physics.model import rotation
 
 from . import scenes
 
+pytestmark = pytest.mark.usefixtures('plain_source')  # few ticks: to compile takes longer
+
 OF_FIXED_STEP = ['explicit_euler', 'midpoint', 'rk4', 'rk8']
 NAMES = [*OF_FIXED_STEP, 'rk45']
 # one that steps as it is told and one that chooses: the others have other coefficients

@@ -106,6 +106,7 @@ def test_a_body_on_which_nothing_acts_falls():
     assert not np.any(angular)
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_the_acceleration_of_a_rocket_jumps_at_its_burn_out():
     rocket = {
         'name': 'rocket',

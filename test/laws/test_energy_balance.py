@@ -51,6 +51,7 @@ def defect_of_damped_oscillator(name: str, dt: float) -> tuple[float, float]:
     return balance.defect, by_hand
 
 
+@pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize(('name', 'order'), [('explicit_euler', 1), ('dmv6', 2), ('rk4', 4)])
 def test_the_defect_is_what_the_steps_did_and_vanishes_with_the_order(name, order):
     """Against the exact flow from each state of the run, which knows all work of a tick."""
@@ -122,6 +123,7 @@ def test_it_changes_no_bit_and_does_not_depend_on_how_ticks_are_asked_for():
     assert whole.energy_balance().dissipation > 0.0
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_a_reset_begins_a_new_balance_and_nobody_gets_one_unasked():
     sim = Simulation(oscillator(dt=0.01, damping=DAMPING))
     with pytest.raises(InvalidModel, match='keep_energy_balance'):
@@ -185,6 +187,7 @@ def test_ties_make_groups_and_what_is_outside_ends_them():
     ]  # fmt: skip
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_a_rocket_brings_the_energy_of_its_thrust_and_of_what_it_loses():
     """The work of the drive is the change of energy, through the burn-out too."""
     body = {
@@ -198,6 +201,7 @@ def test_a_rocket_brings_the_energy_of_its_thrust_and_of_what_it_loses():
     assert balance.gain is None
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_what_has_a_potential_does_no_work_as_a_drive_where_masses_flow():
     """
     A ball that loses mass runs into a bumper: what the bumper takes stands in the energy, and is

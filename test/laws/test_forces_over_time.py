@@ -15,6 +15,8 @@ from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 
 from ..integrators.scenes import OF_EACH_KIND, mostly_long
 
+pytestmark = pytest.mark.usefixtures('plain_source')  # few ticks: to compile takes longer
+
 # those whose error the tick length sets, not a tolerance
 FIXED_STEP = sorted(name for name in INTEGRATORS if not INTEGRATORS[name].controls_its_error)
 

@@ -111,6 +111,7 @@ def test_a_centre_of_mass_that_is_stated_is_where_frames_are_told_from():
     assert plain.state.angular_velocity[0, :2] == pytest.approx(lever[:2] * 0.05 / 0.5, rel=1e-3)
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_a_body_that_loses_mass_keeps_its_arms():
     sim = free(mass_rate=-10.0, exhaust_velocity=[0, 0, 0])
     sim.step(100)  # half of it is gone, and half of the inertia

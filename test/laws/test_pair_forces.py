@@ -167,6 +167,7 @@ def test_a_bumper_stores_the_kinetic_energy_of_the_approach():
     assert sim.invariants.potential_energy(sim.state) == pytest.approx(1.0, rel=1e-6)
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_a_bumper_pushes_off_a_wall_at_the_point_it_sits_on():
     """A box whose corner meets a bumper begins to turn: torque is arm times force."""
     box = {

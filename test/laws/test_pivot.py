@@ -350,6 +350,7 @@ def test_a_stiff_spring_on_a_pivoted_body_stays_bounded_at_any_step():
     assert np.linalg.norm(tip - (0, 0, 0.5)) < 1e-4  # (h |w|)^2 |arm| / 2
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_the_pivot_stays_where_it_is_and_its_body_moves_about_it():
     simulation = commanded(Simulation(jointed(0.001), integrator='rk8'))
     before = simulation.state
@@ -393,6 +394,7 @@ def test_energy_is_that_of_the_turn_about_the_pivot_and_of_the_height():
     assert np.allclose(simulation.angular_momentum(), total, atol=1e-14)
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_a_run_goes_on_from_its_state_bytes_with_the_same_bits():
     whole = commanded(Simulation(jointed(0.01), integrator='rk8'))
     whole.step(20)

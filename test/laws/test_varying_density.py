@@ -116,7 +116,7 @@ def test_quadrature_converges_faster_than_any_power_for_a_smooth_density():
     assert errors[-1] < 1e-8
 
 
-@pytest.mark.parametrize('n', [2, 3, 5])
+@pytest.mark.parametrize('n', [2, 3, pytest.param(5, marks=pytest.mark.long)])
 @pytest.mark.parametrize('shape', SHAPES, ids=NAMES)
 def test_n_points_integrate_polynomials_of_degree_2n_minus_1_exactly(shape, n):
     middle = of_shape(shape, density=1.0).center_of_mass

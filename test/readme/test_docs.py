@@ -36,6 +36,7 @@ PAGES = (
     'scene_reference',
     'sweep',
 )
+TABLE = re.compile(r'^```\{toctree\}\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
 LONGEST = 120  # letters of a line of the README
 
 
@@ -57,6 +58,7 @@ def site(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_every_page_is_on_the_site_and_formulas_need_no_network(site):
     pages = {path.relative_to(DOCS).with_suffix('') for path in DOCS.rglob('*.md')}
     built = {path.relative_to(site).with_suffix('') for path in site.rglob('*.html')}
@@ -70,10 +72,21 @@ def test_every_page_is_on_the_site_and_formulas_need_no_network(site):
         assert not loaded, f'{path.name} loads {loaded}'
 
 
+@pytest.mark.long
 def test_the_python_page_has_every_public_name(site):
     page = (site / 'api.html').read_text(encoding='utf-8')
     names = {name for name in rigid_body_sim.__all__ if callable(getattr(rigid_body_sim, name))}
     assert {name for name in names if f'id="rigid_body_sim.{name}"' not in page} == set()
+
+
+def test_every_page_stands_in_a_table_of_contents():
+    """What is in none, the site has on no way; how the site comes out is told in the long form."""
+    listed = {DOCS / 'index'}
+    for page in DOCS.rglob('*.md'):
+        for table in TABLE.findall(page.read_text(encoding='utf-8')):
+            named = [line.strip() for line in table.splitlines()]
+            listed |= {page.parent / name for name in named if name and not name.startswith(':')}
+    assert listed == {path.with_suffix('') for path in DOCS.rglob('*.md')}
 
 
 @pytest.mark.parametrize('name', PAGES)

@@ -281,7 +281,7 @@ def drawn(path):
 
 def texts(figure):
     """Everything written in a figure, one line each."""
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     found = figure.findobj(lambda artist: hasattr(artist, 'get_text'))
     return '\n'.join(artist.get_text() for artist in found)
 

@@ -77,6 +77,7 @@ def test_what_became_slower_is_named_with_how_much_and_the_worktree_is_gone(
     assert len(git('worktree', 'list').splitlines()) == 1
 
 
+@pytest.mark.long
 def test_a_faster_commit_passes_and_what_is_not_committed_is_compared_with_it(
     bench, repository, capfd
 ):

@@ -418,10 +418,10 @@ LABORATORY = Laboratory()
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(nextitem):
     """
-    End the node behind the last test of this folder: it would talk on beside all others.
+    End the node behind the last test that wants it: it would hear and talk on beside all others.
     """
     yield
-    if nextitem is None or Path(__file__).parent not in nextitem.path.parents:
+    if nextitem is None or 'lab' not in nextitem.fixturenames:
         LABORATORY.end()
 
 

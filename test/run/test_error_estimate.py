@@ -66,6 +66,7 @@ def test_estimate_on_a_damped_spring_is_within_a_factor_of_three(integrator):
     assert error / FACTOR <= run.error_estimate().position <= error * FACTOR
 
 
+@pytest.mark.usefixtures('plain_source')
 @pytest.mark.parametrize(('integrator', 'dt'), [('midpoint', 0.01), ('dmv6', 0.1), ('rk4', 0.05)])
 def test_estimate_on_a_free_top_is_within_a_factor_of_three(integrator, dt):
     omega = (0.3, 1.0, 0.2)

@@ -168,6 +168,7 @@ def test_bad_command_files_are_refused_by_line(verb, tmp_path, text, expected):
     assert err.count('\n') == 1
 
 
+@pytest.mark.usefixtures('plain_source')
 def test_the_drift_of_the_matrices_is_told_and_recorded(tmp_path, as_json, verb):
     """Euler about a fixed axis: |R^T R - 1| = (1 + (h w)^2)^n - 1 after n steps."""
     scene = tmp_path / 'spin.yaml'

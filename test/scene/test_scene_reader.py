@@ -768,36 +768,46 @@ def scene_or_user_error(load: Callable[[], Scene]) -> None:
         assert len(str(error).splitlines()) == 1, str(error)
 
 
-ANYTHING = settings(max_examples=300)
+ANYTHING = pytest.mark.parametrize('draws', [60, pytest.param(300, marks=pytest.mark.long)])
 
 
 @ANYTHING
-@given(st.dictionaries(st.one_of(st.sampled_from(WORDS), SCALARS), JUNK, max_size=6))
-def test_any_mapping_is_a_scene_or_one_clear_line(junk: dict[Any, Any]) -> None:
-    scene_or_user_error(lambda: load_scene(junk, files={}))
+def test_any_mapping_is_a_scene_or_one_clear_line(draws: int) -> None:
+    @settings(max_examples=draws)
+    @given(st.dictionaries(st.one_of(st.sampled_from(WORDS), SCALARS), JUNK, max_size=6))
+    def holds(junk: dict[Any, Any]) -> None:
+        scene_or_user_error(lambda: load_scene(junk, files={}))
+
+    holds()
 
 
 @ANYTHING
-@given(st.sampled_from(places(VALID)[1:]), JUNK)
-def test_a_scene_with_one_wrong_value_is_a_scene_or_one_clear_line(
-    place: tuple[Any, ...], junk: Any
-) -> None:
-    changed = copy.deepcopy(VALID)
-    target: Any = changed
-    for key in place[:-1]:
-        target = target[key]
-    target[place[-1]] = junk
-    scene_or_user_error(lambda: load_scene(changed, files={}))
+def test_a_scene_with_one_wrong_value_is_a_scene_or_one_clear_line(draws: int) -> None:
+    @settings(max_examples=draws)
+    @given(st.sampled_from(places(VALID)[1:]), JUNK)
+    def holds(place: tuple[Any, ...], junk: Any) -> None:
+        changed = copy.deepcopy(VALID)
+        target: Any = changed
+        for key in place[:-1]:
+            target = target[key]
+        target[place[-1]] = junk
+        scene_or_user_error(lambda: load_scene(changed, files={}))
+
+    holds()
 
 
 @ANYTHING
-@given(st.one_of(st.binary(), st.text().map(str.encode)))
-@example(b'- !!timestamp x')
-@example(b'!!bool x')
-@example(b'? !!set {a}\n: b')
-@example(b'1: &a {<<: *a}')
-def test_any_bytes_are_a_scene_or_one_clear_line(text: bytes) -> None:
-    scene_or_user_error(lambda: load_scene(text, files={}))
+def test_any_bytes_are_a_scene_or_one_clear_line(draws: int) -> None:
+    @settings(max_examples=draws)
+    @given(st.one_of(st.binary(), st.text().map(str.encode)))
+    @example(b'- !!timestamp x')
+    @example(b'!!bool x')
+    @example(b'? !!set {a}\n: b')
+    @example(b'1: &a {<<: *a}')
+    def holds(text: bytes) -> None:
+        scene_or_user_error(lambda: load_scene(text, files={}))
+
+    holds()
 
 
 def test_the_scene_that_the_junk_starts_from_is_valid() -> None:

@@ -281,16 +281,20 @@ WORDS = st.sampled_from(
 )
 
 
-@settings(max_examples=300)
-@given(st.integers(0, len(WHOLE)), st.integers(0, 12), st.one_of(WORDS, st.text(max_size=6)))
-def test_a_urdf_with_any_slip_is_a_scene_or_one_clear_line(at: int, cut: int, slip: str) -> None:
-    text = (WHOLE[:at] + slip + WHOLE[at + cut :]).encode(errors='surrogatepass')
-    body = {'name': 'toy', 'urdf': 'toy.urdf'}
-    try:
-        scene = load_scene({'dt': 0.001, 'bodies': [body]}, files={'toy.urdf': text})
-        Simulation(scene)
-    except UserError as error:
-        assert len(str(error).splitlines()) == 1, str(error)
+@pytest.mark.parametrize('draws', [60, pytest.param(300, marks=pytest.mark.long)])
+def test_a_urdf_with_any_slip_is_a_scene_or_one_clear_line(draws: int) -> None:
+    @settings(max_examples=draws)
+    @given(st.integers(0, len(WHOLE)), st.integers(0, 12), st.one_of(WORDS, st.text(max_size=6)))
+    def holds(at: int, cut: int, slip: str) -> None:
+        text = (WHOLE[:at] + slip + WHOLE[at + cut :]).encode(errors='surrogatepass')
+        body = {'name': 'toy', 'urdf': 'toy.urdf'}
+        try:
+            scene = load_scene({'dt': 0.001, 'bodies': [body]}, files={'toy.urdf': text})
+            Simulation(scene)
+        except UserError as error:
+            assert len(str(error).splitlines()) == 1, str(error)
+
+    holds()
 
 
 @given(st.binary(max_size=60))

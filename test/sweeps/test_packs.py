@@ -48,19 +48,23 @@ def assert_same(together, alone):
     assert not different
 
 
-@settings(max_examples=6)
-@given(
-    method=st.sampled_from(PACKABLE),
-    forces=st.sampled_from([[], [SPRING], [TO_WORLD, SPRING]]),
-    gravity=st.sampled_from([[0, 0, 0], [0.1, 0, -9.81]]),
-    runs=st.integers(2, 70),
-    seed=st.integers(0, 2**32),
-)
-def test_runs_side_by_side_have_the_bits_of_runs_alone(method, forces, gravity, runs, seed):
-    source = scene(integrator=method, forces=forces, gravity=gravity)
-    together, alone, notes = both_ways(source, VARY, runs, seed=seed, duration=0.2)
-    assert notes == [] and {row['status'] for row in together} == {'done'}
-    assert_same(together, alone)
+@pytest.mark.parametrize('draws', [3, pytest.param(12, marks=pytest.mark.long)])
+def test_runs_side_by_side_have_the_bits_of_runs_alone(draws):
+    @settings(max_examples=draws)
+    @given(
+        method=st.sampled_from(PACKABLE),
+        forces=st.sampled_from([[], [SPRING], [TO_WORLD, SPRING]]),
+        gravity=st.sampled_from([[0, 0, 0], [0.1, 0, -9.81]]),
+        runs=st.integers(2, 70),
+        seed=st.integers(0, 2**32),
+    )
+    def holds(method, forces, gravity, runs, seed):
+        source = scene(integrator=method, forces=forces, gravity=gravity)
+        together, alone, notes = both_ways(source, VARY, runs, seed=seed, duration=0.2)
+        assert notes == [] and {row['status'] for row in together} == {'done'}
+        assert_same(together, alone)
+
+    holds()
 
 
 def test_bodies_on_pivots_and_fixed_ones_are_packed_too():

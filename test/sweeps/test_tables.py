@@ -162,7 +162,12 @@ def test_workers_that_cannot_start_end_the_sweep(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ('number', 'workers'), [(signal.SIGKILL, 2), (signal.SIGTERM, 1), (signal.SIGINT, 2)]
+    ('number', 'workers'),
+    [
+        (signal.SIGKILL, 2),
+        pytest.param(signal.SIGTERM, 1, marks=pytest.mark.long),
+        (signal.SIGINT, 2),
+    ],
 )
 def test_a_sweep_that_is_ended_goes_on_where_it_was(tmp_path, started, number, workers):
     path = tmp_path / 'scene.yaml'
