@@ -337,8 +337,9 @@ def share_kernels(patch):
     and what is driven.
 
     None of that changes a bit (`contact/test_same_bits.py`) but two: the inverse inertia of a cube
-    or ball is turned in each substep, as that of any body; and where masses flow, what acts is
-    evaluated anew as a tick begins, at an instant that is that of the last end but for round-off.
+    or ball is turned in each substep, as that of any body; and where only weight acts, and masses
+    flow or bodies are moved as told, its work is added up over substeps, not the tick, and what
+    acts is evaluated anew as a tick begins: round-off.
 
     patch : pytest's monkeypatch
     """

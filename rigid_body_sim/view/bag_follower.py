@@ -54,7 +54,9 @@ class BagFollower:
         self._motion: GrowingMotion | None = None
 
     def begin(self) -> RecordedMotion:
-        """Wait until there is something to show; RunError if nothing comes."""
+        """
+        Wait until there is something to show; RunError: nothing comes, UserError: it is no bag.
+        """
         deadline = time.monotonic() + BEGINNING
         while True:
             if self._file() is not None:
@@ -84,6 +86,8 @@ class BagFollower:
         if file is None:
             raise RunError(f'{self.path}: is no longer there')
         with file.open('rb') as stream:
+            if not mcap_file.MAGIC.startswith(stream.read(len(mcap_file.MAGIC))):
+                raise UserError(f'{file}: not a bag: does not start as an MCAP file')
             while not self.ended and self._take_some(stream):
                 pass
         return None if self._motion is None else self._motion.whole(most=most)

@@ -8,18 +8,19 @@ import argparse
 import contextlib
 import http.client
 import threading
+import time
 
 import numpy as np
 import pytest
 
 from rigid_body_sim.analysis.recorded_contacts import read_points
 from rigid_body_sim.analysis.recorded_impacts import read_impacts
-from rigid_body_sim.errors import RunError, UserError
+from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.verbs import simulate, view
 from rigid_body_sim.view import live_server
-from rigid_body_sim.view.bag_follower import BagFollower
+from rigid_body_sim.view.bag_follower import BEGINNING, BagFollower
 from rigid_body_sim.view.contact_arrows import read_arrows
 from rigid_body_sim.view.energy_history import energy_history
 from rigid_body_sim.view.growing_motion import GrowingMotion, joined
@@ -78,9 +79,10 @@ def test_what_is_followed_is_what_is_in_the_bag_wherever_the_file_ends_meanwhile
 
 def test_what_is_no_bag_that_goes_on_is_refused(tmp_path):
     (tmp_path / 'note.txt').write_text('no bag')
-    follower = BagFollower(tmp_path / 'note.txt')
-    with pytest.raises((RunError, UserError)):
+    follower, begun = BagFollower(tmp_path / 'note.txt'), time.monotonic()
+    with pytest.raises(UserError, match='not a bag'):
         follower.begin()
+    assert time.monotonic() - begun < 0.5 * BEGINNING  # at once, not when nothing has come
     parser = argparse.ArgumentParser()
     view.add_arguments(parser)
     for words, said in (

@@ -185,6 +185,8 @@ def _take_back(
         store(taken, where, change)
     back = scale(-part, rise)
     store(taken, body * TAKEN + OF_PLACE, back)
+    moved = row + solver_bodies.DISPLACEMENT
+    store(bodies, moved, add(load(bodies, moved), back))
     for axis in range(3):
         lane = place + blocks.LANES * axis
         motion.translation[lane + blocks.RX], motion.translation[lane + blocks.EX] = (
