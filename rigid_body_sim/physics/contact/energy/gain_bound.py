@@ -7,7 +7,9 @@ a few millionths, is taken back at the end of the tick.
 For each group of bodies that press on each other:
 
     gain = sum of T_1 - (T_0 + W)              what contact gave [J]
-    size = sum of T_0 + W + |F| k              of the energy of the group [J], k radius of gyration
+    size = sum of T_0 + W + |F| k + M h        of the energy of the group [J]
+        k : [m] radius of gyration
+        h : [J/kg] how far its centre is above its lowest body, times a = (sum of F)/M
     part = (gain - SHARE size)/(T_c + W_up)    if that is positive; 1 at most
         T_c  : [J] kinetic energy of the motion p - p_c, L - L_c that its contacts can change
         W_up : [J] work that its bodies have taken to rise by x_up, against F
@@ -41,8 +43,10 @@ from rigid_body_sim.physics.contact.energy import gain_record
 from rigid_body_sim.physics.contact.energy.account import kinetic, twice_kinetic
 from rigid_body_sim.physics.contact.energy.kept_motion import (
     find_kept_motion,
+    force_on,
     held_part,
     kept_momenta,
+    position_of,
 )
 from rigid_body_sim.physics.contact.energy.pressing_groups import unite_pressing
 from rigid_body_sim.physics.contact.energy.scratch import (
@@ -64,7 +68,6 @@ from rigid_body_sim.physics.vectors import (
     add,
     dot,
     load,
-    load_strided,
     load_symmetric,
     scale,
     store,
@@ -118,16 +121,12 @@ def _rise(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> 
     How far a body has moved in the tick against the forces on it, as far as its group is held
     against them: a vector [m], and the work that took [J].
     """
-    row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
+    row = body * solver_bodies.SIZE
     if bodies[row + solver_bodies.INVERSE_MASS] <= solver_bodies.HELD:
         return (0.0, 0.0, 0.0), 0.0
-    force = load_strided(motion.translation, place + blocks.FX, blocks.LANES)
-    force = held_part(gain, force, gains)
+    force = held_part(gain, force_on(body, motion), gains)
     square = dot(force, force)
-    moved = subtract(
-        load_strided(motion.translation, place + blocks.RX, blocks.LANES),
-        load(bodies, row + solver_bodies.START_POSITION),
-    )
+    moved = subtract(position_of(body, motion), load(bodies, row + solver_bodies.START_POSITION))
     work = max(-dot(force, moved), 0.0)
     return scale(-work / square if square > 0.0 else 0.0, force), work
 
@@ -153,6 +152,11 @@ def _add_body(body: int, gain: int, motion: Motion, gains: Array, bodies: Array)
     gains[gain + gain_record.SIZE_OF_ENERGY] += _size_of_energy(row, bodies)
     gains[gain + gain_record.CHANGEABLE] += 0.5 * twice_kinetic(bodies, row, momentum, angular)
     gains[gain + gain_record.RISE] += work
+    mass = gains[gain + gain_record.MASS]
+    if mass > 0.0:
+        below = subtract(position_of(body, motion), load(gains, gain + gain_record.CENTER))
+        depth = dot(load(gains, gain + gain_record.FORCE), below) / mass
+        gains[gain + gain_record.LOWEST] = max(gains[gain + gain_record.LOWEST], depth)
     gains[gain + gain_record.BODIES] += 1.0
 
 
@@ -161,7 +165,9 @@ def _find_part(share: float, gain: int, gains: Array) -> None:
     """Find the part of motion and rise that a group gives back."""
     few = gains[gain + gain_record.BODIES] <= FEW
     share *= SHARE_OF_FEW if few else SHARE_OF_MANY
-    excess = gains[gain + gain_record.GAIN] - share * gains[gain + gain_record.SIZE_OF_ENERGY]
+    potential = gains[gain + gain_record.MASS] * gains[gain + gain_record.LOWEST]
+    size = gains[gain + gain_record.SIZE_OF_ENERGY] + potential
+    excess = gains[gain + gain_record.GAIN] - share * size
     given = gains[gain + gain_record.CHANGEABLE] + gains[gain + gain_record.RISE]
     part = min(excess / given, 1.0) if given > 0.0 else 0.0
     gains[gain + gain_record.PART] = max(part, 0.0)

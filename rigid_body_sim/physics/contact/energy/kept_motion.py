@@ -81,10 +81,18 @@ def _find_what_holds(
 
 
 @inline
-def _position(body: int, motion: Motion) -> Any:
+def position_of(body: int, motion: Motion) -> Any:
     """Position of a body that touches, in the blocks of the scene."""
     return load_strided(
         motion.translation, blocks.at(body, blocks.TRANSLATION) + blocks.RX, blocks.LANES
+    )
+
+
+@inline
+def force_on(body: int, motion: Motion) -> Any:
+    """Force on a body that touches, beside contact."""
+    return load_strided(
+        motion.translation, blocks.at(body, blocks.TRANSLATION) + blocks.FX, blocks.LANES
     )
 
 
@@ -99,16 +107,18 @@ def _apply_inertia(row: int, v: Any, bodies: Array) -> Any:
 
 @inline
 def _add_mass(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> None:
-    """Add mass, mass times position, and momentum of a body to those of its group."""
+    """Add mass, mass times position, momentum and force of a body to those of its group."""
     row = body * solver_bodies.SIZE
     mass = 1.0 / bodies[row + solver_bodies.INVERSE_MASS]
     momentum = load(bodies, row + solver_bodies.MOMENTUM)
-    center = add_scaled(load(gains, gain + gain_record.CENTER), mass, _position(body, motion))
+    center = add_scaled(load(gains, gain + gain_record.CENTER), mass, position_of(body, motion))
     gains[gain + gain_record.MASS] += mass
     store(gains, gain + gain_record.CENTER, center)
     store(
         gains, gain + gain_record.VELOCITY, add(load(gains, gain + gain_record.VELOCITY), momentum)
     )
+    force = add(load(gains, gain + gain_record.FORCE), force_on(body, motion))
+    store(gains, gain + gain_record.FORCE, force)
 
 
 @inline
@@ -116,7 +126,7 @@ def _add_inertia(body: int, gain: int, motion: Motion, gains: Array, bodies: Arr
     """Add inertia and angular momentum of a body about the centre of its group."""
     row, inertia = body * solver_bodies.SIZE, gain + gain_record.INERTIA
     mass = 1.0 / bodies[row + solver_bodies.INVERSE_MASS]
-    arm = subtract(_position(body, motion), load(gains, gain + gain_record.CENTER))
+    arm = subtract(position_of(body, motion), load(gains, gain + gain_record.CENTER))
     momentum = load(bodies, row + solver_bodies.MOMENTUM)
     own = add(load(bodies, row + solver_bodies.ANGULAR_MOMENTUM), cross(arm, momentum))
     store(gains, gain + gain_record.SPIN, add(load(gains, gain + gain_record.SPIN), own))
@@ -159,7 +169,8 @@ def find_kept_motion(
     rows: Array, roots: Indices, gains: Array, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Find what holds each group, and the motion as one rigid body that this leaves to it.
+    Find mass, centre and force of each group, what holds it, and the motion as one rigid body that
+    this leaves to it.
 
     static : index of what cannot move;   roots : the first body of the group of each
     gains  : see `gain_record`, all zero
@@ -171,9 +182,8 @@ def find_kept_motion(
             gains[roots[body] * gain_record.SIZE + gain_record.HELD] = gain_record.GRIPPED
     for index in range(len(touching)):
         body = touching[index]
-        gain = roots[body] * gain_record.SIZE
-        if gains[gain + gain_record.HELD] != gain_record.GRIPPED:
-            _add_mass(body, gain, motion, gains, bodies)
+        if bodies[body * solver_bodies.SIZE + solver_bodies.INVERSE_MASS] > solver_bodies.HELD:
+            _add_mass(body, roots[body] * gain_record.SIZE, motion, gains, bodies)
     for index in range(len(touching)):
         gain = touching[index] * gain_record.SIZE
         mass = gains[gain + gain_record.MASS]
@@ -183,11 +193,12 @@ def find_kept_motion(
     for index in range(len(touching)):
         body = touching[index]
         gain = roots[body] * gain_record.SIZE
-        if gains[gain + gain_record.MASS] > 0.0:
+        if gains[gain + gain_record.HELD] != gain_record.GRIPPED:
             _add_inertia(body, gain, motion, gains, bodies)
     for index in range(len(touching)):
         gain = touching[index] * gain_record.SIZE
-        if gains[gain + gain_record.MASS] > 0.0:
+        held = gains[gain + gain_record.HELD]
+        if gains[gain + gain_record.MASS] > 0.0 and held != gain_record.GRIPPED:
             _leave_what_is_free(gain, gains)
 
 
@@ -195,10 +206,10 @@ def find_kept_motion(
 def kept_momenta(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
     """Momenta of a body that belong to the motion which its contacts cannot change: p, L."""
     row = body * solver_bodies.SIZE
-    if not gains[gain + gain_record.MASS] > 0.0:
+    if gains[gain + gain_record.HELD] == gain_record.GRIPPED:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     spin = load(gains, gain + gain_record.SPIN)
-    arm = subtract(_position(body, motion), load(gains, gain + gain_record.CENTER))
+    arm = subtract(position_of(body, motion), load(gains, gain + gain_record.CENTER))
     velocity = add(load(gains, gain + gain_record.VELOCITY), cross(spin, arm))
     linear = divide(velocity, bodies[row + solver_bodies.INVERSE_MASS])
     return linear, _apply_inertia(row, spin, bodies)
