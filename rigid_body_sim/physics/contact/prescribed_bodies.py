@@ -14,9 +14,11 @@ in a substep from t to t + h:
     bounce       approach and restitution with x'(t), x''(t) and x'(t + h)
 
 so a body at rest on it keeps its gap, and the contact force is m (g + x''). The work that it does
-on others is the impulse times the mean velocity of its point:
+on others is the impulse times the mean velocity of its point, both in the middle of the substep:
 
-    W = sum over substeps of J . (v + omega x r),  and that of restitution with the velocity then
+    W = sum over substeps of J . (v + omega x r) + J_r . omega,   and that of restitution with the
+        velocity then
+        J_r : [N m s] of rolling and torsional friction
 
 A belt stands still, but its surface has a velocity along the faces that it runs in: where the
 normal is not square to it, it counts as standing.
@@ -100,12 +102,13 @@ MEAN_SPIN = drive.vector('rad/s', 'over the substep under way')
 MOVES = drive.number('-', '1: it moves in this tick')
 SIZE = drive.size
 
-BEFORE, AFTER, LAST, BOUNCE = range(4)  # when works are asked for
+SUBSTEP, BOUNCE = range(2)  # of what works are asked for
 NO_PATH = -1.0
 FACE = 0.999  # [-] cosine: a normal nearer to an axis of a shape is that of a face; it may turn by
 # 0.04 rad in a tick
 ALONG = 1e-6  # [-] of the speed of a belt: how square to it the normal of a face is
 NO_VECTOR = (0.0, 0.0, 0.0)
+NO_TURN = (0.0, 0.0, 0.0, 1.0)
 
 
 def driven_bodies(parts: Sequence[Body], static: int) -> tuple[PrescribedBodies, Indices]:
@@ -309,6 +312,26 @@ def _number_of(lane: int, static: int, rows: Array) -> Any:
     return (of_a, 1.0) if of_a >= 0 else (of_b, -1.0)
 
 
+@inline
+def _half_turn_of(number: int, static: int, bodies: Array) -> Any:
+    """Half the turn of a driven body over the substep, as vector and scalar of a quaternion."""
+    row = (static + 1 + number) * solver_bodies.SIZE
+    turn = load(bodies, row + solver_bodies.TURN)
+    scalar = 1.0 + bodies[row + solver_bodies.TURN_SCALAR]
+    length = math.sqrt(dot(turn, turn) + scalar * scalar)
+    return turn[0] / length, turn[1] / length, turn[2] / length, scalar / length
+
+
+@inline
+def _is_face(lane: int, number: int, drives: Array, poses: Array, rows: Array) -> bool:
+    """Tell whether the normal of a constraint belongs to a face of a driven body that moves."""
+    if drives[number * SIZE + PATH] == NO_PATH:
+        return False
+    place = int(drives[number * SIZE + COLLIDER]) * pose.SIZE
+    local = pose.to_shape(poses, place, vector(rows, lane + constraint.NORMAL))
+    return max(abs(local[0]), abs(local[1]), abs(local[2])) >= FACE
+
+
 @kernel
 def turn_faces(
     batch_count: int, static: int, driven: PrescribedBodies, poses: Array,
@@ -328,56 +351,89 @@ def turn_faces(
         begin = batches[record + batch_record.BEGIN]
         for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
             number, _ = _number_of(lane, static, rows)
-            if number < 0 or driven.drives[number * SIZE + PATH] == NO_PATH:
+            if number < 0 or not _is_face(lane, number, driven.drives, poses, rows):
                 continue
-            place = int(driven.drives[number * SIZE + COLLIDER]) * pose.SIZE
-            local = pose.to_shape(poses, place, vector(rows, lane + constraint.NORMAL))
-            if max(abs(local[0]), abs(local[1]), abs(local[2])) < FACE:
-                continue
-            row = (static + 1 + number) * solver_bodies.SIZE
-            turn = load(bodies, row + solver_bodies.TURN)
-            scalar = 1.0 + bodies[row + solver_bodies.TURN_SCALAR]
-            length = math.sqrt(dot(turn, turn) + scalar * scalar)
-            half = (turn[0] / length, turn[1] / length, turn[2] / length, scalar / length)
+            half = _half_turn_of(number, static, bodies)
             for field in (constraint.NORMAL, constraint.TANGENT_1, constraint.TANGENT_2):
                 put_vector(rows, lane + field, told.turned(half, vector(rows, lane + field)))
 
 
 @inline
-def _impulse(lane: int, row: int, field: int, rows: Array) -> Any:
-    """Impulse on B of a point: a field of its normal component, before those of the tangents."""
-    along = vector(rows, row + field)
+def _of_frame(lane: int, along: Any, rows: Array) -> Any:
+    """Make a vector of its components along the normal and the two tangents of a constraint."""
     return impulse_of(along[0], along[1], along[2], *contact_frame(rows, lane))
 
 
 @inline
-def _work_of_patch(
-    when: int, lane: int, width: int, sign: float, velocity: Any, spin: Any, rows: Array
-) -> Any:
-    """Work of the friction of a face on what is not driven."""
-    face = lane + constraint.SIZE + MOST * width
-    wrench = vector(rows, face + friction_patch.TOTAL_1)
+def _acted(lane: int, impulse: Any, warm: Any, back: Any, rows: Array) -> Any:
+    """
+    Impulse of a substep, of which half the warm start acts before the motion, half in its middle
+    and the rest after it, with the axes of then.
+
+    impulse, warm : of the substep, and half its warm start: along normal and tangents
+    back          : by which the axes turn back over half of the motion
+    """
+    after = _of_frame(lane, subtract(subtract(impulse, warm), warm), rows)
+    half = _of_frame(lane, warm, rows)
+    return add(after, told.turned(back, add(half, told.turned(back, half))))
+
+
+@inline
+def _impulse_of_point(
+    when: int, is_alone: bool, lane: int, place: int, back: Any, rows: Array
+) -> Any:  # fmt: skip
+    """Impulse on B of a point; of several, friction is that of their face."""
     if when == BOUNCE:
-        wrench = vector(rows, face + friction_patch.RESTITUTION_1)
-    elif when == LAST:
-        wrench = add(wrench, vector(rows, face + friction_patch.IMPULSE_1))
-    arm = vector(rows, face + (friction_patch.ARM_A if sign > 0.0 else friction_patch.ARM_B))
-    normal, tangent_1, tangent_2 = contact_frame(rows, lane)
-    impulse = impulse_of(0.0, wrench[0], wrench[1], normal, tangent_1, tangent_2)
-    return sign * (dot(impulse, add(velocity, cross(spin, arm))) + wrench[2] * dot(normal, spin))
+        return _of_frame(lane, vector(rows, place + contact_point.RESTITUTION_NORMAL), rows)
+    impulse = vector(rows, place + contact_point.NORMAL_IMPULSE)
+    warm = vector(rows, place + contact_point.WARM_NORMAL)
+    if not is_alone:
+        impulse, warm = (impulse[0], 0.0, 0.0), (warm[0], 0.0, 0.0)
+    return _acted(lane, impulse, warm, back, rows)
+
+
+@inline
+def _work_of_patch(
+    when: int, lane: int, width: int, arm_field: int, velocity: Any, spin: Any, backs: Any,
+    rows: Array,
+) -> Any:  # fmt: skip
+    """Work of the friction of a face on B; backs: see `find_works`."""
+    face = lane + constraint.SIZE + MOST * width
+    of_arm, of_axes = backs
+    arm = told.turned(of_arm, vector(rows, face + arm_field))
+    if when == BOUNCE:
+        wrench, warm = vector(rows, face + friction_patch.RESTITUTION_1), NO_VECTOR
+    else:
+        wrench = vector(rows, face + friction_patch.IMPULSE_1)
+        warm = vector(rows, face + friction_patch.WARM_1)
+    impulse = _acted(lane, (0.0, wrench[0], wrench[1]), (0.0, warm[0], warm[1]), of_axes, rows)
+    twist = _acted(lane, (wrench[2], 0.0, 0.0), (warm[2], 0.0, 0.0), of_axes, rows)
+    return dot(impulse, add(velocity, cross(spin, arm))) + dot(twist, spin)
+
+
+@inline
+def _work_of_rolling(lane: int, place: int, spin: Any, back: Any, rows: Array) -> Any:
+    """Work of rolling and torsional friction of a point on B over a substep."""
+    about = vector(rows, place + contact_point.ROLLING_IMPULSE_1)
+    warm = vector(rows, place + contact_point.WARM_ROLLING_1)
+    about, warm = (about[2], about[0], about[1]), (warm[2], warm[0], warm[1])
+    return dot(_acted(lane, about, warm, back, rows), spin)
 
 
 @kernel
 def find_works(
-    when: int, manifold_count: int, static: int, width: int, driven: PrescribedBodies,
-    constraints: Constraints, bodies: Array,
+    when: int, manifold_count: int, static: int, width: int, angular: bool, poses: Array,
+    driven: PrescribedBodies, constraints: Constraints, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Find the work of driven bodies on each other body. That of a substep is the sum of what `AFTER`
-    it (`LAST`: the last of a tick) and `BEFORE` it give: points know the sum of their impulses.
+    Find the work of driven bodies on each other body. In a substep it is that of each impulse at
+    the place, and along the axes, of when it acts, at the mean velocity.
 
-    when   : one of those, or `BOUNCE`: that of restitution, at the velocities of now
-    static : index of what cannot move;   width : numbers of a point
+    when    : `SUBSTEP`: of that under way, before the next one starts; `BOUNCE`: that of
+              restitution, at the velocities of now
+    static  : index of what cannot move;   width : numbers of a point
+    angular : whether anything rolls or twists with friction
+    poses   : of the colliders at the start of the tick
     """
     drives, manifolds, rows = driven.drives, constraints.manifolds, constraints.rows
     for body in range(len(driven.of_bodies)):
@@ -392,24 +448,31 @@ def find_works(
         row = (static + 1 + number) * solver_bodies.SIZE
         entry = number * SIZE
         velocity, spin = load(drives, entry + MEAN_VELOCITY), load(drives, entry + MEAN_SPIN)
-        field = contact_point.TOTAL_IMPULSE
+        of_arm, of_axes = NO_TURN, NO_TURN  # back over half of the motion
         if when == BOUNCE:
             velocity = scale(HELD, load(bodies, row + solver_bodies.MOMENTUM))
             spin = scale(HELD, load(bodies, row + solver_bodies.ANGULAR_MOMENTUM))
-            field = contact_point.RESTITUTION_NORMAL
-        arm_field = contact_point.ARM_A if sign > 0.0 else contact_point.ARM_B
+        else:
+            half = _half_turn_of(number, static, bodies)
+            of_arm = (-half[0], -half[1], -half[2], half[3])
+            if _is_face(lane, number, drives, poses, rows):
+                of_axes = of_arm
         points = int(manifolds[record + manifold_record.POINT_COUNT])
-        work = _work_of_patch(when, lane, width, sign, velocity, spin, rows) if points > 1 else 0.0
+        work = 0.0
+        if points > 1:
+            arm_field = friction_patch.ARM_A if sign > 0.0 else friction_patch.ARM_B
+            work = _work_of_patch(
+                when, lane, width, arm_field, velocity, spin, (of_arm, of_axes), rows
+            )
+        arm_field = contact_point.ARM_A if sign > 0.0 else contact_point.ARM_B
         for point in range(points):
             place = lane + constraint.SIZE + point * width
-            surface = add(velocity, cross(spin, vector(rows, place + arm_field)))
-            work += sign * dot(_impulse(lane, place, field, rows), surface)
-            if when == LAST:
-                of_substep = _impulse(lane, place, contact_point.NORMAL_IMPULSE, rows)
-                work += sign * dot(of_substep, surface)
-        driven.of_bodies[int(rows[lane + other]) // solver_bodies.SIZE] += (
-            -work if when == BEFORE else work
-        )
+            arm = told.turned(of_arm, vector(rows, place + arm_field))
+            impulse = _impulse_of_point(when, points == 1, lane, place, of_axes, rows)
+            work += dot(impulse, add(velocity, cross(spin, arm)))
+            if angular and when != BOUNCE:
+                work += _work_of_rolling(lane, place, spin, of_axes, rows)
+        driven.of_bodies[int(rows[lane + other]) // solver_bodies.SIZE] += sign * work
 
 
 @kernel

@@ -117,7 +117,6 @@ BODIES_OF_PART = 2 * blocks.LANES  # [-] whole blocks; as many colliders
 WIDTH = slot('[-] numbers of a contact point')
 ANGULAR = slot('[-] whether anything rolls or twists with friction')
 BOUNCES = slot('[-] whether anything bounces')
-BOUNDS = slot('[-] whether what contact gives by its errors is taken back')
 CURVED = slot('[-] whether layers about cores may meet: `solver.curved_cores`')
 COUPLED = slot('[-] whether a force depends on the state')
 APART = slot('[-] whether islands may pass their substeps one after the other')
@@ -319,8 +318,13 @@ def _advance(ticks, tick, h, world):
         )  # fmt: skip
         evaluated = COUPLED and not VELOCITY_DEPENDENT
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
-            bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts)
-        take_back_gains(h, touching, motion, constraints, energy, bodies, settings, counts)
+            bound_bounces(
+                touching, motion, colliders.poses, constraints, energy, bodies, flows, driven,
+                counts,
+            )  # fmt: skip
+        take_back_gains(
+            h, touching, motion, constraints, energy, bodies, flows, driven, settings, counts
+        )
         store_impulses(now, world)
         counts[tick_counts.DONE] = passed + 1
         status = finite(motion)
@@ -520,11 +524,11 @@ def _drive(now, driven, colliders, bodies, state, counts):
     return True
 
 
-def _find_works_of_drives(when, motion, driven, constraints, bodies, counts):
+def _find_works_of_drives(when, motion, driven, poses, constraints, bodies, counts):
     """Find what driven bodies did on others: see `prescribed_bodies.find_works`."""
     prescribed_bodies.find_works(
-        when, counts[tick_counts.MANIFOLDS], motion.body_count, WIDTH, driven, constraints,
-        bodies,
+        when, counts[tick_counts.MANIFOLDS], motion.body_count, WIDTH, ANGULAR, poses, driven,
+        constraints, bodies,
     )  # fmt: skip
 
 
@@ -705,9 +709,7 @@ def _find_first_loads(
 
 
 def _begin_energy_balance(h, touching, motion, bodies):
-    """Start the energy balance of the bodies that touch, where something needs it."""
-    if not (BOUNCES or BOUNDS):
-        return
+    """Start the energy balance of the bodies that touch."""
     account.begin(touching, bodies)
     if not COUPLED:
         account.add_half_the_torque(h, Group(touching, False, motion), bodies)
@@ -863,9 +865,9 @@ def _correct_forces(time, now, touching, motion, forces, bodies):
 
 def _gather_moved_bodies(now, group, bodies):
     """Give the solver the bodies as they are after the motion."""
-    if BOUNCES and COUPLED:
-        account.add_half_the_work(now.substep, group, bodies)
     solver_bodies.gather_moved(group, bodies)
+    if COUPLED:
+        account.end_motion(group.members, bodies)
     solver_bodies.clear_warm_start(group.members, bodies)
 
 
@@ -944,9 +946,9 @@ def _end_substep(index, now, group, constraints, world):
     if APART:
         move_group(now, group, world.bodies, world.packed)
     else:
+        if COUPLED:
+            account.begin_motion(0.5 * now.substep, group, world.bodies)
         move_all(now, group, world.bodies, world.sleep)
-        if BOUNCES and COUPLED:
-            account.add_half_the_work(now.substep, group, world.bodies)
     if COUPLED:
         time = now.start + (index + 1) * now.substep
         correct_forces(time, now, group.members, world.motion, world.forces, world.bodies)
@@ -969,11 +971,6 @@ def _follow_and_relax(
             now.start + index * now.substep, now.substep, driven, bodies
         )
         prescribed_bodies.end_substep(now.start + (index + 1) * now.substep, driven, bodies)
-        if index > 0:
-            find_works_of_drives(
-                prescribed_bodies.BEFORE, motion, driven, constraints, bodies, counts
-            )
-            prescribed_bodies.add_works(touching, driven, bodies)
     rows, scratch, batches = constraints.rows, constraints.scratch, constraints.batches
     lanes, batch_count = counts[tick_counts.LANES], batch_count_of(constraints)
     relaxations = int(settings[tick_settings.RELAXATIONS])
@@ -1003,17 +1000,18 @@ def _follow_and_relax(
             goes_on = go_ahead(further, WIDTH, 0.0, group.members, constraints, bodies)
             iteration = max(relaxations, PASSES)
             further += 1
+    if DRIVES:
+        find_works_of_drives(
+            prescribed_bodies.SUBSTEP, motion, driven, poses, constraints, bodies, counts
+        )
+        prescribed_bodies.add_works(touching, driven, bodies)
     if not last:
         start_substep(lanes, batch_count, rows, scratch, batches, bodies)
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)
         variable_mass.scale_warm_start(flows, bodies)
     scatter_momenta(group, bodies)
-    if DRIVES:
-        when = prescribed_bodies.LAST if last else prescribed_bodies.AFTER
-        find_works_of_drives(when, motion, driven, constraints, bodies, counts)
-        prescribed_bodies.add_works(touching, driven, bodies)
-    if (BOUNCES or BOUNDS) and not COUPLED and last:
+    if last and not COUPLED:
         account.add_work(group, bodies)
         account.add_half_the_torque(now.h, group, bodies)
 
@@ -1025,7 +1023,9 @@ def scatter_momenta(group: Group, bodies: Array) -> None:
     pivots.stand_still(group.motion.pivoted, group.motion.translation)
 
 
-def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven, counts):
+def _bound_bounces(
+    touching, motion, poses, constraints, energy, bodies, flows, driven, counts
+):  # fmt: skip
     """Apply restitution, and bound what it returns."""
     batch_count = counts[tick_counts.BATCHES]
     if not mark_bouncing(
@@ -1033,35 +1033,45 @@ def _bound_bounces(touching, motion, constraints, energy, bodies, flows, driven,
         energy.roots, constraints.colours,
     ):  # fmt: skip
         return
-    restitution_bound.keep_momenta(touching, bodies)
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
+    restitution_bound.keep_momenta(touching, bodies)
     apply_restitution(
         counts[tick_counts.LANES], batch_count, constraints.rows, constraints.scratch,
         constraints.batches, bodies,
     )  # fmt: skip
-    if FLOWS:
-        variable_mass.scale_to_start_mass(flows, bodies)
     if DRIVES:
-        find_works_of_drives(prescribed_bodies.BOUNCE, motion, driven, constraints, bodies, counts)
+        find_works_of_drives(
+            prescribed_bodies.BOUNCE, motion, driven, poses, constraints, bodies, counts
+        )
     restitution_bound.bound_restitution(
         counts[tick_counts.MANIFOLDS], batch_count, motion.body_count, WIDTH, touching,
         constraints, energy, driven.of_bodies, bodies,
     )  # fmt: skip
     if DRIVES:
-        find_works_of_drives(prescribed_bodies.BOUNCE, motion, driven, constraints, bodies, counts)
+        find_works_of_drives(
+            prescribed_bodies.BOUNCE, motion, driven, poses, constraints, bodies, counts
+        )
         prescribed_bodies.add_works(touching, driven, bodies)
+    if FLOWS:
+        variable_mass.scale_to_start_mass(flows, bodies)
     scatter_momenta(Group(touching, False, motion), bodies)
 
 
-def _take_back_gains(h, touching, motion, constraints, energy, bodies, settings, counts):
+def _take_back_gains(
+    h, touching, motion, constraints, energy, bodies, flows, driven, settings, counts
+):  # fmt: skip
     """Take back what contact gave by its errors."""
     group = Group(touching, False, motion)
-    share = gain_bound.share_of_tick(h, settings[tick_settings.WHOLE_TICK])
-    if BOUNDS and gain_bound.bound_gains(
-        share, counts[tick_counts.BATCHES], motion.body_count, WIDTH, group, constraints.batches,
-        constraints.rows, energy, bodies,
-    ):  # fmt: skip
+    if FLOWS:
+        variable_mass.scale_to_present_mass(flows, bodies)
+    found = gain_bound.bound_gains(
+        h, settings[tick_settings.WHOLE_TICK], counts[tick_counts.BATCHES], motion.body_count,
+        WIDTH, group, constraints.batches, constraints.rows, energy, driven.works, bodies,
+    )  # fmt: skip
+    if FLOWS:
+        variable_mass.scale_to_start_mass(flows, bodies)
+    if found:
         scatter_momenta(group, bodies)
 
 

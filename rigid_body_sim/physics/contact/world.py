@@ -366,7 +366,6 @@ class ContactWorld:
             ANGULAR=self._angular,
             BOUNCES=self._bounces,
             CURVED=features['curved'],
-            BOUNDS=evaluate is None and not (flows or driven),
             COUPLED=evaluate is not None,
             APART=self._apart(evaluate),
             EVENTS=self._events,

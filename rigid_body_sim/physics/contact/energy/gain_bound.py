@@ -8,6 +8,7 @@ For each group of bodies that press on each other:
 
     gain = sum of T_1 - (T_0 + W)              what contact gave [J]
     size = sum of T_0 + W + |F| k + M h        of the energy of the group [J]
+        F : [N] weight, and what is held on the body: what no state changes
         k : [m] radius of gyration
         h : [J/kg] how far its centre is above its lowest body, times a = (sum of F)/M
     part = (gain - SHARE size)/(T_c + W_up)    if that is positive; 1 at most
@@ -26,8 +27,11 @@ A contact gains where it was foreseen elsewhere than it came to be: the lowest p
 that falls goes round by a radian and more in a tick, the normal of what tumbles over an edge or a
 ball turns, a blow goes on to a body that another one holds, what sank in meanwhile comes out. That
 is of second order in the substep, but of a substep that is too long. What is taken is kept, so
-that the contact wrench of a body is the change of its momenta. Where forces depend on the state,
-their own errors would be taken for gains, and nothing is bounded.
+that the contact wrench of a body is the change of its momenta.
+
+What other forces give is no gain, whatever they depend on, nor what they err by in free motion
+(`account`); nor is the work of what moves as told (`prescribed_bodies`). A group that such a body
+carries is seen from it: what goes back is motion and height against it.
 """
 
 from __future__ import annotations
@@ -42,10 +46,13 @@ from rigid_body_sim.physics.contact.array_groups import Group, Motion
 from rigid_body_sim.physics.contact.energy import gain_record
 from rigid_body_sim.physics.contact.energy.account import kinetic, twice_kinetic
 from rigid_body_sim.physics.contact.energy.kept_motion import (
+    carrying_motion,
+    changeable_momenta,
     find_kept_motion,
     force_on,
+    held_force_on,
     held_part,
-    kept_momenta,
+    is_carried,
     position_of,
 )
 from rigid_body_sim.physics.contact.energy.pressing_groups import unite_pressing
@@ -66,6 +73,7 @@ from rigid_body_sim.physics.contact.touching import bodies_of
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.vectors import (
     add,
+    add_scaled,
     dot,
     load,
     load_symmetric,
@@ -82,14 +90,15 @@ FEW = 3.0  # [-] bodies
 
 
 @inline
-def _size_of_energy(row: int, bodies: Array) -> Any:
+def _size_of_energy(body: int, motion: Motion, bodies: Array) -> Any:
     """T_0 + W + |F| k of a body, k its radius of gyration [J]."""
-    acceleration = load(bodies, row + solver_bodies.FREE_ACCELERATION)
-    inverse_mass = bodies[row + solver_bodies.INVERSE_MASS]
+    row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
+    inverse_mass = motion.translation[place + blocks.IM]
+    acceleration = scale(inverse_mass, held_force_on(body, motion))
     inverse = load_symmetric(bodies, row + solver_bodies.INVERSE_INERTIA)
     trace = inverse[0] + inverse[3] + inverse[5]
     weight = 0.0
-    if trace > 0.0 and inverse_mass > solver_bodies.HELD:
+    if trace > 0.0:
         weight = math.sqrt(3.0 * dot(acceleration, acceleration) / (trace * inverse_mass))
     return max(bodies[row + solver_bodies.ENERGY], 0.0) + weight
 
@@ -105,51 +114,48 @@ def share_of_tick(h: float, whole: float) -> float:
 
 
 @inline
-def _any_gains(share: float, touching: Indices, bodies: Array) -> bool:
+def _any_gains(share: float, touching: Indices, motion: Motion, bodies: Array) -> bool:
     """Tell whether some body has gained: else no group has."""
     for index in range(len(touching)):
-        row = touching[index] * solver_bodies.SIZE
+        body = touching[index]
+        row = body * solver_bodies.SIZE
         gain = kinetic(bodies, row) - bodies[row + solver_bodies.ENERGY]
-        if gain > 0.0 and gain > share * SHARE_OF_FEW * _size_of_energy(row, bodies):
+        if gain > 0.0 and gain > share * SHARE_OF_FEW * _size_of_energy(body, motion, bodies):
             return True
     return False
 
 
 @inline
-def _rise(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
+def _rise(
+    h: float, body: int, gain: int, motion: Motion, gains: Array, bodies: Array
+) -> Any:  # fmt: skip
     """
-    How far a body has moved in the tick against the forces on it, as far as its group is held
-    against them: a vector [m], and the work that took [J].
+    How far a body has moved in a tick h [s] against the forces on it, as far as its group is held
+    against them, and as seen from what carries it: a vector [m], and the work that took [J].
     """
     row = body * solver_bodies.SIZE
     if bodies[row + solver_bodies.INVERSE_MASS] <= solver_bodies.HELD:
         return (0.0, 0.0, 0.0), 0.0
-    force = held_part(gain, force_on(body, motion), gains)
+    force = held_part(gain, force_on(body, motion, bodies), gains)
     square = dot(force, force)
     moved = subtract(position_of(body, motion), load(bodies, row + solver_bodies.START_POSITION))
+    if is_carried(gain, gains):
+        velocity, _ = carrying_motion(body, gain, motion, gains, bodies)
+        moved = add_scaled(moved, -h, velocity)
     work = max(-dot(force, moved), 0.0)
     return scale(-work / square if square > 0.0 else 0.0, force), work
 
 
 @inline
-def _changeable_momenta(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
-    """Momenta of a body beyond the motion that its contacts cannot change: p, L."""
-    row = body * solver_bodies.SIZE
-    kept, kept_angular = kept_momenta(body, gain, motion, gains, bodies)
-    return (
-        subtract(load(bodies, row + solver_bodies.MOMENTUM), kept),
-        subtract(load(bodies, row + solver_bodies.ANGULAR_MOMENTUM), kept_angular),
-    )
-
-
-@inline
-def _add_body(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> None:
+def _add_body(
+    h: float, body: int, gain: int, motion: Motion, gains: Array, bodies: Array
+) -> None:  # fmt: skip
     """Add a body to the account of its group."""
     row = body * solver_bodies.SIZE
-    momentum, angular = _changeable_momenta(body, gain, motion, gains, bodies)
-    _, work = _rise(body, gain, motion, gains, bodies)
+    momentum, angular = changeable_momenta(body, gain, motion, gains, bodies)
+    _, work = _rise(h, body, gain, motion, gains, bodies)
     gains[gain + gain_record.GAIN] += kinetic(bodies, row) - bodies[row + solver_bodies.ENERGY]
-    gains[gain + gain_record.SIZE_OF_ENERGY] += _size_of_energy(row, bodies)
+    gains[gain + gain_record.SIZE_OF_ENERGY] += _size_of_energy(body, motion, bodies)
     gains[gain + gain_record.CHANGEABLE] += 0.5 * twice_kinetic(bodies, row, momentum, angular)
     gains[gain + gain_record.RISE] += work
     mass = gains[gain + gain_record.MASS]
@@ -175,13 +181,13 @@ def _find_part(share: float, gain: int, gains: Array) -> None:
 
 @inline
 def _take_back(
-    body: int, gain: int, motion: Motion, gains: Array, taken: Array, bodies: Array
-) -> None:  # fmt: skip
-    """Take its part from the motion and the rise of a body."""
+    h: float, body: int, gain: int, motion: Motion, gains: Array, taken: Array, bodies: Array
+) -> float:
+    """Take its part from the motion and the rise of a body; return the work of what carries it."""
     row, place = body * solver_bodies.SIZE, blocks.at(body, blocks.TRANSLATION)
     part = gains[gain + gain_record.PART]
-    rise, _ = _rise(body, gain, motion, gains, bodies)
-    momentum, angular = _changeable_momenta(body, gain, motion, gains, bodies)
+    rise, _ = _rise(h, body, gain, motion, gains, bodies)
+    momentum, angular = changeable_momenta(body, gain, motion, gains, bodies)
     shrinks = math.sqrt(1.0 - part) - 1.0
     for entry, change, where in (
         (row + solver_bodies.MOMENTUM, scale(shrinks, momentum), body * TAKEN + OF_MOMENTUM),
@@ -191,6 +197,10 @@ def _take_back(
         store(taken, where, change)
     back = scale(-part, rise)
     store(taken, body * TAKEN + OF_PLACE, back)
+    work = 0.0
+    if is_carried(gain, gains):
+        velocity, spin = carrying_motion(body, gain, motion, gains, bodies)
+        work = shrinks * (dot(momentum, velocity) + dot(angular, spin))
     moved = row + solver_bodies.DISPLACEMENT
     store(bodies, moved, add(load(bodies, moved), back))
     for axis in range(3):
@@ -201,6 +211,7 @@ def _take_back(
                 back[axis],
             )
         )  # fmt: skip
+    return work
 
 
 @kernel
@@ -225,23 +236,25 @@ def _follow(
 
 @kernel
 def bound_gains(
-    share: float, batch_count: int, static: int, width: int, group: Group, batches: Indices,
-    rows: Array, scratch: EnergyScratch, bodies: Array,
+    h: float, whole: float, batch_count: int, static: int, width: int, group: Group,
+    batches: Indices, rows: Array, scratch: EnergyScratch, works: Array, bodies: Array,
 ) -> bool:  # fmt: skip
     """
     Take back what contact gave to each group beyond its share; tell whether there was anything.
 
-    share  : [-] of the shares of a tick of USUAL: `share_of_tick`
-    static : index of what cannot move; it joins nobody
-    width  : numbers of a point
-    group  : all bodies that touch, in the blocks of the scene
+    h, whole : [s] the tick, and one that is not cut
+    static   : index of what cannot move; it joins nobody
+    width    : numbers of a point
+    group    : all bodies that touch, in the blocks of the scene
+    works    : [J] of what is moved as told, their sum
     """
+    share = share_of_tick(h, whole)
     touching, motion = group.members, group.motion
     roots, gains, taken = scratch.roots, scratch.gains, scratch.taken
     if taken[static * TAKEN] > 0.0:
         for entry in range(len(taken)):
             taken[entry] = 0.0
-    if not _any_gains(share, touching, bodies):
+    if not _any_gains(share, touching, motion, bodies):
         return False
     unite_pressing(batch_count, static, touching, batches, rows, roots)
     for index in range(len(touching)):
@@ -251,7 +264,7 @@ def bound_gains(
     find_kept_motion(batch_count, static, touching, motion, batches, rows, roots, gains, bodies)
     for index in range(len(touching)):
         body = touching[index]
-        _add_body(body, roots[body] * gain_record.SIZE, motion, gains, bodies)
+        _add_body(h, body, roots[body] * gain_record.SIZE, motion, gains, bodies)
     found = False
     for index in range(len(touching)):
         body = touching[index]
@@ -265,7 +278,7 @@ def bound_gains(
         body = touching[index]
         gain = roots[body] * gain_record.SIZE
         if gains[gain + gain_record.PART] > 0.0:
-            _take_back(body, gain, motion, gains, taken, bodies)
+            works[0] += _take_back(h, body, gain, motion, gains, taken, bodies)
     taken[static * TAKEN] = 1.0
     _follow(batch_count, static, width, batches, rows, taken)
     return True

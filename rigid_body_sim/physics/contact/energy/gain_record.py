@@ -13,12 +13,13 @@ SIZE_OF_ENERGY = gain.number('J', 'of its energy, by which a gain is measured')
 BODIES = gain.number('-', 'how many they are')
 HELD = gain.number('-', 'what holds it: one of the names below')
 AXIS = gain.vector('-', 'normal of the plane, or direction of the trough, that holds it')
+HOLDER = gain.number('-', 'solver body that moves as told and holds it, or a name below')
 CHANGEABLE = gain.number('J', 'kinetic energy of the motion that its contacts can change')
 RISE = gain.number('J', 'work that its bodies have taken to rise')
 PART = gain.number('-', 'of both that is taken back')
 MASS = gain.number('kg', 'of its bodies')
 CENTER = gain.vector('m', 'of its mass')
-FORCE = gain.vector('N', 'on its bodies, beside contact')
+FORCE = gain.vector('N', 'on its bodies: weights, and what is held')
 LOWEST = gain.number('m^2/s^2', 'largest a . (x - center) of a body, a = force over mass')
 VELOCITY = gain.vector('m/s', 'of its centre of mass, where nothing holds it')
 SPIN = gain.vector('rad/s', 'with which it so turns as a whole; before, its angular momentum')
@@ -28,3 +29,5 @@ SIZE = gain.size
 # what cannot move touches it: not; along one normal, without friction; along normals in one plane,
 # without; along others, or with friction
 FLOATS, ON_PLANE, IN_TROUGH, GRIPPED = 0.0, 1.0, 2.0, 3.0
+# nothing holds it; something that stands, or several that move
+NOBODY, STANDS = 0.0, -1.0

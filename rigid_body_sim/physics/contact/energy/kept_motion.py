@@ -11,6 +11,9 @@ leave as it is.
                 Omega = n (n . sum (L + d x p))/(n . (sum I + m (d^2 - d d^T)) n)
     in a trough of planes without friction: V along it
     gripped     nothing: by friction, by planes on all sides, or by a pivot
+
+All that as seen from what holds the group: where that is one body that moves as told, or a belt,
+its motion v_H + omega_H x d is taken off before, and belongs to what is kept.
 """
 
 from __future__ import annotations
@@ -66,10 +69,23 @@ def _grip(gain: int, normal: Any, friction: float, gains: Array) -> None:
 
 
 @inline
+def _note_holder(gain: int, holder: int, gains: Array, bodies: Array) -> None:
+    """Note which solver body holds a group, if it is one that moves."""
+    place = gain + gain_record.HOLDER
+    moves = bodies[holder * solver_bodies.SIZE + solver_bodies.INVERSE_MASS] > 0.0
+    before = gains[place]
+    if not moves or not (before == gain_record.NOBODY or before == holder):
+        gains[place] = gain_record.STANDS
+    else:
+        gains[place] = float(holder)
+
+
+@inline
 def _find_what_holds(
-    batch_count: int, static: int, batches: Indices, rows: Array, roots: Indices, gains: Array
+    batch_count: int, static: int, batches: Indices, rows: Array, roots: Indices, gains: Array,
+    bodies: Array,
 ) -> None:  # fmt: skip
-    """Find what holds each group: see `gain_record.HELD`."""
+    """Find what holds each group: see `gain_record.HELD` and `HOLDER`."""
     for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
@@ -78,6 +94,8 @@ def _find_what_holds(
                 gain = group_of(body_a, body_b, static, roots) * gain_record.SIZE
                 normal = wide_lanes.vector(rows, lane + constraint.NORMAL)
                 _grip(gain, normal, rows[lane + constraint.FRICTION], gains)
+                place = lane + (constraint.BODY_A if body_a == static else constraint.BODY_B)
+                _note_holder(gain, int(rows[place]) // solver_bodies.SIZE, gains, bodies)
 
 
 @inline
@@ -89,11 +107,56 @@ def position_of(body: int, motion: Motion) -> Any:
 
 
 @inline
-def force_on(body: int, motion: Motion) -> Any:
-    """Force on a body that touches, beside contact."""
+def force_on(body: int, motion: Motion, bodies: Array) -> Any:
+    """
+    Force on a body that touches, beside contact. The blocks have that on the mass of the start:
+    m0/m of it, see `solver.variable_mass`.
+    """
+    place = blocks.at(body, blocks.TRANSLATION)
+    of_start = motion.translation[place + blocks.IM]
+    ratio = of_start / bodies[body * solver_bodies.SIZE + solver_bodies.INVERSE_MASS]
+    return scale(ratio, load_strided(motion.translation, place + blocks.FX, blocks.LANES))
+
+
+@inline
+def held_force_on(body: int, motion: Motion) -> Any:
+    """Weight of a body, and what is held on it over the tick."""
     return load_strided(
-        motion.translation, blocks.at(body, blocks.TRANSLATION) + blocks.FX, blocks.LANES
+        motion.translation, blocks.at(body, blocks.TRANSLATION) + blocks.HX, blocks.LANES
     )
+
+
+@inline
+def is_carried(gain: int, gains: Array) -> bool:
+    """Tell whether something that moves as told holds a group, alone."""
+    return gains[gain + gain_record.HOLDER] > gain_record.NOBODY
+
+
+@inline
+def carrying_motion(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
+    """Velocity and spin that a body has if it moves along with what carries its group."""
+    holder = int(gains[gain + gain_record.HOLDER]) * solver_bodies.SIZE
+    velocity = scale(solver_bodies.HELD, load(bodies, holder + solver_bodies.MOMENTUM))
+    spin = scale(solver_bodies.HELD, load(bodies, holder + solver_bodies.ANGULAR_MOMENTUM))
+    origin = add(
+        load(bodies, holder + solver_bodies.SUBSTEP_POSITION),
+        load(bodies, holder + solver_bodies.DISPLACEMENT),
+    )
+    return add(velocity, cross(spin, subtract(position_of(body, motion), origin))), spin
+
+
+@inline
+def _seen_momenta(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
+    """Momenta of a body as seen from what carries its group: p, L."""
+    row = body * solver_bodies.SIZE
+    momentum = load(bodies, row + solver_bodies.MOMENTUM)
+    angular_momentum = load(bodies, row + solver_bodies.ANGULAR_MOMENTUM)
+    if is_carried(gain, gains):
+        velocity, spin = carrying_motion(body, gain, motion, gains, bodies)
+        along = divide(velocity, bodies[row + solver_bodies.INVERSE_MASS])
+        momentum = subtract(momentum, along)
+        angular_momentum = subtract(angular_momentum, _apply_inertia(row, spin, bodies))
+    return momentum, angular_momentum
 
 
 @inline
@@ -110,14 +173,14 @@ def _add_mass(body: int, gain: int, motion: Motion, gains: Array, bodies: Array)
     """Add mass, mass times position, momentum and force of a body to those of its group."""
     row = body * solver_bodies.SIZE
     mass = 1.0 / bodies[row + solver_bodies.INVERSE_MASS]
-    momentum = load(bodies, row + solver_bodies.MOMENTUM)
+    momentum, _ = _seen_momenta(body, gain, motion, gains, bodies)
     center = add_scaled(load(gains, gain + gain_record.CENTER), mass, position_of(body, motion))
     gains[gain + gain_record.MASS] += mass
     store(gains, gain + gain_record.CENTER, center)
     store(
         gains, gain + gain_record.VELOCITY, add(load(gains, gain + gain_record.VELOCITY), momentum)
     )
-    force = add(load(gains, gain + gain_record.FORCE), force_on(body, motion))
+    force = add(load(gains, gain + gain_record.FORCE), held_force_on(body, motion))
     store(gains, gain + gain_record.FORCE, force)
 
 
@@ -127,8 +190,8 @@ def _add_inertia(body: int, gain: int, motion: Motion, gains: Array, bodies: Arr
     row, inertia = body * solver_bodies.SIZE, gain + gain_record.INERTIA
     mass = 1.0 / bodies[row + solver_bodies.INVERSE_MASS]
     arm = subtract(position_of(body, motion), load(gains, gain + gain_record.CENTER))
-    momentum = load(bodies, row + solver_bodies.MOMENTUM)
-    own = add(load(bodies, row + solver_bodies.ANGULAR_MOMENTUM), cross(arm, momentum))
+    momentum, angular_momentum = _seen_momenta(body, gain, motion, gains, bodies)
+    own = add(angular_momentum, cross(arm, momentum))
     store(gains, gain + gain_record.SPIN, add(load(gains, gain + gain_record.SPIN), own))
     column_x = _apply_inertia(row, (1.0, 0.0, 0.0), bodies)
     column_y = _apply_inertia(row, (0.0, 1.0, 0.0), bodies)
@@ -175,11 +238,12 @@ def find_kept_motion(
     static : index of what cannot move;   roots : the first body of the group of each
     gains  : see `gain_record`, all zero
     """
-    _find_what_holds(batch_count, static, batches, rows, roots, gains)
+    _find_what_holds(batch_count, static, batches, rows, roots, gains, bodies)
     for index in range(len(touching)):
         body = touching[index]
         if bodies[body * solver_bodies.SIZE + solver_bodies.INVERSE_MASS] <= solver_bodies.HELD:
             gains[roots[body] * gain_record.SIZE + gain_record.HELD] = gain_record.GRIPPED
+            gains[roots[body] * gain_record.SIZE + gain_record.HOLDER] = gain_record.STANDS
     for index in range(len(touching)):
         body = touching[index]
         if bodies[body * solver_bodies.SIZE + solver_bodies.INVERSE_MASS] > solver_bodies.HELD:
@@ -203,16 +267,20 @@ def find_kept_motion(
 
 
 @inline
-def kept_momenta(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
-    """Momenta of a body that belong to the motion which its contacts cannot change: p, L."""
+def changeable_momenta(body: int, gain: int, motion: Motion, gains: Array, bodies: Array) -> Any:
+    """Momenta of a body beyond the motion that its contacts cannot change: p - p_c, L - L_c."""
     row = body * solver_bodies.SIZE
+    momentum, angular_momentum = _seen_momenta(body, gain, motion, gains, bodies)
     if gains[gain + gain_record.HELD] == gain_record.GRIPPED:
-        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        return momentum, angular_momentum
     spin = load(gains, gain + gain_record.SPIN)
     arm = subtract(position_of(body, motion), load(gains, gain + gain_record.CENTER))
     velocity = add(load(gains, gain + gain_record.VELOCITY), cross(spin, arm))
-    linear = divide(velocity, bodies[row + solver_bodies.INVERSE_MASS])
-    return linear, _apply_inertia(row, spin, bodies)
+    kept = divide(velocity, bodies[row + solver_bodies.INVERSE_MASS])
+    return (
+        subtract(momentum, kept),
+        subtract(angular_momentum, _apply_inertia(row, spin, bodies)),
+    )
 
 
 @inline

@@ -53,11 +53,12 @@ def find_mass_scale(time: float, flows: Array) -> None:
 
 @inline
 def _scale(row: int, momentum: float, inverse: float, flows: Array, bodies: Array) -> None:
-    """Multiply momenta, and inverse mass and inertia, of the body of a flow."""
+    """Multiply momenta and energy, and inverse mass and inertia, of the body of a flow."""
     body = int(flows[row + BODY]) * solver_bodies.SIZE
     for axis in range(3):
         bodies[body + solver_bodies.MOMENTUM + axis] *= momentum
         bodies[body + solver_bodies.ANGULAR_MOMENTUM + axis] *= momentum
+    bodies[body + solver_bodies.ENERGY] *= momentum
     bodies[body + solver_bodies.INVERSE_MASS] *= inverse
     for entry in range(6):
         bodies[body + solver_bodies.INVERSE_INERTIA + entry] *= inverse
