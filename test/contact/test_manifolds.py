@@ -21,7 +21,15 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINTS,
     SCRATCH,
 )
-from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import keep_four
+from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
+    FLAT_POINT,
+    SKIN,
+    keep_four,
+    keep_four_flat,
+)
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import (
+    keep_extremes,
+)
 
 from .pair_cases import Placed, collide, random_turns
 
@@ -423,3 +431,37 @@ def test_points_that_coincide_or_lie_on_a_line_are_kept_once():
     assert reduced([[1, 2, 0]] * 6, [0.0] * 6) == [0]
     line = [[x, 2.0 * x, 0.0] for x in (0.0, 1.0, 3.0, 2.0, 3.0)]
     assert reduced(line, [0.0] * 5) == [0, 2]
+
+
+def extremes(points, gaps):
+    found = np.zeros(FOUND)
+    found[2] = 1.0
+    for k, (point, gap) in enumerate(zip(points, gaps)):
+        found[SCRATCH + k * POINT : SCRATCH + (k + 1) * POINT] = [*point, gap, k]
+    count = keep_extremes(argument(found), SCRATCH, len(points), (1.0, 0.3, 0.0))
+    return found[POINTS + 4 : POINTS + POINT * count : POINT].astype(int).tolist()
+
+
+def flat_ones(points, gaps):
+    found = np.zeros(FOUND)
+    for k, ((u, v, _), gap) in enumerate(zip(points, gaps)):
+        place = SCRATCH + k * FLAT_POINT
+        found[place : place + FLAT_POINT] = [u, v, gap, k]
+    to = SCRATCH + FLAT_POINT * len(points)
+    count = keep_four_flat(argument(found), SCRATCH, len(points), to)
+    return found[to + 3 : to + FLAT_POINT * count : FLAT_POINT].astype(int).tolist()
+
+
+@pytest.mark.parametrize('chosen', [extremes, flat_ones])
+def test_what_presses_is_kept_before_what_is_apart_wherever_it_lies(chosen):
+    rng = np.random.default_rng(8)
+    for _ in range(300):
+        n = int(rng.integers(5, 13))
+        points = np.column_stack((rng.normal(size=(n, 2)), np.zeros(n)))
+        skin = SKIN * max(np.abs(points - points[0]).max(), 1e-9)
+        near = rng.random(n) < rng.random()
+        gaps = np.where(near, rng.uniform(-20.0, 1.0, n), rng.uniform(2.0, 30.0, n)) * skin
+        kept = chosen(points, gaps)
+        assert len(kept) == len(set(kept)) <= 4
+        among = set(np.flatnonzero(near).tolist())
+        assert among <= set(kept) if len(among) <= 4 else set(kept) <= among

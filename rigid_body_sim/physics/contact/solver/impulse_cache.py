@@ -27,6 +27,7 @@ from rigid_body_sim.physics.contact.solver import (
     cache_record,
     constraint,
     contact_point,
+    lost_points,
     static_sink,
     warm_start,
     wide_lanes,
@@ -200,6 +201,11 @@ def recall(
             _recall_point(lane, row, place, factor, cache, rows)
             if angular:
                 _recall_angular(row, place, factor, cache, rows)
+        is_round = rows[lane + constraint.ROUNDNESS] != constraint.NOT_ROUND
+        if taken + 1 < 1 << count and not is_round:
+            lost_points.pass_on(
+                taken, old, record, width, factor, radius, poses, manifolds, cache, rows
+            )
 
 
 @inline
@@ -240,6 +246,27 @@ def _stored_share(lane: int, row: int, rows: Array) -> Any:
     return 0.0 if bounced else warm_start.lasting_share(rows, row)
 
 
+@inline
+def _load_of_point(lane: int, row: int, h: float, rows: Array) -> Any:
+    """Load of a point over its effective mass [m/s^2]; h: substep [s]."""
+    lasts = _stored_share(lane, row, rows) * rows[row + contact_point.NORMAL_IMPULSE]
+    return static_sink.load_of_point(row, lasts, h, rows)
+
+
+@inline
+def _mean_load(lane: int, count: int, width: int, h: float, rows: Array) -> Any:
+    """Mean load of the points of a manifold that bear, over their masses [m/s^2]."""
+    largest, total, bearing = 0.0, 0.0, 0.0
+    first = lane + constraint.SIZE
+    for row in range(first, first + count * width, width):
+        largest = max(largest, _load_of_point(lane, row, h, rows))
+    for row in range(first, first + count * width, width):
+        of_point = _load_of_point(lane, row, h, rows)
+        total += of_point
+        bearing += static_sink.share_that_bears(of_point, largest)
+    return total / bearing if bearing > 0.0 else 0.0
+
+
 @kernel
 def store_impulses(
     width: int, h: float, angular: bool, poses: Array, order: Indices, places: Indices,
@@ -256,7 +283,7 @@ def store_impulses(
         count = int(manifolds[record + manifold_record.POINT_COUNT])
         cache[to + cache_record.PAIR_ID] = manifolds[record + manifold_record.PAIR_ID]
         cache[to + cache_record.POINTS] = float(count)
-        head, load_now = to, 0.0
+        head = to
         to += cache_record.MANIFOLD_HEAD
         lane = int(manifolds[record + manifold_record.LANE])
         shape = int(manifolds[record + manifold_record.COLLIDER_A]) * pose.SIZE
@@ -267,7 +294,6 @@ def store_impulses(
             share = _stored_share(lane, row, rows)
             cache[to + cache_record.FEATURE] = manifolds[found + manifold.FEATURE]
             normal_impulse = share * rows[row + contact_point.NORMAL_IMPULSE]
-            load_now += static_sink.load_of_point(row, normal_impulse, h, rows)
             cache[to + cache_record.NORMAL_IMPULSE] = normal_impulse
             friction = add(
                 scale(share * rows[row + contact_point.TANGENT_IMPULSE_1], tangent_1),
@@ -286,7 +312,9 @@ def store_impulses(
             store(cache, to + cache_record.ANGULAR_IMPULSE, angular_impulse)
             store(cache, to + cache_record.ANCHOR, _anchor(load(manifolds, found), shape, poses))
             to += cache_record.POINT_SIZE
-        cache[head + cache_record.LOAD] = static_sink.filtered(lane, load_now / count, rows)
+        cache[head + cache_record.LOAD] = static_sink.filtered(
+            lane, _mean_load(lane, count, width, h, rows), rows
+        )
         recycled = int(manifolds[record + manifold_record.RECYCLED])
         cache[head + cache_record.RECYCLED] = 0.0
         if recycled >= 0:

@@ -10,17 +10,19 @@ A soft contact at rest (`solve`) carries its impulse J per substep h by an overl
 Its points therefore see the separation s - delta, and rest at s = delta - a. Delta is one number
 for a manifold, and slow:
 
-    f = mean over its points of F/(w m)                 at the end of a tick
+    f = sum of F/(w m) / sum of min(1, F/(BEARS F_max)) over its points, at the end of a tick
     l <- l + RATE (f (1 - BAND) - l)  where that is more, (f (1 + BAND) - l) where that is less
     delta = l / omega_c^2,  at most MOST_SINK r/200, by which a contact gives way at most (`solve`)
 
 with w its share of a surface of several faces, else 1 (`softness`), and omega_c that of the whole,
-so that springs, dampers and which points press are those of a contact without it. One number for
-each point would do the work of a negative damper on a body that rocks; without RATE the row would
-lose its only damping of wrong loads. Within BAND of the load nothing follows: there the springs
-stand firm, and hold what statics leaves open (which of five legs carries how much) where it is;
-followed all the way, it creeps over some ten thousand ticks. The load is kept as an acceleration
-[m/s^2], so it stays the same when the substep changes.
+so that springs, dampers and which points press are those of a contact without it. f is the mean
+over the points that bear: what stands on two of its four points sinks in no deeper than on all. A
+point that begins to counts by and by: else an arch near its limit never comes to rest. One number
+for each point would do the work of a negative damper on a body that rocks; without RATE the row
+would lose its only damping of wrong loads. Within BAND of the load nothing follows: there the
+springs stand firm, and hold what statics leaves open (which of five legs carries how much) where
+it is; followed all the way, it creeps over some ten thousand ticks. The load is kept as an
+acceleration [m/s^2], so it stays the same when the substep changes.
 
 Overlap that no load explains was left by an impact, or by loads that begin. Bodies are lifted out
 of it, which is energy that contact gives, so it goes slowly: beyond what carries the load of this
@@ -45,6 +47,7 @@ from rigid_body_sim.physics.compile.kernels import inline
 from rigid_body_sim.physics.contact.solver import constraint, contact_point
 from rigid_body_sim.physics.contact.solver.solve import MOST_SINK
 
+BEARS = 0.1  # [-] of the largest load: a point with more counts as one, with less as a part
 BAND = 1e-3  # [-] of a load; so much of its sink is left, at most
 RATE = 0.012  # [-] per tick; at 0.1 a stack of thirty falls, at 0.03 a cold stack gains energy
 PACE = 0.6  # [1/s^2] at ten times as much the energy of heaps rises too fast
@@ -90,6 +93,12 @@ def load_of_point(row: int, normal_impulse: float, h: float, rows: Array) -> Any
     mass = rows[row + contact_point.NORMAL_MASS]
     lasts = min(normal_impulse, 2.0 * rows[row + contact_point.WARM_NORMAL])
     return lasts / (h * mass) if mass > 0.0 else 0.0
+
+
+@inline
+def share_that_bears(load: float, largest: float) -> Any:
+    """Return as how much of a point one with a load counts, the largest of its manifold known."""
+    return min(1.0, load / (BEARS * largest)) if largest > 0.0 else 0.0
 
 
 @inline

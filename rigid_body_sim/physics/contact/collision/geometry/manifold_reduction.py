@@ -7,8 +7,12 @@ Manifold reduction: up to four of many points that carry as well as all of them.
 these, one on either side. `keep_four_flat`, for box on box: those that span the largest area, and
 the deepest in place of one of them. Points that coincide with a chosen one are left out. Of points
 nearly as good as another the first counts (`manifold.TIE`, `manifold.LEAD`).
-
 `polyhedra.extreme_points` is the other reduction, for faces of many corners.
+
+Of flat points and extremes what is near, up to SKIN, comes before what is apart: up to four such
+points are all kept, each in place of the nearest that is apart; of more, four are chosen, and no
+other. Else a body that stands on two corners of a face would now and then lose one of them, and
+its load, to corners that are millimetres away. What rolls has points that come and go with it.
 """
 
 from __future__ import annotations
@@ -23,6 +27,7 @@ from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     LEAD,
+    MOST,
     NORMAL,
     POINT,
     POINTS,
@@ -34,6 +39,7 @@ from rigid_body_sim.physics.vectors import cross, dot, load, subtract
 
 Array = NDArray[np.float64]
 
+SKIN = 1e-3  # [-] of the extent: what is no farther apart presses, or is about to
 SAME = 1e-9  # [-] of the extent: points nearer than this are one
 COINCIDENT = 4e-6  # [-] the same for flat points, where edges cross that nearly coincide
 EVEN = 1e-13  # [-] of the extent: depths of flat points that differ by less are rounding
@@ -100,32 +106,43 @@ def keep_four(found: Array, first: int, count: int) -> int:
 
 
 @inline
-def _outermost(found: Array, first: int, end: int) -> Any:
-    """
-    Return where the flat point begins that is farthest from the middle of all, where the deepest
-    begins, and the extent of all [m].
-    """
-    extent, deepest, middle_u, middle_v = 0.0, first, 0.0, 0.0
-    origin_u, origin_v = found[first + U], found[first + V]
+def _extent_of(found: Array, first: int, end: int) -> Any:
+    """Return the extent of flat points [m], where the deepest begins, and how many are near."""
+    extent, deepest, near = 0.0, first, 0
     for place in range(first + FLAT_POINT, end, FLAT_POINT):
-        arm_u, arm_v = found[place + U] - origin_u, found[place + V] - origin_v
+        arm_u, arm_v = found[place + U] - found[first + U], found[place + V] - found[first + V]
         extent = max(extent, abs(arm_u), abs(arm_v))
         if found[place + HEIGHT] < found[deepest + HEIGHT]:
             deepest = place
-        middle_u, middle_v = middle_u + arm_u, middle_v + arm_v
-    share = FLAT_POINT / (end - first)
+    for place in range(first, end, FLAT_POINT):
+        near += 1 if found[place + HEIGHT] <= SKIN * extent else 0
+    return extent, deepest, near
+
+
+@inline
+def _outermost(found: Array, first: int, end: int, limit: float) -> Any:
+    """Return where the flat point begins that is farthest from the middle of all."""
+    count, middle_u, middle_v = 0.0, 0.0, 0.0
+    origin_u, origin_v = found[first + U], found[first + V]
+    for place in range(first, end, FLAT_POINT):
+        if found[place + HEIGHT] <= limit:
+            arm_u, arm_v = found[place + U] - origin_u, found[place + V] - origin_v
+            count, middle_u, middle_v = count + 1.0, middle_u + arm_u, middle_v + arm_v
+    share = 1.0 / count
     middle_u, middle_v = origin_u + share * middle_u, origin_v + share * middle_v
     outermost, reach = first, -1.0
     for place in range(first, end, FLAT_POINT):
         arm_u, arm_v = found[place + U] - middle_u, found[place + V] - middle_v
         distance = arm_u * arm_u + arm_v * arm_v
-        if distance > reach * (1.0 + LEAD):
+        if found[place + HEIGHT] <= limit and distance > reach * (1.0 + LEAD):
             outermost, reach = place, distance
-    return outermost, deepest, extent
+    return outermost
 
 
 @inline
-def _widest(found: Array, first: int, end: int, origin: int, to: int, least: float) -> Any:
+def _widest(
+    found: Array, first: int, end: int, origin: int, to: int, least: float, limit: float
+) -> Any:
     """
     Find the flat points that span the largest triangles with two others, one on either side.
     Return where they begin, or NO_POINT, and the sum of the areas, twice [m^2].
@@ -136,6 +153,8 @@ def _widest(found: Array, first: int, end: int, origin: int, to: int, least: flo
     base_u, base_v = found[to + U] - origin_u, found[to + V] - origin_v
     left, right, most, fewest = NO_POINT, NO_POINT, least, -least
     for place in range(first, end, FLAT_POINT):
+        if found[place + HEIGHT] > limit:
+            continue
         area = base_u * (found[place + V] - origin_v) - base_v * (found[place + U] - origin_u)
         if area > most * (1.0 + LEAD):
             left, most = place, area
@@ -145,7 +164,9 @@ def _widest(found: Array, first: int, end: int, origin: int, to: int, least: flo
 
 
 @inline
-def _four_widest(found: Array, first: int, end: int, start: int, extent: float) -> Any:
+def _four_widest(
+    found: Array, first: int, end: int, start: int, extent: float, limit: float
+) -> Any:
     """
     Find the flat points that span the largest area with one of them; return where they begin, or
     NO_POINT: the one across, those on either side, and what is better than the first one.
@@ -154,47 +175,82 @@ def _four_widest(found: Array, first: int, end: int, start: int, extent: float) 
     across, left, right, area = NO_POINT, NO_POINT, NO_POINT, least
     farthest, reach = NO_POINT, COINCIDENT * extent * (COINCIDENT * extent)
     for place in range(first, end, FLAT_POINT):
+        if found[place + HEIGHT] > limit:
+            continue
         arm_u, arm_v = found[place + U] - found[start + U], found[place + V] - found[start + V]
         distance = arm_u * arm_u + arm_v * arm_v
         if distance > reach * (1.0 + LEAD):
             farthest, reach = place, distance
-        one, other, both = _widest(found, first, end, start, place, least)
+        one, other, both = _widest(found, first, end, start, place, least, limit)
         if both > area * (1.0 + LEAD):
             across, left, right, area = place, one, other, both
     if left != NO_POINT and right != NO_POINT:
-        _, better, _ = _widest(found, first, end, left, right, least)
+        _, better, _ = _widest(found, first, end, left, right, least, limit)
         start = better if better != NO_POINT else start
     return across if across != NO_POINT else farthest, left, right, start
+
+
+@inline
+def _with_flat(
+    found: Array, first: int, end: int, place: int, chosen: int, above: float, least: float
+) -> int:
+    """
+    Let a flat point have the place of the nearest of those chosen that are higher than `above`, or
+    a free one, unless it coincides with one of them. Return a bit for each that is chosen.
+    """
+    count, replaced, reach = 0, NO_POINT, math.inf
+    for other in range(first, end, FLAT_POINT):
+        if (chosen >> ((other - first) // FLAT_POINT)) & 1:
+            arm_u, arm_v = found[other + U] - found[place + U], found[other + V] - found[place + V]
+            square = arm_u * arm_u + arm_v * arm_v
+            count += 1
+            if square <= least:
+                return chosen
+            if found[other + HEIGHT] > above and square < reach:
+                replaced, reach = other, square
+    bit = 1 << ((place - first) // FLAT_POINT)
+    if count < MOST:
+        return chosen | bit
+    if replaced == NO_POINT:
+        return chosen
+    return (chosen | bit) ^ (1 << ((replaced - first) // FLAT_POINT))
 
 
 @kernel
 def keep_four_flat(found: Array, first: int, count: int, to: int) -> int:
     """
-    Choose up to four of many flat points: those that span the largest area; if none of them is
-    the deepest, it takes the place of the nearest of them. So few change while a body trembles.
-    Return how many are kept, in the order in which they came.
+    Choose up to four of many flat points: those that span the largest area; near ones that are not
+    among them take the place of others; if none of them is the deepest, it takes the place of the
+    nearest of them. So few change while a body trembles. Return how many are kept, in the order in
+    which they came.
 
         first : where they begin in `found`
         to    : where the chosen ones are written
     """
     end = first + FLAT_POINT * count
-    start, deepest, extent = _outermost(found, first, end)
-    across, left, right, start = _four_widest(found, first, end, start, extent)
-    limit = found[deepest + HEIGHT] + EVEN * extent
-    nearest, distance = start, math.inf
+    extent, deepest, near = _extent_of(found, first, end)
+    limit = SKIN * extent if near > MOST else math.inf
+    start = _outermost(found, first, end, limit)
+    across, left, right, start = _four_widest(found, first, end, start, extent, limit)
+    chosen = 0
     for place in (start, across, left, right):
         if place != NO_POINT:
-            arm_u = found[place + U] - found[deepest + U]
-            arm_v = found[place + V] - found[deepest + V]
-            square = arm_u * arm_u + arm_v * arm_v
-            if found[place + HEIGHT] <= limit:
-                nearest, distance = NO_POINT, -1.0  # one is the deepest
-            elif square < distance:
-                nearest, distance = place, square
+            chosen |= 1 << ((place - first) // FLAT_POINT)
+    least = (COINCIDENT * extent) ** 2
+    if 0 < near <= MOST:
+        for place in range(first, end, FLAT_POINT):
+            if found[place + HEIGHT] <= SKIN * extent:
+                chosen = _with_flat(found, first, end, place, chosen, SKIN * extent, least)
+    deep = found[deepest + HEIGHT] + EVEN * extent
+    has_deepest = False
+    for place in range(first, end, FLAT_POINT):
+        is_chosen = (chosen >> ((place - first) // FLAT_POINT)) & 1
+        has_deepest = has_deepest or (is_chosen == 1 and found[place + HEIGHT] <= deep)
+    if not has_deepest:
+        chosen = _with_flat(found, first, end, deepest, chosen, -math.inf, -1.0)
     kept = 0
     for place in range(first, end, FLAT_POINT):
-        chosen = place == start or place == across or place == left or place == right
-        if (chosen and place != nearest) or (nearest != NO_POINT and place == deepest):
+        if (chosen >> ((place - first) // FLAT_POINT)) & 1:
             for number in range(FLAT_POINT):
                 found[to + FLAT_POINT * kept + number] = found[place + number]
             kept += 1

@@ -10,7 +10,7 @@ the displacement and the turn of the tick (free motion), a vertex reaches
     e = min(s, s'),   s' the separation after them
 
 Those with an e up to SKIN of the size count, or else the four of the least e. Of more than four
-the manifold holds those that lie farthest along four directions fixed in the hull, and the one of
+the manifold holds those that lie farthest along four directions fixed in the hull, and those of
 the least e, as in `extreme_points`, but from the vertices where they stand: a mesh may have
 thousands below the margin.
 """
@@ -70,6 +70,7 @@ CHOSEN = scratch.numbers(MOST, '-', 'where the chosen vertices begin among the s
 FACE = scratch.numbers(3 * CLIP, 'm', 'corners of the face on the plane, axes of the hull')
 
 VERTEX = 3  # numbers of a vertex
+BESIDE = 2.0  # [-] of the least distance squared: neighbours
 SKIN = 1e-3  # [-] of the size: what a vertex may be above the plane that touches in this tick
 SKEW = 0.6  # [-] of one axis to the other: along an axis two corners of a box are as far
 
@@ -183,6 +184,23 @@ def _lowest(parameters: Array, place: int, now: Any, after: Any) -> Any:
 
 
 @kernel
+def _next_lowest(
+    parameters: Array, first: int, last: int, now: Any, after: Any, margin: float, kept: int,
+    found: Array,
+) -> Any:  # fmt: skip
+    """Return the lowest vertex that is not among those kept, and its separation."""
+    best, least = -1, math.inf
+    for place in range(first, last, VERTEX):
+        separation, low = _lowest(parameters, place, now, after)
+        fresh = separation <= margin and low < least
+        for index in range(kept):
+            fresh = fresh and found[CHOSEN + index] != place
+        if fresh:
+            best, least = place, low
+    return best, least
+
+
+@kernel
 def choose(
     parameters: Array, first: int, last: int, now: Any, after: Any, margin: float, radius: float,
     found: Array,
@@ -227,19 +245,30 @@ def choose(
             kept += 1
             shallow = min(shallow, height_of_best)
         direction = cross(now[1], direction)
+    for free in range(kept, MOST):
+        best, height_of_best = _next_lowest(
+            parameters, first, last, now, after, margin, free, found
+        )
+        found[CHOSEN + free] = best
+        shallow = min(shallow, height_of_best)
     if least < shallow - TIE * radius:
-        _replace_nearest(parameters, deepest, kept, found)
-    return kept
+        found[CHOSEN + _neighbour(parameters, deepest, now, after, found)] = deepest
+    return MOST
 
 
 @inline
-def _replace_nearest(parameters: Array, deepest: int, kept: int, found: Array) -> None:
-    """Put the deepest vertex in place of that chosen one which is nearest to it."""
-    nearest, reach = 0, math.inf
-    for index in range(kept):
-        chosen = load(parameters, int(found[CHOSEN + index]))
-        away = subtract(chosen, load(parameters, deepest))
-        squared = dot(away, away)
-        if squared < reach:
-            nearest, reach = index, squared
-    found[CHOSEN + nearest] = deepest
+def _neighbour(parameters: Array, deepest: int, now: Any, after: Any, found: Array) -> int:
+    """Return which of the four gives way to a vertex: of its neighbours the highest."""
+    nearest = math.inf
+    origin = load(parameters, deepest)
+    for index in range(MOST):
+        away = subtract(load(parameters, int(found[CHOSEN + index])), origin)
+        nearest = min(nearest, dot(away, away))
+    best, highest = 0, -math.inf
+    for index in range(MOST):
+        chosen = int(found[CHOSEN + index])
+        away = subtract(load(parameters, chosen), origin)
+        _, low = _lowest(parameters, chosen, now, after)
+        if dot(away, away) <= BESIDE * nearest and low > highest:
+            best, highest = index, low
+    return best

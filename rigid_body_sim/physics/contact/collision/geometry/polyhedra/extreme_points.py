@@ -5,20 +5,23 @@ Manifold reduction of a patch: up to four points that stay the same from tick to
 bodies rest.
 
 The farthest points along four directions u, n x u, -u, n x (-u) that are fixed in one of the
-bodies; and the deepest point, if it is deeper than these by more than a tremble. A choice that
-begins with the deepest point (`manifold_reduction.keep_four`) does well for the few corners of
-boxes; among the many corners of a round face it picks other ones with every tremble, and the
-solver loses the impulses it remembers.
+bodies, and the lowest in what places are left; near ones before those that are apart
+(`manifold_reduction`). The deepest, if it is deeper than these by more than a tremble, takes the
+place of the higher one of its neighbours: no four corners span a pentagon, and with the nearest it
+would be the other one that carries. A choice that begins with the deepest point
+(`manifold_reduction.keep_four`) picks other ones with every tremble among the many corners of a
+round face.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.kernels import kernel
+from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FEATURE,
     LEAD,
@@ -29,11 +32,74 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     SEPARATION,
     copy_point,
 )
+from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
+    NO_POINT,
+    SAME,
+    SKIN,
+)
 from rigid_body_sim.physics.vectors import cross, dot, load, subtract
 
 Array = NDArray[np.float64]
 
+BESIDE = 2.0  # [-] of the least distance squared: neighbours
 DEEPER = 1e-4  # [-] of the extent: so much deeper a point must be to take the place of another
+
+
+@inline
+def _limit_of(found: Array, first: int, end: int, near: float) -> Any:
+    """Return the separation up to which points are chosen [m]: more than four that are near."""
+    count = 0
+    for place in range(first, end, POINT):
+        count += 1 if found[place + SEPARATION] <= near else 0
+    return near if count > MOST else math.inf
+
+
+@kernel
+def _with_near(found: Array, first: int, end: int, kept: int, near: float) -> int:
+    """
+    Let each near point that is not among those kept take a place that is free, or that of the
+    nearest of them that is not near. Return how many are kept; near: SKIN of the extent.
+    """
+    least = (SAME / SKIN * near) ** 2
+    for _ in range(MOST):
+        lowest, height = NO_POINT, near
+        for place in range(first, end, POINT):
+            if not found[place + SEPARATION] <= height:
+                continue
+            missing = True
+            for other in range(POINTS, POINTS + kept * POINT, POINT):
+                way = subtract(load(found, other), load(found, place))
+                missing = missing and dot(way, way) > least
+            if missing:
+                lowest, height = place, found[place + SEPARATION]
+        if lowest == NO_POINT:
+            break
+        replaced, reach = (POINTS + kept * POINT if kept < MOST else NO_POINT), math.inf
+        for other in range(POINTS, POINTS + kept * POINT if kept == MOST else POINTS, POINT):
+            way = subtract(load(found, other), load(found, lowest))
+            if found[other + SEPARATION] > near and dot(way, way) < reach:
+                replaced, reach = other, dot(way, way)
+        if replaced == NO_POINT:
+            break
+        copy_point(found, replaced, lowest)
+        kept = min(kept + 1, MOST)
+    return kept
+
+
+@inline
+def _neighbour(found: Array, deepest: int, kept: int) -> int:
+    """Return that of those kept whose place a point takes: of its neighbours the highest."""
+    nearest = math.inf
+    origin = load(found, deepest)
+    for place in range(POINTS, POINTS + POINT * kept, POINT):
+        arm = subtract(load(found, place), origin)
+        nearest = min(nearest, dot(arm, arm))
+    best, highest = POINTS, -math.inf
+    for place in range(POINTS, POINTS + POINT * kept, POINT):
+        arm = subtract(load(found, place), origin)
+        if dot(arm, arm) <= BESIDE * nearest and found[place + SEPARATION] > highest:
+            best, highest = place, found[place + SEPARATION]
+    return best
 
 
 @kernel
@@ -50,23 +116,23 @@ def keep_extremes(found: Array, first: int, count: int, direction: Any) -> int:
         for index in range(count):
             copy_point(found, POINTS + index * POINT, first + index * POINT)
         return count
-    begin, second, end = load(found, first), first + POINT, first + POINT * count
+    begin, end = load(found, first), first + POINT * count
     extent = 0.0
     deepest = first
-    for place in range(second, end, POINT):
+    for place in range(first + POINT, end, POINT):
         arm = subtract(load(found, place), begin)
         extent = max(extent, abs(arm[0]), abs(arm[1]), abs(arm[2]))
         if found[place + SEPARATION] < found[deepest + SEPARATION]:
             deepest = place
+    limit = _limit_of(found, first, end, SKIN * extent)
     lead = LEAD * extent * (abs(direction[0]) + abs(direction[1]) + abs(direction[2]))
     normal = load(found, NORMAL)
     kept = 0
     for _ in range(MOST):
-        best = first
-        top = dot(direction, begin)
-        for place in range(second, end, POINT):
+        best, top = first, -math.inf
+        for place in range(first, end, POINT):
             height = dot(direction, load(found, place))
-            if height > top + lead:
+            if found[place + SEPARATION] <= limit and height > top + lead:
                 best, top = place, height
         fresh = True
         for index in range(kept):
@@ -75,16 +141,10 @@ def keep_extremes(found: Array, first: int, count: int, direction: Any) -> int:
             copy_point(found, POINTS + kept * POINT, best)
             kept += 1
         direction = cross(normal, direction)
+    kept = _with_near(found, first, end, kept, SKIN * extent)
     least = found[POINTS + SEPARATION]
     for index in range(1, kept):
         least = min(least, found[POINTS + index * POINT + SEPARATION])
     if found[deepest + SEPARATION] < least - DEEPER * extent:
-        nearest, reach = POINTS, -1.0
-        origin = load(found, deepest)
-        for index in range(kept):
-            arm = subtract(load(found, POINTS + index * POINT), origin)
-            distance = dot(arm, arm)
-            if reach < 0.0 or distance < reach:
-                nearest, reach = POINTS + index * POINT, distance
-        copy_point(found, nearest, deepest)
+        copy_point(found, _neighbour(found, deepest, kept), deepest)
     return kept

@@ -40,7 +40,6 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     write_point_at,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import (
-    DEEPER,
     keep_extremes,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import (
@@ -107,6 +106,7 @@ Array = NDArray[np.float64]
 FACE_GAIN = 1e-4  # [-] of the half width; 0: the reference face flickers between equal faces
 EDGE_GAIN = 1e-3  # [-] of the half width; 0: a box on a box stands on an edge for a tick
 EDGE_SHARE = 0.05  # [-] of the overlap
+DEEPER = 1e-4  # [-] of the half width; less lets a patch at rest change with every tremble
 EXACT = 1e-9  # [-] of the half width: a patch this near to the gap holds the nearest points
 LARGEST = 1e40  # [m] beyond, products of lengths overflow; such bodies never meet
 
