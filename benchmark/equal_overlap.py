@@ -137,7 +137,16 @@ class Ours:
     """This package, through the public `Simulation`; setting: (dt [s], substeps)."""
 
     name = 'rigid_body_sim'
-    settings = ((0.02, 4), (0.016, 4), (0.01, 4), (0.004, 4), (0.002, 4), (0.001, 4), (0.016, 16))
+    settings = (
+        (0.02, 4),
+        (0.016, 4),
+        (0.01, 4),
+        (0.004, 4),
+        (0.002, 4),
+        (0.001, 4),
+        (0.016, 8),
+        (0.016, 16),
+    )
 
     def __init__(self, setting: Any, name: str) -> None:
         self._dt, substeps = setting
