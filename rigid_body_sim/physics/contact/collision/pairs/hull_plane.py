@@ -38,6 +38,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     write_normal,
     write_point,
 )
+from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points import BESIDE
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping import facing
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CENTER,
@@ -70,7 +71,6 @@ CHOSEN = scratch.numbers(MOST, '-', 'where the chosen vertices begin among the s
 FACE = scratch.numbers(3 * CLIP, 'm', 'corners of the face on the plane, axes of the hull')
 
 VERTEX = 3  # numbers of a vertex
-BESIDE = 2.0  # [-] of the least distance squared: neighbours
 SKIN = 1e-3  # [-] of the size: what a vertex may be above the plane that touches in this tick
 SKEW = 0.6  # [-] of one axis to the other: along an axis two corners of a box are as far
 
