@@ -19,9 +19,9 @@ from rigid_body_sim.physics.contact.collision.collider import (
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FOUND,
+    HELD_COUNT,
     POINT,
     POINTS,
-    SCRATCH,
     SHIFT,
 )
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra import hulls
@@ -166,7 +166,8 @@ def collide(a, b, pose_a, pose_b, margin, motion=(0.0,) * 6):
     numbers = np.concatenate((a.sizes, b.sizes))
     poses = np.concatenate((pose_a, pose_b))
     found = np.full(FOUND, np.nan)
-    found[SHIFT:SCRATCH] = motion
+    found[SHIFT:HELD_COUNT] = motion
+    found[HELD_COUNT] = 0.0
     kernel = collide_kernel(a.kind, b.kind)
     count = kernel(
         argument(numbers), 0, len(a.sizes), argument(poses), 0, 12, float(margin), argument(found)

@@ -99,7 +99,7 @@ def collide(a, b, margin):
     numbers = np.concatenate((a.sizes, b.sizes))
     poses = np.concatenate((a.origin, a.turn.ravel(), b.origin, b.turn.ravel()))
     found = np.full(FOUND, np.nan)
-    found[SHIFT:SCRATCH] = 0.0  # nothing is known of a motion
+    found[SHIFT:SCRATCH] = 0.0  # nothing is known of a motion, or of the last tick
     if (a.kind, b.kind) not in KERNELS:
         KERNELS[a.kind, b.kind] = collide_kernel(a.kind, b.kind)
     count = KERNELS[a.kind, b.kind](

@@ -12,16 +12,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigid_body_sim.physics.compile.kernels import argument
+from rigid_body_sim.physics.contact.collision import held_features
 from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE
 from rigid_body_sim.physics.contact.collision.geometry.cylinders import rim
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FOUND,
+    HELD,
+    HELD_COUNT,
     LEAD,
     POINT,
     POINTS,
     SCRATCH,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
+    DEEPER,
     FLAT_POINT,
     SKIN,
     keep_four,
@@ -433,8 +437,17 @@ def test_points_that_coincide_or_lie_on_a_line_are_kept_once():
     assert reduced(line, [0.0] * 5) == [0, 2]
 
 
-def extremes(points, gaps):
+def remember(found, held):
+    """
+    What the points of the last tick were.
+    """
+    found[HELD_COUNT] = len(held)
+    found[HELD : HELD + len(held)] = held
+
+
+def extremes(points, gaps, held=()):
     found = np.zeros(FOUND)
+    remember(found, held)
     found[2] = 1.0
     for k, (point, gap) in enumerate(zip(points, gaps)):
         found[SCRATCH + k * POINT : SCRATCH + (k + 1) * POINT] = [*point, gap, k]
@@ -442,13 +455,14 @@ def extremes(points, gaps):
     return found[POINTS + 4 : POINTS + POINT * count : POINT].astype(int).tolist()
 
 
-def flat_ones(points, gaps):
+def flat_ones(points, gaps, held=()):
     found = np.zeros(FOUND)
+    remember(found, held)
     for k, ((u, v, _), gap) in enumerate(zip(points, gaps)):
         place = SCRATCH + k * FLAT_POINT
         found[place : place + FLAT_POINT] = [u, v, gap, k]
     to = SCRATCH + FLAT_POINT * len(points)
-    count = keep_four_flat(argument(found), SCRATCH, len(points), to)
+    count = keep_four_flat(argument(found), SCRATCH, len(points), to, 0.0)
     return found[to + 3 : to + FLAT_POINT * count : FLAT_POINT].astype(int).tolist()
 
 
@@ -465,3 +479,69 @@ def test_what_presses_is_kept_before_what_is_apart_wherever_it_lies(chosen):
         assert len(kept) == len(set(kept)) <= 4
         among = set(np.flatnonzero(near).tolist())
         assert among <= set(kept) if len(among) <= 4 else set(kept) <= among
+
+
+def corners(rng):
+    """
+    The corners of a face, in order: up to twelve on a ring that is not round.
+    """
+    n = int(rng.integers(5, 13))
+    angle = np.sort(rng.uniform(0.0, 2.0 * np.pi, n))
+    return np.column_stack((np.cos(angle), rng.uniform(0.3, 1.0) * np.sin(angle), np.zeros(n)))
+
+
+@pytest.mark.parametrize('chosen', [extremes, flat_ones])
+def test_what_was_held_is_held_while_a_body_trembles(chosen):
+    """
+    By a third of DEEPER, as seen from the first; what is not told forgets, now and then.
+    """
+    rng = np.random.default_rng(9)
+    forgot = 0
+    for _ in range(300):
+        points = corners(rng)
+        tremble = DEEPER / 3.0 * np.abs(points - points[0]).max()
+        gaps = tremble * rng.uniform(-1.0, 0.0, len(points))
+        held = first = chosen(points, gaps)
+        for _ in range(5):
+            gaps = tremble * rng.uniform(-1.0, 0.0, len(points))
+            held = chosen(points, gaps, held)
+            assert sorted(held) == sorted(first)
+        turned = points + np.array([[0.0, 1.0, 0.0]]) * 1e-3 * rng.normal(size=(len(points), 1))
+        assert sorted(chosen(turned, gaps, held)) == sorted(first)
+        forgot += sorted(chosen(turned, gaps)) != sorted(first)
+    assert forgot > 0
+
+
+@pytest.mark.parametrize('chosen', [extremes, flat_ones])
+def test_what_was_held_gives_way_to_what_is_deeper_and_to_what_spans_more(chosen):
+    """
+    What is deepest by more than DEEPER is among the points, whatever was held; and so are those
+    that span much more than four that lie in a corner.
+    """
+    rng = np.random.default_rng(10)
+    for _ in range(300):
+        points = corners(rng)
+        extent = np.abs(points - points[0]).max()
+        gaps = np.zeros(len(points))
+        held = rng.choice(len(points), 4, replace=False).tolist()
+        deepest = int(rng.integers(len(points)))
+        gaps[deepest] = -1.1 * DEEPER * extent
+        assert deepest in chosen(points, gaps, held)
+    ring = np.array([[np.cos(t), np.sin(t), 0.0] for t in np.arange(12) * np.pi / 6.0])
+    spans = chosen(ring, [0.0] * 12)
+    assert sorted(chosen(ring, [0.0] * 12, [0, 1, 2, 3])) == sorted(spans)
+
+
+def test_no_pair_is_told_what_another_has_held():
+    """
+    Of a pair that is not known, nothing is.
+    """
+    found, rows = np.zeros(FOUND), np.zeros(3 * held_features.SIZE)
+    row = held_features.SIZE
+    rows[row + held_features.COUNT] = 2.0
+    rows[row + held_features.FEATURES : row + held_features.FEATURES + 2] = 7.0, 8.0
+    for index, count in ((1, 2.0), (0, 0.0), (2, 0.0)):
+        held_features.tell(index, argument(rows), argument(found))
+        assert found[HELD_COUNT] == count
+    held_features.tell(1, argument(np.zeros(0)), argument(found))
+    assert found[HELD_COUNT] == 0.0

@@ -325,7 +325,7 @@ def test_what_is_kept_is_state_and_goes_on_bit_for_bit(at_rest, tick):
 
 def test_lists_that_are_too_short_for_records_grow_without_a_trace():
     sim, other = Simulation(scene(pile())), Simulation(scene(pile()))
-    inside.shorten(other, pair_ids=1, recycled_places=1, cache=2)
+    inside.shorten(other, pair_ids=1, recycled_places=1, held_features=5, cache=2)
     sim.step(FELL)
     other.step(FELL)
     assert other.state_bytes() == sim.state_bytes()

@@ -126,6 +126,7 @@ SLEEPING = slot('[-] whether islands may sleep')
 FLOWS = slot('[-] whether the mass of a body that touches changes')
 DRIVES = slot('[-] whether some bodies are moved as told, or have a belt')
 IGNORES = slot('[-] whether some pairs do not meet')
+HOLDS = slot('[-] whether points of some pairs depend on those of the last tick')
 RECYCLES = slot('[-] whether manifolds of some pairs follow their bodies')
 PAIR_MATERIALS = slot('[-] whether some pairs have a material of their own')
 drift_rotation = slot('kernel (block, lanes, kick, h, rotation, method): kicks L and turns q')
@@ -188,6 +189,7 @@ class Detection(NamedTuple):
     ignored     : pairs that do not meet: see `collision.ignored_pairs`
     places      : of the records of pairs: see `collision.recycling`
     records     : of the tick under way: see there
+    held        : what pairs have held: see `collision.held_features`
     of_parts    : how many manifolds each part of the narrow phase has found
     """
 
@@ -197,6 +199,7 @@ class Detection(NamedTuple):
     ignored: Indices
     places: Indices
     records: Array
+    held: Array
     of_parts: Indices
 
 
@@ -439,8 +442,10 @@ def _find_pairs(h, world):
     if IGNORES:
         pairs = ignored_pairs.without_ignored(pairs, detection.ignored, pair_ids)
         counts[tick_counts.PAIRS] = pairs
+    cache = world.constraints.impulse_cache
+    if HOLDS and len(detection.held) > 0:
+        impulse_cache.find_held(pairs, pair_ids, cache, detection.held)
     if RECYCLES and len(detection.records) > 0:
-        cache = world.constraints.impulse_cache
         impulse_cache.find_recycled(pairs, pair_ids, cache, detection.places)
     return True
 
@@ -448,7 +453,9 @@ def _find_pairs(h, world):
 def _find_some_manifolds(h, world):
     """Do parts of the narrow phase, until none is left: see `narrow_phase`."""
     counts, detection = world.counts, world.detection
-    recycling = Recycling(world.constraints.impulse_cache, detection.places, detection.records)
+    recycling = Recycling(
+        world.constraints.impulse_cache, detection.places, detection.records, detection.held
+    )
     part = crew.take(crew.MANIFOLDS, world.crew)
     while part != crew.NO_PART:
         pairs, of_part = counts[tick_counts.PAIRS], counts[tick_counts.PAIRS_OF_PART]

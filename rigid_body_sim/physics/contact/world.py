@@ -41,6 +41,7 @@ from rigid_body_sim.physics.contact.collision.collider import Colliders
 from rigid_body_sim.physics.contact.collision.collider_order import order
 from rigid_body_sim.physics.contact.collision.convexity_defect import convexity_warnings
 from rigid_body_sim.physics.contact.collision.deep_overlaps import overlap_warning, take_overlaps
+from rigid_body_sim.physics.contact.collision.held_features import KINDS as HELD_KINDS
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.collision.recycling import RECYCLED_KINDS
@@ -123,7 +124,12 @@ class ContactWorld:
         )
         flows = variable_mass.flows_of(layout, colliders.bodies.tolist())
         self.arrays = WorldArrays(
-            layout.n_moving, self._width, flows, layout.pivoted, recycles=self._recycles
+            layout.n_moving,
+            self._width,
+            flows,
+            layout.pivoted,
+            holds=self._holds,
+            recycles=self._recycles,
         )
         self.arrays.take_colliders(colliders, order(scene, colliders))
         self.arrays.take_settings(settings)
@@ -157,6 +163,11 @@ class ContactWorld:
         self._scene_indices = np.zeros(layout.n_moving, dtype=np.int64)  # of bodies that touch
         self._scene_indices[cores[cores >= 0]] = indices[cores >= 0]
         self._overlaps: dict[tuple[int, int], NDArray[np.float64]] = {}  # of scene indices
+
+    @property
+    def _holds(self) -> bool:
+        """Whether points of some pairs depend on those of the last tick: see `held_features`."""
+        return not (self._events or HELD_KINDS.isdisjoint(self._kinds))
 
     @property
     def _recycles(self) -> bool:
@@ -374,11 +385,12 @@ class ContactWorld:
             FLOWS=flows,
             DRIVES=driven,
             IGNORES=bool(self.arrays.ignored.size),
+            HOLDS=self._holds,
             RECYCLES=self._recycles,
             PAIR_MATERIALS=bool(self.arrays.pair_material_rows.size),
             drift_rotation=self._integrator.scheme.drift_rotation,
             evaluate=_nothing if evaluate is None else evaluate,
-            **manifold_finder(pairs, recycles=self._recycles),
+            **manifold_finder(pairs, holds=self._holds, recycles=self._recycles),
             **{'apply_restitution': _nothing, **iterations},
             **self._impacts_of(pairs, coupled=evaluate is not None),
         )

@@ -28,6 +28,7 @@ from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
     hash_grid,
+    held_features,
     manifold_record,
     material_record,
     neighbour_list,
@@ -103,15 +104,23 @@ class WorldArrays:
     """
 
     def __init__(
-        self, body_count: int, width: int, flows: Array, pivoted: Sequence[int], *, recycles: bool
+        self,
+        body_count: int,
+        width: int,
+        flows: Array,
+        pivoted: Sequence[int],
+        *,
+        holds: bool,
+        recycles: bool,
     ) -> None:
         """
         Make what does not depend on colliders.
 
         width    : numbers of a contact point
+        holds    : whether points of some pairs depend on those of the last tick
         recycles : whether manifolds of some pairs follow their bodies: see `collision.recycling`
         """
-        self._width, self._recycles = width, recycles
+        self._width, self._holds, self._recycles = width, holds, recycles
         self.version = 0
         self.pivoted = np.array(pivoted, dtype=np.int64)
         self.flows = flows
@@ -267,6 +276,7 @@ class WorldArrays:
         self.neighbours = np.zeros(neighbour_list.size_of_list(room), dtype=np.int64)
         self.pair_ids = np.zeros(room, dtype=np.int64)
         self.of_parts = np.zeros(room // step.PAIRS_OF_PART + 1, dtype=np.int64)
+        self.held_features = np.zeros(self._holds * room * held_features.SIZE)
         self.recycled_places = np.zeros(self._recycles * room, dtype=np.int64)
 
     def pack(self) -> None:
@@ -329,6 +339,7 @@ class WorldArrays:
                 ignored,
                 argument(self.recycled_places),
                 argument(self.recycled_records),
+                argument(self.held_features),
                 argument(self.of_parts),
             ),
             bodies,

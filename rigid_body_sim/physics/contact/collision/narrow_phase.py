@@ -22,6 +22,7 @@ from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
     collider_record,
+    held_features,
     manifold_record,
     pose,
     swept_aabbs,
@@ -43,6 +44,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_MIDDLE,
     FACE_RADIUS,
     FACE_SQUARE,
+    HELD_COUNT,
     MOST,
     NOBODYS,
     NORMAL_OWNER,
@@ -100,6 +102,7 @@ collide_this = slot(
 collide_others = slot('kernel (type of A, type of B, ...): answers for pairs of other types')
 collide = slot('kernel (type of A, type of B, ...): finds the manifold of any pair of the scene')
 GROUND = slot('[-] whether some collider is a surface')
+HOLDS = slot('[-] whether points of some pairs depend on those of the last tick')
 RECYCLES = slot('[-] whether manifolds of some pairs follow their bodies')
 ground_misses = slot('kernel (a, b, record, ...): tells whether a body misses ground')
 
@@ -236,8 +239,9 @@ def _in_order(a: int, b: int, table: Indices) -> Any:
 
 
 @inline
-def _forget_motion(found: Array) -> None:
-    """Let pair kernels know of no motion."""
+def _forget(found: Array) -> None:
+    """Let pair kernels know of no motion, and of nothing that was held."""
+    found[HELD_COUNT] = 0.0
     store(found, SHIFT, (0.0, 0.0, 0.0))
     store(found, TURN, (0.0, 0.0, 0.0))
 
@@ -332,11 +336,13 @@ def _find_manifolds(
             known, points = recall_pair(index, a, b, margin, colliders, recycling, found)
         if points == 0:
             known = NONE
+            if HOLDS and not (GROUND and type_b == SURFACE):
+                held_features.tell(index, recycling.held, found)
             points = collide(
                 type_a, type_b, colliders.parameters, shape_a, shape_b, colliders.poses,
                 a * pose.SIZE, b * pose.SIZE, margin, found,
             )  # fmt: skip
-        _forget_motion(found)
+        _forget(found)
         if GROUND and type_b == SURFACE and wanted > 1 and points == 0:
             points = write_far_contact(margin, found)
         if points == 0:
@@ -377,11 +383,12 @@ def close_up(parts: int, pairs_of_part: int, counts: Indices, manifolds: Array) 
 
 
 def manifold_finder(
-    kernels: Sequence[tuple[int, int, Callable[..., Any]]], *, recycles: bool
+    kernels: Sequence[tuple[int, int, Callable[..., Any]]], *, holds: bool, recycles: bool
 ) -> dict[str, Any]:
     """
     Make what finds the manifolds of a scene with these pair kernels, by name.
 
+    holds    : whether points of some pairs depend on those of the last tick
     recycles : whether manifolds of some pairs follow their bodies
     """
     name = '_'.join(f'{type_a}{type_b}' for type_a, type_b, _ in kernels)
@@ -394,8 +401,8 @@ def manifold_finder(
         ground_misses = ground_miss_finder(name, collide, true_shapes=true_shapes)
     return {
         'find_manifolds': specialise(
-            _find_manifolds, name=name, GROUND=ground, RECYCLES=recycles, collide=collide,
-            ground_misses=ground_misses,
+            _find_manifolds, name=name, GROUND=ground, HOLDS=holds, RECYCLES=recycles,
+            collide=collide, ground_misses=ground_misses,
         ),
         'drop_ghosts': ghost_dropper(
             name, collide, ground=ground, cylinders=cylinders, true_shapes=true_shapes

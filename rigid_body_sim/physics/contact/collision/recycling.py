@@ -114,16 +114,18 @@ POSE_B = frames.numbers(pose.SIZE, '-', 'the same of B')
 
 class Recycling(NamedTuple):
     """
-    What is known of pairs from their last full detections.
+    What is known of pairs from the last tick, and from their last full detections.
 
     kept    : the impulse cache of the last tick
     places  : where the record of each pair begins in it, or NONE
     records : of the tick under way, one behind the other; empty where the scene has no such pair
+    held    : which points they had, see `held_features`; empty where none depends on them
     """
 
     kept: Array
     places: Indices
     records: Array
+    held: Array
 
 
 @inline

@@ -18,6 +18,7 @@ from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
+    held_features,
     manifold_record,
     pose,
     recycled_record,
@@ -147,6 +148,29 @@ def find_recycled(pairs: int, pair_ids: Indices, cache: Array, places: Indices) 
             and cache[old + cache_record.RECYCLED] > 0.0
         ):
             places[index] = cache_record.behind_points(old, cache)
+
+
+@kernel
+def find_held(pairs: int, pair_ids: Indices, cache: Array, held: Array) -> None:
+    """
+    Find the features of the points that each pair had in the last tick; held: see
+    `collision.held_features`.
+    """
+    left = int(cache[cache_record.MANIFOLDS])
+    old = cache_record.HEAD
+    for index in range(pairs):
+        pair = float(pair_ids[index])
+        while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
+            old = cache_record.next_entry(old, cache)
+            left -= 1
+        row = index * held_features.SIZE
+        count = 0
+        if left > 0 and cache[old + cache_record.PAIR_ID] == pair:
+            count = int(cache[old + cache_record.POINTS])
+        held[row + held_features.COUNT] = float(count)
+        for point in range(count):
+            place = old + cache_record.MANIFOLD_HEAD + point * cache_record.POINT_SIZE
+            held[row + held_features.FEATURES + point] = cache[place + cache_record.FEATURE]
 
 
 @kernel

@@ -46,13 +46,13 @@ class Carriers(NamedTuple):
     The points of a manifold that may carry what others have lost.
 
     which            : a bit for each
-    count            : k
+    number           : k
     middle           : c, world axes [m]
     m_11, m_12, m_22 : M along the tangents [m^2]
     """
 
     which: int
-    count: float
+    number: float
     middle: Any
     m_11: float
     m_12: float
@@ -138,7 +138,7 @@ def _share_out(
             continue
         row = lane + constraint.SIZE + point * width
         beyond = _beyond(point, slope, carriers, record, lane, manifolds, rows)
-        weight = 1.0 / carriers.count + MOST / most * beyond
+        weight = 1.0 / carriers.number + MOST / most * beyond
         rows[row + contact_point.NORMAL_IMPULSE] += weight * impulse
         rows[row + contact_point.TANGENT_IMPULSE_1] += weight * along_1
         rows[row + contact_point.TANGENT_IMPULSE_2] += weight * along_2

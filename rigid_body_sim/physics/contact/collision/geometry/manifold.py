@@ -8,8 +8,8 @@ What a pair kernel finds: the contact manifold, one normal and up to four points
         a, b              : where the parameters of the shapes begin; type of A <= type of B
         pose_a, pose_b    : where their poses begin in `poses`
         margin            : [m]  largest separation of a point that is reported
-        found             : FOUND numbers: the manifold (NORMAL, POINTS) is written; SHIFT and
-                            TURN are read
+        found             : FOUND numbers: the manifold (NORMAL, POINTS) is written; SHIFT, TURN
+                            and HELD are read
         count             : int  points, at most MOST; 0: farther apart than the margin
 
 The array `found` is a manifold and, behind it, room of the pair kernel's own. That scratch begins
@@ -62,6 +62,8 @@ EDGE_B = manifold.vector('m', 'along the edge of B, axes of A; n is along EDGE_A
 RIM = manifold.number('-', '1: a cylinder over a flat side, its points the lowest of its rims')
 SHIFT = manifold.vector('m', 'asked with: how far a hull moves in the tick beside what is fixed')
 TURN = manifold.vector('rad', 'asked with: how far it turns, world axes; zeros: nothing is known')
+HELD_COUNT = manifold.number('-', 'asked with: how many points the pair had in the last tick')
+HELD = manifold.numbers(MOST, '-', 'asked with: their features')
 SCRATCH = manifold.size  # where a kernel may keep what it likes
 FOUND = 4096  # numbers in `found`: the largest scratch is that of ground (`surfaces`)
 # whose the normal is: what it stays fixed to while the bodies move by little
@@ -101,6 +103,15 @@ def write_point_at(
     store(found, at, position)
     found[at + SEPARATION] = separation
     found[at + FEATURE] = feature
+
+
+@inline
+def is_held(feature: float, found: Array) -> Any:
+    """Tell whether the pair had a point with this feature in the last tick."""
+    held = False
+    for index in range(int(found[HELD_COUNT])):
+        held = held | (found[HELD + index] == feature)
+    return held
 
 
 @inline

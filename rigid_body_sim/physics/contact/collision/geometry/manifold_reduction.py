@@ -13,6 +13,11 @@ Of flat points and extremes what is near, up to SKIN, comes before what is apart
 points are all kept, each in place of the nearest that is apart; of more, four are chosen, and no
 other. Else a body that stands on two corners of a face would now and then lose one of them, and
 its load, to corners that are millimetres away. What rolls has points that come and go with it.
+
+What was held in the last tick is held again, while all four are there and span half of what others
+would (`manifold.HELD`); the deepest takes the place of one of them only if it is DEEPER than all
+of them. Points that change with every tremble give the same force and torque by other springs, at
+another height and attitude: a pile of boxes with eight corners to a face never came to rest.
 """
 
 from __future__ import annotations
@@ -34,6 +39,7 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     SEPARATION,
     TIE,
     copy_point,
+    is_held,
 )
 from rigid_body_sim.physics.vectors import cross, dot, load, subtract
 
@@ -43,6 +49,8 @@ SKIN = 1e-3  # [-] of the extent: what is no farther apart presses, or is about 
 SAME = 1e-9  # [-] of the extent: points nearer than this are one
 COINCIDENT = 4e-6  # [-] the same for flat points, where edges cross that nearly coincide
 EVEN = 1e-13  # [-] of the extent: depths of flat points that differ by less are rounding
+DEEPER = 1e-4  # [-] of the extent: so much deeper a point must be than those that were held
+SPANS = 0.5  # [-] of the largest area: what was held is held while it spans as much
 NO_POINT = -1  # where a point begins that has not been found
 
 flat_point = Record()  # a point over a plane
@@ -216,16 +224,52 @@ def _with_flat(
     return (chosen | bit) ^ (1 << ((replaced - first) // FLAT_POINT))
 
 
+@inline
+def four_span(a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Return twice the area that four points span, in any order, squared [m^4]."""
+    across = cross(subtract(b, a), subtract(d, c))
+    most = dot(across, across)
+    across = cross(subtract(c, a), subtract(d, b))
+    most = max(most, dot(across, across))
+    across = cross(subtract(d, a), subtract(c, b))
+    return max(most, dot(across, across))
+
+
+@inline
+def _span_of(found: Array, first: int, end: int, chosen: int) -> Any:
+    """Return what `four_span` does of the flat points that are chosen; 0: they are not four."""
+    a = b = c = d = (0.0, 0.0, 0.0)
+    count = 0
+    for place in range(first, end, FLAT_POINT):
+        if (chosen >> ((place - first) // FLAT_POINT)) & 1:
+            a, b, c, d = b, c, d, (found[place + U], found[place + V], 0.0)
+            count += 1
+    return four_span(a, b, c, d) if count == MOST else 0.0
+
+
+@inline
+def _held_flat(found: Array, first: int, end: int, names: float, limit: float) -> int:
+    """Return a bit for each flat point that was held in the last tick; 0: they are not four."""
+    held, count = 0, 0
+    for place in range(first, end, FLAT_POINT):
+        if found[place + HEIGHT] <= limit and is_held(names + found[place + NAME], found):
+            held |= 1 << ((place - first) // FLAT_POINT)
+            count += 1
+    return held if count == MOST else 0
+
+
 @kernel
-def keep_four_flat(found: Array, first: int, count: int, to: int) -> int:
+def keep_four_flat(found: Array, first: int, count: int, to: int, names: float) -> int:
     """
-    Choose up to four of many flat points: those that span the largest area; near ones that are not
-    among them take the place of others; if none of them is the deepest, it takes the place of the
-    nearest of them. So few change while a body trembles. Return how many are kept, in the order in
-    which they came.
+    Choose up to four of many flat points: those that were held in the last tick, or else that span
+    the largest area; near ones that are not among them take the place of others; if none of them
+    is the deepest, it takes the place of the nearest; of those that were held, but for DEEPER, it
+    takes that of the highest, if it spans enough without. So few change while a body trembles.
+    Return how many are kept, in the order in which they came.
 
         first : where they begin in `found`
         to    : where the chosen ones are written
+        names : with NAME, the feature of a point
     """
     end = first + FLAT_POINT * count
     extent, deepest, near = _extent_of(found, first, end)
@@ -236,18 +280,30 @@ def keep_four_flat(found: Array, first: int, count: int, to: int) -> int:
     for place in (start, across, left, right):
         if place != NO_POINT:
             chosen |= 1 << ((place - first) // FLAT_POINT)
+    most = _span_of(found, first, end, chosen)
+    held = _held_flat(found, first, end, names, limit)
+    holds = held != 0 and _span_of(found, first, end, held) >= SPANS * SPANS * most
+    chosen = held if holds else chosen
+    deep = found[deepest + HEIGHT] + (DEEPER if holds else EVEN) * extent
     least = (COINCIDENT * extent) ** 2
     if 0 < near <= MOST:
         for place in range(first, end, FLAT_POINT):
             if found[place + HEIGHT] <= SKIN * extent:
                 chosen = _with_flat(found, first, end, place, chosen, SKIN * extent, least)
-    deep = found[deepest + HEIGHT] + EVEN * extent
-    has_deepest = False
+    highest, has_deepest = NO_POINT, False
     for place in range(first, end, FLAT_POINT):
-        is_chosen = (chosen >> ((place - first) // FLAT_POINT)) & 1
-        has_deepest = has_deepest or (is_chosen == 1 and found[place + HEIGHT] <= deep)
+        if (chosen >> ((place - first) // FLAT_POINT)) & 1:
+            height = found[place + HEIGHT]
+            has_deepest = has_deepest or height <= deep
+            if highest == NO_POINT or height > found[highest + HEIGHT]:
+                highest = place
     if not has_deepest:
-        chosen = _with_flat(found, first, end, deepest, chosen, -math.inf, -1.0)
+        instead = chosen ^ (1 << ((highest - first) // FLAT_POINT))
+        instead |= 1 << ((deepest - first) // FLAT_POINT)
+        if holds and _span_of(found, first, end, instead) >= SPANS * SPANS * most:
+            chosen = instead
+        else:
+            chosen = _with_flat(found, first, end, deepest, chosen, -math.inf, -1.0)
     kept = 0
     for place in range(first, end, FLAT_POINT):
         if (chosen >> ((place - first) // FLAT_POINT)) & 1:

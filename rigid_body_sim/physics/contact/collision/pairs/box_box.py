@@ -6,7 +6,9 @@ Two boxes: fifteen separating axes, then a patch of two sides, or a point of two
 The separating axis is that of the largest separation s among the normals of the sides and the
 cross products of edges (Gottschalk, Lin, Manocha, SIGGRAPH 1996). It stays the same under small
 motions because a later kind must win clearly: a side of B by FACE_LEAD of the smallest half edge
-over a side of A, a pair of edges by EDGE_LEAD of it and EDGE_SHARE |s| over the best side.
+over a side of A, a pair of edges by EDGE_LEAD of it and EDGE_SHARE |s| over the best side. What
+was so in the last tick stays: then a side of A must beat those of B by FACE_LEAD, and edges win
+that are better by HELD_LEAD of that.
 
 Where the patch is empty, or edges pass each other beyond their ends, boxes that are apart get the
 pair of their nearest points, and boxes that overlap get the deepest corner.
@@ -23,15 +25,22 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.boxes.edges import (
+    CORNERS_A,
+    EDGES,
     edge_contact,
     nearest_points,
 )
 from rigid_body_sim.physics.contact.collision.geometry.boxes.faces import (
+    SIDES_OF_B,
     deepest_corner,
     face_contact,
 )
 from rigid_body_sim.physics.contact.collision.geometry.boxes.two_boxes import between, relate
-from rigid_body_sim.physics.contact.collision.geometry.manifold import SHORTEST
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    HELD,
+    HELD_COUNT,
+    SHORTEST,
+)
 from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_EDGES
 from rigid_body_sim.physics.vectors import load
 
@@ -40,9 +49,13 @@ Array = NDArray[np.float64]
 FACE_LEAD = 1e-4  # [-] of the smallest half edge; 0: stacked boxes change their reference side
 EDGE_LEAD = 1e-3  # [-] of the smallest half edge; 0: sides that touch get one point for four
 EDGE_SHARE = 0.05  # [-] of |s|
+HELD_LEAD = 0.5  # [-] of both, for edges that met in the last tick
+NOTHING = -1.0  # in place of a feature of the last tick
 CLEAR = 1e-9  # [-] of the smallest half edge: below, the direction between nearest points is noise
 PARALLEL = 1e-6  # [-] sin^2 of the angle between edges below which they have no common normal
-COVERED = 1.0 - 5e-8  # [-] |a_i . b_j| above which every cross product is the normal of a side
+# [-] |a_i . b_j| above which every cross product is the normal of a side, within 2 mrad: else what
+# lies nearly flat stands on a crossing of edges in every other tick
+COVERED = 1.0 - 2e-6
 
 NO_EDGES = -1  # in place of the number 3 i + j of a pair of edges: a side separates most
 
@@ -202,10 +215,13 @@ def collide(
         return 0
     best_b, axis_b = _largest(separations)
     smallest = min(half_a[0], half_a[1], half_a[2], half_b[0], half_b[1], half_b[2])
-    of_b = best_b > best + FACE_LEAD * smallest
+    held = found[HELD] if found[HELD_COUNT] > 0.0 else NOTHING
+    lead = -FACE_LEAD if SIDES_OF_B <= held < EDGES else FACE_LEAD
+    of_b = best_b > best + lead * smallest
     if of_b:
         best, axis = best_b, axis_b
-    to_beat = best + EDGE_LEAD * smallest + EDGE_SHARE * abs(best)
+    share = HELD_LEAD if EDGES <= held < CORNERS_A else 1.0
+    to_beat = best + share * (EDGE_LEAD * smallest + EDGE_SHARE * abs(best))
     largest, edge = _largest_of_edges(along_a, half_a, half_b, rows, to_beat)
     if edge != NO_EDGES and largest > margin:
         return 0

@@ -10,9 +10,9 @@ the displacement and the turn of the tick (free motion), a vertex reaches
     e = min(s, s'),   s' the separation after them
 
 Those with an e up to SKIN of the size count, or else the four of the least e. Of more than four
-the manifold holds those that lie farthest along four directions fixed in the hull, and those of
-the least e, as in `extreme_points`, but from the vertices where they stand: a mesh may have
-thousands below the margin.
+the manifold holds those of the last tick, or else those that lie farthest along four directions
+fixed in the hull, and those of the least e, as in `extreme_points`, but from the vertices where
+they stand: a mesh may have thousands below the margin.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ from rigid_body_sim.physics.contact.collision import pose
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_AREA,
     FACE_MIDDLE,
+    HELD,
+    HELD_COUNT,
     LEAD,
     MOST,
     SCRATCH,
@@ -201,6 +203,42 @@ def _next_lowest(
 
 
 @kernel
+def _choose_extremes(
+    parameters: Array, first: int, last: int, now: Any, after: Any, margin: float, limit: float,
+    radius: float, found: Array,
+) -> float:  # fmt: skip
+    """
+    Choose the vertices that lie farthest along four directions, and the lowest in what places are
+    left; return the least height of one of them [m].
+    """
+    direction = _first_direction(now[1])
+    kept, shallow = 0, math.inf
+    for _ in range(MOST):
+        best, top, height_of_best = -1, -math.inf, math.inf
+        for place in range(first, last, VERTEX):
+            separation, low = _lowest(parameters, place, now, after)
+            if separation <= margin and low <= limit:
+                reach = dot(direction, load(parameters, place))
+                if reach > top + LEAD * radius:
+                    best, top, height_of_best = place, reach, low
+        fresh = True
+        for index in range(kept):
+            fresh = fresh and found[CHOSEN + index] != best
+        if fresh:
+            found[CHOSEN + kept] = best
+            kept += 1
+            shallow = min(shallow, height_of_best)
+        direction = cross(now[1], direction)
+    for free in range(kept, MOST):
+        best, height_of_best = _next_lowest(
+            parameters, first, last, now, after, margin, free, found
+        )
+        found[CHOSEN + free] = best
+        shallow = min(shallow, height_of_best)
+    return shallow
+
+
+@kernel
 def choose(
     parameters: Array, first: int, last: int, now: Any, after: Any, margin: float, radius: float,
     found: Array,
@@ -227,33 +265,36 @@ def choose(
     if count <= MOST:
         return count
     limit = max(fourth, SKIN * radius)
-    direction = _first_direction(now[1])
-    kept, shallow = 0, math.inf
-    for _ in range(MOST):
-        best, top, height_of_best = -1, -math.inf, math.inf
-        for place in range(first, last, VERTEX):
-            separation, low = _lowest(parameters, place, now, after)
-            if separation <= margin and low <= limit:
-                reach = dot(direction, load(parameters, place))
-                if reach > top + LEAD * radius:
-                    best, top, height_of_best = place, reach, low
-        fresh = True
-        for index in range(kept):
-            fresh = fresh and found[CHOSEN + index] != best
-        if fresh:
-            found[CHOSEN + kept] = best
-            kept += 1
-            shallow = min(shallow, height_of_best)
-        direction = cross(now[1], direction)
-    for free in range(kept, MOST):
-        best, height_of_best = _next_lowest(
-            parameters, first, last, now, after, margin, free, found
+    shallow = _held(parameters, first, last, now, after, margin, limit, found)
+    if shallow == math.inf:
+        shallow = _choose_extremes(
+            parameters, first, last, now, after, margin, limit, radius, found
         )
-        found[CHOSEN + free] = best
-        shallow = min(shallow, height_of_best)
     if least < shallow - TIE * radius:
         found[CHOSEN + _neighbour(parameters, deepest, now, after, found)] = deepest
     return MOST
+
+
+@inline
+def _held(
+    parameters: Array, first: int, last: int, now: Any, after: Any, margin: float, limit: float,
+    found: Array,
+) -> float:  # fmt: skip
+    """
+    Choose the four vertices of the last tick, if all of them are low; return the least height of
+    one of them [m], infinity if they are not.
+    """
+    count, least = int(found[HELD_COUNT]), math.inf
+    for index in range(count):
+        place = first + int(found[HELD + index])
+        if not first <= place < last:
+            return math.inf
+        separation, low = _lowest(parameters, place, now, after)
+        if not (separation <= margin and low <= limit):
+            return math.inf
+        found[CHOSEN + index] = place
+        least = min(least, low)
+    return least if count == MOST else math.inf
 
 
 @inline

@@ -65,6 +65,7 @@ CHOSEN = faces.numbers(MOST * FLAT_POINT, 'm', 'those that are kept')
 ROUND = faces.numbers(MOST_OF_PATCH * FLAT_POINT, 'm', 'what is left of it after every other side')
 
 CUTS, UNDER, NAMES = 4.0, 20.0, 24.0  # features: edge 0 … 3 cut by side 0 … 3, corners under it
+SIDES_OF_B = 36.0 * NAMES  # features from here on: the reference face is a side of B
 DEEPEST = 40000.0  # features of corners that lie deepest
 SQUARE = 1e-3  # [-] of the size: a patch that is off by less is a parallelogram
 ROUNDING = 1e-12  # [-] of a half edge: a corner beyond an edge by less is over the face
@@ -211,13 +212,14 @@ def _in_order_of_names(found: Array, begin: int, count: int) -> None:
 @kernel
 def _patch(
     found: Array, center: Any, edge_p: Any, edge_q: Any, half_u: float, half_v: float,
-    margin: float,
+    margin: float, names: float,
 ) -> Any:  # fmt: skip
     """
     Find up to four corners of the patch; return their number and where they begin.
 
         center, edge_p, edge_q : c, p, q of the incident face (u, v, w)
         half_u, half_v         : half edges of the reference face
+        names                  : see `keep_four_flat`
     """
     plus, minus = add(center, edge_p), subtract(center, edge_p)
     _write(found, INCIDENT, add(plus, edge_q), 0.0)
@@ -233,7 +235,7 @@ def _patch(
     count = _common(found, half_u, half_v, margin)
     kept, first = count, PATCH
     if count > MOST or _neighbours_coincide(found, count):
-        kept, first = keep_four_flat(found, PATCH, count, CHOSEN), CHOSEN
+        kept, first = keep_four_flat(found, PATCH, count, CHOSEN, names), CHOSEN
     if count > 2 and not _is_parallelogram(found, count, kept, first):
         measure_face(found, PATCH, FLAT_POINT, count)
     _in_order_of_names(found, first, kept)
@@ -282,16 +284,16 @@ def face_contact(
     edge = scale(parameters[incident + other], pose.axis(poses, pose_i, other))
     edge_q = (dot(axis_u, edge), dot(axis_v, edge), dot(normal, edge))
     half_u, half_v = parameters[reference + along_u], parameters[reference + along_v]
-    count, first = _patch(found, center, edge_p, edge_q, half_u, half_v, margin)
     number = (((3.0 if of_b else 0.0) + axis) * 2.0 + (side > 0.0)) * 6.0
-    number = number + 2.0 * facing_axis + facing
+    names = (number + 2.0 * facing_axis + facing) * NAMES
+    count, first = _patch(found, center, edge_p, edge_q, half_u, half_v, margin, names)
     origin = load(poses, pose_r)
     for k in range(count):
         at = first + k * FLAT_POINT
         separation = found[at + HEIGHT]
         in_face = add_scaled(scale(found[at + U], axis_u), found[at + V], axis_v)
         arm = add_scaled(in_face, half + 0.5 * separation, normal)
-        write_point(found, k, add(origin, arm), separation, number * NAMES + found[at + NAME])
+        write_point(found, k, add(origin, arm), separation, names + found[at + NAME])
     if found[FACE_AREA] > 0.0:
         middle = load(found, FACE_MIDDLE)
         arm = add_scaled(scale(middle[0], axis_u), middle[1], axis_v)

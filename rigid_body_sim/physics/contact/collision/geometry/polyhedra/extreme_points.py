@@ -4,13 +4,13 @@
 Manifold reduction of a patch: up to four points that stay the same from tick to tick while the
 bodies rest.
 
-The farthest points along four directions u, n x u, -u, n x (-u) that are fixed in one of the
-bodies, and the lowest in what places are left; near ones before those that are apart
-(`manifold_reduction`). The deepest, if it is deeper than these by more than a tremble, takes the
-place of the higher one of its neighbours: no four corners span a pentagon, and with the nearest it
-would be the other one that carries. A choice that begins with the deepest point
-(`manifold_reduction.keep_four`) picks other ones with every tremble among the many corners of a
-round face.
+What was held in the last tick, or else the farthest points along four directions u, n x u, -u,
+n x (-u) that are fixed in one of the bodies, and the lowest in what places are left; near ones
+before those that are apart (`manifold_reduction`). The deepest, if it is deeper than these by more
+than a tremble, takes the place of the higher one of its neighbours: no four corners span a
+pentagon, and with the nearest it would be the other one that carries. A choice that begins with
+the deepest point (`manifold_reduction.keep_four`) picks other ones with every tremble among the
+many corners of a round face.
 """
 
 from __future__ import annotations
@@ -31,18 +31,21 @@ from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINTS,
     SEPARATION,
     copy_point,
+    is_held,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold_reduction import (
+    DEEPER,
     NO_POINT,
     SAME,
     SKIN,
+    SPANS,
+    four_span,
 )
 from rigid_body_sim.physics.vectors import cross, dot, load, subtract
 
 Array = NDArray[np.float64]
 
 BESIDE = 2.0  # [-] of the least distance squared: neighbours
-DEEPER = 1e-4  # [-] of the extent: so much deeper a point must be to take the place of another
 
 
 @inline
@@ -102,6 +105,39 @@ def _neighbour(found: Array, deepest: int, kept: int) -> int:
     return best
 
 
+@inline
+def _span_of(found: Array, a: int, b: int, c: int, d: int) -> Any:
+    """Return what `four_span` does of points that begin at four places."""
+    return four_span(load(found, a), load(found, b), load(found, c), load(found, d))
+
+
+@kernel
+def _hold(found: Array, first: int, end: int, kept: int, limit: float) -> int:
+    """
+    Write the points that were held in the last tick in place of those kept, if there are four and
+    they span as much (`manifold_reduction`). Return how many are kept.
+    """
+    count, a, b, c, d = 0, first, first, first, first
+    for place in range(first, end, POINT):
+        if found[place + SEPARATION] <= limit and is_held(found[place + FEATURE], found):
+            a, b, c, d = b, c, d, place
+            count += 1
+    if count != MOST:
+        return kept
+    most = 0.0
+    if kept == MOST:
+        most = _span_of(
+            found, POINTS, POINTS + POINT, POINTS + 2 * POINT, POINTS + 3 * POINT
+        )  # fmt: skip
+    if not _span_of(found, a, b, c, d) >= SPANS * SPANS * most:
+        return kept
+    copy_point(found, POINTS, a)
+    copy_point(found, POINTS + POINT, b)
+    copy_point(found, POINTS + 2 * POINT, c)
+    copy_point(found, POINTS + 3 * POINT, d)
+    return MOST
+
+
 @kernel
 def keep_extremes(found: Array, first: int, count: int, direction: Any) -> int:
     """
@@ -141,6 +177,7 @@ def keep_extremes(found: Array, first: int, count: int, direction: Any) -> int:
             copy_point(found, POINTS + kept * POINT, best)
             kept += 1
         direction = cross(normal, direction)
+    kept = _hold(found, first, end, kept, limit)
     kept = _with_near(found, first, end, kept, SKIN * extent)
     least = found[POINTS + SEPARATION]
     for index in range(1, kept):

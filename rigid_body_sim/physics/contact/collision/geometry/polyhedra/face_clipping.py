@@ -25,7 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.compile.kernels import inline, kernel
-from rigid_body_sim.physics.contact.collision.geometry.manifold import POINT, write_point_at
+from rigid_body_sim.physics.contact.collision.geometry.manifold import (
+    HELD,
+    HELD_COUNT,
+    POINT,
+    write_point_at,
+)
 from rigid_body_sim.physics.contact.collision.geometry.polyhedra.hull_records import (
     CLIP,
     FACES,
@@ -150,6 +155,15 @@ def clip_by_side(
             _write_corner(work, to + CORNER * kept, end, edge)
             kept += 1
     return kept
+
+
+@inline
+def holds_face_of_b(found: Array) -> bool:
+    """Tell whether the normal was that of a face of B in the last tick: see `patch`."""
+    if not found[HELD_COUNT] > 0.0:
+        return False
+    name = math.floor(found[HELD] / (MOST_CORNERS * MOST_CORNERS))
+    return name - 2.0 * math.floor(0.5 * name) == 1.0
 
 
 @kernel

@@ -173,7 +173,7 @@ def best_face(
     Find the face of either body along whose normal they are separated most.
 
     corners  : of SIMPLEX
-    handicap : [m]  by so much a face of B must beat the best of A
+    handicap : [m]  by so much a face of B must beat the best of A; less than 0: A those of B
     Returns OF_A or OF_B, the number of the face, s, and the number of known points: around the
     best face four corners of M have joined them, so that little else can win.
     """

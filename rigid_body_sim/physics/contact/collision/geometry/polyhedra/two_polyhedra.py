@@ -8,7 +8,8 @@ Apart, the nearest points (`gjk`) give gap and normal; overlapping, the axis of 
 other (`face_clipping`); where no face lies there, the nearest points themselves are the contact.
 
 So that the normal does not jump to and fro between two equal choices, a face of B must beat the
-faces of A by FACE_GAIN of a half width, and edges, corners or nearest points must beat the faces
+faces of A by FACE_GAIN of a half width, or they those of B, if the normal was that of one of these
+in the last tick; and edges, corners or nearest points must beat the faces
 by EDGE_GAIN of it, plus EDGE_SHARE of the overlap: so much, at most, is a gap smaller, and a
 depth larger, than the exact one. A corner of a round face that the patch lacks joins it when it is
 deeper by DEEPER of a half width.
@@ -46,6 +47,7 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.face_clipping i
     FACE_NAMES,
     across,
     facing,
+    holds_face_of_b,
     is_over,
     patch,
 )
@@ -146,6 +148,12 @@ def _owner(side: int, state: int) -> float:
     return FACE_OF_B if side == OF_B else FACE_OF_A
 
 
+@inline
+def _gain_of_b(half: float, work: Array) -> float:
+    """By how much a face of B must beat the faces of A [m]."""
+    return -FACE_GAIN * half if holds_face_of_b(work) else FACE_GAIN * half
+
+
 @kernel
 def _axis(
     a: Hull, b: Hull, state: int, corners: int, half: float, work: Array
@@ -153,7 +161,7 @@ def _axis(
     """Choose the normal: of a face of A or B, or (NONE) the one at AXIS; return also s."""
     if state == GAP:
         return _axis_apart(a, b, half, work)
-    side, face, along, known = best_face(a, b, work, corners, FACE_GAIN * half)
+    side, face, along, known = best_face(a, b, work, corners, _gain_of_b(half, work))
     floor = along + EDGE_GAIN * half + EDGE_SHARE * abs(along)
     edge_a, edge_b, along_edges = best_edges(a, b, work, known, floor)
     if edge_a != NO_EDGE:
@@ -176,7 +184,7 @@ def _axis_apart(a: Hull, b: Hull, half: float, work: Array) -> tuple[int, int, f
             normal = from_b(work, negate(normal))
         along, _, _ = separation(a, b, work, normal, 0, 0)
         if along > floor:
-            winner, best, most, floor = side, face, along, along + FACE_GAIN * half
+            winner, best, most, floor = side, face, along, along + _gain_of_b(half, work)
     return winner, best, most
 
 
