@@ -167,7 +167,7 @@ class ContactWorld:
     @property
     def _holds(self) -> bool:
         """Whether points of some pairs depend on those of the last tick: see `held_features`."""
-        return not (self._events or HELD_KINDS.isdisjoint(self._kinds))
+        return not HELD_KINDS.isdisjoint(self._kinds)
 
     @property
     def _recycles(self) -> bool:
