@@ -100,6 +100,18 @@ def _nearest(
     return best
 
 
+@inline
+def _walk_to(pair: float, old: int, left: int, cache: Array) -> Any:
+    """
+    Walk on through the cache as far as a pair, or behind where it would be; return where that
+    entry begins, and how many are left from there on.
+    """
+    while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
+        old = cache_record.next_entry(old, cache)
+        left -= 1
+    return old, left
+
+
 @kernel
 def find_places(manifold_count: int, manifolds: Array, cache: Array, places: Indices) -> None:
     """Find where the pair of each manifold begins in the cache, or NEW."""
@@ -107,9 +119,7 @@ def find_places(manifold_count: int, manifolds: Array, cache: Array, places: Ind
     old = cache_record.HEAD
     for m in range(manifold_count):
         pair = manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID]
-        while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
-            old = cache_record.next_entry(old, cache)
-            left -= 1
+        old, left = _walk_to(pair, old, left, cache)
         is_known = left > 0 and cache[old + cache_record.PAIR_ID] == pair
         places[m] = old if is_known else NEW
 
@@ -138,9 +148,7 @@ def find_recycled(pairs: int, pair_ids: Indices, cache: Array, places: Indices) 
     old = cache_record.HEAD
     for index in range(pairs):
         pair = float(pair_ids[index])
-        while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
-            old = cache_record.next_entry(old, cache)
-            left -= 1
+        old, left = _walk_to(pair, old, left, cache)
         places[index] = NEW
         if (
             left > 0
@@ -160,9 +168,7 @@ def find_held(pairs: int, pair_ids: Indices, cache: Array, held: Array) -> None:
     old = cache_record.HEAD
     for index in range(pairs):
         pair = float(pair_ids[index])
-        while left > 0 and cache[old + cache_record.PAIR_ID] < pair:
-            old = cache_record.next_entry(old, cache)
-            left -= 1
+        old, left = _walk_to(pair, old, left, cache)
         row = index * held_features.SIZE
         count = 0
         if left > 0 and cache[old + cache_record.PAIR_ID] == pair:
