@@ -19,6 +19,7 @@ from rigid_body_sim.physics.contact.collision.collider import (
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FOUND,
+    HELD,
     HELD_COUNT,
     POINT,
     POINTS,
@@ -161,13 +162,19 @@ class Found:
         return len(self.gaps)
 
 
-def collide(a, b, pose_a, pose_b, margin, motion=(0.0,) * 6):
-    """Run the kernel of two shapes; motion: displacement and turn of A in the tick."""
+def collide(a, b, pose_a, pose_b, margin, motion=(0.0,) * 6, held=()):
+    """
+    Run the kernel of two shapes.
+
+        motion : displacement and turn of A in the tick
+        held   : features of the points of the last tick
+    """
     numbers = np.concatenate((a.sizes, b.sizes))
     poses = np.concatenate((pose_a, pose_b))
     found = np.full(FOUND, np.nan)
     found[SHIFT:HELD_COUNT] = motion
-    found[HELD_COUNT] = 0.0
+    found[HELD_COUNT] = len(held)
+    found[HELD : HELD + len(held)] = held
     kernel = collide_kernel(a.kind, b.kind)
     count = kernel(
         argument(numbers), 0, len(a.sizes), argument(poses), 0, 12, float(margin), argument(found)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pairs of shapes at random, what the kernels find between them, and what coal finds."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,6 +108,16 @@ def collide(a, b, margin):
     )
     points = found[POINTS : POINTS + POINT * count].reshape(count, POINT)
     return Found(found[:3].copy(), points[:, :3].copy(), points[:, 3].copy(), points[:, 4].copy())
+
+
+def about(axis, angle):
+    """Rotation (3, 3) by an angle about axis 0, 1 or 2."""
+    c, s = math.cos(angle), math.sin(angle)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    turn = np.eye(3)
+    turn[i, i] = turn[j, j] = c
+    turn[j, i], turn[i, j] = s, -s
+    return turn
 
 
 def random_turns(rng, n):

@@ -18,7 +18,7 @@ from rigid_body_sim.physics.contact.collision.geometry.cylinders.on_face import 
 from rigid_body_sim.physics.contact.collision.geometry.manifold import FOUND, POINT, POINTS
 
 from .hard_shapes import LENGTHS, OFFSETS, SHARES, TURNS
-from .pair_cases import Found, Oracle, Placed, collide, random_pairs
+from .pair_cases import Found, Oracle, Placed, about, collide, random_pairs
 
 MARGIN = 0.01  # [m]
 ROUNDING = 1e-14  # [m] round-off of coordinates of tenths of a metre
@@ -43,15 +43,6 @@ def touch(box, cylinder, margin=MARGIN):
 
 def cylinder(sizes, origin, turn=UPRIGHT):
     return Placed(CYLINDER, np.array(sizes), np.array(origin, dtype=float), turn)
-
-
-def about(axis, angle):
-    c, s = math.cos(angle), math.sin(angle)
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    turn = np.eye(3)
-    turn[i, i] = turn[j, j] = c
-    turn[j, i], turn[i, j] = s, -s
-    return turn
 
 
 def plan(found):

@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigid_body_sim.physics.compile.kernels import argument
-from rigid_body_sim.physics.contact.collision import held_features
 from rigid_body_sim.physics.contact.collision.collider import BOX, CAPSULE, CYLINDER, PLANE
 from rigid_body_sim.physics.contact.collision.geometry.cylinders import rim
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
@@ -35,7 +34,7 @@ from rigid_body_sim.physics.contact.collision.geometry.polyhedra.extreme_points 
     keep_extremes,
 )
 
-from .pair_cases import Placed, collide, random_turns
+from .pair_cases import Placed, about, collide, random_turns
 
 MARGIN = 0.01  # [m]
 ROUNDING = 1e-14  # [m] round-off of coordinates of tenths of a metre
@@ -46,15 +45,6 @@ GROUND = Placed(PLANE, np.array([0.0, 0.0, 1.0, 0.0]), np.zeros(3), np.eye(3))
 
 def at(kind, sizes, origin, turn=UPRIGHT):
     return Placed(kind, np.array(sizes, dtype=float), np.array(origin, dtype=float), turn)
-
-
-def about(axis, angle):
-    c, s = math.cos(angle), math.sin(angle)
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    turn = np.eye(3)
-    turn[i, i] = turn[j, j] = c
-    turn[j, i], turn[i, j] = s, -s
-    return turn
 
 
 def plan(found):
@@ -530,18 +520,3 @@ def test_what_was_held_gives_way_to_what_is_deeper_and_to_what_spans_more(chosen
     ring = np.array([[np.cos(t), np.sin(t), 0.0] for t in np.arange(12) * np.pi / 6.0])
     spans = chosen(ring, [0.0] * 12)
     assert sorted(chosen(ring, [0.0] * 12, [0, 1, 2, 3])) == sorted(spans)
-
-
-def test_no_pair_is_told_what_another_has_held():
-    """
-    Of a pair that is not known, nothing is.
-    """
-    found, rows = np.zeros(FOUND), np.zeros(3 * held_features.SIZE)
-    row = held_features.SIZE
-    rows[row + held_features.COUNT] = 2.0
-    rows[row + held_features.FEATURES : row + held_features.FEATURES + 2] = 7.0, 8.0
-    for index, count in ((1, 2.0), (0, 0.0), (2, 0.0)):
-        held_features.tell(index, argument(rows), argument(found))
-        assert found[HELD_COUNT] == count
-    held_features.tell(1, argument(np.zeros(0)), argument(found))
-    assert found[HELD_COUNT] == 0.0

@@ -49,7 +49,7 @@ SKIN = 1e-3  # [-] of the extent: what is no farther apart presses, or is about 
 SAME = 1e-9  # [-] of the extent: points nearer than this are one
 COINCIDENT = 4e-6  # [-] the same for flat points, where edges cross that nearly coincide
 EVEN = 1e-13  # [-] of the extent: depths of flat points that differ by less are rounding
-DEEPER = 1e-4  # [-] of the extent: so much deeper a point must be than those that were held
+DEEPER = 1e-4  # [-] of the extent: so much deeper than all that are held a point takes a place
 SPANS = 0.5  # [-] of the largest area: what was held is held while it spans as much
 NO_POINT = -1  # where a point begins that has not been found
 

@@ -159,11 +159,15 @@ def clip_by_side(
 
 @inline
 def holds_face_of_b(found: Array) -> bool:
-    """Tell whether the normal was that of a face of B in the last tick: see `patch`."""
-    if not found[HELD_COUNT] > 0.0:
-        return False
-    name = math.floor(found[HELD] / (MOST_CORNERS * MOST_CORNERS))
-    return name - 2.0 * math.floor(0.5 * name) == 1.0
+    """
+    Tell whether the normal was that of a face of B in the last tick: by the names of the corners
+    of its patch (`patch`); other points have negative ones.
+    """
+    held = False
+    for place in range(HELD, HELD + int(found[HELD_COUNT])):
+        name = math.floor(found[place] / (MOST_CORNERS * MOST_CORNERS))
+        held = held | ((name >= 0) & (name - 2 * math.floor(0.5 * name) == 1))
+    return held
 
 
 @kernel
