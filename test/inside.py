@@ -25,6 +25,7 @@ from rigid_body_sim.physics.contact import world as world_module
 from rigid_body_sim.physics.contact.collision.collider import BOX, HULL, PLANE, SPHERE, SURFACE
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.settings import EVENT
+from rigid_body_sim.physics.contact.solver import batch_record
 from rigid_body_sim.physics.contact.solver.iterations import solver
 from rigid_body_sim.physics.contact.world import ContactWorld
 from rigid_body_sim.physics.forces.acting_elements import ActingElements
@@ -394,6 +395,14 @@ def share_kernels(patch):
     known = {'turns': True, 'arcs': True}
     patch.setattr(world_module, 'solver', lambda **features: solver(**{**features, **known}))
     patch.setattr(ActingElements, '__init__', knowing)
+
+
+def points_left_out(simulation):
+    """Points of the batches of the last tick that no visit asked after: `far_points`."""
+    arrays = simulation._stepper.contact.arrays
+    count = int(arrays.counts[tick_counts.BATCHES])
+    batches = arrays.batches[: count * batch_record.SIZE].reshape(-1, batch_record.SIZE)
+    return int((batches[:, batch_record.POINT_COUNT] - batches[:, batch_record.NEAR_COUNT]).sum())
 
 
 def run_plain(patch):

@@ -164,6 +164,17 @@ def resting(at_rest):
     return sim
 
 
+def place_of(feature, row):
+    """
+    Where the point of a manifold with a feature begins: far ones were put behind near ones.
+    """
+    places = manifold_record.POINTS + manifold.POINT * np.arange(
+        int(row[manifold_record.POINT_COUNT])
+    )
+    (place,) = places[row[places + manifold.FEATURE] == feature]
+    return place
+
+
 def test_each_record_is_of_its_own_pair_also_where_ghosts_are_taken_out():
     """
     In a pile that falls together manifolds of what passes by are taken out of the list. What is
@@ -186,7 +197,7 @@ def test_each_record_is_of_its_own_pair_also_where_ghosts_are_taken_out():
                     for axis in (recycled_record.ON_A, recycled_record.ON_B)
                 )
                 middle = 0.5 * (x_a + r_a @ on_a + x_b + r_b @ on_b)
-                found = manifold_record.POINTS + manifold.POINT * point
+                found = place_of(kept[place + recycled_record.FEATURE], row)
                 assert np.abs(middle - row[found : found + 3]).max() < 1e-12
                 seen += 1
     assert seen > 500

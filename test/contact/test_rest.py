@@ -112,11 +112,11 @@ def pile(kind, seed):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(('kind', 'seed'), [('boxes', 3), ('prisms', 0), ('prisms', 2)])
+@pytest.mark.parametrize(('kind', 'seed'), [('boxes', 3), ('prisms', 4), ('prisms', 8)])
 def test_a_pile_of_what_touches_at_many_corners_comes_to_rest(kind, seed):
     """
-    Where the four that stand for them changed with every tremble, these kept moving by 65 to
-    1,400 um/s; a third of the least of that is allowed, they move by 2 to 5.
+    Where the four that stand for them changed with every tremble, these kept moving by 160 to
+    3,900 um/s; an eighth of the least of that is allowed, they move by 3 to 8.
     """
     sim = Simulation(load_scene(pile(kind, seed)))
     sim.step(1000)

@@ -302,7 +302,7 @@ def _advance(ticks, tick, h, world):
                 counts[tick_counts.DONE] = passed + 1
                 continue
         if not detect_contacts(tick + passed, h, world) or not arrange_constraints(
-            now, motion.body_count, colliders.table, constraints, bodies, driven, counts
+            now, motion.body_count, colliders, constraints, bodies, driven, counts
         ):
             return 0.0
         deep_overlaps.list_deep_overlaps(
@@ -539,7 +539,7 @@ def _find_works_of_drives(when, motion, driven, poses, constraints, bodies, coun
     )  # fmt: skip
 
 
-def _colour_constraints(body_count, table, constraints, bodies, counts):
+def _colour_constraints(body_count, colliders, constraints, bodies, counts):
     """
     Find the places of the constraints in the cache, and colour them into batches if others than
     those of the last tick; tell whether there was room.
@@ -553,12 +553,13 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
         count, constraints.manifolds, constraints.impulse_cache, constraints.places
     )
     counts[tick_counts.GROUPS] = find_groups(
-        count, body_count, APART, table, constraints.manifolds, constraints.colours,
+        count, body_count, APART, colliders.table, constraints.manifolds, constraints.colours,
         constraints.group_of, constraints.groups, constraints.order,
     )  # fmt: skip
     counts[tick_counts.BATCHES] = colouring.colour_constraints(
         count, counts[tick_counts.GROUPS], body_count, WIDTH, counts[tick_counts.ROW_ROOM],
-        counts[tick_counts.BATCH_ROOM], CURVED, table, constraints, bodies,
+        counts[tick_counts.BATCH_ROOM], CURVED, colliders.table, colliders.local_bounds,
+        constraints, bodies,
     )  # fmt: skip
     counts[tick_counts.ASSEMBLED] = 0
     counts[tick_counts.LANES] = colouring.lanes_in_use(
@@ -568,7 +569,7 @@ def _colour_constraints(body_count, table, constraints, bodies, counts):
     return counts[tick_counts.BATCHES] != colouring.NO_ROOM
 
 
-def _arrange_constraints(now, body_count, table, constraints, bodies, driven, counts):
+def _arrange_constraints(now, body_count, colliders, constraints, bodies, driven, counts):
     """
     Give the constraints of a tick their places, in groups, and find where those of the last one
     are. Tell whether there was room; else counts[STATUS] tells for what not.
@@ -582,12 +583,17 @@ def _arrange_constraints(now, body_count, table, constraints, bodies, driven, co
     ):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_CACHE
         return False
-    if not colour_constraints(body_count, table, constraints, bodies, counts):
+    if not colour_constraints(body_count, colliders, constraints, bodies, counts):
         counts[tick_counts.STATUS] = tick_counts.SHORT_OF_ROWS
         return False
     if DRIVES:
         prescribed_bodies.choose_belts(
-            count, body_count, driven.drives, table, constraints.manifolds, constraints.rows
+            count,
+            body_count,
+            driven.drives,
+            colliders.table,
+            constraints.manifolds,
+            constraints.rows,
         )
     is_assembled = counts[tick_counts.ASSEMBLED] == 1
     is_renewed = not is_assembled or cache[cache_record.SUBSTEP] != now.substep

@@ -11,6 +11,7 @@ COLOURS = 60  # [-] of the graph colouring; beyond, a manifold gets a batch of i
 batch = Record()
 BEGIN = batch.number('-', 'where it begins in the rows')
 POINT_COUNT = batch.number('-', 'points of each of its manifolds')
+NEAR_COUNT = batch.number('-', 'of them, that are visited in this tick: `far_points`')
 LANE_COUNT = batch.number('-', 'lanes in use')
 KIND = batch.number('-', 'MIXED, BALLS or CURVED')
 COLOUR = batch.number('-', 'of its manifolds')

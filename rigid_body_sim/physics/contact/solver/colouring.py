@@ -3,9 +3,10 @@
 """
 Graph colouring: contact constraints that share no moving body are put side by side.
 
-Each manifold takes the first colour that neither of its bodies has yet, and a lane of the open
-batch of this colour: constraints of one batch are independent, so eight of them are solved at once
-(wide constraints, see `constraint`). A body keeps its colours as the bits of one integer; what
+Each manifold takes the first colour that neither of its bodies has yet. Those of a colour take
+lanes of batches, those with most near points first, so that a batch visits few that are far
+(`far_points`): constraints of one batch are independent, so eight of them are solved at once (wide
+constraints, see `constraint`). A body keeps its colours as the bits of one integer; what
 cannot move has none. Beyond COLOURS a manifold gets a batch of its own.
 
 Groups of islands (`islands.solver_groups`) have batches of their own, one group after the other.
@@ -17,24 +18,31 @@ full, changes no bit: what is not connected does not feel each other.
 
 from __future__ import annotations
 
+from typing import Any
+
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.array_groups import Constraints
-from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
+from rigid_body_sim.physics.contact.collision import (
+    bounds_record,
+    collider_record,
+    manifold_record,
+)
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
     batch_record,
     constraint,
     contact_point,
     core_pair,
+    far_points,
     friction_patch,
     group_record,
     lane_scratch,
 )
 from rigid_body_sim.physics.contact.solver.manifold_constraints import are_curved, roundness
 
-NOWHERE = 1e9  # [m] separation of a point that a manifold does not have: it never presses
+COUNTS = manifold.MOST + 1  # [-] of near points: none to all
 HALF = 4  # [-] lanes of the narrower vectors
 HEAD = constraint.LANES  # [-] of the rows: no lane begins at 0, which is none (`surface_friction`)
 NO_ROOM = -1  # in place of the number of batches: rows or batches are too few
@@ -49,10 +57,99 @@ def _first_free(used: int) -> int:
     return colour
 
 
+@inline
+def _colour_group(
+    group: int, n_moving: int, table: Indices, bounds: Array, constraints: Constraints
+) -> None:
+    """
+    Choose the colour of each manifold of a group, in their order; note it, and how many near
+    points it has, among the members; group: where its record begins.
+    """
+    manifolds, colours = constraints.manifolds, constraints.colours
+    for index in range(
+        constraints.groups[group + group_record.FIRST_MANIFOLD],
+        constraints.groups[group + group_record.SIZE + group_record.FIRST_MANIFOLD],
+    ):
+        record = constraints.order[index] * manifold_record.SIZE
+        collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
+        collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+        body_a = collider_record.solver_body(collider_a, table)
+        body_b = collider_record.solver_body(collider_b, table)
+        used_a = colours[body_a] if body_a < n_moving else 0
+        used_b = colours[body_b] if body_b < n_moving else 0
+        colour = _first_free(used_a | used_b)
+        if colour < batch_record.COLOURS:
+            colours[min(body_a, n_moving)] |= 1 << colour
+            colours[min(body_b, n_moving)] |= 1 << colour
+        radius = bounds_record.smaller_radius(collider_a, collider_b, bounds)
+        near = far_points.count_near(record, radius, manifolds)
+        constraints.members[index] = colour * COUNTS + near
+
+
+@inline
+def _fill_batches(
+    number: int, near: int, end: int, count: int, n_moving: int, width: int, room: Any,
+    curved: bool, table: Indices, constraints: Constraints, bodies: Array,
+) -> Any:  # fmt: skip
+    """
+    Give the manifolds of a group with so many near points their lanes; return where the rows in
+    use end, and the number of batches, or NO_ROOM.
+
+    end, count : both so far
+    room       : of rows and of batches
+    """
+    manifolds, rows, batches = constraints.manifolds, constraints.rows, constraints.batches
+    open_batches, group = constraints.open_batches, number * group_record.SIZE
+    for index in range(
+        constraints.groups[group + group_record.FIRST_MANIFOLD],
+        constraints.groups[group + group_record.SIZE + group_record.FIRST_MANIFOLD],
+    ):
+        colour = constraints.members[index] // COUNTS
+        if constraints.members[index] != colour * COUNTS + near:
+            continue
+        record = constraints.order[index] * manifold_record.SIZE
+        collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
+        collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+        points = int(manifolds[record + manifold_record.POINT_COUNT])
+        kind = batch_record.MIXED
+        if roundness(collider_a, collider_b, table, bodies) > constraint.NOT_ROUND:
+            kind = batch_record.BALLS
+        if curved and points == 1 and are_curved(collider_a, collider_b, table, bodies):
+            kind = batch_record.CURVED
+        sort = batch_record.SORTS * colour
+        sort += kind if points == 1 else batch_record.SEVERAL_POINTS
+        batch = open_batches[sort]
+        if (
+            batch == batch_record.NONE_OPEN
+            or colour == batch_record.COLOURS
+            or batches[batch * batch_record.SIZE + batch_record.LANE_COUNT] == constraint.LANES
+        ):
+            batch = count
+            size = constraint.SIZE + (1 if points == 1 else manifold.MOST) * width
+            size += friction_patch.SIZE if points > 1 else 0
+            size += core_pair.SIZE if kind == batch_record.CURVED and points == 1 else 0
+            if end + size > room[0] or batch >= room[1]:
+                return end, NO_ROOM
+            _open(batch * batch_record.SIZE, end, kind, colour, batches)
+            end += size
+            open_batches[sort] = batch
+            count += 1
+        lane = _take_lane(batch * batch_record.SIZE, points, batches)
+        manifolds[record + manifold_record.LANE] = float(lane)
+        body_a = collider_record.solver_body(collider_a, table)
+        body_b = collider_record.solver_body(collider_b, table)
+        body_a += number if body_a == n_moving else 0
+        body_b += number if body_b == n_moving else 0
+        rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
+        rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
+    return end, count
+
+
 @kernel
 def colour_constraints(
     manifold_count: int, group_count: int, n_moving: int, width: int, row_room: int,
-    batch_room: int, curved: bool, table: Indices, constraints: Constraints, bodies: Array,
+    batch_room: int, curved: bool, table: Indices, bounds: Array, constraints: Constraints,
+    bodies: Array,
 ) -> int:  # fmt: skip
     """
     Give each manifold a lane, group after group; return the number of batches, or NO_ROOM. What
@@ -62,64 +159,25 @@ def colour_constraints(
         curved : whether layers about cores may meet: see `curved_cores`
     """
     manifolds, rows, batches = constraints.manifolds, constraints.rows, constraints.batches
-    colours, open_batches = constraints.colours, constraints.open_batches
     for body in range(n_moving + 1):
-        colours[body] = 0
+        constraints.colours[body] = 0
     count = 0
     end = HEAD
     for number in range(group_count):
         group = number * group_record.SIZE
-        constraints.groups[group + group_record.FIRST_BATCH] = count
+        first = count
+        constraints.groups[group + group_record.FIRST_BATCH] = first
         for sort in range(batch_record.OPEN_BATCHES):
-            open_batches[sort] = batch_record.NONE_OPEN
-        for index in range(
-            constraints.groups[group + group_record.FIRST_MANIFOLD],
-            constraints.groups[group + group_record.SIZE + group_record.FIRST_MANIFOLD],
-        ):
-            record = constraints.order[index] * manifold_record.SIZE
-            collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
-            collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
-            body_a = collider_record.solver_body(collider_a, table)
-            body_b = collider_record.solver_body(collider_b, table)
-            used_a = colours[body_a] if body_a < n_moving else 0
-            used_b = colours[body_b] if body_b < n_moving else 0
-            colour = _first_free(used_a | used_b)
-            points = int(manifolds[record + manifold_record.POINT_COUNT])
-            point_room = 1 if points == 1 else manifold.MOST
-            kind = batch_record.MIXED
-            if roundness(collider_a, collider_b, table, bodies) > constraint.NOT_ROUND:
-                kind = batch_record.BALLS
-            if curved and points == 1 and are_curved(collider_a, collider_b, table, bodies):
-                kind = batch_record.CURVED
-            sort = batch_record.SORTS * colour
-            sort += kind if points == 1 else batch_record.SEVERAL_POINTS
-            batch = open_batches[sort]
-            if (
-                batch == batch_record.NONE_OPEN
-                or colour == batch_record.COLOURS
-                or batches[batch * batch_record.SIZE + batch_record.LANE_COUNT] == constraint.LANES
-            ):
-                batch = count
-                size = constraint.SIZE + point_room * width
-                size += friction_patch.SIZE if points > 1 else 0
-                size += core_pair.SIZE if kind == batch_record.CURVED and points == 1 else 0
-                if batch >= batch_room or end + size > row_room:
-                    return NO_ROOM
-                _open(batch * batch_record.SIZE, end, kind, colour, batches)
-                end += size
-                open_batches[sort] = batch
-                count += 1
-            if colour < batch_record.COLOURS:
-                colours[min(body_a, n_moving)] |= 1 << colour
-                colours[min(body_b, n_moving)] |= 1 << colour
-            lane = _take_lane(batch * batch_record.SIZE, points, batches)
-            manifolds[record + manifold_record.LANE] = float(lane)
-            body_a += number if body_a == n_moving else 0
-            body_b += number if body_b == n_moving else 0
-            rows[lane + constraint.BODY_A] = float(body_a * solver_bodies.SIZE)
-            rows[lane + constraint.BODY_B] = float(body_b * solver_bodies.SIZE)
-        first = constraints.groups[group + group_record.FIRST_BATCH]
-        _sort_by_colour(first, count, batch_room, open_batches, batches)
+            constraints.open_batches[sort] = batch_record.NONE_OPEN
+        _colour_group(group, n_moving, table, bounds, constraints)
+        for far in range(COUNTS):
+            end, count = _fill_batches(
+                number, manifold.MOST - far, end, count, n_moving, width, (row_room, batch_room),
+                curved, table, constraints, bodies,
+            )  # fmt: skip
+            if count == NO_ROOM:
+                return NO_ROOM
+        _sort_by_colour(first, count, batch_room, constraints.open_batches, batches)
         _empty_unused_lanes(first, count, n_moving + number, width, rows, batches)
     last = group_count * group_record.SIZE
     constraints.groups[last + group_record.FIRST_BATCH] = count
@@ -132,6 +190,7 @@ def _open(batch: int, begin: int, kind: int, colour: int, batches: Indices) -> N
     """Open a batch without lanes."""
     batches[batch + batch_record.BEGIN] = begin
     batches[batch + batch_record.POINT_COUNT] = 0
+    batches[batch + batch_record.NEAR_COUNT] = 0
     batches[batch + batch_record.LANE_COUNT] = 0
     batches[batch + batch_record.KIND] = kind
     batches[batch + batch_record.COLOUR] = colour
@@ -235,4 +294,4 @@ def _empty_missing_points(manifold_count: int, width: int, manifolds: Array, row
                 begin = lane + constraint.SIZE + point * width
                 for row in range(begin, begin + width, constraint.LANES):
                     rows[row] = 0.0
-                rows[begin + contact_point.INITIAL_SEPARATION] = NOWHERE
+                rows[begin + contact_point.INITIAL_SEPARATION] = far_points.NOWHERE

@@ -32,7 +32,6 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.contact.solver.solve import OPEN, soft_law
 from rigid_body_sim.physics.vectors import (
     add,
-    add_scaled,
     cross,
     dot,
     scale,
@@ -55,9 +54,7 @@ BOUNCING = slot('[-] whether it is the impulse of restitution')
 WIDTH = slot('[-] numbers of a point')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 law = slot('kernel (constraints, points, lane, ...): J, b, m sigma, iota, and who takes part')
-add_stir = slot('kernel (point, lane, ...): adds a point to the sums of what stirs')
-add_point = slot('kernel (point, lane, ...): adds a point to the sums')
-apply_to_point = slot('kernel (point, lane, ...): gives a point its part')
+apply_to_point = slot('kernel (lane, points, scratch): gives a point its part')
 
 
 @inline
@@ -82,37 +79,35 @@ def is_clamped(used: int, scratch: Array) -> bool:
 
 
 def _law(
-    constraints: Array, points: Array, lane: int, row: int, along: float, inverse_h: float,
-    slop: float, cap: float,
+    constraints: Array, points: Array, lane: int, along: float, inverse_h: float, slop: float,
+    cap: float,
 ) -> Any:  # fmt: skip
     """
     Return what `solve` has for a point: J, b, m sigma, iota, and whether it takes part: what
     presses, or is about to.
-
-    row : of the point
     """
-    separation = points[row + contact_point.SEPARATION]
-    mass = points[row + contact_point.NORMAL_MASS]
+    separation = points[lane + contact_point.SEPARATION]
+    mass = points[lane + contact_point.NORMAL_MASS]
     is_open = separation > OPEN
     bounces = constraints[lane + constraint.RESTITUTION]
     iota, may = 0.0, True
     if BOUNCING:
-        impulse = points[row + contact_point.RESTITUTION_NORMAL]
-        approach = points[row + contact_point.APPROACH_VELOCITY]
+        impulse = points[lane + contact_point.RESTITUTION_NORMAL]
+        approach = points[lane + contact_point.APPROACH_VELOCITY]
         bias = bounces * approach if approach < 0.0 else 0.0
         pressure = (
-            points[row + contact_point.LARGEST_NORMAL_IMPULSE]
-            + points[row + contact_point.NORMAL_IMPULSE]
+            points[lane + contact_point.LARGEST_NORMAL_IMPULSE]
+            + points[lane + contact_point.NORMAL_IMPULSE]
         )
         may = (pressure > 0.0) & (constraints[lane + constraint.BOUNCES] > 0.0)
     elif SOFT:
-        impulse = points[row + contact_point.NORMAL_IMPULSE]
+        impulse = points[lane + contact_point.NORMAL_IMPULSE]
         mass, bias, iota = soft_law(
-            constraints, points, lane, row, separation, impulse, inverse_h, slop, cap
+            constraints, points, lane, separation, impulse, inverse_h, slop, cap
         )
     else:
-        impulse = points[row + contact_point.NORMAL_IMPULSE]
-        is_new = points[row + contact_point.WARM_NORMAL] <= 0.0
+        impulse = points[lane + contact_point.NORMAL_IMPULSE]
+        is_new = points[lane + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
         may = not (is_open & (bounces > 0.0) & (impulse <= 0.0))
     # rows that have no point have no mass
@@ -120,137 +115,144 @@ def _law(
     return impulse, bias, mass, iota, takes_part
 
 
-def _add_stir(
-    point: int, lane: int, along: float, sums: Any, constraints: Array, points: Array,
-    inverse_h: float, slop: float, cap: float,
-) -> Any:  # fmt: skip
-    """Add a point to the sums that tell whether a lane stirs: m sigma, m sigma b + iota J."""
-    mass, drive = sums
-    impulse, bias, stiff, iota, takes_part = law(
-        constraints, points, lane, lane + point * WIDTH, along, inverse_h, slop, cap
-    )
-    added = stiff * bias + iota * impulse
-    return mass + (stiff if takes_part else 0.0), drive + (added if takes_part else 0.0)
-
-
 def _find_stirring(
-    lanes: int, constraints: Array, points: Array, scratch: Array, inverse_h: float, slop: float,
-    cap: float,
+    lanes: int, near: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
+    slop: float, cap: float,
 ) -> None:  # fmt: skip
     """
     Find the lanes with something to be solved in common, of those that are visited.
 
-        points : all points of each lane
+        near   : points of each lane that are asked
+        points : all of them
     """
     for lane in range(lanes):
         along = dot(
             wide_lanes.vector(constraints, lane + constraint.NORMAL),
             wide_lanes.velocity_of_centers(constraints, scratch, lane),
         )
-        sums = (0.0, 0.0)
-        sums = add_stir(0, lane, along, sums, constraints, points, inverse_h, slop, cap)
-        sums = add_stir(1, lane, along, sums, constraints, points, inverse_h, slop, cap)
-        sums = add_stir(2, lane, along, sums, constraints, points, inverse_h, slop, cap)
-        mass, drive = add_stir(3, lane, along, sums, constraints, points, inverse_h, slop, cap)
+        scratch[lane + lane_scratch.COMMON_ALONG] = along
+        scratch[lane + lane_scratch.COMMON_MASS] = 0.0
+        scratch[lane + lane_scratch.COMMON_DRIVE] = 0.0
+    for point in range(near):
+        own = points[point * WIDTH : (point + 1) * WIDTH]
+        for lane in range(lanes):
+            along = scratch[lane + lane_scratch.COMMON_ALONG]
+            impulse, bias, stiff, iota, takes_part = law(
+                constraints, own, lane, along, inverse_h, slop, cap
+            )
+            added = stiff * bias + iota * impulse
+            scratch[lane + lane_scratch.COMMON_MASS] += stiff if takes_part else 0.0
+            scratch[lane + lane_scratch.COMMON_DRIVE] += added if takes_part else 0.0
+    for lane in range(lanes):
+        mass = scratch[lane + lane_scratch.COMMON_MASS]
+        drive = scratch[lane + lane_scratch.COMMON_DRIVE]
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
+        along = scratch[lane + lane_scratch.COMMON_ALONG]
         stirs = active & (abs(mass * along + drive) > STILL * mass)
         scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if stirs else 0.0
 
 
-def _add_point(
-    point: int, lane: int, along: float, turn: Any, sums: Any, constraints: Array, points: Array,
-    inverse_h: float, slop: float, cap: float,
-) -> Any:  # fmt: skip
-    """
-    Add a point to the sums: how many take part, m sigma, m sigma b + iota J, iota, arms; squares
-    of the ways from the first point, and of what the turn gives them along the normal. Return
-    them, and 1 if it takes part.
-    """
-    count, mass, drive, softness, arm_a, arm_b, lengths, rises = sums
-    row = lane + point * WIDTH
-    impulse, bias, stiff, iota, takes_part = law(
-        constraints, points, lane, row, along, inverse_h, slop, cap
-    )
+@inline
+def _begin_sums(lane: int, turns: bool, constraints: Array, first: Array, scratch: Array) -> None:
+    """Begin the sums of a lane; first: the first point of each."""
+    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+    spins = wide_lanes.angular_velocities(constraints, scratch, lane, turns)
+    turn = cross(normal, subtract(spins[1], spins[0]))
+    of_centers = wide_lanes.velocity_of_centers(constraints, scratch, lane)
+    nothing = (0.0, 0.0, 0.0)
+    wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_TURN, turn)
+    origin = wide_lanes.vector(first, lane + contact_point.ARM_B)
+    wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_FIRST, origin)
+    scratch[lane + lane_scratch.COMMON_ALONG] = dot(normal, of_centers)
+    scratch[lane + lane_scratch.COMMON_COUNT] = 0.0
+    scratch[lane + lane_scratch.COMMON_MASS] = 0.0
+    scratch[lane + lane_scratch.COMMON_DRIVE] = 0.0
+    scratch[lane + lane_scratch.COMMON_SOFTNESS] = 0.0
+    scratch[lane + lane_scratch.COMMON_LENGTHS] = 0.0
+    scratch[lane + lane_scratch.COMMON_RISES] = 0.0
+    wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_A, nothing)
+    wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_B, nothing)
+
+
+@inline
+def _add_point(lane: int, found: Any, points: Array, scratch: Array) -> None:
+    """Add a point to the sums of its lane; found: of it, see `_law`."""
+    impulse, bias, stiff, iota, takes_part = found
     share = 1.0 if takes_part else 0.0
     bias = bias if takes_part else 0.0
     stiff, iota = share * stiff, share * iota
-    own_a, own_b = wide_lanes.arms(points, row)
-    way = subtract(own_b, wide_lanes.vector(points, lane + contact_point.ARM_B))
-    rise = dot(turn, way)
-    added = (
-        count + share,
-        mass + stiff,
-        drive + (stiff * bias + iota * impulse),
-        softness + iota,
-        add_scaled(arm_a, share, own_a),
-        add_scaled(arm_b, share, own_b),
-        lengths + share * dot(way, way),
-        rises + share * (rise * rise),
-    )
-    return added, share
+    own_a, own_b = wide_lanes.arms(points, lane)
+    way = subtract(own_b, wide_lanes.vector(scratch, lane + lane_scratch.COMMON_FIRST))
+    rise = dot(wide_lanes.vector(scratch, lane + lane_scratch.COMMON_TURN), way)
+    points[lane + contact_point.TAKES_PART] = share
+    scratch[lane + lane_scratch.COMMON_COUNT] += share
+    scratch[lane + lane_scratch.COMMON_MASS] += stiff
+    scratch[lane + lane_scratch.COMMON_DRIVE] += stiff * bias + iota * impulse
+    scratch[lane + lane_scratch.COMMON_SOFTNESS] += iota
+    scratch[lane + lane_scratch.COMMON_LENGTHS] += share * dot(way, way)
+    scratch[lane + lane_scratch.COMMON_RISES] += share * (rise * rise)
+    wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_ARM_A, share, own_a)
+    wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_ARM_B, share, own_b)
 
 
-def _apply_to_point(
-    point: int, lane: int, share: float, common: float, given: Any, points: Array
-) -> Any:
-    """
-    Give a point its part. Return what all have been given so far: the sum, the same times their
-    arms, the largest, and how many impulses would have become negative.
-    """
-    total, moment_a, moment_b, largest, clamped = given
-    row = lane + point * WIDTH
+def _apply_to_point(lane: int, points: Array, scratch: Array) -> None:
+    """Give a point its part, and add that to what all have been given so far."""
     field = contact_point.RESTITUTION_NORMAL if BOUNCING else contact_point.NORMAL_IMPULSE
-    impulse = points[row + field]
-    takes_part = (share > 0.0) & (common != 0.0)  # else it keeps its bits
+    impulse = points[lane + field]
+    common = scratch[lane + lane_scratch.COMMON_CHANGE]
+    takes_part = (points[lane + contact_point.TAKES_PART] > 0.0) & (
+        common != 0.0
+    )  # else it keeps its bits
     # half of the warm start is still to come, before the motion, of what presses
-    warm = points[row + contact_point.WARM_NORMAL] if SOFT else 0.0
+    warm = points[lane + contact_point.WARM_NORMAL] if SOFT else 0.0
     before = impulse - warm if impulse > 0.0 else 0.0
     now = before + common
     is_clamped = takes_part & (now < 0.0)
     now = now if now > 0.0 else 0.0
     now = now if takes_part else before
     new = now + warm if now > 0.0 else 0.0
-    points[row + field] = new if takes_part else impulse
+    points[lane + field] = new if takes_part else impulse
     change = now - before
-    size = abs(change)
-    arm_a, arm_b = wide_lanes.arms(points, row)
-    return (
-        total + change,
-        add_scaled(moment_a, change, arm_a),
-        add_scaled(moment_b, change, arm_b),
-        size if size > largest else largest,
-        clamped + (1.0 if is_clamped else 0.0),
-    )
+    size, largest = abs(change), scratch[lane + lane_scratch.LARGEST_CHANGE]
+    arm_a, arm_b = wide_lanes.arms(points, lane)
+    scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
+    scratch[lane + lane_scratch.COMMON_CLAMPED] += 1.0 if is_clamped else 0.0
+    scratch[lane + lane_scratch.COMMON_TOTAL] += change
+    wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_MOMENT_A, change, arm_a)
+    wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_MOMENT_B, change, arm_b)
 
 
 @inline
-def _move_alike(sums: Any, turn: Any, points: Array, lane: int) -> Any:
+def _move_alike(lane: int, scratch: Array) -> Any:
     """
     Tell whether the turn gives the points that take part one velocity along the normal: they
     differ by less than those of a face that turns by TURNING.
     """
-    count, _, _, _, _, arm, lengths, rises = sums
+    count = scratch[lane + lane_scratch.COMMON_COUNT]
     share = 1.0 / (count if count > 1.0 else 1.0)
-    first = wide_lanes.vector(points, lane + contact_point.ARM_B)
-    middle = subtract(scale(share, arm), first)
-    rise = dot(turn, middle)
-    spread = lengths - count * dot(middle, middle)
-    return rises - count * (rise * rise) < 0.5 * TURNING * TURNING * (spread - POINT)
+    origin = wide_lanes.vector(scratch, lane + lane_scratch.COMMON_FIRST)
+    arm = wide_lanes.vector(scratch, lane + lane_scratch.COMMON_ARM_B)
+    middle = subtract(scale(share, arm), origin)
+    rise = dot(wide_lanes.vector(scratch, lane + lane_scratch.COMMON_TURN), middle)
+    spread = scratch[lane + lane_scratch.COMMON_LENGTHS] - count * dot(middle, middle)
+    rises = scratch[lane + lane_scratch.COMMON_RISES] - count * (rise * rise)
+    return rises < 0.5 * TURNING * TURNING * (spread - POINT)
 
 
 @inline
-def _change(
-    sums: Any, along: float, normal: Any, spins: Any, of_centers: Any, constraints: Array,
-    lane: int, turns: bool,
-) -> Any:  # fmt: skip
+def _change(lane: int, turns: bool, constraints: Array, scratch: Array) -> Any:
     """Return the common change J' of a lane, 0 where it has none."""
-    count, mass, drive, softness, arm_a, arm_b, _, _ = sums
+    count = scratch[lane + lane_scratch.COMMON_COUNT]
+    mass = scratch[lane + lane_scratch.COMMON_MASS]
+    drive = scratch[lane + lane_scratch.COMMON_DRIVE]
+    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
     several = count > 1.0
     share = 1.0 / (count if several else 1.0)
-    arm_a, arm_b = scale(share, arm_a), scale(share, arm_b)
-    spin_a, spin_b = spins
-    turning = subtract(cross(spin_b, arm_b), cross(spin_a, arm_a))
-    velocity = dot(normal, add(of_centers, turning))
+    arm_a = scale(share, wide_lanes.vector(scratch, lane + lane_scratch.COMMON_ARM_A))
+    arm_b = scale(share, wide_lanes.vector(scratch, lane + lane_scratch.COMMON_ARM_B))
+    velocity = dot(
+        normal, wide_lanes.relative_velocity(constraints, scratch, lane, arm_a, arm_b, turns)
+    )
     moment_a, moment_b = cross(arm_a, normal), cross(arm_b, normal)
     turn_a = wide_lanes.apply_inverse_inertia(
         constraints, lane + constraint.INVERSE_INERTIA_A, turns, moment_a
@@ -264,66 +266,65 @@ def _change(
         + dot(moment_a, turn_a)
         + dot(moment_b, turn_b)
     )
-    stiffness = count * rate * mass + softness
+    stiffness = count * rate * mass + scratch[lane + lane_scratch.COMMON_SOFTNESS]
+    along = scratch[lane + lane_scratch.COMMON_ALONG]
     stirs = abs(mass * along + drive) > STILL * mass
     solvable = several & (stiffness > 0.0) & stirs
     return -(mass * velocity + drive) / (stiffness if solvable else 1.0) if solvable else 0.0
 
 
+@inline
+def _apply_all(lane: int, constraints: Array, scratch: Array) -> None:
+    """Give the bodies of a lane what all its points have been given."""
+    normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
+    total = scratch[lane + lane_scratch.COMMON_TOTAL]
+    moment_a = wide_lanes.vector(scratch, lane + lane_scratch.COMMON_MOMENT_A)
+    moment_b = wide_lanes.vector(scratch, lane + lane_scratch.COMMON_MOMENT_B)
+    angular_a = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A)
+    angular_b = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B)
+    angular_a = subtract(angular_a, cross(moment_a, normal))
+    angular_b = add(angular_b, cross(moment_b, normal))
+    wide_lanes.add_to_vector(scratch, lane + lane_scratch.IMPULSE, total, normal)
+    wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, angular_a)
+    wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, angular_b)
+
+
 def _solve_in_common(
-    lanes: int, starts: bool, constraints: Array, points: Array, scratch: Array, inverse_h: float,
-    slop: float, cap: float,
+    lanes: int, near: int, starts: bool, constraints: Array, points: Array, scratch: Array,
+    inverse_h: float, slop: float, cap: float,
 ) -> None:  # fmt: skip
     """
     Solve what the points of each lane have in common: of lanes that are visited, and whose points
     move alike.
 
+    near   : points of each lane that are asked
     starts : False: only where an impulse was clamped the last time
     points : all points of each lane
     """
     for lane in range(lanes):
-        normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-        spins = wide_lanes.angular_velocities(constraints, scratch, lane, TURNS)
-        turn = cross(normal, subtract(spins[1], spins[0]))
+        _begin_sums(lane, TURNS, constraints, points, scratch)
+    for point in range(near):
+        own = points[point * WIDTH : (point + 1) * WIDTH]
+        for lane in range(lanes):
+            along = scratch[lane + lane_scratch.COMMON_ALONG]
+            found = law(constraints, own, lane, along, inverse_h, slop, cap)
+            _add_point(lane, found, own, scratch)
+    for lane in range(lanes):
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
-        linear = wide_lanes.vector(scratch, lane + lane_scratch.IMPULSE)
-        of_centers = wide_lanes.velocity_of_centers(constraints, scratch, lane)
-        along = dot(normal, of_centers)
-        nothing = (0.0, 0.0, 0.0)
-        sums = (0.0, 0.0, 0.0, 0.0, nothing, nothing, 0.0, 0.0)
-        given = (0.0, nothing, nothing, scratch[lane + lane_scratch.LARGEST_CHANGE], 0.0)
-        sums, share_0 = add_point(
-            0, lane, along, turn, sums, constraints, points, inverse_h, slop, cap
-        )
-        sums, share_1 = add_point(
-            1, lane, along, turn, sums, constraints, points, inverse_h, slop, cap
-        )
-        sums, share_2 = add_point(
-            2, lane, along, turn, sums, constraints, points, inverse_h, slop, cap
-        )
-        sums, share_3 = add_point(
-            3, lane, along, turn, sums, constraints, points, inverse_h, slop, cap
-        )
-        alike = active & _move_alike(sums, turn, points, lane)
+        alike = active & _move_alike(lane, scratch)
         alike = alike if starts else scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0
-        common = _change(sums, along, normal, spins, of_centers, constraints, lane, TURNS)
-        common = common if alike else 0.0
-        given = apply_to_point(0, lane, share_0, common, given, points)
-        given = apply_to_point(1, lane, share_1, common, given, points)
-        given = apply_to_point(2, lane, share_2, common, given, points)
-        total, moment_a, moment_b, largest, clamped = apply_to_point(
-            3, lane, share_3, common, given, points
-        )
-        angular_a = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A)
-        angular_b = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B)
-        angular_a = subtract(angular_a, cross(moment_a, normal))
-        angular_b = add(angular_b, cross(moment_b, normal))
-        linear = add_scaled(linear, total, normal)
-        wide_lanes.put_vector(scratch, lane + lane_scratch.IMPULSE, linear)
-        wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A, angular_a)
-        wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, angular_b)
-        scratch[lane + lane_scratch.LARGEST_CHANGE] = largest
-        scratch[lane + lane_scratch.COMMON_CLAMPED] = clamped
+        common = _change(lane, TURNS, constraints, scratch)
+        scratch[lane + lane_scratch.COMMON_CHANGE] = common if alike else 0.0
+        scratch[lane + lane_scratch.COMMON_CLAMPED] = 0.0
+        scratch[lane + lane_scratch.COMMON_TOTAL] = 0.0
+        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_MOMENT_A, (0.0, 0.0, 0.0))
+        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_MOMENT_B, (0.0, 0.0, 0.0))
+    for point in range(near):
+        own = points[point * WIDTH : (point + 1) * WIDTH]
+        for lane in range(lanes):
+            apply_to_point(lane, own, scratch)
+    for lane in range(lanes):
+        _apply_all(lane, constraints, scratch)
 
 
 def visit(kind: str, width: int, *, turns: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -341,12 +342,7 @@ def visit(kind: str, width: int, *, turns: bool) -> tuple[Callable[..., Any], Ca
         'TURNS': turns,
     }
     name = f'{kind}_{width}'
-    for slot_name, source in (
-        ('law', _law),
-        ('add_stir', _add_stir),
-        ('add_point', _add_point),
-        ('apply_to_point', _apply_to_point),
-    ):
+    for slot_name, source in (('law', _law), ('apply_to_point', _apply_to_point)):
         offered[slot_name] = specialise(source, name=name, inlined=True, offered=offered)
     return (
         specialise(_find_stirring, name=name, offered=offered),

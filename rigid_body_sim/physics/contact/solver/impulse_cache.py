@@ -206,10 +206,7 @@ def recall(
         old_points = old + cache_record.MANIFOLD_HEAD
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        radius = min(
-            bounds[a * bounds_record.SIZE + bounds_record.RADIUS],
-            bounds[b * bounds_record.SIZE + bounds_record.RADIUS],
-        )
+        radius = bounds_record.smaller_radius(a, b, bounds)
         load = cache[old + cache_record.LOAD] if is_known else 0.0
         static_sink.recall(lane, h, radius, load, rows)
         near = SAME_PLACE * SAME_PLACE * radius * radius

@@ -29,6 +29,7 @@ from rigid_body_sim.physics.contact.solver import (
     contact_point,
     core_pair,
     curved_cores,
+    far_points,
     friction_patch,
     lane_scratch,
     patch_friction,
@@ -125,20 +126,23 @@ def _face(first: int, width: int) -> Any:
 
 
 def _all_in_common(
-    lanes: int, used: int, may_rest: bool, constraints: Array, points: Array, scratch: Array,
-    inverse_h: float, slop: float, cap: float,
+    lanes: int, used: int, near: int, may_rest: bool, constraints: Array, points: Array,
+    scratch: Array, inverse_h: float, slop: float, cap: float,
 ) -> None:  # fmt: skip
     """
     Solve what the points of a batch have in common, until no impulse is clamped.
 
+    near     : points of each lane that are asked
     may_rest : whether to ask first if there is anything: what the last pass has changed stirs
     """
     if may_rest:
-        find_stirring(lanes, constraints, points, scratch, inverse_h, slop, cap)
+        find_stirring(lanes, near, constraints, points, scratch, inverse_h, slop, cap)
         if not common_impulse.any_stirs(used, scratch):
             return
     for iteration in range(COMMON_ITERATIONS):
-        solve_in_common(lanes, iteration == 0, constraints, points, scratch, inverse_h, slop, cap)
+        solve_in_common(
+            lanes, near, iteration == 0, constraints, points, scratch, inverse_h, slop, cap
+        )
         if not common_impulse.is_clamped(used, scratch):
             break
 
@@ -211,6 +215,10 @@ def _prepare(
             warm_start.start_tick(lanes, constraints, points, scratch)
             if ANGULAR:
                 warm_start.start_tick_angular(lanes, constraints, points, scratch)
+        points = rows[first:end]
+        near = far_points.points_to_visit(used, point_count, WIDTH, ANGULAR, constraints, points)
+        batches[number * batch_record.SIZE + batch_record.NEAR_COUNT] = near
+        far_points.begin(lanes, used, near, point_count, first, WIDTH, rows)
         warm_start.scatter(solver_bodies.WARM_IMPULSE, constraints, scratch, bodies)
         solve.gather_inverse_masses(constraints, bodies)
         solve.gather_momenta(lanes, constraints, scratch, bodies)
@@ -260,17 +268,24 @@ def _solve_normals(
             solve.gather_momenta(lanes, constraints, scratch, bodies)
         else:
             solve.gather_unsettled(lanes, step, constraints, scratch, bodies)
-        if PATCHES and point_count > 1:
+        near = far_points.points_asked(
+            number, lanes, inverse_h, TURNS, constraints, scratch, batches
+        )
+        if near == 0:
+            solve.leave_settled(used, constraints)
+            continue
+        if PATCHES and near > 1:
             points = rows[first : first + MOST * WIDTH]
             solve_all_in_common(
-                lanes, used, number_of_pass == 0, constraints, points, scratch, inverse_h, slop,
-                cap,
+                lanes, used, near, number_of_pass == 0, constraints, points, scratch, inverse_h,
+                slop, cap,
             )  # fmt: skip
         if BENDS:
             bends.find_bends(lanes, TURNS, LAYERED, inverse_h, constraints, scratch)
         if RIMS:
             rolling_frame.find_bends(used, inverse_h, constraints, scratch, bodies)
-        for point in range(point_count):
+        point = 0
+        while point < near:
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             if PATCHES and point_count > 1:
                 solve_normal(lanes, constraints, points, scratch, inverse_h, slop, cap)
@@ -278,6 +293,11 @@ def _solve_normals(
                 solve_point(lanes, constraints, points, scratch, inverse_h, slop, cap)
             if ANGULAR:
                 rolling_friction.limit(lanes, constraints, points, scratch)
+            point += 1
+            if point == near:
+                near = far_points.points_asked(
+                    number, lanes, inverse_h, TURNS, constraints, scratch, batches
+                )
         if PATCHES and point_count > 1:
             begin, end = _face(first, WIDTH)
             patch = rows[begin:end]
@@ -336,6 +356,8 @@ def _update_separation(
                     rolling_friction.apply_second_half(lanes, constraints, points, scratch)
             if several:
                 patch_friction.apply_second_half(lanes, constraints, patch, scratch)
+        near = batches[number * batch_record.SIZE + batch_record.NEAR_COUNT]
+        far_points.follow(lanes, used, near, point_count, first, WIDTH, rows)
         warm_start.scatter(solver_bodies.MOMENTUM, constraints, scratch, bodies)
 
 
@@ -366,15 +388,23 @@ def _relax(
         begin, end = _face(first, WIDTH)
         patch = rows[begin:end]
         several = PATCHES and point_count > 1
-        if several:
+        near = far_points.points_asked(
+            number, lanes, inverse_h, TURNS, constraints, scratch, batches
+        )
+        if near == 0:
+            solve.leave_settled(used, constraints)
+            continue
+        if several and near > 1:
             points = rows[first : first + MOST * WIDTH]
             relax_all_in_common(
-                lanes, used, number_of_pass == 0, constraints, points, scratch, inverse_h, 0.0, 0.0
-            )
+                lanes, used, near, number_of_pass == 0, constraints, points, scratch, inverse_h,
+                0.0, 0.0,
+            )  # fmt: skip
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.find_slide(lanes, constraints, patch, scratch)
-            for point in range(point_count):
+            point = 0
+            while point < near:
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
                 if several:
                     relax_normal(lanes, constraints, points, scratch, inverse_h)
@@ -382,12 +412,17 @@ def _relax(
                     relax_point(lanes, constraints, points, scratch, inverse_h)
                 if ANGULAR:
                     rolling_friction.solve(lanes, constraints, points, scratch)
+                point += 1
+                if point == near:
+                    near = far_points.points_asked(
+                        number, lanes, inverse_h, TURNS, constraints, scratch, batches
+                    )
             if several:
                 if surface_friction.any_surface(scratch):
                     surface_friction.add_press_of_others(used, first, WIDTH, rows, patch, scratch)
                 if patch_friction.any_stale(used, patch, scratch):
                     _measure_patch(
-                        lanes, used, point_count, first, WIDTH, contact_point.NORMAL_IMPULSE,
+                        lanes, used, near, first, WIDTH, contact_point.NORMAL_IMPULSE,
                         friction_patch.IMPULSE_1, False, rows, scratch,
                     )  # fmt: skip
                 relax_friction(lanes, constraints, patch, scratch)
@@ -407,11 +442,14 @@ def _start_substep(
     for number in range(count):
         _, lanes = _lanes(number, lanes_at_once, batches)
         point_count, first = _points(number, batches)
+        near = batches[number * batch_record.SIZE + batch_record.NEAR_COUNT]
+        if near == 0:
+            continue
         constraints = rows[first - constraint.SIZE : first]
         warm_start.clear(lanes, scratch)
         if PATCHES and point_count > 1:
             patch_friction.clear_moments(lanes, scratch)
-        for point in range(point_count):
+        for point in range(near):
             points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
             if PATCHES and point_count > 1:
                 start_normal(lanes, constraints, points, scratch)
@@ -440,7 +478,7 @@ def _apply_restitution(
             if PATCHES and point_count > 1:
                 points = rows[first : first + MOST * WIDTH]
                 restore_all_in_common(
-                    lanes, used, True, constraints, points, scratch, 0.0, 0.0, 0.0
+                    lanes, used, point_count, True, constraints, points, scratch, 0.0, 0.0, 0.0
                 )
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]

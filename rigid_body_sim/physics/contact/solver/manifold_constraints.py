@@ -28,6 +28,7 @@ from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
     curved_cores,
+    far_points,
     friction_patch,
     pressure_of_face,
     surface_friction,
@@ -229,11 +230,7 @@ def prepare_materials(
             or table[b * collider_record.SIZE + collider_record.BODY] < 0
         )
         soften(lane, softness, fixed, 1.0, rows)
-        radius = min(
-            bounds[a * bounds_record.SIZE + bounds_record.RADIUS],
-            bounds[b * bounds_record.SIZE + bounds_record.RADIUS],
-        )
-        rows[lane + constraint.DEEP] = DEEP * radius
+        rows[lane + constraint.DEEP] = DEEP * bounds_record.smaller_radius(a, b, bounds)
 
 
 @inline
@@ -324,6 +321,9 @@ def prepare_points(
             )
         point_count = int(manifolds[record + manifold_record.POINT_COUNT])
         if point_count > 1:
+            far_points.put_behind(
+                record, bounds_record.smaller_radius(a, b, colliders.local_bounds), manifolds
+            )
             face = lane + constraint.SIZE + manifold.MOST * width
             surface_friction.leave_alone(lane, width, rows)
             _weigh_nearest(point_count, record, face, manifolds, rows)

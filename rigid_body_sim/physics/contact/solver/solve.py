@@ -203,6 +203,13 @@ def share_left_alone(lane: int, constraints: Array) -> Any:
 
 
 @inline
+def leave_settled(used: int, constraints: Array) -> None:
+    """Note that a pass has changed nothing in a batch."""
+    for lane in range(used):
+        constraints[lane + constraint.UNSETTLED] = 0.0
+
+
+@inline
 def mark_unsettled(
     used: int, rest: float, constraints: Array, points: Array, scratch: Array
 ) -> bool:
@@ -245,7 +252,7 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 
 @inline
 def soft_law(
-    constraints: Array, points: Array, lane: int, row: int, separation: float, impulse: float,
+    constraints: Array, points: Array, lane: int, separation: float, impulse: float,
     inverse_h: float, slop: float, cap: float,
 ) -> Any:  # fmt: skip
     """
@@ -256,11 +263,10 @@ def soft_law(
     beyond what bears the load, -(iota J/(m sigma) + pace), its part with J cancels iota J: then
     iota is 0.
 
-        row     : of the point
         impulse : [N s] J
         cap     : [m/s] speed at which a deep overlap goes, at most
     """
-    mass = points[row + contact_point.NORMAL_MASS]
+    mass = points[lane + contact_point.NORMAL_MASS]
     is_open = separation > OPEN
     depth = separation + slop
     depth = depth if depth < 0.0 else 0.0
@@ -309,7 +315,7 @@ def _solve_normals(
             separation += rolls * constraints[lane + constraint.SINK]
             beyond -= 2.0 * rolls * points[lane + contact_point.WARM_NORMAL]
         stiff, bias, iota = soft_law(
-            constraints, points, lane, lane, separation, beyond, inverse_h, slop, cap
+            constraints, points, lane, separation, beyond, inverse_h, slop, cap
         )
         if BENDS:
             bias += bends.bend_of_point(lane, LAYERED, points, scratch)

@@ -46,6 +46,12 @@ def put_vector(rows: Array, row: int, v: Any) -> None:
 
 
 @inline
+def add_to_vector(rows: Array, row: int, share: float, v: Any) -> None:
+    """Add a share of a vector to three numbers of a lane."""
+    put_vector(rows, row, add_scaled(vector(rows, row), share, v))
+
+
+@inline
 def symmetric(rows: Array, row: int) -> Any:
     """A symmetric matrix of a lane: xx, xy, xz, yy, yz, zz."""
     return (
