@@ -53,10 +53,7 @@ def list_touching(
     touching: Indices,
 ) -> int:
     """
-    List the bodies that some manifold names, in the order in which they do; return how many.
-
-    What is summed over bodies is summed in this order, so that no bit of it depends on where a
-    scene lists them.
+    List the bodies that some manifold names, in the order of the core; return how many.
 
     manifold_count : how many manifolds there are
     order     : in which they lie in the rows
@@ -64,11 +61,13 @@ def list_touching(
     """
     for body in range(body_count + 1):
         marks[body] = 0
-    count = 0
     for index in range(manifold_count):
-        for body in bodies_of(lane_of(order[index], manifolds), body_count, rows):
-            if body < body_count and marks[body] == 0:
-                marks[body] = 1
-                touching[count] = body
-                count += 1
+        body_a, body_b = bodies_of(lane_of(order[index], manifolds), body_count, rows)
+        marks[body_a] = 1
+        marks[body_b] = 1
+    count = 0
+    for body in range(body_count):
+        if marks[body] == 1:
+            touching[count] = body
+            count += 1
     return count

@@ -55,7 +55,7 @@ from rigid_body_sim.physics.contact.energy.kept_motion import (
     is_carried,
     position_of,
 )
-from rigid_body_sim.physics.contact.energy.pressing_groups import unite_pressing
+from rigid_body_sim.physics.contact.energy.pressing_groups import order_of_sums, unite_pressing
 from rigid_body_sim.physics.contact.energy.scratch import (
     OF_MOMENTUM,
     OF_PLACE,
@@ -256,6 +256,8 @@ def bound_gains(
             taken[entry] = 0.0
     if not _any_gains(share, touching, motion, bodies):
         return False
+    count = order_of_sums(batch_count, static, touching, batches, rows, roots, scratch.order)
+    touching = scratch.order[:count]
     unite_pressing(batch_count, static, touching, batches, rows, roots)
     for index in range(len(touching)):
         gain = touching[index] * gain_record.SIZE

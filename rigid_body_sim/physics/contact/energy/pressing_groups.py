@@ -26,6 +26,35 @@ def group_of(body_a: int, body_b: int, static: int, roots: Indices) -> int:
 
 
 @kernel
+def order_of_sums(
+    batch_count: int, static: int, touching: Indices, batches: Indices, rows: Array,
+    marks: Indices, order: Indices,
+) -> int:  # fmt: skip
+    """
+    List the bodies that touch in the order in which constraints name them; return how many.
+
+    What is summed over bodies is summed in this order, so that no bit of it depends on where a
+    scene lists them.
+
+        static : index of what cannot move
+        marks  : scratch, a number for each body
+    """
+    for index in range(len(touching)):
+        marks[touching[index]] = 0
+    marks[static] = 1
+    count = 0
+    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
+        begin = batches[batch + batch_record.BEGIN]
+        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
+            for body in bodies_of(lane, static, rows):
+                if marks[body] == 0:
+                    marks[body] = 1
+                    order[count] = body
+                    count += 1
+    return count
+
+
+@kernel
 def unite_pressing(
     batch_count: int, static: int, touching: Indices, batches: Indices, rows: Array, roots: Indices
 ) -> None:

@@ -38,7 +38,11 @@ from rigid_body_sim.physics.contact.collision import manifold_record
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.energy import impact_record
 from rigid_body_sim.physics.contact.energy.account import kinetic, twice_kinetic
-from rigid_body_sim.physics.contact.energy.pressing_groups import group_of, unite_pressing
+from rigid_body_sim.physics.contact.energy.pressing_groups import (
+    group_of,
+    order_of_sums,
+    unite_pressing,
+)
 from rigid_body_sim.physics.contact.energy.scratch import EnergyScratch
 from rigid_body_sim.physics.contact.solver import constraint, contact_point, friction_patch
 from rigid_body_sim.physics.contact.touching import bodies_of, lane_of
@@ -164,6 +168,10 @@ def bound_restitution(
     """
     manifolds, rows = constraints.manifolds, constraints.rows
     roots, impacts = scratch.roots, scratch.impacts
+    count = order_of_sums(
+        batch_count, static, touching, constraints.batches, rows, roots, scratch.order
+    )
+    touching = scratch.order[:count]
     unite_pressing(batch_count, static, touching, constraints.batches, rows, roots)
     for index in range(len(touching)):
         impact = touching[index] * impact_record.SIZE

@@ -29,6 +29,7 @@ class EnergyScratch(NamedTuple):
     """
     What the bounds write down.
 
+    order   : of bodies, in which what they give is summed: `pressing_groups`
     roots   : union-find of bodies that press on each other: first body of the group
     impacts : see `impact_record`
     gains   : see `gain_record`
@@ -36,6 +37,7 @@ class EnergyScratch(NamedTuple):
               what cannot move is 1 where it is not all zero
     """
 
+    order: Indices
     roots: Indices
     impacts: Array
     gains: Array
@@ -46,6 +48,7 @@ def make_scratch(body_count: int) -> EnergyScratch:
     """Make the arrays of so many moving bodies."""
     size = body_count + 1
     return EnergyScratch(
+        order=np.zeros(size, dtype=np.int64),
         roots=np.zeros(size, dtype=np.int64),
         impacts=np.zeros(size * impact_record.SIZE),
         gains=np.zeros(size * gain_record.SIZE),
