@@ -115,43 +115,6 @@ def _law(
     return impulse, bias, mass, iota, takes_part
 
 
-def _find_stirring(
-    lanes: int, near: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
-    slop: float, cap: float,
-) -> None:  # fmt: skip
-    """
-    Find the lanes with something to be solved in common, of those that are visited.
-
-        near   : points of each lane that are asked
-        points : all of them
-    """
-    for lane in range(lanes):
-        along = dot(
-            wide_lanes.vector(constraints, lane + constraint.NORMAL),
-            wide_lanes.velocity_of_centers(constraints, scratch, lane),
-        )
-        scratch[lane + lane_scratch.COMMON_ALONG] = along
-        scratch[lane + lane_scratch.COMMON_MASS] = 0.0
-        scratch[lane + lane_scratch.COMMON_DRIVE] = 0.0
-    for point in range(near):
-        own = points[point * WIDTH : (point + 1) * WIDTH]
-        for lane in range(lanes):
-            along = scratch[lane + lane_scratch.COMMON_ALONG]
-            impulse, bias, stiff, iota, takes_part = law(
-                constraints, own, lane, along, inverse_h, slop, cap
-            )
-            added = stiff * bias + iota * impulse
-            scratch[lane + lane_scratch.COMMON_MASS] += stiff if takes_part else 0.0
-            scratch[lane + lane_scratch.COMMON_DRIVE] += added if takes_part else 0.0
-    for lane in range(lanes):
-        mass = scratch[lane + lane_scratch.COMMON_MASS]
-        drive = scratch[lane + lane_scratch.COMMON_DRIVE]
-        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
-        along = scratch[lane + lane_scratch.COMMON_ALONG]
-        stirs = active & (abs(mass * along + drive) > STILL * mass)
-        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if stirs else 0.0
-
-
 @inline
 def _begin_sums(lane: int, turns: bool, constraints: Array, first: Array, scratch: Array) -> None:
     """Begin the sums of a lane; first: the first point of each."""
@@ -240,6 +203,14 @@ def _move_alike(lane: int, scratch: Array) -> Any:
 
 
 @inline
+def _stirs(lane: int, scratch: Array) -> Any:
+    """Tell whether a lane has anything to be solved in common."""
+    mass = scratch[lane + lane_scratch.COMMON_MASS]
+    drive = scratch[lane + lane_scratch.COMMON_DRIVE]
+    return abs(mass * scratch[lane + lane_scratch.COMMON_ALONG] + drive) > STILL * mass
+
+
+@inline
 def _change(lane: int, turns: bool, constraints: Array, scratch: Array) -> Any:
     """Return the common change J' of a lane, 0 where it has none."""
     count = scratch[lane + lane_scratch.COMMON_COUNT]
@@ -267,9 +238,7 @@ def _change(lane: int, turns: bool, constraints: Array, scratch: Array) -> Any:
         + dot(moment_b, turn_b)
     )
     stiffness = count * rate * mass + scratch[lane + lane_scratch.COMMON_SOFTNESS]
-    along = scratch[lane + lane_scratch.COMMON_ALONG]
-    stirs = abs(mass * along + drive) > STILL * mass
-    solvable = several & (stiffness > 0.0) & stirs
+    solvable = several & (stiffness > 0.0) & _stirs(lane, scratch)
     return -(mass * velocity + drive) / (stiffness if solvable else 1.0) if solvable else 0.0
 
 
@@ -289,16 +258,14 @@ def _apply_all(lane: int, constraints: Array, scratch: Array) -> None:
     wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, angular_b)
 
 
-def _solve_in_common(
-    lanes: int, near: int, starts: bool, constraints: Array, points: Array, scratch: Array,
-    inverse_h: float, slop: float, cap: float,
+def _sum_up(
+    lanes: int, near: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
+    slop: float, cap: float,
 ) -> None:  # fmt: skip
     """
-    Solve what the points of each lane have in common: of lanes that are visited, and whose points
-    move alike.
+    Add up what takes part of each lane, and find the lanes that stir, of those that are visited.
 
     near   : points of each lane that are asked
-    starts : False: only where an impulse was clamped the last time
     points : all points of each lane
     """
     for lane in range(lanes):
@@ -309,6 +276,23 @@ def _solve_in_common(
             along = scratch[lane + lane_scratch.COMMON_ALONG]
             found = law(constraints, own, lane, along, inverse_h, slop, cap)
             _add_point(lane, found, own, scratch)
+    for lane in range(lanes):
+        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
+        stirs = active & _stirs(lane, scratch)
+        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if stirs else 0.0
+
+
+def _give(
+    lanes: int, near: int, starts: bool, constraints: Array, points: Array, scratch: Array
+) -> None:
+    """
+    Give the points of each lane what they have in common: of lanes that are visited, and whose
+    points move alike.
+
+    near   : points of each lane that are asked
+    starts : False: only where an impulse was clamped the last time
+    points : all points of each lane
+    """
     for lane in range(lanes):
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
         alike = active & _move_alike(lane, scratch)
@@ -329,7 +313,7 @@ def _solve_in_common(
 
 def visit(kind: str, width: int, *, turns: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """
-    Make the kernels of a pass: which lanes stir, and what they have in common.
+    Make the kernels of a pass: they sum up what points have in common, and give it to them.
 
         kind  : solve, relax or restore
         width : numbers of a point
@@ -345,6 +329,6 @@ def visit(kind: str, width: int, *, turns: bool) -> tuple[Callable[..., Any], Ca
     for slot_name, source in (('law', _law), ('apply_to_point', _apply_to_point)):
         offered[slot_name] = specialise(source, name=name, inlined=True, offered=offered)
     return (
-        specialise(_find_stirring, name=name, offered=offered),
-        specialise(_solve_in_common, name=name, offered=offered),
+        specialise(_sum_up, name=name, offered=offered),
+        specialise(_give, name=name, offered=offered),
     )

@@ -71,8 +71,8 @@ relax_friction = slot('kernel (lanes, constraints, patch, scratch): relaxes fric
 solve_all_in_common = slot('kernel (lanes, used, ...): soft normals, what is common')
 relax_all_in_common = slot('kernel (lanes, used, ...): the same after the motion')
 restore_all_in_common = slot('kernel (lanes, used, ...): the same of restitution')
-find_stirring = slot('kernel (lanes, ...): which lanes have something in common')
-solve_in_common = slot('kernel (lanes, starts, ...): what is common')
+sum_up = slot('kernel (lanes, near, ...): sums of what points have in common')
+give_in_common = slot('kernel (lanes, near, starts, ...): gives it to them')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -135,14 +135,11 @@ def _all_in_common(
     near     : points of each lane that are asked
     may_rest : whether to ask first if there is anything: what the last pass has changed stirs
     """
-    if may_rest:
-        find_stirring(lanes, near, constraints, points, scratch, inverse_h, slop, cap)
-        if not common_impulse.any_stirs(used, scratch):
-            return
     for iteration in range(COMMON_ITERATIONS):
-        solve_in_common(
-            lanes, near, iteration == 0, constraints, points, scratch, inverse_h, slop, cap
-        )
+        sum_up(lanes, near, constraints, points, scratch, inverse_h, slop, cap)
+        if may_rest and iteration == 0 and not common_impulse.any_stirs(used, scratch):
+            break
+        give_in_common(lanes, near, iteration == 0, constraints, points, scratch)
         if not common_impulse.is_clamped(used, scratch):
             break
 
@@ -576,10 +573,9 @@ def solver(
             f'restore_{kind}': restitution.visit(rubs=rubs),
         }
     for kind in ('solve', 'relax', 'restore'):
-        stirring, in_common = common_impulse.visit(kind, width, turns=turns)
+        sums, gives = common_impulse.visit(kind, width, turns=turns)
         offered[f'{kind}_all_in_common'] = specialise(
-            _all_in_common, name=f'{kind}_{width}', find_stirring=stirring,
-            solve_in_common=in_common,
+            _all_in_common, name=f'{kind}_{width}', sum_up=sums, give_in_common=gives,
         )  # fmt: skip
     offered['relax_friction'] = patch_friction.relaxation(turns=turns)
     passes = {
