@@ -1079,8 +1079,9 @@ def _take_back_gains(
     if FLOWS:
         variable_mass.scale_to_present_mass(flows, bodies)
     found = gain_bound.bound_gains(
-        h, settings[tick_settings.WHOLE_TICK], counts[tick_counts.BATCHES], motion.body_count,
-        WIDTH, group, constraints.batches, constraints.rows, energy, driven.works, bodies,
+        h, settings[tick_settings.WHOLE_TICK], counts[tick_counts.MANIFOLDS],
+        counts[tick_counts.BATCHES], motion.body_count, WIDTH, group, constraints, energy,
+        driven.works, bodies,
     )  # fmt: skip
     if FLOWS:
         variable_mass.scale_to_start_mass(flows, bodies)

@@ -42,7 +42,7 @@ from typing import Any
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
-from rigid_body_sim.physics.contact.array_groups import Group, Motion
+from rigid_body_sim.physics.contact.array_groups import Constraints, Group, Motion
 from rigid_body_sim.physics.contact.energy import gain_record
 from rigid_body_sim.physics.contact.energy.account import kinetic, twice_kinetic
 from rigid_body_sim.physics.contact.energy.kept_motion import (
@@ -236,8 +236,8 @@ def _follow(
 
 @kernel
 def bound_gains(
-    h: float, whole: float, batch_count: int, static: int, width: int, group: Group,
-    batches: Indices, rows: Array, scratch: EnergyScratch, works: Array, bodies: Array,
+    h: float, whole: float, manifold_count: int, batch_count: int, static: int, width: int,
+    group: Group, constraints: Constraints, scratch: EnergyScratch, works: Array, bodies: Array,
 ) -> bool:  # fmt: skip
     """
     Take back what contact gave to each group beyond its share; tell whether there was anything.
@@ -250,13 +250,16 @@ def bound_gains(
     """
     share = share_of_tick(h, whole)
     touching, motion = group.members, group.motion
+    batches, rows = constraints.batches, constraints.rows
     roots, gains, taken = scratch.roots, scratch.gains, scratch.taken
     if taken[static * TAKEN] > 0.0:
         for entry in range(len(taken)):
             taken[entry] = 0.0
     if not _any_gains(share, touching, motion, bodies):
         return False
-    count = order_of_sums(batch_count, static, touching, batches, rows, roots, scratch.order)
+    count = order_of_sums(
+        manifold_count, static, touching, constraints.manifolds, rows, roots, scratch.order
+    )
     touching = scratch.order[:count]
     unite_pressing(batch_count, static, touching, batches, rows, roots)
     for index in range(len(touching)):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.islands.union_find import find, unite
 from rigid_body_sim.physics.contact.solver import batch_record, constraint
-from rigid_body_sim.physics.contact.touching import bodies_of
+from rigid_body_sim.physics.contact.touching import bodies_of, lane_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -27,11 +27,11 @@ def group_of(body_a: int, body_b: int, static: int, roots: Indices) -> int:
 
 @kernel
 def order_of_sums(
-    batch_count: int, static: int, touching: Indices, batches: Indices, rows: Array,
+    manifold_count: int, static: int, touching: Indices, manifolds: Array, rows: Array,
     marks: Indices, order: Indices,
 ) -> int:  # fmt: skip
     """
-    List the bodies that touch in the order in which constraints name them; return how many.
+    List the bodies that touch in the order in which manifolds name them; return how many.
 
     What is summed over bodies is summed in this order, so that no bit of it depends on where a
     scene lists them.
@@ -43,14 +43,12 @@ def order_of_sums(
         marks[touching[index]] = 0
     marks[static] = 1
     count = 0
-    for batch in range(0, batch_count * batch_record.SIZE, batch_record.SIZE):
-        begin = batches[batch + batch_record.BEGIN]
-        for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            for body in bodies_of(lane, static, rows):
-                if marks[body] == 0:
-                    marks[body] = 1
-                    order[count] = body
-                    count += 1
+    for manifold in range(manifold_count):
+        for body in bodies_of(lane_of(manifold, manifolds), static, rows):
+            if marks[body] == 0:
+                marks[body] = 1
+                order[count] = body
+                count += 1
     return count
 
 

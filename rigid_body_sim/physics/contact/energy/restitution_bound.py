@@ -168,9 +168,7 @@ def bound_restitution(
     """
     manifolds, rows = constraints.manifolds, constraints.rows
     roots, impacts = scratch.roots, scratch.impacts
-    count = order_of_sums(
-        batch_count, static, touching, constraints.batches, rows, roots, scratch.order
-    )
+    count = order_of_sums(manifold_count, static, touching, manifolds, rows, roots, scratch.order)
     touching = scratch.order[:count]
     unite_pressing(batch_count, static, touching, constraints.batches, rows, roots)
     for index in range(len(touching)):
