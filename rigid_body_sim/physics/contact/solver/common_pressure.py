@@ -504,6 +504,20 @@ def _press_as_one(
         )  # fmt: skip
 
 
+@inline
+def _leaves_a_choice(record: int, width: int, manifolds: Array, rows: Array) -> bool:
+    """Tell whether a face was measured, and carries something at more than one point."""
+    if not _is_measured(record, manifolds):
+        return False
+    lane = int(manifolds[record + manifold_record.LANE])
+    taking_part, total = 0, 0.0
+    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        row = lane + constraint.SIZE + index * width
+        taking_part += 1 if _takes_part(row, rows) else 0
+        total += rows[row + contact_point.NORMAL_IMPULSE]
+    return taking_part > 1 and total > 0.0
+
+
 @kernel
 def _give_way_as_one(
     count: int, members: Indices, width: int, softness: Softness, table: Indices, manifolds: Array,
@@ -566,7 +580,7 @@ def share_pressure(
             and _are_of_several(count, members, table, manifolds)
         ):
             _give_way_as_one(count, members, width, softness, table, manifolds, rows, scratch)
-        if count > 1 or _is_measured(record, manifolds):
+        if count > 1 or _leaves_a_choice(record, width, manifolds, rows):
             _press_as_one(
                 count, members, width, softness.h, table, manifolds, rows, bodies, scratch
             )

@@ -322,20 +322,21 @@ def store_impulses(
             cache[to + cache_record.FEATURE] = manifolds[found + manifold.FEATURE]
             normal_impulse = share * rows[row + contact_point.NORMAL_IMPULSE]
             cache[to + cache_record.NORMAL_IMPULSE] = normal_impulse
-            friction = add(
-                scale(share * rows[row + contact_point.TANGENT_IMPULSE_1], tangent_1),
-                scale(share * rows[row + contact_point.TANGENT_IMPULSE_2], tangent_2),
-            )
+            friction = angular_impulse = (0.0, 0.0, 0.0)
+            pressed = rows[row + contact_point.TOTAL_IMPULSE]
+            if pressed + rows[row + contact_point.NORMAL_IMPULSE] > 0.0:  # else nothing rubs
+                friction = add(
+                    scale(share * rows[row + contact_point.TANGENT_IMPULSE_1], tangent_1),
+                    scale(share * rows[row + contact_point.TANGENT_IMPULSE_2], tangent_2),
+                )
+                if angular:
+                    angular_impulse = wide_lanes.angular_impulse_of(
+                        share * rows[row + contact_point.ROLLING_IMPULSE_1],
+                        share * rows[row + contact_point.ROLLING_IMPULSE_2],
+                        share * rows[row + contact_point.TWIST_IMPULSE],
+                        normal, tangent_1, tangent_2,
+                    )  # fmt: skip
             store(cache, to + cache_record.FRICTION_IMPULSE, friction)
-            angular_impulse = (0.0, 0.0, 0.0)
-            if angular:
-                angular_impulse = wide_lanes.angular_impulse_of(
-                    rows[row + contact_point.ROLLING_IMPULSE_1],
-                    rows[row + contact_point.ROLLING_IMPULSE_2],
-                    rows[row + contact_point.TWIST_IMPULSE],
-                    normal, tangent_1, tangent_2,
-                )  # fmt: skip
-                angular_impulse = scale(share, angular_impulse)
             store(cache, to + cache_record.ANGULAR_IMPULSE, angular_impulse)
             store(cache, to + cache_record.ANCHOR, _anchor(load(manifolds, found), shape, poses))
             to += cache_record.POINT_SIZE
