@@ -17,6 +17,12 @@ SIZE = bounds.size
 
 
 @inline
-def smaller_radius(a: int, b: int, local_bounds: Array) -> float:
-    """Radius of the smaller of two colliders [m]."""
-    return min(local_bounds[a * SIZE + RADIUS], local_bounds[b * SIZE + RADIUS])
+def smaller_radius(local_bounds: Array, a: int, b: int) -> float:
+    """Radius of the smaller of two colliders that has one [m]."""
+    radius_a = local_bounds[a * SIZE + RADIUS]
+    radius_b = local_bounds[b * SIZE + RADIUS]
+    if radius_a <= 0.0:
+        return radius_b
+    if radius_b <= 0.0:
+        return radius_a
+    return min(radius_a, radius_b)

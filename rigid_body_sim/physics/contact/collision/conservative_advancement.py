@@ -91,18 +91,6 @@ stays_apart = slot('kernel (a, b, count, horizon, normal, ...): tells whether an
 
 
 @inline
-def smaller_radius(local_bounds: Array, a: int, b: int) -> Any:
-    """Radius of the smaller of two colliders that has one [m]."""
-    radius_a = local_bounds[a * bounds_record.SIZE + bounds_record.RADIUS]
-    radius_b = local_bounds[b * bounds_record.SIZE + bounds_record.RADIUS]
-    if radius_a <= 0.0:
-        return radius_b
-    if radius_b <= 0.0:
-        return radius_a
-    return min(radius_a, radius_b)
-
-
-@inline
 def has_cylinder(a: int, b: int, table: Any) -> bool:
     """Tell whether a cylinder is of a pair: its prism reaches beyond it, and may overlap alone."""
     type_a = table[a * collider_record.SIZE + collider_record.TYPE]
@@ -167,7 +155,7 @@ def _goes_in(
         return False
     time = min(horizon * (gap / (gap - ended) + PAST), horizon)
     angle_a, angle_b = angle_of(of_a, time), angle_of(of_b, time)
-    lever = smaller_radius(colliders.local_bounds, a, b)
+    lever = bounds_record.smaller_radius(colliders.local_bounds, a, b)
     margin = (angle_a * angle_a * angle_a + angle_b * angle_b * angle_b) * lever
     return is_inside(
         moved_with(on_a, time, of_a, of_b), margin, b, b * pose.SIZE, colliders
@@ -182,7 +170,7 @@ def _are_of_both(
     Tell whether the nearest points of a manifold are points of the two: not so where those of a
     prism, or of a line beside a mantle, are not those of the cylinder. As of `_goes_in`.
     """
-    margin = -ROUNDING * smaller_radius(colliders.local_bounds, a, b)
+    margin = -ROUNDING * bounds_record.smaller_radius(colliders.local_bounds, a, b)
     on_a = add_scaled(point, -0.5 * gap, normal)
     on_b = add_scaled(point, 0.5 * gap, normal)
     return is_inside(on_a, margin, a, a * pose.SIZE, colliders) and is_inside(
@@ -276,7 +264,7 @@ def _stays_apart(
     shape_b = table[row_b + collider_record.PARAMETERS]
     pull = subtract(of_b.acceleration, of_a.acceleration)
     bend = of_a.bend + of_b.bend
-    touching = TOUCHING * smaller_radius(colliders.local_bounds, a, b)
+    touching = TOUCHING * bounds_record.smaller_radius(colliders.local_bounds, a, b)
     motion = 2.0 * motion_of(colliders.swept_aabbs, a, b, horizon)  # horizon <= 2 ticks
     begin_a, begin_b = a * pose.SIZE, b * pose.SIZE  # at the start of a step
     end_a, end_b = count * pose.SIZE, (count + 1) * pose.SIZE  # at the end of it

@@ -42,6 +42,7 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
     swept_aabbs,
 )
+from rigid_body_sim.physics.contact.collision.bounds_record import smaller_radius
 from rigid_body_sim.physics.contact.collision.collider import (
     BOX,
     CAPSULE,
@@ -55,7 +56,6 @@ from rigid_body_sim.physics.contact.collision.collider import (
 from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     has_cylinder,
     miss_finder,
-    smaller_radius,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINT,

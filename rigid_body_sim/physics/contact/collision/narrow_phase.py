@@ -27,6 +27,7 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
     swept_aabbs,
 )
+from rigid_body_sim.physics.contact.collision.bounds_record import smaller_radius
 from rigid_body_sim.physics.contact.collision.collider import (
     CYLINDER,
     HULL,
@@ -37,7 +38,6 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     FAST,
     motion_of,
     pieces_of,
-    smaller_radius,
 )
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     FACE_AREA,

@@ -51,13 +51,13 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.arrays import Record
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact.collision import pose, swept_aabbs
+from rigid_body_sim.physics.contact.collision.bounds_record import smaller_radius
 from rigid_body_sim.physics.contact.collision.collider import (
     BOX,
     CYLINDER,
     HULL,
     ColliderArrays,
 )
-from rigid_body_sim.physics.contact.collision.conservative_advancement import smaller_radius
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.collision.geometry.manifold import write_normal, write_point
 from rigid_body_sim.physics.contact.collision.recycled_record import (

@@ -81,7 +81,7 @@ def _colour_group(
         if colour < batch_record.COLOURS:
             colours[min(body_a, n_moving)] |= 1 << colour
             colours[min(body_b, n_moving)] |= 1 << colour
-        radius = bounds_record.smaller_radius(collider_a, collider_b, bounds)
+        radius = bounds_record.smaller_radius(bounds, collider_a, collider_b)
         near = far_points.count_near(record, radius, manifolds)
         constraints.members[index] = colour * COUNTS + near
 

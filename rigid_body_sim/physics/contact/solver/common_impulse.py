@@ -163,9 +163,8 @@ def _apply_to_point(lane: int, points: Array, scratch: Array) -> None:
     field = contact_point.RESTITUTION_NORMAL if BOUNCING else contact_point.NORMAL_IMPULSE
     impulse = points[lane + field]
     common = scratch[lane + lane_scratch.COMMON_CHANGE]
-    takes_part = (points[lane + contact_point.TAKES_PART] > 0.0) & (
-        common != 0.0
-    )  # else it keeps its bits
+    # else it keeps its bits
+    takes_part = (points[lane + contact_point.TAKES_PART] > 0.0) & (common != 0.0)
     # half of the warm start is still to come, before the motion, of what presses
     warm = points[lane + contact_point.WARM_NORMAL] if SOFT else 0.0
     before = impulse - warm if impulse > 0.0 else 0.0

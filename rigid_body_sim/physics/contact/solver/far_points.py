@@ -45,7 +45,7 @@ from rigid_body_sim.physics.contact.solver.softness import DEEP
 from rigid_body_sim.physics.vectors import dot
 
 # [-] of the radius of the smaller body: a separation from which a point is far. It decides how
-# much is left out and nothing else: of a pile at rest, a tenth or ten times as much changes little
+# much is left out and nothing else: of a pile at rest, half or five times as much, by a tenth
 FAR = 2e-3
 NOWHERE = 1e9  # [m] separation of a point that a manifold does not have: it never presses
 NONE = 0.5 * NOWHERE  # [m] what is no separation, also less a sink

@@ -206,7 +206,7 @@ def recall(
         old_points = old + cache_record.MANIFOLD_HEAD
         a = int(manifolds[record + manifold_record.COLLIDER_A])
         b = int(manifolds[record + manifold_record.COLLIDER_B])
-        radius = bounds_record.smaller_radius(a, b, bounds)
+        radius = bounds_record.smaller_radius(bounds, a, b)
         load = cache[old + cache_record.LOAD] if is_known else 0.0
         static_sink.recall(lane, h, radius, load, rows)
         near = SAME_PLACE * SAME_PLACE * radius * radius

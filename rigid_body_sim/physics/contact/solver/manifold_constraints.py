@@ -230,7 +230,7 @@ def prepare_materials(
             or table[b * collider_record.SIZE + collider_record.BODY] < 0
         )
         soften(lane, softness, fixed, 1.0, rows)
-        rows[lane + constraint.DEEP] = DEEP * bounds_record.smaller_radius(a, b, bounds)
+        rows[lane + constraint.DEEP] = DEEP * bounds_record.smaller_radius(bounds, a, b)
 
 
 @inline
@@ -322,7 +322,7 @@ def prepare_points(
         point_count = int(manifolds[record + manifold_record.POINT_COUNT])
         if point_count > 1:
             far_points.put_behind(
-                record, bounds_record.smaller_radius(a, b, colliders.local_bounds), manifolds
+                record, bounds_record.smaller_radius(colliders.local_bounds, a, b), manifolds
             )
             face = lane + constraint.SIZE + manifold.MOST * width
             surface_friction.leave_alone(lane, width, rows)
