@@ -70,7 +70,7 @@ report-peers: venv  ## the same beside MuJoCo, Drake, DART, Pinocchio and Rapier
 		echo "$$peer could not be installed: the report goes on without it"; done
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim report --peers --starts -o report_output $(REPORT_ARGS)
 
-wheel: venv  ## a wheel with bitcode of all shipped scenes: its first start needs no numba; some minutes
+wheel: venv  ## a wheel with machine code and bitcode of all shipped scenes: its first start compiles nothing; some minutes
 	@cd $(ROOT) && $(PYTHON) -m rigid_body_sim warm_up --bitcode -j 2
 	@cd $(ROOT) && $(PYTHON) -m pip wheel --no-deps --wheel-dir dist .
 
@@ -84,4 +84,4 @@ bench-all: venv  ## the figures that tests must not judge: costs, start-up, real
 	@cd $(ROOT) && $(PYTHON) benchmark/run.py
 
 clean:  ## remove .venv and everything built
-	@cd $(ROOT) && rm -rf .venv build dist rigid_body_sim/physics/compile/bitcode install log .pytest_cache .hypothesis .ruff_cache *.egg-info
+	@cd $(ROOT) && rm -rf .venv build dist rigid_body_sim/physics/compile/shipped install log .pytest_cache .hypothesis .ruff_cache *.egg-info

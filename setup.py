@@ -94,7 +94,7 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed'],
-        f'{NAME}.physics.compile': ['bitcode/*/*.kernel'],  # of `warm_up --bitcode`, if any
+        f'{NAME}.physics.compile': ['shipped/*/*.kernel'],  # of `warm_up --bitcode`, if any
         f'{NAME}.view': ['page/*', 'vendor/*'],
         f'{NAME}.report': ['assets/*'],
         f'{NAME}.testing': ['*.xml'],

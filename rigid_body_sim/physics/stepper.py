@@ -465,7 +465,8 @@ class Stepper:
         wanted = []
         coupled = self._elements.names
         if not coupled:
-            wanted.append((f'{name} for free bodies', self._free_kernel))
+            bodies = 'free bodies' if self.contact is None else 'bodies in contact'
+            wanted.append((f'{name} for {bodies}', self._free_kernel))
         if coupled or commands_in_body_axes:
             forces = ', '.join([*coupled, 'commands in body axes'])
             wanted.append((f'{name} with {forces}', self._coupled_kernel))

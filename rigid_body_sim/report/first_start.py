@@ -3,8 +3,9 @@
 """
 What a user waits for before the first step: a process that reads a scene, makes one step and ends.
 
-Ours in three ways: from source, with an empty cache of kernels; from bitcode that came with the
-package, with an empty cache too; and every later start. Another engine takes part where its module
+Ours in four ways: from source, with an empty cache of kernels; from what came with the package,
+with an empty cache too: bitcode alone, for a processor of no known level, and images; and every
+later start. Another engine takes part where its module
 has `start`, which gives a program and what it reads. Costs are processor time of the process and
 of what it started, the import of Python packages with it; how long that was on the clock depends
 on what else the machine does, and stands beside it.
@@ -12,8 +13,10 @@ on what else the machine does, and stands beside it.
 
 from __future__ import annotations
 
+import compileall
 import os
 import resource
+import shutil
 import statistics
 import subprocess
 import sys
@@ -28,22 +31,23 @@ import yaml
 
 from rigid_body_sim import __version__
 from rigid_body_sim.errors import RunError
+from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.report import peers
 from rigid_body_sim.report.entry import ENGINE
 from rigid_body_sim.report.measure import Progress
 from rigid_body_sim.report.problems import PROBLEMS
 
 PROBLEMS_STARTED = ('throughput', 'stack')  # a free body; ten boxes in contact
-SOURCE, BITCODE, LATER = 'from source', 'from shipped bitcode', 'every later start'
+SOURCE, BITCODE = 'from source', 'from shipped bitcode'
+IMAGE, LATER = 'from shipped images', 'every later start'
 FROM_SOURCE = 3  # starts from source at most: each takes long
 STEP = 0.005  # [s]
 OURS = """
 import sys
-from pathlib import Path
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics.compile import kernels
-if sys.argv[2]:
-    kernels.IMAGES.shipped = next(Path(sys.argv[2]).iterdir())
+if kernels.IMAGES is not None:
+    kernels.IMAGES.takes_level = sys.argv[2] == 'image'
 Simulation(load_scene(sys.argv[1])).step(1)
 """
 
@@ -54,7 +58,7 @@ class Start:
     How long a start took; its fields are those of the report.
 
     scene          : title of the problem whose scene it is
-    way            : SOURCE, BITCODE, LATER, or what the engine calls it
+    way            : SOURCE, BITCODE, IMAGE, LATER, or what the engine calls it
     cost           : [s] of processor time, median; cost_low, cost_high: least and most
     wall           : [s] on the clock, median
     runs           : starts
@@ -93,18 +97,18 @@ def _of_ours(name: str, repetitions: int, progress: Progress) -> Iterator[Start]
         folder = Path(place)
         scene = folder / f'{name}.yaml'
         scene.write_text(yaml.safe_dump({**_mapping(name), 'dt': STEP}))
-        bitcode = folder / 'bitcode'
-        make = [sys.executable, '-m', 'rigid_body_sim', 'warm_up', str(scene)]
-        progress(f'{problem.title}: bitcode to be shipped')
-        _run([*make, '--bitcode', str(bitcode)], _cache(folder / 'made'))
-        for way in (SOURCE, BITCODE, LATER):
-            shipped = str(bitcode) if way == BITCODE else ''
-            command = [sys.executable, '-c', OURS, str(scene), shipped]
+        progress(f'{problem.title}: what is to be shipped')
+        plain, shipped = (_package(folder / name) for name in ('plain', 'shipped'))
+        make = [sys.executable, '-m', 'rigid_body_sim', 'warm_up', str(scene), '--bitcode']
+        _run(make, _environment(shipped, folder / 'made'))
+        for way in (SOURCE, BITCODE, IMAGE, LATER):
+            package = shipped if way in (BITCODE, IMAGE) else plain
+            command = [sys.executable, '-c', OURS, str(scene), 'image' * (way == IMAGE)]
             taken = []
             for run in range(min(repetitions, FROM_SOURCE) if way == SOURCE else repetitions):
                 progress(f'{problem.title}: {way}, {run + 1}')
                 cache = 'made' if way == LATER else f'{way} {run}'
-                taken.append(_run(command, _cache(folder / cache)))
+                taken.append(_run(command, _environment(package, folder / cache)))
             yield _start(ENGINE, __version__, problem.title, way, taken)
 
 
@@ -125,9 +129,21 @@ def _of_peer(engine: str, name: str, repetitions: int, progress: Progress) -> It
     yield _start(given.engine, given.version, PROBLEMS[name].title, 'every start', taken)
 
 
-def _cache(folder: Path) -> Mapping[str, str]:
-    """Environment with a kernel cache of its own."""
-    return os.environ | {'RIGID_BODY_SIM_CACHE': str(folder), 'NUMBA_CACHE_DIR': str(folder)}
+def _package(folder: Path) -> Path:
+    """Copy this package, without what may have been shipped with it, compiled as it is used."""
+    source = Path(__file__).parents[1]
+    shutil.copytree(
+        source, folder / source.name, ignore=shutil.ignore_patterns(kernels.SHIPPED.name)
+    )
+    compileall.compile_dir(folder / source.name, quiet=1)
+    return folder
+
+
+def _environment(package: Path, cache: Path) -> Mapping[str, str]:
+    """Environment in which a copy of the package is found, with a kernel cache of its own."""
+    own = {'RIGID_BODY_SIM_CACHE': str(cache), 'NUMBA_CACHE_DIR': str(cache)}
+    path = [str(package), *filter(None, [os.environ.get('PYTHONPATH')])]
+    return os.environ | own | {'PYTHONPATH': os.pathsep.join(path), 'PWD': str(package)}
 
 
 def _run(
@@ -136,7 +152,13 @@ def _run(
     """Run a process: processor time and time on the clock [s]; RunError if it fails."""
     before, begin = _children(), time.perf_counter()
     done = subprocess.run(
-        command, env=environment, input=reads, text=True, capture_output=True, check=False
+        command,
+        env=environment,
+        cwd=environment.get('PWD'),  # Python looks there first for what it imports
+        input=reads,
+        text=True,
+        capture_output=True,
+        check=False,
     )
     wall = time.perf_counter() - begin
     if done.returncode:

@@ -24,7 +24,8 @@ NOTHING = '–'
 WAITED = (
     'What is waited for before the first step: a process that imports its packages, reads the '
     'scene, makes one step and ends. Ours compiles its kernels from source, with an empty cache, '
-    'or makes them from bitcode that came with the package; later it finds them in the cache.'
+    'or makes them from bitcode that came with the package, or finds them there as images; later '
+    'it finds them in the cache.'
 )
 
 

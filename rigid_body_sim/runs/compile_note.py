@@ -4,9 +4,9 @@
 What a terminal shows while kernels are compiled: what, how far it is, how long it will still take.
 
 numba tells of every function that it has compiled. How many a scene needs is known only roughly
-(FUNCTIONS, by `python benchmark/start_up.py --functions`), and callers, which come last, take
-longest (SHARE): so the time left is told as `some`. Kernels that are cached, or come as machine
-code, are ready before anything is shown.
+(FREE, FORCES, CONTACT, by `python benchmark/start_up.py --functions`), and callers, which come
+last, take longest, then LLVM with all of them (SHARE): so the time left is told as `some`. Kernels
+that are cached, or come as machine code, are ready before anything is shown.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from tqdm import tqdm
 from rigid_body_sim.physics.model.scene import Scene
 
 EVERY = 0.5  # [s] between two looks; nothing is shown before the first
-# functions compiled: tumbling_box 40, two_bodies 66; rolling_sphere 265, sea_bed 290, stack 352
-FREE, FORCES, CONTACT = 40, 66, 300
-SHARE = ((0.0, 0.0), (0.25, 0.16), (0.5, 0.35), (0.75, 0.52), (0.9, 0.65), (1.0, 1.0))  # of time
+# functions compiled: tumbling_box 38, two_bodies 62; rolling_sphere 460, stack 575
+FREE, FORCES, CONTACT = 38, 62, 520
+SHARE = ((0.0, 0.0), (0.25, 0.15), (0.5, 0.28), (0.75, 0.44), (0.9, 0.52), (1.0, 0.58))  # of time
 EARLY, SOON = 0.1, 0.98  # [-] of the functions: too few to guess from; the guess is used up
 
 
@@ -37,8 +37,8 @@ def expected_functions(scene: Scene) -> int:
 
 def time_left(done: int, expected: int, elapsed: float) -> float | None:
     """
-    Guess how long compiling still takes [s]; zero where the guess is used up, None where there is
-    too little to guess from.
+    Guess how long compiling still takes [s]; zero where the guess is used up, and LLVM at work;
+    None where there is too little to guess from.
 
     done, expected : functions compiled so far, and in all
     elapsed        : [s] since it began
@@ -67,6 +67,7 @@ class CompileNote:
         self._what = 'kernels'
         self._done = 0
         self._begin = time.monotonic()
+        self._end = 0.0  # [s] since it began, as guessed last
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._show, daemon=True)
         self._forget: Callable[[], None] | None = None
@@ -81,6 +82,10 @@ class CompileNote:
         if self._done == 0:  # reading what is cached
             return f'preparing {self._what}: {elapsed:.0f} s'
         left = time_left(self._done, self._expected, elapsed)
+        if left:
+            self._end = elapsed + left
+        elif left is not None:
+            left = max(0.0, self._end - elapsed)
         words = '' if left is None else f', some {left:.0f} s left' if left >= 1 else ', soon done'
         return (
             f'compiling, once per machine: {elapsed:.0f} s{words} ({self._done} of some '

@@ -6,7 +6,8 @@
 What is made lies in the cache of this user ($RIGID_BODY_SIM_CACHE or ~/.cache/rigid_body_sim),
 for this processor, until the sources of the package or numba change: run it in the image of a
 container, or once on a new machine. With --bitcode it also makes what a package can be shipped
-with: bitcode for every processor, from which a first start makes its machine code in seconds.
+with, so that a first start need not wait: machine code for two levels of x86-64, and bitcode, from
+which that of any processor is made in seconds.
 """
 
 from __future__ import annotations
@@ -41,7 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         const=kernels.SHIPPED,
         type=Path,
         metavar='FOLDER',
-        help='keep bitcode too, of no processor; default: in this package, before it is built',
+        help='keep too what a package is shipped with, bitcode of no processor and images for '
+        'the levels of x86-64; default: in this package, before it is built',
     )
     parser.add_argument(
         '-j', '--jobs', type=int, default=1, metavar='N', help='processes at once (1)'
@@ -82,6 +84,8 @@ def _make_ready(asked: str, integrator: str | None, bitcode: Path | None) -> Non
         if kernels.IMAGES is None:
             raise UserError('--bitcode: only with numba 0.68 on Linux and x86-64, and unset')
         kernels.IMAGES.save_to(bitcode / f'kernels-{kernels.digest_of_sources()}')
+    if kernels.IMAGES is not None:
+        kernels.IMAGES.takes_level = False  # who waits now gets what is made for this processor
     simulation = simulation_of(load_scene(find_scene(asked)), integrator=integrator)
     simulation.prepare(commands_in_body_axes=True)
     simulation.keep_energy_balance()

@@ -29,15 +29,11 @@ from rigid_body_sim.physics.compile.image import (
     unpacked,
     with_last,
 )
-from rigid_body_sim.physics.compile.images import (
-    Images,
-    Wanted,
-    numba_is_set,
-    processor,
-    release_of,
-)
+from rigid_body_sim.physics.compile.images import Images, numba_is_set
 from rigid_body_sim.physics.compile.kernel import Kernel
 from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
+from rigid_body_sim.physics.compile.processors import processor
+from rigid_body_sim.physics.compile.wanted import Wanted, release_of
 
 from ..patience import HANGING
 

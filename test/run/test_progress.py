@@ -16,6 +16,9 @@ from pathlib import Path
 
 import pytest
 
+from rigid_body_sim.physics.compile import kernels
+from rigid_body_sim.physics.compile.images import Images
+from rigid_body_sim.physics.compile.wanted import Wanted
 from rigid_body_sim.runs import compile_note
 from rigid_body_sim.runs.compile_note import CompileNote, expected_functions, time_left
 from rigid_body_sim.scene import load_scene
@@ -91,9 +94,24 @@ def test_a_free_body_needs_the_fewest_functions_and_contact_the_most() -> None:
 def test_the_time_left_shrinks_as_functions_are_done_at_an_even_pace() -> None:
     """At the shares of time that SHARE tells the guess is the truth, to rounding."""
     assert time_left(3, 100, 5.0) is None  # too few to tell
-    for done, of_time in ((25, 0.16), (50, 0.35), (75, 0.52), (90, 0.65)):
+    for done, of_time in ((25, 0.15), (50, 0.28), (75, 0.44), (90, 0.52)):
         assert time_left(done, 100, 20.0 * of_time) == pytest.approx(20.0 * (1.0 - of_time))
     assert time_left(99, 100, 20.0) == time_left(130, 100, 20.0) == 0.0
+
+
+def test_while_llvm_is_at_work_the_last_guess_runs_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = [0.0]
+    monkeypatch.setattr(compile_note.time, 'monotonic', lambda: clock[-1])
+    note = CompileNote(100, shown=False)
+    for now, done, said in (
+        (11.0, 75, 'some 14 s left'),
+        (12.0, 100, 'some 13 s left'),
+        (24.0, 100, 'some 1 s left'),
+        (26.0, 100, 'soon done'),
+    ):
+        clock.append(now)
+        note._done = done
+        assert said in note.text()
 
 
 def test_a_report_says_how_long_the_other_problems_take_once_it_knows() -> None:
@@ -116,5 +134,10 @@ def test_what_numba_compiles_meanwhile_is_counted(
         assert 'squares' in seen
         numba.njit(lambda x: x * x)(2.0)
         assert 'compiling, once per machine' in note.text() and '(1 of some 2' in note.text()
+        if kernels.IMAGES is not None:  # what kernels call is compiled in a way of our own
+            half = kernels.inline(lambda x: 0.5 * x)
+            Images(None, None).bitcode(Wanted(lambda x: half(x) + 1.0, ('float64',), (3.0,)))
+            assert '(2 of some 2' in note.text()
+    done = note.text().partition('(')[2]
     numba.njit(lambda x: x + x)(2.0)
-    assert '(1 of some 2' in note.text()  # nobody counts any more
+    assert note.text().partition('(')[2] == done  # nobody counts any more

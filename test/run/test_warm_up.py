@@ -11,9 +11,12 @@ import numpy as np
 import pytest
 
 from rigid_body_sim.physics.compile import kernels
-from rigid_body_sim.physics.compile.image import kinds_of
-from rigid_body_sim.physics.compile.images import Images, Wanted, processor
+from rigid_body_sim.physics.compile.image import kinds_of, load
+from rigid_body_sim.physics.compile.image_maker import make
+from rigid_body_sim.physics.compile.images import Images
 from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
+from rigid_body_sim.physics.compile.processors import LEVELS, TOLD, level, processor
+from rigid_body_sim.physics.compile.wanted import Wanted
 
 from ..patience import HANGING
 
@@ -104,11 +107,62 @@ def test_an_image_made_of_shipped_bitcode_is_that_made_by_numba(shipped, tmp_pat
     monkeypatch.setattr('rigid_body_sim.physics.compile.numba_pipeline.linked', asked)
     user = Images(tmp_path, folder)
     assert user.has_worked()  # so that nobody imports numba to see whether it compiles
+    user.takes_level = False
     assert user.find(wanted())(0.1) == 0.1 / 3.0
     for one in (wanted(), Wanted(probe, PROBED, probe_arguments())):
         assert one.image_file(user.folder)[0].read_bytes() == (
             one.image_file(maker.folder)[0].read_bytes()
         )
+
+
+def levels_here():
+    """Name the levels whose images this processor can run."""
+    names = list(LEVELS)
+    return names[names.index(str(level())) :] if level() else []
+
+
+def nothing_is_made(*_):
+    raise AssertionError('an image was made')
+
+
+def test_where_an_image_was_shipped_for_the_level_of_this_processor_nothing_is_made(
+    shipped, tmp_path, monkeypatch
+):
+    _, folder = shipped
+    monkeypatch.setattr('rigid_body_sim.physics.compile.image_maker.make', nothing_is_made)
+    for one in levels_here():
+        monkeypatch.setattr('rigid_body_sim.physics.compile.images.level', lambda of=one: of)
+        user = Images(tmp_path, folder)
+        assert user.has_worked()
+        assert user.find(wanted())(0.1) == 0.1 / 3.0
+        assert user.made == list(tmp_path.iterdir()) == []
+
+
+def test_images_for_a_level_are_not_taken_where_the_probe_fails(shipped, tmp_path, monkeypatch):
+    _, folder = shipped
+    monkeypatch.setattr('rigid_body_sim.physics.compile.images.agrees', lambda _: False)
+    assert Images(tmp_path, folder).of_level(wanted()) is None
+
+
+def test_whoever_names_a_processor_gets_no_image_for_a_level(shipped, monkeypatch):
+    _, folder = shipped
+    monkeypatch.setenv('NUMBA_CPU_NAME', 'nehalem')
+    level.cache_clear()
+    try:
+        assert Images(None, folder).of_level(wanted()) is None
+    finally:
+        monkeypatch.undo()
+        level.cache_clear()
+
+
+@pytest.mark.parametrize('lacking', ['avx2', 'avx512vl', 'cx16'])
+def test_a_processor_reaches_a_level_only_with_all_that_it_asks_for(lacking, monkeypatch):
+    can = LEVELS['x86-64-v4'] - {lacking}
+    described = {'flags': ' '.join(sorted(can))}
+    monkeypatch.setattr('rigid_body_sim.physics.compile.processors._described', lambda: described)
+    for name in TOLD:
+        monkeypatch.delenv(name, raising=False)
+    assert level.__wrapped__() == ('x86-64-v3' if lacking == 'avx512vl' else None)
 
 
 def stir(numbers, factor, unused):
@@ -123,25 +177,30 @@ def stir(numbers, factor, unused):
     return total
 
 
-def test_what_was_optimised_before_it_was_shipped_has_the_bits_of_what_was_not(tmp_path):
+def test_what_is_shipped_has_the_bits_of_what_is_made_here_and_of_plain_python(tmp_path):
     numbers, unused = np.linspace(-2.0, 3.0, 11), np.zeros(1)
     arguments = (numbers, 0.7, unused)
     wanted = Wanted(stir, kinds_of(arguments) or (), arguments)
     shipping = Images(tmp_path, None)
     shipping.save_to(tmp_path / 'shipped')
     results = []
+
+    def run(image, array):
+        own = numbers.copy()
+        results.append((image(array(own), 0.7, unused), own.tobytes()))
+
     for images, is_closed in ((Images(None, None), False), (shipping, True)):
         bitcode = images.bitcode(wanted)
         assert bitcode.is_closed == is_closed
-        own = numbers.copy()
-        results.append((images.make(wanted)(own, 0.7, unused), own.tobytes()))
-    own = numbers.copy()
-    plain = stir(memoryview(own), 0.7, unused), own.tobytes()
-    assert results == [plain, plain]
+        run(images.make(wanted), np.asarray)
+        for name in levels_here():
+            run(load(make(bitcode, level=name), 'stir'), np.asarray)
+    run(stir, memoryview)
+    assert len(results) == 3 + 2 * len(levels_here()) and len(set(results)) == 1
 
 
 @pytest.mark.parametrize('part', [0, 40, -1])
-def test_damaged_bitcode_counts_as_absent(shipped, tmp_path, monkeypatch, part):
+def test_damage_of_what_was_shipped_counts_as_its_absence(shipped, tmp_path, monkeypatch, part):
     _, folder = shipped
     other = tmp_path / 'shipped'
     other.mkdir()
@@ -164,9 +223,9 @@ def test_bitcode_names_no_processor_and_gives_the_same_on_a_lesser_one(shipped, 
     maker, _ = shipped
     bitcode = maker.bitcode(Wanted(probe, PROBED, probe_arguments()))
     assert b'target-cpu' not in bitcode.content
-    for level in ('x86-64', 'x86-64-v2', 'x86-64-v3'):
-        if level == 'x86-64-v3' and 'avx2' not in str(processor()):
+    for name in ('x86-64', 'x86-64-v2', 'x86-64-v3'):
+        if name == 'x86-64-v3' and 'avx2' not in str(processor()):
             continue
-        monkeypatch.setenv('NUMBA_CPU_NAME', level)
+        monkeypatch.setenv('NUMBA_CPU_NAME', name)
         monkeypatch.setenv('NUMBA_CPU_FEATURES', '')
         assert agrees(Images(None, maker.shipped).make(Wanted(probe, PROBED, ())))

@@ -163,14 +163,14 @@ class Bitcode:
             raise ValueError(f'no bitcode: {error!r}') from error
 
 
-def make(bitcode: Bitcode) -> FlatCode:
+def make(bitcode: Bitcode, *, level: str | None = None) -> FlatCode:
     """
-    Make an image of a kernel for this processor.
+    Make an image of a kernel, for this processor or for all that reach a level of x86-64.
 
     UnknownCode if it holds what images cannot do; RuntimeError if it is no bitcode that this
     release of LLVM reads.
     """
-    machine = _machine(bitcode.widest)
+    machine = _machine(bitcode.widest) if level is None else machine_for(level, _WIDEST)
     module = ll.parse_bitcode(bitcode.content)
     module.link_in(ll.parse_assembly(_entry(bitcode, module)))
     if bitcode.is_closed:

@@ -1,13 +1,14 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
 """
-Where the image of a kernel comes from: the cache on disk, else bitcode that came with the package,
-else numba.
+Where the image of a kernel comes from: the cache on disk, else what came with the package (an
+image for the level of this processor, or bitcode), else numba.
 
-What was made is kept as it was asked for: the image under the processor, the bitcode (`shipped`)
-under none. Damage is found (`kernel_files`) and mended by making it anew. Before the first image
-of a kind is trusted, a probe is made in the same way and called (`_is_trusted`): the convention by
-which numba's code takes its arguments is numba's own.
+What was made is kept as it was asked for: the image under the processor. What is shipped is under
+none, or under a level of x86-64 (`processors`). Damage is found (`kernel_files`) and mended by
+making it anew. Before the first image of a kind is trusted, a probe is made in the same way and
+called (`Images.is_trusted`, `Images.of_level`): the convention by which numba's code takes its
+arguments is numba's own, and where numpy keeps its arrays is numpy's.
 
 None in place of an image means: by way of numba, see `kernels`. So it is where the system is not
 Linux on x86-64, where numba was given settings (NUMBA_BOUNDSCHECK, NUMBA_OPT …), and for a kernel
@@ -19,32 +20,24 @@ from __future__ import annotations
 
 import lzma
 import os
-import platform
-import sys
 import threading
+import zlib
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import cache, cached_property
-from importlib.util import find_spec
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from rigid_body_sim.physics.compile.elf import UnknownCode
-from rigid_body_sim.physics.compile.image import FORMAT, load, packed, unpacked
-from rigid_body_sim.physics.compile.kernel_files import named, read_whole, write_whole
+from rigid_body_sim.physics.compile.image import load, packed, unpacked
+from rigid_body_sim.physics.compile.kernel_files import read_whole, write_whole
 from rigid_body_sim.physics.compile.probe import PROBED, agrees, probe, probe_arguments
-from rigid_body_sim.physics.compile.sources import digest_of
+from rigid_body_sim.physics.compile.processors import LEVELS, TOLD, level
+from rigid_body_sim.physics.compile.wanted import Wanted, release_of
 
-_TOLD = ('NUMBA_CPU_NAME', 'NUMBA_CPU_FEATURES')
-_HARMLESS = {'NUMBA_CACHE_DIR', 'NUMBA_NUM_THREADS', 'NUMBA_THREADING_LAYER', *_TOLD}
-_PROCESSOR = ('vendor_id', 'cpu family', 'model', 'stepping', 'flags')
+_HARMLESS = {'NUMBA_CACHE_DIR', 'NUMBA_NUM_THREADS', 'NUMBA_THREADING_LAYER', *TOLD}
 _MAKING = threading.RLock()
 Image = Callable[..., Any]  # see `image`
-_HEAD_OF_OBJECTS = 16  # [B] count of references and type
-_LONGEST = 100  # of the name of a kernel in that of a file
 
 
 def numba_is_set() -> bool:
@@ -53,109 +46,27 @@ def numba_is_set() -> bool:
     return bool(settings) or Path('.numba_config.yaml').exists()
 
 
-@cache
-def release_of(package: str) -> str | None:
-    """Give the release of an installed package without importing it; None where that fails."""
-    loaded = sys.modules.get(package)
-    if loaded is not None:
-        return getattr(loaded, '__version__', None)
-    with suppress(ImportError, ValueError, AttributeError, OSError):
-        spec = find_spec(package)
-        if spec is None or spec.origin is None:
-            return None
-        folder = Path(spec.origin).parent.parent
-        begin = f'{package}-'
-        (found,) = {
-            name.removeprefix(begin).rpartition('.')[0]
-            for name in os.listdir(folder)  # noqa: PTH208 (names are all that is wanted)
-            if name.startswith(begin) and name.endswith(('.dist-info', '.egg-info'))
-        }
-        return found.partition('-py')[0]
-    return None
-
-
-@cache
-def processor() -> str | None:
-    """
-    Tell this processor, and what is told of it, from others; None: images are not for it.
-    """
-    if sys.platform != 'linux' or platform.machine() != 'x86_64' or sys.maxsize < 2**32:
-        return None
-    if sys.implementation.name != 'cpython' or object.__basicsize__ != _HEAD_OF_OBJECTS:
-        return None  # a build of Python that keeps its objects otherwise (free-threaded, debug)
-    try:
-        with open('/proc/cpuinfo', encoding='ascii', errors='replace') as file:  # noqa: PTH123
-            first = file.read(65536).partition('\n\n')[0]
-    except OSError:
-        return None
-    lines = (line.partition(':') for line in first.splitlines())
-    found = {key.strip(): value.strip() for key, _, value in lines}
-    told = [os.environ.get(name) for name in _TOLD]
-    if 'flags' not in found:
-        return None
-    return repr([*(found.get(key) for key in _PROCESSOR), *told])
-
-
-def _releases() -> str:
-    compilers = f'numba {release_of("numba")} llvmlite {release_of("llvmlite")}'
-    return f'{FORMAT} {sys.implementation.cache_tag} numpy {np.__version__} {compilers}'
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """
-    One kernel with one kind of each argument.
-
-    function  : plain
-    kinds     : of its arguments, see `image.kind_of`
-    arguments : such as it is called with
-    widest    : see `image_maker.Bitcode`
-    """
-
-    function: Any
-    kinds: tuple[str, ...]
-    arguments: tuple[Any, ...]
-    widest: bool = True
-
-    @property
-    def name(self) -> str:
-        """Give the name of the kernel, with the module that it stands in."""
-        return f'{self.function.__module__.rpartition(".")[2]}.{self.function.__qualname__}'
-
-    @cached_property
-    def _told(self) -> str:
-        return f'{_releases()} {digest_of(self.function)} {",".join(self.kinds)}'
-
-    def image_file(self, folder: Path) -> tuple[Path, bytes]:
-        """Name the file of its image for this processor, and the key of that."""
-        key = f'image {processor()} {self._told}'.encode()
-        return named(folder, self.name[:_LONGEST], key), key
-
-    def bitcode_file(self, folder: Path) -> tuple[Path, bytes]:
-        """Name the file of its bitcode, and the key of that."""
-        readers = str(release_of('llvmlite')).rpartition('.')[0]  # of one format of bitcode
-        kinds = ','.join(self.kinds)
-        key = f'bitcode {FORMAT} llvmlite {readers} {digest_of(self.function)} {kinds}'.encode()
-        return named(folder, self.name[:_LONGEST], key), key
-
-
 class Images:
     """
     The images of a process.
 
-    folder  : of the cache; None: nothing is kept
-    shipped : folder of bitcode that came with the package, or is to be shipped
-    made    : names of the kernels whose images this process has made
+    folder      : of the cache; None: nothing is kept
+    shipped     : folder of what came with the package, or is to be shipped
+    takes_level : whether an image for the level of this processor does; else one is made for
+                  exactly this processor
+    made        : names of the kernels whose images this process has made
     """
 
     def __init__(self, folder: Path | None, shipped: Path | None) -> None:
         self.folder, self.shipped = folder, shipped
+        self.takes_level = True
         self.made: list[str] = []
-        self._saves = False  # whether the bitcode of all that is asked for is kept there
+        self._saves = False  # whether all that is asked for is kept there, to be shipped
         self._trusts: bool | None = None  # None: not yet tried
+        self._trusts_level: bool | None = None
 
     def save_to(self, folder: Path) -> None:
-        """Keep from now on the bitcode of all that is asked for in a folder."""
+        """Keep from now on the bitcode of all that is asked for in a folder, and its images."""
         folder.mkdir(parents=True, exist_ok=True)
         self.shipped, self._saves = folder, True
 
@@ -163,7 +74,7 @@ class Images:
         """Give the image of a kernel, made now if need be; None: go by way of numba."""
         with _MAKING:
             try:
-                found = None if self._saves else self.kept(wanted)
+                found = None if self._saves else self.kept(wanted) or self.of_level(wanted)
                 if found is None and self.is_trusted():
                     found = self.make(wanted)
             except (ImportError, UnknownCode, OSError, RuntimeError, NotImplementedError):
@@ -174,14 +85,27 @@ class Images:
         """Give the image that is kept of a kernel; None where none is whole."""
         if self.folder is None:
             return None
-        path, key = wanted.image_file(self.folder)
-        content = read_whole(path, key)
-        if content is None:
+        content = read_whole(*wanted.image_file(self.folder))
+        return None if content is None else _loaded(content, wanted)
+
+    def of_level(self, wanted: Wanted) -> Image | None:
+        """Give the image that was shipped for the level of this processor, if any."""
+        if not self.takes_level or self._saves:
             return None
-        try:
-            return load(unpacked(content), wanted.name)
-        except ValueError:
+        if self._trusts_level is None:
+            probed = self._shipped_image(Wanted(probe, PROBED, ()))
+            self._trusts_level = probed is not None and agrees(probed)
+        return self._shipped_image(wanted) if self._trusts_level else None
+
+    def _shipped_image(self, wanted: Wanted) -> Image | None:
+        reached = level()
+        if self.shipped is None or reached is None:
             return None
+        path, key = wanted.shipped_image_file(self.shipped, reached)
+        content = read_whole(path, key, of_any_user=True)
+        with suppress(zlib.error):
+            return None if content is None else _loaded(zlib.decompress(content), wanted)
+        return None
 
     def make(self, wanted: Wanted) -> Image:
         """Make the image of a kernel, and keep it."""
@@ -196,7 +120,7 @@ class Images:
 
     def bitcode(self, wanted: Wanted) -> Any:
         """Give the bitcode of a kernel: shipped, or compiled by numba."""
-        from rigid_body_sim.physics.compile.image_maker import Bitcode, closed
+        from rigid_body_sim.physics.compile.image_maker import Bitcode
 
         if self.shipped is not None:
             path, key = wanted.bitcode_file(self.shipped)
@@ -209,9 +133,20 @@ class Images:
         found = linked(wanted.function, wanted.arguments, wanted.kinds)
         found = replace(found, widest=wanted.widest)
         if self.shipped is not None and self._saves:
-            found = closed(found)
-            path, key = wanted.bitcode_file(self.shipped)
-            write_whole(path, key, lzma.compress(found.packed()))
+            found = self._save(self.shipped, wanted, found)
+        return found
+
+    def _save(self, folder: Path, wanted: Wanted, bitcode: Any) -> Any:
+        """Keep what is to be shipped of a kernel: its bitcode, which is given, and its images."""
+        from rigid_body_sim.physics.compile.image_maker import closed, make
+
+        found = closed(bitcode)
+        contents = {wanted.bitcode_file(folder): lzma.compress(found.packed())}
+        for name in LEVELS:
+            content = zlib.compress(packed(make(found, level=name)), level=9)
+            contents[wanted.shipped_image_file(folder, name)] = content
+        for (path, key), content in contents.items():
+            write_whole(path, key, content)
             with suppress(OSError):
                 path.chmod(0o644)  # who installs it is not who runs it
         return found
@@ -234,11 +169,22 @@ class Images:
     def has_worked(self) -> bool:
         """
         Tell whether an earlier process made images with what is installed, or whoever shipped the
-        package made bitcode for it.
+        package made images or bitcode for it.
         """
         probed, files = Wanted(probe, PROBED, ()), []
         if self.folder is not None:
             files.append(probed.image_file(self.folder)[0])
-        if self.shipped is not None and release_of('llvmlite') is not None:
-            files.append(probed.bitcode_file(self.shipped)[0])
+        if self.shipped is not None:
+            if release_of('llvmlite') is not None:
+                files.append(probed.bitcode_file(self.shipped)[0])
+            reached = level()
+            if reached is not None:
+                files.append(probed.shipped_image_file(self.shipped, reached)[0])
         return any(path.exists() for path in files)
+
+
+def _loaded(content: bytes, wanted: Wanted) -> Image | None:
+    try:
+        return load(unpacked(content), wanted.name)
+    except ValueError:
+        return None

@@ -23,7 +23,8 @@ from typing import Any
 import numpy as np
 
 from rigid_body_sim.physics.compile.image import is_group, kinds_of, members, usual, with_last
-from rigid_body_sim.physics.compile.images import Image, Images, Wanted
+from rigid_body_sim.physics.compile.images import Image, Images
+from rigid_body_sim.physics.compile.wanted import Wanted
 
 
 class Kernel:

@@ -54,7 +54,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rigid_body_sim.physics.compile.images import Images, numba_is_set, processor, release_of
+from rigid_body_sim.physics.compile.images import Images, numba_is_set
 from rigid_body_sim.physics.compile.kernel import (
     WITHOUT,
     Kernel,
@@ -63,12 +63,14 @@ from rigid_body_sim.physics.compile.kernel import (
     without_numba,
 )
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, is_ours, names_of
+from rigid_body_sim.physics.compile.processors import processor
 from rigid_body_sim.physics.compile.sources import codes, digest_of_sources
+from rigid_body_sim.physics.compile.wanted import release_of
 
 _WANTED = os.environ.get('RIGID_BODY_SIM_COMPILE', '1') != '0'
 # releases whose inside is what `numba_pipeline` expects; another one compiles the same, slowly
 _KNOWN_INSIDE = ('0.68.',)
-SHIPPED = Path(__file__).parent / 'bitcode'
+SHIPPED = Path(__file__).parent / 'shipped'
 
 
 def _cache_candidates() -> list[Path]:

@@ -91,7 +91,7 @@ from weakref import WeakSet
 
 import numba
 from llvmlite.ir import Function
-from numba.core import cgutils, errors, ir, ir_utils, sigutils, types
+from numba.core import cgutils, errors, event, ir, ir_utils, sigutils, types
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import (
     CodeLibrary,
@@ -328,7 +328,9 @@ class _Called(CPUDispatcher):
 
     def _made(self, args: Any, returns: Any) -> Any:
         compiler: Any = self._compiler  # pyright: ignore[reportAttributeAccessIssue]
-        made = compiler.compile(args, returns)
+        told = {'dispatcher': self, 'args': args, 'return_type': returns}
+        with event.trigger_event('numba:compile', data=told):  # for who counts, as numba tells it
+            made = compiler.compile(args, returns)
         library = made.library
         library._ensure_finalized()
         if self._files is not None:
