@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a general kernel leaves open is declared, and bound name by name before it runs."""
 
+import dis
 from importlib import import_module
 from pkgutil import walk_packages
 from types import FunctionType, SimpleNamespace
@@ -11,6 +12,7 @@ import pytest
 from rigid_body_sim import physics
 from rigid_body_sim.physics.compile import kernels
 from rigid_body_sim.physics.compile.kernels import KernelSlot, plain, slot, slots_of, specialise
+from rigid_body_sim.physics.compile.sources import codes, globals_read
 
 STAGES = slot('[-] stages of a step')
 SHARES = slot('[tick] share of each stage')
@@ -121,3 +123,23 @@ def test_each_slot_of_the_package_is_named_by_a_function_of_its_module():
         ]
         named = {name for function in functions for name in slots_of(function)}
         assert declared == named, f'{module.__name__}: {declared ^ named}'
+
+
+def _read_by_dis(code):
+    return {
+        instruction.argval
+        for part in codes(code)
+        for instruction in dis.get_instructions(part)
+        if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME')
+    }
+
+
+def test_the_globals_that_a_function_reads_are_those_that_dis_finds():
+    far = 'lambda x: ' + ' + '.join(f'global_{i} * x.attribute_{i}' for i in range(200))
+    seen = [compile(far, 'far', 'eval')]  # numbers of names that do not fit into a byte
+    for module in _modules():
+        values = map(plain, vars(module).values())
+        seen += [value.__code__ for value in values if isinstance(value, FunctionType)]
+    assert len(_read_by_dis(seen[0])) == 200 and len(seen) > 1000
+    for code in seen:
+        assert globals_read(code) == _read_by_dis(code)

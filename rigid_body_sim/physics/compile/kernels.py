@@ -38,7 +38,6 @@ boxes, a pyramid of 55).
 
 from __future__ import annotations
 
-import dis
 import hashlib
 import importlib
 import os
@@ -46,7 +45,6 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from types import CodeType, FrameType, FunctionType
 from typing import Any
@@ -64,7 +62,7 @@ from rigid_body_sim.physics.compile.kernel import (
 )
 from rigid_body_sim.physics.compile.kernel_files import KernelFiles, is_ours, names_of
 from rigid_body_sim.physics.compile.processors import processor
-from rigid_body_sim.physics.compile.sources import codes, digest_of_sources
+from rigid_body_sim.physics.compile.sources import codes, digest_of_sources, globals_read
 from rigid_body_sim.physics.compile.wanted import release_of
 
 _WANTED = os.environ.get('RIGID_BODY_SIM_COMPILE', '1') != '0'
@@ -238,23 +236,13 @@ def slots_of(function: FunctionType) -> dict[str, KernelSlot]:
     known = function.__globals__
     named = {name for name in _names(function.__code__) if isinstance(known.get(name), KernelSlot)}
     if named:  # a name of the code may also be that of an attribute
-        named &= _globals_read(function.__code__)
+        named &= globals_read(function.__code__)
     return {name: known[name] for name in sorted(named)}
 
 
 def _names(code: CodeType) -> Iterator[str]:
     for part in codes(code):
         yield from part.co_names
-
-
-@cache
-def _globals_read(code: CodeType) -> frozenset[str]:
-    return frozenset(
-        instruction.argval
-        for part in codes(code)
-        for instruction in dis.get_instructions(part)
-        if instruction.opname in ('LOAD_GLOBAL', 'LOAD_NAME')
-    )
 
 
 def _want_no_slots(function: Any) -> None:

@@ -13,7 +13,9 @@ from __future__ import annotations
 
 import hashlib
 import marshal
+import opcode
 import os
+import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -24,6 +26,11 @@ import numpy as np
 
 ROOT = Path(__file__).parents[1]  # physics
 _OWN = f'{ROOT}{os.sep}'
+_EXTENDED = opcode.opmap['EXTENDED_ARG']
+_READS = {  # what reads a global, and which bits of its argument are no number of a name
+    opcode.opmap['LOAD_GLOBAL']: 1 if sys.version_info >= (3, 11) else 0,
+    opcode.opmap['LOAD_NAME']: 0,
+}
 _PLAIN = int | float | complex | bool | str | None
 
 
@@ -51,6 +58,25 @@ def codes(code: CodeType) -> Iterator[CodeType]:
     for part in code.co_consts:
         if isinstance(part, CodeType):
             yield from codes(part)
+
+
+@cache
+def globals_read(code: CodeType) -> frozenset[str]:
+    """
+    Name the globals that a function reads, and what is defined inside it.
+
+    A scan of the bytes, some 60 functions at every start: `dis` takes twenty times as long.
+    """
+    found: set[str] = set()
+    for part in codes(code):
+        operations, names = part.co_code, part.co_names
+        high = 0  # what EXTENDED_ARG puts before the next argument
+        for operation, low in zip(operations[::2], operations[1::2], strict=True):
+            argument = high | low
+            high = argument << 8 if operation == _EXTENDED else 0
+            if operation in _READS:
+                found.add(names[argument >> _READS[operation]])
+    return frozenset(found)
 
 
 def digest_of(function: FunctionType) -> str:

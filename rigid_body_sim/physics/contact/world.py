@@ -530,7 +530,7 @@ class ContactWorld:
         arrays, count = self.arrays, self._layout.n_moving
         islands = Islands(self._groups, cuts.manners_wanted(count, arrays.event_links))
         pairs = pairs_of(arrays.manifolds_in_use, arrays.table)
-        for manner in np.unique(islands.wanted).tolist():
+        for manner in sorted(set(islands.wanted.tolist())):
             islands.join(manner, pairs)
 
         def advance(manner: int) -> float:
@@ -716,7 +716,7 @@ class ContactWorld:
         """
         arrays = self.arrays
         wanted = islands.wanted
-        if self._sleepers is not None or len(np.unique(wanted)) == 1:
+        if self._sleepers is not None or wanted.min() == wanted.max():
             return advance(int(wanted.max()))
         start = (*(np.array(blocks) for blocks in motion), arrays.cache_in_use.copy())
         outcomes: dict[int, Outcome] = {}

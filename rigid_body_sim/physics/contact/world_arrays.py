@@ -237,7 +237,8 @@ class WorldArrays:
         radii = self.local_bounds[bounds_record.RADIUS :: bounds_record.SIZE]
         types = self.table[collider_record.TYPE :: collider_record.SIZE]
         radii = radii[np.isfinite(radii) & (radii > 0.0) & (types != SURFACE)]
-        return float(np.median(radii)) if radii.size else 1.0
+        ordered, count = sorted(radii.tolist()), radii.size
+        return 0.5 * (ordered[(count - 1) // 2] + ordered[count // 2]) if count else 1.0
 
     def take_settings(self, settings: ContactSettings) -> None:
         """Take over the settings of the scene, after the colliders."""

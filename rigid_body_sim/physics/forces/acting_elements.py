@@ -74,7 +74,7 @@ class ActingElements:
         self.is_timed = bool(flowing) or any(hasattr(f, 'acts') for f in scene.forces)
         self.is_timed |= bool(self._ranges_of_inertia)
         kinks = [f.kinks() for f in scene.forces if hasattr(f, 'kinks')]
-        self.kinks = np.unique(np.array([t for each in kinks for t in each], dtype=np.float64))
+        self.kinks = np.array(sorted({t for each in kinks for t in each}), dtype=np.float64)
         self._sizes = (layout.n_moving, layout.n_rigid)
         self._instants = _instants_of(scene, layout)
         self._powers: dict[str, PowerKernel] = {}

@@ -234,7 +234,9 @@ class HeldWrenches:
                 self._weight[core] = 0.0  # `elements.variable_mass` adds it after its own factor
         self._records = [layout.body(core) for core in range(layout.n_moving)]
         self._cores = {record.name: core for core, record in enumerate(self._records)}
-        self._still = np.setdiff1d(np.arange(len(layout.bodies)), layout.moving)
+        stands = np.ones(len(layout.bodies), dtype=bool)
+        stands[layout.moving] = False
+        self._still = np.flatnonzero(stands)
         self._nothing = np.zeros((len(layout.bodies), 3))
         self._shape = self._nothing.shape
         self._asked: dict[bool, tuple[Rows, Callable[..., Any]]] = {}  # by whether it turns

@@ -65,7 +65,7 @@ def series(moments: Array, order: int) -> Array:
         returns : (n, 2 series_rows): s of A, H; A^2, A H, H^2; A^3, A^2 H, …; then d of the same
     """
     # in units of a power of two near the middle moment: the same bits, and no overflow of D^4
-    exponent = np.frexp(np.median(moments, axis=1))[1]
+    exponent = np.frexp(np.sort(moments, axis=1)[:, 1])[1]  # the middle one
     sums = _sums(*np.ldexp(moments, -exponent[:, None]).T)
     of_s, of_d = [], []
     for degree, coefficients in enumerate(_DEGREES[: order // 2 - 1], start=1):
