@@ -23,6 +23,7 @@ from rigid_body_sim.physics.compile.pieces import PieceFiles
 from rigid_body_sim.physics.contact import step, tick_counts, world_arrays
 from rigid_body_sim.physics.contact import world as world_module
 from rigid_body_sim.physics.contact.collision.collider import BOX, HULL, PLANE, SPHERE, SURFACE
+from rigid_body_sim.physics.contact.islands import unsettled_record
 from rigid_body_sim.physics.contact.islands.sleep import make_sleep_state
 from rigid_body_sim.physics.contact.settings import EVENT
 from rigid_body_sim.physics.contact.solver import batch_record
@@ -403,6 +404,16 @@ def points_left_out(simulation):
     count = int(arrays.counts[tick_counts.BATCHES])
     batches = arrays.batches[: count * batch_record.SIZE].reshape(-1, batch_record.SIZE)
     return int((batches[:, batch_record.POINT_COUNT] - batches[:, batch_record.NEAR_COUNT]).sum())
+
+
+def most_passes(simulation):
+    """
+    Bodies of each island that the last substep left to `islands.unsettled`, and the most passes
+    that it had: rows.
+    """
+    record = simulation._stepper.contact.arrays.unsettled.reshape(-1, unsettled_record.SIZE)
+    rows = record[record[:, unsettled_record.BODIES] > 0.0]
+    return rows[:, [unsettled_record.BODIES, unsettled_record.MOST_PASSES]]
 
 
 def run_plain(patch):

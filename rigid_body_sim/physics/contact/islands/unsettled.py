@@ -25,7 +25,11 @@ or has begun anew too often: friction may go in circles.
 What a pass changes tells less of what is missing, the more one of the two bodies outweighs the
 other. So little is left alone between unlike bodies, and more, as time counts too, between like
 ones, and most between balls, whose normals turn nothing. Beyond 1:30 it is less, as (m/M)^2, and
-an island may have more passes, by the root of that.
+an island may have more passes, by the root of that. One of more than MANY bodies has fewer, by the
+root of their number: the way through a heap grows slower than its bodies, and what a crash leaves
+to the next substep breaks no law. A thousand boxes crash in two thirds of the time with as little
+energy gained, and overlap by 2.7 mm in place of 1.6; with 30 passes for all, columns of 20 that
+fall would take longer to rest.
 
 M. Silcowitz, S. Niebel, K. Erleben, Visual Computer 26 (2010) 893; R. Fletcher, C. M. Reeves,
 Computer Journal 7 (1964) 149.
@@ -64,6 +68,7 @@ MOST_PASSES = 150  # of an island up to 1:30; a pile of 27 boxes takes all of th
 MORE = 1.0 + 1e-6  # times the change before is more: what goes to and fro is no matter of rounding
 PARTS, MOST_TIMES = 2.0**32, 2.0**10  # [-] of a change before, in which one is counted
 MORE_PASSES = 10.0  # times as many, at most, where masses are unlike
+MANY = 40.0  # bodies of an island, beyond which it has fewer passes
 RESTARTS = 1.0 / 15.0  # [-] of them: what converges begins anew after more
 
 
@@ -158,13 +163,17 @@ def _begin(
                 unite(body_a, body_b, roots)
             _note_impulses(lane, points, width, to_come, rows)
     for index in range(len(members)):
-        roots[members[index]] = find(members[index], roots)
+        root = find(members[index], roots)
+        roots[members[index]] = root
+        constraints.unsettled[root * unsettled_record.SIZE + unsettled_record.BODIES] += 1.0
     for batch in range(0, len(batches), batch_record.SIZE):
         begin = batches[batch + batch_record.BEGIN]
         for lane in range(begin, begin + batches[batch + batch_record.LANE_COUNT]):
-            place = _island_of(lane, static, rows, roots) + unsettled_record.MOST_PASSES
+            island = _island_of(lane, static, rows, roots)
+            few = min(MANY / constraints.unsettled[island + unsettled_record.BODIES], 1.0)
             share = solve.share_left_alone(lane, rows)
-            passes = MOST_PASSES * min(1.0 / math.sqrt(share), MORE_PASSES)
+            passes = MOST_PASSES * math.sqrt(few) * min(1.0 / math.sqrt(share), MORE_PASSES)
+            place = island + unsettled_record.MOST_PASSES
             constraints.unsettled[place] = max(constraints.unsettled[place], passes)
 
 
