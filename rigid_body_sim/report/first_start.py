@@ -5,10 +5,10 @@ What a user waits for before the first step: a process that reads a scene, makes
 
 Ours in four ways: from source, with an empty cache of kernels; from what came with the package,
 with an empty cache too: bitcode alone, for a processor of no known level, and images; and every
-later start. Another engine takes part where its module
-has `start`, which gives a program and what it reads. Costs are processor time of the process and
-of what it started, the import of Python packages with it; how long that was on the clock depends
-on what else the machine does, and stands beside it.
+later start. Another engine takes part where its module has `start`, which gives a program and what
+it reads. Costs are processor time of the process and of what it started, the import of Python
+packages with it; how long that was on the clock depends on what else the machine does, and stands
+beside it.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _of_ours(name: str, repetitions: int, progress: Progress) -> Iterator[Start]
         progress(f'{problem.title}: what is to be shipped')
         plain, shipped = (_package(folder / name) for name in ('plain', 'shipped'))
         make = [sys.executable, '-m', 'rigid_body_sim', 'warm_up', str(scene), '--bitcode']
-        _run(make, _environment(shipped, folder / 'made'))
+        _run(make, _environment(shipped, folder / 'made'), folder=shipped)
         for way in (SOURCE, BITCODE, IMAGE, LATER):
             package = shipped if way in (BITCODE, IMAGE) else plain
             command = [sys.executable, '-c', OURS, str(scene), 'image' * (way == IMAGE)]
@@ -108,7 +108,8 @@ def _of_ours(name: str, repetitions: int, progress: Progress) -> Iterator[Start]
             for run in range(min(repetitions, FROM_SOURCE) if way == SOURCE else repetitions):
                 progress(f'{problem.title}: {way}, {run + 1}')
                 cache = 'made' if way == LATER else f'{way} {run}'
-                taken.append(_run(command, _environment(package, folder / cache)))
+                environment = _environment(package, folder / cache)
+                taken.append(_run(command, environment, folder=package))
             yield _start(ENGINE, __version__, problem.title, way, taken)
 
 
@@ -143,18 +144,26 @@ def _environment(package: Path, cache: Path) -> Mapping[str, str]:
     """Environment in which a copy of the package is found, with a kernel cache of its own."""
     own = {'RIGID_BODY_SIM_CACHE': str(cache), 'NUMBA_CACHE_DIR': str(cache)}
     path = [str(package), *filter(None, [os.environ.get('PYTHONPATH')])]
-    return os.environ | own | {'PYTHONPATH': os.pathsep.join(path), 'PWD': str(package)}
+    return os.environ | own | {'PYTHONPATH': os.pathsep.join(path)}
 
 
 def _run(
-    command: Sequence[str], environment: Mapping[str, str], reads: str = ''
+    command: Sequence[str],
+    environment: Mapping[str, str],
+    reads: str = '',
+    *,
+    folder: Path | None = None,
 ) -> tuple[float, float]:
-    """Run a process: processor time and time on the clock [s]; RunError if it fails."""
+    """
+    Run a process: processor time and time on the clock [s]; RunError if it fails.
+
+    folder : where it runs: Python looks there first for what it imports
+    """
     before, begin = _children(), time.perf_counter()
     done = subprocess.run(
         command,
         env=environment,
-        cwd=environment.get('PWD'),  # Python looks there first for what it imports
+        cwd=folder,
         input=reads,
         text=True,
         capture_output=True,

@@ -90,7 +90,7 @@ class Images:
 
     def of_level(self, wanted: Wanted) -> Image | None:
         """Give the image that was shipped for the level of this processor, if any."""
-        if not self.takes_level or self._saves:
+        if not self.takes_level:
             return None
         if self._trusts_level is None:
             probed = self._shipped_image(Wanted(probe, PROBED, ()))
