@@ -28,9 +28,9 @@ ones, and most between balls, whose normals turn nothing. Beyond 1:30 it is less
 an island may have more passes, by the root of that. One of more than MANY bodies has fewer, by the
 root of their number: the way through a heap grows slower than its bodies, and what a crash leaves
 to the next substep breaks no law. A thousand boxes crash in two thirds of the time with as little
-energy gained, and overlap (looked at every 50 ticks) by 10 mm in the first second and 2.7 mm in the
-second, in place of 12 and 1.6; with 30 passes for all, columns of 20 that fall would take longer
-to rest.
+energy gained, and overlap (looked at every 50 ticks) by 10 mm in the first second and 2.7 mm in
+the second, in place of 12 and 1.6; with 30 passes for all, columns of 20 that fall would take
+longer to rest.
 
 M. Silcowitz, S. Niebel, K. Erleben, Visual Computer 26 (2010) 893; R. Fletcher, C. M. Reeves,
 Computer Journal 7 (1964) 149.
