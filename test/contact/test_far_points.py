@@ -77,9 +77,9 @@ def run(shape, ticks, **material):
 @pytest.mark.parametrize(
     ('shape', 'material'),
     [
-        (BOX, {}),
+        pytest.param(BOX, {}, marks=pytest.mark.long),  # bouncing or not: the same visits
         (BOX, {'restitution': 0.5}),
-        (HULL, {}),
+        pytest.param(HULL, {}, marks=pytest.mark.long),
         (CAPSULE, {'rolling_friction': 0.01}),
         (CYLINDER, {}),
     ],
