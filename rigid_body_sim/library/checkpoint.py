@@ -35,7 +35,9 @@ from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.writing import with_text
 
 MAGIC = b'rigid_body_sim checkpoint\n'
-VERSION = 2  # 2: the impulse cache keeps what full detections found (`collision.recycling`)
+# 2: the impulse cache keeps what full detections found (`collision.recycling`); 3: and where lines
+# of contact bore (`solver.common_pressure`)
+VERSION = 3
 SCENE, STATE, AUTO = 'scene', 'state', 'auto'  # parts; files: 'file:NAME'
 FILE = 'file:'
 PLAIN = ('integrator', 'integrator_options', 'dt', 'tick', 'start_ns')  # of the head

@@ -96,6 +96,20 @@ def test_a_restored_run_and_a_reset_one_give_the_same_bits():
     assert sim.state_bytes() == end
 
 
+@pytest.mark.parametrize('cut', [8, 80, -8])
+def test_a_state_whose_contacts_are_kept_otherwise_is_refused_and_the_run_goes_on(cut):
+    """
+    As of another version, which keeps more or fewer numbers of a contact: shorter or longer.
+    """
+    sim = Simulation(scene(heap(6)))
+    sim.step(200)
+    state = sim.state_bytes()
+    other = state[:-cut] if cut > 0 else state + state[cut:]
+    with pytest.raises(InvalidModel, match='another version'):
+        sim.restore(tick=200, state=other, slots={})
+    assert sim.state_bytes() == state
+
+
 def test_labels_of_bodies_change_nothing_beyond_rounding():
     bodies = heap(6)
     shuffled = [bodies[i] for i in np.random.default_rng(3).permutation(len(bodies))]

@@ -79,6 +79,8 @@ SIZE = body.padding(64)  # eight cache lines
 # while manifolds are asked what they are (`collision.ghosts`), before anything has moved: where
 # the first of the body begins
 FIRST_MANIFOLD = DISPLACEMENT
+# and where the first begins in the impulse cache that it has lost (`solver.impulse_cache`)
+FIRST_LOST = DISPLACEMENT + 1
 
 # [1/kg] in place of zero for what no impulse moves, but which has a velocity: see `solver.pivots`;
 # a power of two, so that p = v / HELD gives v back to the bit

@@ -545,6 +545,7 @@ def _colour_constraints(body_count, colliders, constraints, bodies, counts):
     those of the last tick; tell whether there was room.
     """
     count = counts[tick_counts.MANIFOLDS]
+    counts[tick_counts.HAS_LOST] = 0
     if counts[tick_counts.ASSEMBLED] == 1 and impulse_cache.holds_same_manifolds(
         count, constraints.manifolds, constraints.impulse_cache, constraints.places
     ):
@@ -552,6 +553,10 @@ def _colour_constraints(body_count, colliders, constraints, bodies, counts):
     impulse_cache.find_places(
         count, constraints.manifolds, constraints.impulse_cache, constraints.places
     )
+    if impulse_cache.link_lost(
+        count, colliders.table, constraints.manifolds, constraints.impulse_cache, bodies
+    ):
+        counts[tick_counts.HAS_LOST] = 1
     counts[tick_counts.GROUPS] = find_groups(
         count, body_count, APART, colliders.table, constraints.manifolds, constraints.colours,
         constraints.group_of, constraints.groups, constraints.order,
@@ -632,7 +637,9 @@ def _prepare_group(
         WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, order,
         constraints.places, manifolds, constraints.impulse_cache, rows,
     )  # fmt: skip
-    common_pressure.share_pressure(WIDTH, softness, colliders.table, constraints, bodies)
+    common_pressure.share_pressure(
+        WIDTH, softness, 1 + counts[tick_counts.HAS_LOST], colliders, constraints, bodies
+    )
     if FLOWS:
         variable_mass.find_mass_scale(now.start + 0.5 * now.h, flows)
         variable_mass.scale_to_present_mass(flows, bodies)
@@ -687,7 +694,7 @@ def count_touching(
 
 
 def _find_first_loads(
-    now, touching, motion, table, constraints, energy, bodies, settings, counts
+    now, touching, motion, colliders, constraints, energy, bodies, settings, counts
 ):  # fmt: skip
     """Find what a group carries when the scene begins, and start from it."""
     if FLOWS or DRIVES or now.start != 0.0:
@@ -714,7 +721,9 @@ def _find_first_loads(
     first_loads.recall_loads(
         WIDTH, motion.body_count, now.substep, constraints, roots, sizes, bodies
     )
-    common_pressure.share_pressure(WIDTH, softness_of(now, settings), table, constraints, bodies)
+    common_pressure.share_pressure(
+        WIDTH, softness_of(now, settings), 0, colliders, constraints, bodies
+    )
     prepare(
         lanes, batch_count, settings[tick_settings.RESTITUTION_THRESHOLD], rows, scratch, batches,
         bodies,
@@ -920,7 +929,7 @@ def _pass_group(number, now, world):
         world.settings, counts,
     )  # fmt: skip
     find_first_loads(
-        now, members, motion, world.colliders.table, own, world.energy, bodies, world.settings,
+        now, members, motion, world.colliders, own, world.energy, bodies, world.settings,
         counts,
     )  # fmt: skip
     groups[row + group_record.SHARED] = int(own.scratch[lane_scratch.SHARED])
@@ -1115,7 +1124,7 @@ def _store_some_impulses(substep, world):
             counts[tick_counts.LANES], batch_count_of(own), own.rows, own.scratch, own.batches
         )
         impulse_cache.store_impulses(
-            WIDTH, substep, ANGULAR, world.colliders.poses, own.order, own.places, own.manifolds,
+            WIDTH, substep, ANGULAR, world.colliders, own.order, own.places, own.manifolds,
             own.rows, world.detection.records, own.impulse_cache,
         )  # fmt: skip
         crew.finish(world.crew)

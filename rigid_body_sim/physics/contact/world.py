@@ -197,9 +197,22 @@ class ContactWorld:
         return np.concatenate((cache, self._sleepers.remembered()))
 
     def recall(self, numbers: Array) -> None:
-        """Restore what `remembered` gave; without numbers nothing is known of any contact."""
+        """
+        Restore what `remembered` gave; without numbers nothing is known of any contact.
+
+        Raises ValueError for other numbers.
+        """
+        end = size_in_use(np.array(numbers)) if len(numbers) else 0
+        if (
+            end > len(numbers)
+            or (end == 0) != (len(numbers) == 0)
+            or (self._sleepers is None and end != len(numbers))
+        ):
+            raise ValueError(
+                'what it holds of contacts is not as this version keeps it: it comes from another '
+                'scene or another version'
+            )
         if self._sleepers is not None:
-            end = size_in_use(np.array(numbers)) if len(numbers) else 0
             self._sleepers.recall(numbers[end:])
             numbers = numbers[:end]
         self._overlaps = {}

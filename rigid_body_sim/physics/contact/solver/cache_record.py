@@ -21,6 +21,12 @@ manifold = Record()
 PAIR_ID = manifold.number('-', 'see `manifold_record`')
 POINTS = manifold.number('-', 'how many follow')
 LOAD = manifold.number('m/s^2', 'see `static_sink`')
+MIDDLE = manifold.vector(
+    'm', 'of what one or two points bore, from the origin of what moves: `common_pressure`'
+)
+NEXT_LOST = manifold.number(
+    '-', 'of the next one that its body has lost: `impulse_cache.link_lost`'
+)
 RECYCLED = manifold.number('-', 'numbers behind the points: a `recycled_record`, or none')
 MANIFOLD_HEAD = manifold.size
 

@@ -18,7 +18,10 @@ A : [m^2] area of the face; a manifold of two points, which is a line, has none,
 c : mean of the points by w
 And where all are lines, of what rolls, they give way as one line would: each is as stiff as its
 share of the length, and all have one sink (`softness`, `static_sink`). Else a tile onto which a
-disc has just come would bear as much as the one it leaves, and lift it there.
+disc has just come would bear as much as the one it leaves, and lift it there. And force and torque
+are not those of the impulses where they are recalled, but those of the last tick as the body has
+felt them: from tick to tick the line goes over to other tiles by a good part of its length, its
+ends on each of them have moved, and a tile may be left behind with all that it bore.
 
 What is put down on a surface that cannot move starts from what pulls at its centre of mass.
 
@@ -37,12 +40,14 @@ from numpy.typing import NDArray
 from rigid_body_sim.physics.compile.kernels import inline, kernel
 from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.array_groups import Constraints
-from rigid_body_sim.physics.contact.collision import collider_record, manifold_record
-from rigid_body_sim.physics.contact.collision.collider import PLANE
+from rigid_body_sim.physics.contact.collision import collider_record, manifold_record, pose
+from rigid_body_sim.physics.contact.collision.collider import PLANE, ColliderArrays
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
+    cache_record,
     constraint,
     contact_point,
+    impulse_cache,
     lane_scratch,
     patch_friction,
     pressure_of_face,
@@ -51,7 +56,7 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
-from rigid_body_sim.physics.vectors import cross, dot, load, scale, subtract
+from rigid_body_sim.physics.vectors import add, cross, dot, load, scale, subtract
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -61,6 +66,8 @@ ALIKE = 1e-9  # [-] 1 - cos of an angle of 4e-5: normals of one surface
 ROUNDS = 8  # [-] in which points that would pull are left out, at most
 THIN = 1e-9  # [-] of the second moment: points are as good as in a line
 EXACT = 1e-9  # [-] of the torque that may be lost by the choice
+FLUSH = 1e-5  # [m] from a surface: what a body has lost there was a part of it
+OF_LINES = 0.1  # [-] the same of a line that turns meanwhile: what is lost is across it
 LEAST = 1e-3  # [-] share of a face in the softness of a surface
 DONE = -2.0  # `manifold_record.STATE` of what belongs to a surface that was looked at
 NONE = -1.0  # in place of a manifold
@@ -90,6 +97,23 @@ def _is_line(record: int, manifolds: Array) -> bool:
 
 
 @inline
+def _rolls(record: int, manifolds: Array, rows: Array) -> bool:
+    """Tell whether a manifold is a line on which something round rolls."""
+    lane = int(manifolds[record + manifold_record.LANE])
+    is_round = rows[lane + constraint.ROUNDNESS] != constraint.NOT_ROUND
+    return bool(is_round and _is_line(record, manifolds))
+
+
+@inline
+def _all_roll(count: int, members: Indices, manifolds: Array, rows: Array) -> bool:
+    """Tell whether all manifolds of a surface are such lines."""
+    roll = True
+    for place in range(count):
+        roll = roll and _rolls(members[place], manifolds, rows)
+    return roll
+
+
+@inline
 def _all_lines(count: int, members: Indices, manifolds: Array) -> bool:
     """Tell whether all manifolds of a surface have two points."""
     lines = True
@@ -107,8 +131,15 @@ def _is_measured(record: int, manifolds: Array) -> bool:
     )
 
 
+@inline
+def _has_lost(record: int, table: Indices, manifolds: Array, bodies: Array) -> bool:
+    """Tell whether the body of a manifold has lost a line."""
+    body, _ = _owner(record, table, manifolds)
+    return bool(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_LOST] >= cache_record.HEAD)
+
+
 @kernel
-def _link(order: Indices, table: Indices, manifolds: Array, bodies: Array) -> Any:
+def _link(lost: bool, order: Indices, table: Indices, manifolds: Array, bodies: Array) -> Any:
     """
     Make the list of the manifolds of several points of each body: the first one, and behind each
     the next (`ghosts` had its own there). Tell whether statics leave something to choose.
@@ -126,6 +157,8 @@ def _link(order: Indices, table: Indices, manifolds: Array, bodies: Array) -> An
             head = body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD
             first = bodies[head]
             found = found or first >= 0.0 or _is_measured(record, manifolds)
+            if lost and _is_line(record, manifolds):
+                found = found or _has_lost(record, table, manifolds, bodies)
             manifolds[record + manifold_record.NEXT_OF_A] = first
             manifolds[record + manifold_record.STATE] = 0.0
             bodies[head] = float(record)
@@ -254,8 +287,12 @@ def _sum_up(
 
 
 @inline
-def _pressure(sums: Any) -> Any:
-    """Return alpha and beta of sums, and whether there are such."""
+def _pressure(sums: Any, exact: float) -> Any:
+    """
+    Return alpha and beta of sums, and whether there are such.
+
+    exact : [-] of the torque that may be lost
+    """
     total, total_1, total_2, w, w_1, w_2, w_11, w_12, w_22 = sums
     if not (w > 0.0 and total > 0.0):
         return 0.0, 0.0, 0.0, False
@@ -275,7 +312,7 @@ def _pressure(sums: Any) -> Any:
     lost_1 = m_1 - (s_11 * beta_1 + s_12 * beta_2)
     lost_2 = m_2 - (s_12 * beta_1 + s_22 * beta_2)
     lost, size = lost_1 * lost_1 + lost_2 * lost_2, total * total * trace / w
-    return total / w - beta_1 * c_1 - beta_2 * c_2, beta_1, beta_2, lost <= EXACT * EXACT * size
+    return total / w - beta_1 * c_1 - beta_2 * c_2, beta_1, beta_2, lost <= exact * exact * size
 
 
 @kernel
@@ -379,20 +416,21 @@ def _second_moment(sums: Any) -> Any:
 
 @kernel
 def _find_pressure(
-    count: int, members: Indices, carrier: int, width: int, frame: Any, first: Any,
+    count: int, members: Indices, carrier: int, width: int, frame: Any, first: Any, exact: float,
     manifolds: Array, rows: Array,
 ) -> Any:  # fmt: skip
     """
     Return alpha and beta of the pressure of a surface, and whether there is one.
 
-    first : load beside what is recalled, and its moments: see `_first_load`
+    first : load beside what is recalled, and its moments: see `_first_load`, `_left_behind`
+    exact : see `_pressure`
     """
     pressure = 0.0, 0.0, 0.0, False
     for _ in range(ROUNDS):
         before = pressure
         sums = _sum_up(count, members, carrier, width, frame, before, manifolds, rows)
         loads = sums[0] + first[0], sums[1] + first[1], sums[2] + first[2]
-        pressure = _pressure((*loads, *sums[3:]))
+        pressure = _pressure((*loads, *sums[3:]), exact)
         if not pressure[3]:
             return pressure
         if _is_consistent(count, members, width, frame, before, pressure, manifolds, rows):
@@ -455,27 +493,119 @@ def _first_load(
     return total, total * dot(way, frame[1][0]), total * dot(way, frame[1][1])
 
 
+@inline
+def _with_carried(
+    sums: Any, entry: int, factor: float, origin: Any, frame: Any, cache: Array
+) -> Any:
+    """Add what an entry of the cache has carried; origin: of the shape that moves."""
+    total, total_1, total_2 = sums
+    way = subtract(add(origin, load(cache, entry + cache_record.MIDDLE)), frame[0])
+    own = factor * impulse_cache.load_of(entry, cache)
+    return (
+        total + own, total_1 + own * dot(way, frame[1][0]), total_2 + own * dot(way, frame[1][1])
+    )  # fmt: skip
+
+
+@kernel
+def _with_lost(
+    sums: Any, factor: float, record: int, frame: Any, colliders: ColliderArrays, manifolds: Array,
+    cache: Array, bodies: Array,
+) -> Any:  # fmt: skip
+    """
+    Add what the body of a manifold has lost of its surface to N, N x, N y: what lies in its plane
+    and is of the same other body.
+    """
+    table = colliders.table
+    shapes = len(table) // collider_record.SIZE
+    body, side = _owner(record, table, manifolds)
+    other = int(manifolds[record + manifold_record.COLLIDER_A + 1 - side])
+    other_body = table[other * collider_record.SIZE + collider_record.BODY]
+    normal = cross(frame[1][0], frame[1][1])
+    entry = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_LOST])
+    while entry >= cache_record.HEAD:
+        pair = int(cache[entry + cache_record.PAIR_ID])
+        first, second = pair // shapes, pair % shapes
+        shape = impulse_cache.moving_shape(first, second, table)
+        second = second if shape == first else first
+        origin = load(colliders.poses, shape * pose.SIZE + pose.POSITION)
+        way = subtract(add(origin, load(cache, entry + cache_record.MIDDLE)), frame[0])
+        lies_in_plane = abs(dot(normal, way)) < FLUSH
+        if (
+            lies_in_plane
+            and table[second * collider_record.SIZE + collider_record.BODY] == other_body
+        ):
+            sums = _with_carried(sums, entry, factor, origin, frame, cache)
+        entry = int(cache[entry + cache_record.NEXT_LOST])
+    return sums
+
+
+@kernel
+def _left_behind(
+    count: int, members: Indices, width: int, h: float, lost: bool, frame: Any,
+    colliders: ColliderArrays, constraints: Constraints, bodies: Array,
+) -> Any:  # fmt: skip
+    """
+    Return what a surface carried in the last tick beyond what is recalled of it, seen from the
+    body: N, N x, N y; h: substep [s]. Nothing, where it was more than lines.
+
+    lost : whether some body has lost a line: see `impulse_cache.link_lost`
+    """
+    manifolds, rows, cache = constraints.manifolds, constraints.rows, constraints.impulse_cache
+    before = cache[cache_record.SUBSTEP]
+    factor = h / before if before > 0.0 else 1.0
+    _, side = _owner(members[0], colliders.table, manifolds)
+    sums = 0.0, 0.0, 0.0
+    for place in range(count):
+        record = members[place]
+        entry = constraints.places[record // manifold_record.SIZE]
+        if entry != impulse_cache.NEW:
+            if cache[entry + cache_record.POINTS] > 2.0:
+                return 0.0, 0.0, 0.0
+            shape = int(manifolds[record + manifold_record.COLLIDER_A + side])
+            origin = load(colliders.poses, shape * pose.SIZE + pose.POSITION)
+            sums = _with_carried(sums, entry, factor, origin, frame, cache)
+        lane = int(manifolds[record + manifold_record.LANE])
+        for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+            row = lane + constraint.SIZE + index * width
+            impulse = rows[row + contact_point.NORMAL_IMPULSE]
+            if impulse > 0.0:
+                x, y = pressure_of_face.place(record, index, frame[0], frame[1], manifolds)
+                sums = sums[0] - impulse, sums[1] - impulse * x, sums[2] - impulse * y
+    if not lost:
+        return sums
+    return _with_lost(sums, factor, members[0], frame, colliders, manifolds, cache, bodies)
+
+
 @kernel
 def _press_as_one(
-    count: int, members: Indices, width: int, h: float, table: Indices, manifolds: Array,
-    rows: Array, bodies: Array, scratch: Array,
+    count: int, members: Indices, width: int, h: float, recalls: int, colliders: ColliderArrays,
+    constraints: Constraints, bodies: Array,
 ) -> None:  # fmt: skip
     """Choose the impulses of one surface; h: substep [s]."""
+    table, scratch = colliders.table, constraints.scratch
+    manifolds, rows = constraints.manifolds, constraints.rows
     if count > 1 and not _are_of_several(count, members, table, manifolds):
         return
     lane = int(manifolds[members[0] + manifold_record.LANE])
     _, tangent_1, tangent_2 = wide_lanes.contact_frame(rows, lane)
     origin = load(manifolds, members[0] + manifold_record.POINTS)
     frame = origin, (tangent_1, tangent_2)
-    carrier, first = -1, (0.0, 0.0, 0.0)
+    carrier, first, exact = -1, (0.0, 0.0, 0.0), EXACT
     if count > 1:
         carrier = _carrier(count, members, width, table, manifolds, rows)
         if _is_new(count, members, width, manifolds, rows):
             first = _first_load(members[0], h, frame, table, manifolds, rows, bodies)
-    pressure = _find_pressure(count, members, carrier, width, frame, first, manifolds, rows)
+    if recalls > 0 and first[0] == 0.0 and _all_roll(count, members, manifolds, rows):
+        first = _left_behind(
+            count, members, width, h, recalls > 1, frame, colliders, constraints, bodies
+        )
+        exact = OF_LINES
+    pressure = _find_pressure(count, members, carrier, width, frame, first, exact, manifolds, rows)
     if carrier >= 0 and not pressure[3]:
         carrier = -1
-        pressure = _find_pressure(count, members, carrier, width, frame, first, manifolds, rows)
+        pressure = _find_pressure(
+            count, members, carrier, width, frame, first, exact, manifolds, rows
+        )
     if not pressure[3]:
         return
     alpha, beta_1, beta_2, _ = pressure
@@ -553,18 +683,21 @@ def _give_way_as_one(
 
 @kernel
 def share_pressure(
-    width: int, softness: Softness, table: Indices, constraints: Constraints, bodies: Array
-) -> None:
+    width: int, softness: Softness, recalls: int, colliders: ColliderArrays,
+    constraints: Constraints, bodies: Array,
+) -> None:  # fmt: skip
     """
     Choose the recalled impulses of all surfaces of a group that several faces are, and let them
     give way as one.
 
-    width : numbers of a point
+    width   : numbers of a point
+    recalls : 1: they are recalled from the last tick; 2: and some body has lost a line
     """
+    table = colliders.table
     manifolds, rows, order = constraints.manifolds, constraints.rows, constraints.order
     members, scratch = constraints.members, constraints.scratch
     scratch[lane_scratch.SHARED] = scratch[lane_scratch.SURFACES] = 0.0
-    if not _link(order, table, manifolds, bodies):
+    if not _link(recalls > 1, order, table, manifolds, bodies):
         return
     for index in range(len(order)):
         record = order[index] * manifold_record.SIZE
@@ -580,7 +713,9 @@ def share_pressure(
             and _are_of_several(count, members, table, manifolds)
         ):
             _give_way_as_one(count, members, width, softness, table, manifolds, rows, scratch)
-        if count > 1 or _leaves_a_choice(record, width, manifolds, rows):
+        has_lost = recalls > 1 and _rolls(record, manifolds, rows)
+        has_lost = has_lost and _has_lost(record, table, manifolds, bodies)
+        if count > 1 or has_lost or _leaves_a_choice(record, width, manifolds, rows):
             _press_as_one(
-                count, members, width, softness.h, table, manifolds, rows, bodies, scratch
+                count, members, width, softness.h, recalls, colliders, constraints, bodies
             )

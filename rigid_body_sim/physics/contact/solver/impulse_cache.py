@@ -16,13 +16,16 @@ from typing import Any
 
 from rigid_body_sim.physics.arrays import Array, Indices
 from rigid_body_sim.physics.compile.kernels import inline, kernel
+from rigid_body_sim.physics.contact import solver_bodies
 from rigid_body_sim.physics.contact.collision import (
     bounds_record,
+    collider_record,
     held_features,
     manifold_record,
     pose,
     recycled_record,
 )
+from rigid_body_sim.physics.contact.collision.collider import ColliderArrays
 from rigid_body_sim.physics.contact.collision.geometry import manifold
 from rigid_body_sim.physics.contact.solver import (
     cache_record,
@@ -36,6 +39,7 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.vectors import add, dot, load, scale, store, subtract
 
 SAME_PLACE = 0.2  # [-] of the radius: an anchor that moved less is the same point
+NONE = -1.0  # in place of an entry of the cache
 NEW = -1  # in place of a point of the cache: there is none for this one
 
 
@@ -122,6 +126,63 @@ def find_places(manifold_count: int, manifolds: Array, cache: Array, places: Ind
         old, left = _walk_to(pair, old, left, cache)
         is_known = left > 0 and cache[old + cache_record.PAIR_ID] == pair
         places[m] = old if is_known else NEW
+
+
+@inline
+def moving_shape(collider_a: int, collider_b: int, table: Indices) -> int:
+    """Return the collider of a pair that moves; of two the first."""
+    moves = table[collider_a * collider_record.SIZE + collider_record.BODY] >= 0
+    return collider_a if moves else collider_b
+
+
+@kernel
+def link_lost(
+    manifold_count: int, table: Indices, manifolds: Array, cache: Array, bodies: Array
+) -> bool:
+    """
+    Make the list of what each body has lost of the lines on which it rolled: manifolds of two
+    points in the cache that are no more. Tell whether there are some.
+    """
+    colliders = len(table) // collider_record.SIZE
+    for m in range(manifold_count):
+        record = m * manifold_record.SIZE
+        if manifolds[record + manifold_record.POINT_COUNT] == 2.0:
+            collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
+            collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+            shape = moving_shape(collider_a, collider_b, table)
+            body = table[shape * collider_record.SIZE + collider_record.BODY]
+            bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_LOST] = NONE
+    found, m, old = False, 0, cache_record.HEAD
+    for _ in range(int(cache[cache_record.MANIFOLDS])):
+        pair = cache[old + cache_record.PAIR_ID]
+        while (
+            m < manifold_count
+            and manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID] < pair
+        ):
+            m += 1
+        is_lost = (
+            m == manifold_count
+            or manifolds[m * manifold_record.SIZE + manifold_record.PAIR_ID] > pair
+        )
+        if is_lost and cache[old + cache_record.POINTS] == 2.0:
+            shape = moving_shape(int(pair) // colliders, int(pair) % colliders, table)
+            body = table[shape * collider_record.SIZE + collider_record.BODY]
+            head = body * solver_bodies.SIZE + solver_bodies.FIRST_LOST
+            cache[old + cache_record.NEXT_LOST] = bodies[head]
+            bodies[head] = float(old)
+            found = True
+        old = cache_record.next_entry(old, cache)
+    return found
+
+
+@inline
+def load_of(entry: int, cache: Array) -> float:
+    """Return what a manifold of the cache has carried [N s]."""
+    total = 0.0
+    for point in range(int(cache[entry + cache_record.POINTS])):
+        place = entry + cache_record.MANIFOLD_HEAD + point * cache_record.POINT_SIZE
+        total += cache[place + cache_record.NORMAL_IMPULSE]
+    return total
 
 
 @kernel
@@ -295,14 +356,34 @@ def _mean_load(lane: int, count: int, width: int, h: float, rows: Array) -> Any:
 
 
 @kernel
+def _middle_of_pressure(
+    record: int, entry: int, table: Indices, poses: Array, manifolds: Array, cache: Array
+) -> Any:
+    """Return the middle of what a manifold leaves, which is in its entry of the cache already."""
+    collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
+    collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
+    shape = moving_shape(collider_a, collider_b, table)
+    origin = load(poses, shape * pose.SIZE + pose.POSITION)
+    total, moment = 0.0, (0.0, 0.0, 0.0)
+    for point in range(int(cache[entry + cache_record.POINTS])):
+        place = entry + cache_record.MANIFOLD_HEAD + point * cache_record.POINT_SIZE
+        impulse = cache[place + cache_record.NORMAL_IMPULSE]
+        found = record + manifold_record.POINTS + point * manifold.POINT
+        total += impulse
+        moment = add(moment, scale(impulse, subtract(load(manifolds, found), origin)))
+    return scale(1.0 / total, moment) if total > 0.0 else moment
+
+
+@kernel
 def store_impulses(
-    width: int, h: float, angular: bool, poses: Array, order: Indices, places: Indices,
-    manifolds: Array, rows: Array, records: Array, cache: Array,
+    width: int, h: float, angular: bool, colliders: ColliderArrays, order: Indices,
+    places: Indices, manifolds: Array, rows: Array, records: Array, cache: Array,
 ) -> None:  # fmt: skip
     """
-    Write what the next tick starts from of a group, whose manifolds `order` names; poses are those
-    at the start of this one, records those of `collision.recycling`.
+    Write what the next tick starts from of a group, whose manifolds `order` names; colliders are
+    where they are at the start of this one, records those of `collision.recycling`.
     """
+    poses = colliders.poses
     for index in range(len(order)):
         m = order[index]
         to = places[m]
@@ -343,6 +424,11 @@ def store_impulses(
         cache[head + cache_record.LOAD] = static_sink.filtered(
             lane, _mean_load(lane, count, width, h, rows), rows
         )
+        middle = (0.0, 0.0, 0.0)
+        if count <= 2:
+            middle = _middle_of_pressure(record, head, colliders.table, poses, manifolds, cache)
+        store(cache, head + cache_record.MIDDLE, middle)
+        cache[head + cache_record.NEXT_LOST] = 0.0
         recycled = int(manifolds[record + manifold_record.RECYCLED])
         cache[head + cache_record.RECYCLED] = 0.0
         if recycled >= 0:
@@ -354,10 +440,17 @@ def store_impulses(
 
 @kernel
 def size_in_use(cache: Array) -> int:
-    """Count the numbers of the cache that are in use."""
-    end = cache_record.HEAD
+    """Count the numbers of the cache that are in use; 0 where they are no cache."""
+    end, size = cache_record.HEAD, len(cache)
+    if end > size:
+        return 0
     for _ in range(int(cache[cache_record.MANIFOLDS])):
-        end = cache_record.next_entry(end, cache)
+        if end + cache_record.MANIFOLD_HEAD > size:
+            return 0
+        behind = cache_record.next_entry(end, cache)
+        if behind <= end:
+            return 0
+        end = behind
     return end
 
 
