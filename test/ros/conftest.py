@@ -169,9 +169,13 @@ class Peer:
     def call(self, kind, name, request):
         """
         Call a service; its client is kept, so that the next call waits for no discovery.
+
+        The first answer would be lost if the node did not know of its reader yet.
         """
         if (kind, name) not in self._clients:
             self._clients[kind, name] = self._client(kind, name)
+            if name.startswith('rigid_body_sim/'):
+                self.be_known()
         return self._answer(self._clients[kind, name], request)
 
     def _client(self, kind, name):
