@@ -637,9 +637,9 @@ def _prepare_group(
         WIDTH, now.substep, ANGULAR, colliders.local_bounds, colliders.poses, order,
         constraints.places, manifolds, constraints.impulse_cache, rows,
     )  # fmt: skip
-    common_pressure.share_pressure(
-        WIDTH, softness, 1 + counts[tick_counts.HAS_LOST], colliders, constraints, bodies
-    )
+    has_lost = counts[tick_counts.HAS_LOST] == 1
+    recalls = common_pressure.WITH_LOST if has_lost else common_pressure.RECALLED
+    common_pressure.share_pressure(WIDTH, softness, recalls, colliders, constraints, bodies)
     if FLOWS:
         variable_mass.find_mass_scale(now.start + 0.5 * now.h, flows)
         variable_mass.scale_to_present_mass(flows, bodies)
@@ -722,7 +722,7 @@ def _find_first_loads(
         WIDTH, motion.body_count, now.substep, constraints, roots, sizes, bodies
     )
     common_pressure.share_pressure(
-        WIDTH, softness_of(now, settings), 0, colliders, constraints, bodies
+        WIDTH, softness_of(now, settings), common_pressure.AS_FOUND, colliders, constraints, bodies
     )
     prepare(
         lanes, batch_count, settings[tick_settings.RESTITUTION_THRESHOLD], rows, scratch, batches,

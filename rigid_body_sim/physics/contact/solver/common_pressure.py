@@ -72,15 +72,19 @@ LEAST = 1e-3  # [-] share of a face in the softness of a surface
 DONE = -2.0  # `manifold_record.STATE` of what belongs to a surface that was looked at
 NONE = -1.0  # in place of a manifold
 
+# where impulses come from: they were found where their points are; they are recalled from the last
+# tick; and some body has lost a line since
+AS_FOUND, RECALLED, WITH_LOST = 0, 1, 2
+
 
 @inline
 def _owner(record: int, table: Indices, manifolds: Array) -> Any:
     """Body of a manifold that moves, and on which side it is (0: A)."""
     collider_a = int(manifolds[record + manifold_record.COLLIDER_A])
     collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
-    body_a = table[collider_a * collider_record.SIZE + collider_record.BODY]
-    body_b = table[collider_b * collider_record.SIZE + collider_record.BODY]
-    return (body_a, 0) if body_a >= 0 else (body_b, 1)
+    shape = impulse_cache.moving_shape(collider_a, collider_b, table)
+    body = table[shape * collider_record.SIZE + collider_record.BODY]
+    return body, 0 if shape == collider_a else 1
 
 
 @inline
@@ -551,8 +555,7 @@ def _left_behind(
     lost : whether some body has lost a line: see `impulse_cache.link_lost`
     """
     manifolds, rows, cache = constraints.manifolds, constraints.rows, constraints.impulse_cache
-    before = cache[cache_record.SUBSTEP]
-    factor = h / before if before > 0.0 else 1.0
+    factor = impulse_cache.share_recalled(h, cache)
     _, side = _owner(members[0], colliders.table, manifolds)
     sums = 0.0, 0.0, 0.0
     for place in range(count):
@@ -595,9 +598,9 @@ def _press_as_one(
         carrier = _carrier(count, members, width, table, manifolds, rows)
         if _is_new(count, members, width, manifolds, rows):
             first = _first_load(members[0], h, frame, table, manifolds, rows, bodies)
-    if recalls > 0 and first[0] == 0.0 and _all_roll(count, members, manifolds, rows):
+    if recalls != AS_FOUND and first[0] == 0.0 and _all_roll(count, members, manifolds, rows):
         first = _left_behind(
-            count, members, width, h, recalls > 1, frame, colliders, constraints, bodies
+            count, members, width, h, recalls == WITH_LOST, frame, colliders, constraints, bodies
         )
         exact = OF_LINES
     pressure = _find_pressure(count, members, carrier, width, frame, first, exact, manifolds, rows)
@@ -691,13 +694,13 @@ def share_pressure(
     give way as one.
 
     width   : numbers of a point
-    recalls : 1: they are recalled from the last tick; 2: and some body has lost a line
+    recalls : AS_FOUND, RECALLED or WITH_LOST
     """
     table = colliders.table
     manifolds, rows, order = constraints.manifolds, constraints.rows, constraints.order
     members, scratch = constraints.members, constraints.scratch
     scratch[lane_scratch.SHARED] = scratch[lane_scratch.SURFACES] = 0.0
-    if not _link(recalls > 1, order, table, manifolds, bodies):
+    if not _link(recalls == WITH_LOST, order, table, manifolds, bodies):
         return
     for index in range(len(order)):
         record = order[index] * manifold_record.SIZE
@@ -713,7 +716,7 @@ def share_pressure(
             and _are_of_several(count, members, table, manifolds)
         ):
             _give_way_as_one(count, members, width, softness, table, manifolds, rows, scratch)
-        has_lost = recalls > 1 and _rolls(record, manifolds, rows)
+        has_lost = recalls == WITH_LOST and _rolls(record, manifolds, rows)
         has_lost = has_lost and _has_lost(record, table, manifolds, bodies)
         if count > 1 or has_lost or _leaves_a_choice(record, width, manifolds, rows):
             _press_as_one(

@@ -39,8 +39,7 @@ from rigid_body_sim.physics.contact.solver import (
 from rigid_body_sim.physics.vectors import add, dot, load, scale, store, subtract
 
 SAME_PLACE = 0.2  # [-] of the radius: an anchor that moved less is the same point
-NONE = -1.0  # in place of an entry of the cache
-NEW = -1  # in place of a point of the cache: there is none for this one
+NEW = -1  # in place of a point or an entry of the cache: there is none for this one
 
 
 @kernel
@@ -64,6 +63,13 @@ def holds_same_manifolds(
         places[m] = old
         old = cache_record.next_entry(old, cache)
     return True
+
+
+@inline
+def share_recalled(h: float, cache: Array) -> float:
+    """Return the share of an impulse of the cache that acts in a substep h [s]."""
+    before = cache[cache_record.SUBSTEP]
+    return h / before if before > 0.0 and before != h else 1.0
 
 
 @inline
@@ -151,7 +157,7 @@ def link_lost(
             collider_b = int(manifolds[record + manifold_record.COLLIDER_B])
             shape = moving_shape(collider_a, collider_b, table)
             body = table[shape * collider_record.SIZE + collider_record.BODY]
-            bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_LOST] = NONE
+            bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_LOST] = float(NEW)
     found, m, old = False, 0, cache_record.HEAD
     for _ in range(int(cache[cache_record.MANIFOLDS])):
         pair = cache[old + cache_record.PAIR_ID]
@@ -167,10 +173,11 @@ def link_lost(
         if is_lost and cache[old + cache_record.POINTS] == 2.0:
             shape = moving_shape(int(pair) // colliders, int(pair) % colliders, table)
             body = table[shape * collider_record.SIZE + collider_record.BODY]
-            head = body * solver_bodies.SIZE + solver_bodies.FIRST_LOST
-            cache[old + cache_record.NEXT_LOST] = bodies[head]
-            bodies[head] = float(old)
-            found = True
+            if body >= 0:  # what sleeps, and is none in the table, has a cache of its own
+                head = body * solver_bodies.SIZE + solver_bodies.FIRST_LOST
+                cache[old + cache_record.NEXT_LOST] = bodies[head]
+                bodies[head] = float(old)
+                found = True
         old = cache_record.next_entry(old, cache)
     return found
 
@@ -255,8 +262,7 @@ def recall(
         order   : manifolds of the group, as they lie in the rows
         places  : of all manifolds in the cache: see `find_places`
     """
-    before = cache[cache_record.SUBSTEP]
-    factor = h / before if before > 0.0 and before != h else 1.0
+    factor = share_recalled(h, cache)
     for index in range(len(order)):
         m = order[index]
         record = m * manifold_record.SIZE
