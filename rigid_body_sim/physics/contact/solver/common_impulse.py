@@ -22,7 +22,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rigid_body_sim.physics.arrays import Array
-from rigid_body_sim.physics.compile.kernels import inline, kernel, slot, specialise
+from rigid_body_sim.physics.compile.kernels import inline, slot, specialise
 from rigid_body_sim.physics.contact.solver import (
     constraint,
     contact_point,
@@ -63,18 +63,6 @@ def any_stirs(used: int, scratch: Array) -> bool:
     found = False
     for lane in range(used):
         found = found or scratch[lane + lane_scratch.COMMON_STIRS] > 0.0
-    return found
-
-
-@kernel
-def is_clamped(used: int, scratch: Array) -> bool:
-    """
-    Tell whether some impulse would have become negative: then the sums are others. The other lanes
-    stand still.
-    """
-    found = False
-    for lane in range(used):
-        found = found or scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0
     return found
 
 
@@ -169,7 +157,6 @@ def _apply_to_point(lane: int, points: Array, scratch: Array) -> None:
     warm = points[lane + contact_point.WARM_NORMAL] if SOFT else 0.0
     before = impulse - warm if impulse > 0.0 else 0.0
     now = before + common
-    is_clamped = takes_part & (now < 0.0)
     now = now if now > 0.0 else 0.0
     now = now if takes_part else before
     new = now + warm if now > 0.0 else 0.0
@@ -178,7 +165,6 @@ def _apply_to_point(lane: int, points: Array, scratch: Array) -> None:
     size, largest = abs(change), scratch[lane + lane_scratch.LARGEST_CHANGE]
     arm_a, arm_b = wide_lanes.arms(points, lane)
     scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
-    scratch[lane + lane_scratch.COMMON_CLAMPED] += 1.0 if is_clamped else 0.0
     scratch[lane + lane_scratch.COMMON_TOTAL] += change
     wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_MOMENT_A, change, arm_a)
     wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_MOMENT_B, change, arm_b)
@@ -262,7 +248,8 @@ def _sum_up(
     slop: float, cap: float,
 ) -> None:  # fmt: skip
     """
-    Add up what takes part of each lane, and find the lanes that stir, of those that are visited.
+    Add up what takes part of each lane, and find the lanes that stir: of those that are visited,
+    and whose points move alike.
 
     near   : points of each lane that are asked
     points : all points of each lane
@@ -277,28 +264,21 @@ def _sum_up(
             _add_point(lane, found, own, scratch)
     for lane in range(lanes):
         active = scratch[lane + lane_scratch.ACTIVE] > 0.0
-        stirs = active & _stirs(lane, scratch)
+        stirs = active & _stirs(lane, scratch) & _move_alike(lane, scratch)
         scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if stirs else 0.0
 
 
-def _give(
-    lanes: int, near: int, starts: bool, constraints: Array, points: Array, scratch: Array
-) -> None:
+def _give(lanes: int, near: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
-    Give the points of each lane what they have in common: of lanes that are visited, and whose
-    points move alike.
+    Give the points of each lane that stirs what they have in common, and its bodies.
 
     near   : points of each lane that are asked
-    starts : False: only where an impulse was clamped the last time
     points : all points of each lane
     """
     for lane in range(lanes):
-        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
-        alike = active & _move_alike(lane, scratch)
-        alike = alike if starts else scratch[lane + lane_scratch.COMMON_CLAMPED] > 0.0
+        stirs = scratch[lane + lane_scratch.COMMON_STIRS] > 0.0
         common = _change(lane, TURNS, constraints, scratch)
-        scratch[lane + lane_scratch.COMMON_CHANGE] = common if alike else 0.0
-        scratch[lane + lane_scratch.COMMON_CLAMPED] = 0.0
+        scratch[lane + lane_scratch.COMMON_CHANGE] = common if stirs else 0.0
         scratch[lane + lane_scratch.COMMON_TOTAL] = 0.0
         wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_MOMENT_A, (0.0, 0.0, 0.0))
         wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_MOMENT_B, (0.0, 0.0, 0.0))

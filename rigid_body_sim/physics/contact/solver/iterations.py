@@ -44,7 +44,6 @@ from rigid_body_sim.physics.contact.solver import (
 )
 
 STARTING_ITERATIONS = 20  # at most, of a batch on which friction of a face starts
-COMMON_ITERATIONS = 6  # at most, of the common impulse, where it is clamped
 PASSES = 10  # at most, before unsettled islands are visited as a whole: `islands.unsettled`
 BALL_PASSES = 4  # at most, over normals of balls: they turn nothing, and settle sooner
 RESTITUTION_ITERATIONS = 40  # at most; a stack of that many balls is not yet at rest
@@ -126,22 +125,19 @@ def _face(first: int, width: int) -> Any:
 
 
 def _all_in_common(
-    lanes: int, used: int, near: int, may_rest: bool, constraints: Array, points: Array,
-    scratch: Array, inverse_h: float, slop: float, cap: float,
+    lanes: int, used: int, near: int, constraints: Array, points: Array, scratch: Array,
+    inverse_h: float, slop: float, cap: float,
 ) -> None:  # fmt: skip
     """
-    Solve what the points of a batch have in common, until no impulse is clamped.
+    Solve what the points of a batch have in common, once: where an impulse is clamped, visits of
+    the points do the rest. To go on until none is takes a heap of hulls that crashes half as much
+    time again.
 
-    near     : points of each lane that are asked
-    may_rest : whether to ask first if there is anything: what the last pass has changed stirs
+    near : points of each lane that are asked
     """
-    for iteration in range(COMMON_ITERATIONS):
-        sum_up(lanes, near, constraints, points, scratch, inverse_h, slop, cap)
-        if may_rest and iteration == 0 and not common_impulse.any_stirs(used, scratch):
-            break
-        give_in_common(lanes, near, iteration == 0, constraints, points, scratch)
-        if not common_impulse.is_clamped(used, scratch):
-            break
+    sum_up(lanes, near, constraints, points, scratch, inverse_h, slop, cap)
+    if common_impulse.any_stirs(used, scratch):
+        give_in_common(lanes, near, constraints, points, scratch)
 
 
 @kernel
@@ -274,7 +270,7 @@ def _solve_normals(
         if PATCHES and near > 1:
             points = rows[first : first + MOST * WIDTH]
             solve_all_in_common(
-                lanes, used, near, number_of_pass == 0, constraints, points, scratch, inverse_h,
+                lanes, used, near, constraints, points, scratch, inverse_h,
                 slop, cap,
             )  # fmt: skip
         if BENDS:
@@ -394,7 +390,7 @@ def _relax(
         if several and near > 1:
             points = rows[first : first + MOST * WIDTH]
             relax_all_in_common(
-                lanes, used, near, number_of_pass == 0, constraints, points, scratch, inverse_h,
+                lanes, used, near, constraints, points, scratch, inverse_h,
                 0.0, 0.0,
             )  # fmt: skip
         for _ in range(STARTING_ITERATIONS if several else 1):
@@ -475,7 +471,7 @@ def _apply_restitution(
             if PATCHES and point_count > 1:
                 points = rows[first : first + MOST * WIDTH]
                 restore_all_in_common(
-                    lanes, used, point_count, True, constraints, points, scratch, 0.0, 0.0, 0.0
+                    lanes, used, point_count, constraints, points, scratch, 0.0, 0.0, 0.0
                 )
             for point in range(point_count):
                 points = rows[first + point * WIDTH : first + (point + 1) * WIDTH]
