@@ -761,7 +761,9 @@ def _solve_contacts(
         iteration += 1
         goes_on = changed and iteration < PASSES
         if not goes_on and iteration > 1:
-            goes_on = go_ahead(further, WIDTH, 1.0, group.members, constraints, bodies)
+            goes_on = go_ahead(
+                further, counts[tick_counts.LANES], WIDTH, 1.0, group.members, constraints, bodies
+            )
             iteration = PASSES
             further += 1
     if FLOWS:
@@ -1019,7 +1021,7 @@ def _follow_and_relax(
         iteration += 1
         goes_on = changed and iteration < max(relaxations, PASSES)
         if not goes_on and iteration > max(1, relaxations):
-            goes_on = go_ahead(further, WIDTH, 0.0, group.members, constraints, bodies)
+            goes_on = go_ahead(further, lanes, WIDTH, 0.0, group.members, constraints, bodies)
             iteration = max(relaxations, PASSES)
             further += 1
     if DRIVES:

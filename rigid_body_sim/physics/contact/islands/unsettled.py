@@ -347,7 +347,7 @@ def _extrapolate(
 
 @kernel
 def _extrapolate_all(
-    static: int, width: int, to_come: float, constraints: Constraints, bodies: Array
+    lanes: int, static: int, width: int, to_come: float, constraints: Constraints, bodies: Array
 ) -> None:
     """Let the impulses of all islands that go on go ahead."""
     batches, rows, islands = constraints.batches, constraints.rows, constraints.unsettled
@@ -359,7 +359,7 @@ def _extrapolate_all(
         own = rows[begin : begin + constraint.SIZE]
         if not solve.any_unsettled(used, own):
             continue
-        solve.gather_unsettled(constraint.LANES, 1.0, own, scratch, bodies)
+        solve.gather_unsettled(lanes, 1.0, own, scratch, bodies)
         for lane in range(constraint.LANES):
             scratch[lane + lane_scratch.AHEAD] = 0.0
         for lane in range(used):
@@ -370,23 +370,24 @@ def _extrapolate_all(
         for point in range(point_count):
             points = rows[first + point * width : first + (point + 1) * width]
             rubs = point_count == 1 and to_come == 0.0
-            _extrapolate(constraint.LANES, to_come, rubs, own, points, scratch)
+            _extrapolate(lanes, to_come, rubs, own, points, scratch)
         if point_count > 1 and to_come == 0.0:
             patch = rows[first + MOST * width : first + MOST * width + friction_patch.SIZE]
-            patch_friction.go_ahead(constraint.LANES, own, patch, scratch)
+            patch_friction.go_ahead(lanes, own, patch, scratch)
         solve.scatter_momenta(own, scratch, bodies)
 
 
 @kernel
 def go_ahead(
-    number: int, width: int, to_come: float, members: Indices, constraints: Constraints,
-    bodies: Array,
+    number: int, lanes: int, width: int, to_come: float, members: Indices,
+    constraints: Constraints, bodies: Array,
 ) -> bool:  # fmt: skip
     """
     Let the islands that the last pass has left unsettled be visited once more, as a whole, with
     their impulses gone ahead; tell whether there are any.
 
     number  : of such passes so far
+    lanes   : to go over, of each batch: see `iterations`
     width   : numbers of a point
     to_come : [-] 1 before the motion, where half of the warm start is still to come, and friction
               stands still; else 0
@@ -401,5 +402,5 @@ def go_ahead(
         return False
     if number > 0:
         _find_steps(static, width, to_come, members, constraints)
-        _extrapolate_all(static, width, to_come, constraints, bodies)
+        _extrapolate_all(lanes, static, width, to_come, constraints, bodies)
     return True
