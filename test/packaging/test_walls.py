@@ -227,6 +227,31 @@ def test_no_function_of_physics_outgrows_the_head_that_reads_it():
     assert not too_large
 
 
+def test_how_many_lanes_a_kernel_of_contact_goes_over_is_no_constant_to_its_compiler():
+    """
+    It would go over them one by one: see `solver.iterations`.
+    """
+    rooms = [path for path in MODULES if within(room_of(path), {'physics.contact'})]
+    of_lanes = {
+        f'{room_of(path)}.{function.name}'
+        for path in rooms
+        for _, function in functions(path)
+        if 'lanes' in [given.arg for given in function.args.args[:1]]
+    }
+    assert 'physics.contact.islands.unsettled._extrapolate' in of_lanes
+    constants = []
+    for path in rooms:
+        here = room_of(path)
+        known = {name.rpartition('.')[2]: name.removeprefix(f'{NAME}.') for name in imports(path)}
+        for call in (node for node in ast.walk(tree_of(path)) if isinstance(node, ast.Call)):
+            owner, dot, name = ast.unparse(call.func).rpartition('.')
+            called = f'{known.get(owner)}.{name}' if dot else known.get(name, f'{here}.{name}')
+            first = ast.unparse(call.args[0]) if call.args else ''
+            if called in of_lanes and (first.isdigit() or first.rpartition('.')[2] == 'LANES'):
+                constants.append(f'{here}: {name}({first}, ...)')
+    assert not constants
+
+
 def test_no_modules_and_no_rooms_import_each_other_in_a_circle():
     assert not in_circles(arrows())
     rooms: dict[str, set[str]] = {}

@@ -7,8 +7,8 @@ Sequential impulses (projected Gauss-Seidel): batch after batch, point after poi
 the velocities that the last one left. The equations are those of `prepare`, `warm_start`, `solve`,
 `separation`, `rolling_friction` and `restitution`, for the eight lanes of a batch at once.
 
-`lanes` are one, four or eight (`colouring.lanes_in_use`), in use or not. How many must not be known
-to the compiler: it would go over the lanes of a loop one by one, at five times the cost. So
+`lanes` are one, four or eight (`colouring.lanes_in_use`), in use or not. How many must not be
+known to the compiler: it would go over the lanes of a loop one by one, at five times the cost. So
 `lanes_at_once` comes from outside, also where it is always the same.
 """
 
