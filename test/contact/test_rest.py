@@ -115,9 +115,9 @@ def pile(kind, seed):
 @pytest.mark.parametrize('kind', ['boxes', 'prisms'])
 def test_most_piles_of_what_touches_at_many_corners_come_to_rest(kind):
     """
-    Where the four that stand for them changed with every tremble, such piles kept moving, by 160 to
-    3,900 um/s; an eighth of the least of that is allowed, those at rest move by 2 to 8. One in four
-    still finds no rest: so it is the middle one of three.
+    Where the four that stand for them changed with every tremble, such piles kept moving, by 160
+    to 3,900 um/s; an eighth of the least of that is allowed, those at rest move by 2 to 8. One in
+    four still finds no rest: so it is the middle one of three.
     """
     speeds = []
     for seed in (3, 4, 5):
