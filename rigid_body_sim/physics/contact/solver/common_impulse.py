@@ -270,7 +270,7 @@ def _sum_up(
 
 def _give(lanes: int, near: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
-    Give the points of each lane that stirs what they have in common, and its bodies.
+    Give what the points of each lane that stirs have in common to them and to its bodies.
 
     near   : points of each lane that are asked
     points : all points of each lane

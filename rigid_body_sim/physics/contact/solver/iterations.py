@@ -130,8 +130,8 @@ def _all_in_common(
 ) -> None:  # fmt: skip
     """
     Solve what the points of a batch have in common, once: where an impulse is clamped, visits of
-    the points do the rest. To go on until none is takes a heap of hulls that crashes half as much
-    time again.
+    the points do the rest. To go on until none is takes a heap of hulls that crashes a third as
+    much time again.
 
     near : points of each lane that are asked
     """
@@ -270,9 +270,8 @@ def _solve_normals(
         if PATCHES and near > 1:
             points = rows[first : first + MOST * WIDTH]
             solve_all_in_common(
-                lanes, used, near, constraints, points, scratch, inverse_h,
-                slop, cap,
-            )  # fmt: skip
+                lanes, used, near, constraints, points, scratch, inverse_h, slop, cap
+            )
         if BENDS:
             bends.find_bends(lanes, TURNS, LAYERED, inverse_h, constraints, scratch)
         if RIMS:
@@ -390,9 +389,8 @@ def _relax(
         if several and near > 1:
             points = rows[first : first + MOST * WIDTH]
             relax_all_in_common(
-                lanes, used, near, constraints, points, scratch, inverse_h,
-                0.0, 0.0,
-            )  # fmt: skip
+                lanes, used, near, constraints, points, scratch, inverse_h, 0.0, 0.0
+            )
         for _ in range(STARTING_ITERATIONS if several else 1):
             if several:
                 patch_friction.find_slide(lanes, constraints, patch, scratch)
