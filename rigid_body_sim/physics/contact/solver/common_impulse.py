@@ -54,7 +54,7 @@ BOUNCING = slot('[-] whether it is the impulse of restitution')
 WIDTH = slot('[-] numbers of a point')
 TURNS = slot('[-] whether the inertia of anything turns with it, or changes')
 law = slot('kernel (constraints, points, lane, ...): J, b, m sigma, iota, and who takes part')
-apply_to_point = slot('kernel (lane, points, scratch): gives a point its part')
+give_to_point = slot('kernel (row, common, points): gives a point its part')
 
 
 @inline
@@ -67,35 +67,38 @@ def any_stirs(used: int, scratch: Array) -> bool:
 
 
 def _law(
-    constraints: Array, points: Array, lane: int, along: float, inverse_h: float, slop: float,
-    cap: float,
+    constraints: Array, points: Array, lane: int, row: int, along: float, inverse_h: float,
+    slop: float, cap: float,
 ) -> Any:  # fmt: skip
     """
     Return what `solve` has for a point: J, b, m sigma, iota, and whether it takes part: what
     presses, or is about to.
+
+    row   : where the point begins in this lane
+    along : [m/s] velocity of the centres along the normal
     """
-    separation = points[lane + contact_point.SEPARATION]
-    mass = points[lane + contact_point.NORMAL_MASS]
+    separation = points[row + contact_point.SEPARATION]
+    mass = points[row + contact_point.NORMAL_MASS]
     is_open = separation > OPEN
     bounces = constraints[lane + constraint.RESTITUTION]
     iota, may = 0.0, True
     if BOUNCING:
-        impulse = points[lane + contact_point.RESTITUTION_NORMAL]
-        approach = points[lane + contact_point.APPROACH_VELOCITY]
+        impulse = points[row + contact_point.RESTITUTION_NORMAL]
+        approach = points[row + contact_point.APPROACH_VELOCITY]
         bias = bounces * approach if approach < 0.0 else 0.0
         pressure = (
-            points[lane + contact_point.LARGEST_NORMAL_IMPULSE]
-            + points[lane + contact_point.NORMAL_IMPULSE]
+            points[row + contact_point.LARGEST_NORMAL_IMPULSE]
+            + points[row + contact_point.NORMAL_IMPULSE]
         )
         may = (pressure > 0.0) & (constraints[lane + constraint.BOUNCES] > 0.0)
     elif SOFT:
-        impulse = points[lane + contact_point.NORMAL_IMPULSE]
+        impulse = points[row + contact_point.NORMAL_IMPULSE]
         mass, bias, iota = soft_law(
-            constraints, points, lane, separation, impulse, inverse_h, slop, cap
+            constraints, lane, mass, separation, impulse, inverse_h, slop, cap
         )
     else:
-        impulse = points[lane + contact_point.NORMAL_IMPULSE]
-        is_new = points[lane + contact_point.WARM_NORMAL] <= 0.0
+        impulse = points[row + contact_point.NORMAL_IMPULSE]
+        is_new = points[row + contact_point.WARM_NORMAL] <= 0.0
         bias = separation * inverse_h if is_open & is_new else 0.0
         may = not (is_open & (bounces > 0.0) & (impulse <= 0.0))
     # rows that have no point have no mass
@@ -104,95 +107,106 @@ def _law(
 
 
 @inline
-def _begin_sums(lane: int, turns: bool, constraints: Array, first: Array, scratch: Array) -> None:
-    """Begin the sums of a lane; first: the first point of each."""
+def _find_motion(lane: int, turns: bool, constraints: Array, scratch: Array) -> Any:
+    """
+    Return how a lane moves along its normal: its centres [m/s], and n x (omega_B - omega_A), which
+    is what an arm gives [rad/s].
+    """
     normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
     spins = wide_lanes.angular_velocities(constraints, scratch, lane, turns)
-    turn = cross(normal, subtract(spins[1], spins[0]))
     of_centers = wide_lanes.velocity_of_centers(constraints, scratch, lane)
-    nothing = (0.0, 0.0, 0.0)
-    wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_TURN, turn)
-    origin = wide_lanes.vector(first, lane + contact_point.ARM_B)
-    wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_FIRST, origin)
-    scratch[lane + lane_scratch.COMMON_ALONG] = dot(normal, of_centers)
-    scratch[lane + lane_scratch.COMMON_COUNT] = 0.0
-    scratch[lane + lane_scratch.COMMON_MASS] = 0.0
-    scratch[lane + lane_scratch.COMMON_DRIVE] = 0.0
-    scratch[lane + lane_scratch.COMMON_SOFTNESS] = 0.0
-    scratch[lane + lane_scratch.COMMON_LENGTHS] = 0.0
-    scratch[lane + lane_scratch.COMMON_RISES] = 0.0
-    wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_A, nothing)
-    wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_B, nothing)
+    return dot(normal, of_centers), cross(normal, subtract(spins[1], spins[0]))
 
 
 @inline
-def _add_point(lane: int, found: Any, points: Array, scratch: Array) -> None:
-    """Add a point to the sums of its lane; found: of it, see `_law`."""
+def _sums_of_point(
+    row: int, asked: bool, motion: Any, origin: Any, found: Any, points: Array
+) -> Any:
+    """
+    Return what a point adds to the sums of its lane: 1, m sigma, m sigma b + iota J, iota, the
+    squares of its way from the first point and of what the turn gives it along the normal, and
+    both arms; nothing where it takes no part.
+
+    row    : where it begins in this lane
+    asked  : it may take part
+    motion : of the lane: see `_find_motion`
+    origin : arm of the first point on B [m]
+    found  : of it, see `_law`
+    """
     impulse, bias, stiff, iota, takes_part = found
+    takes_part = takes_part & asked
     share = 1.0 if takes_part else 0.0
     bias = bias if takes_part else 0.0
     stiff, iota = share * stiff, share * iota
-    own_a, own_b = wide_lanes.arms(points, lane)
-    way = subtract(own_b, wide_lanes.vector(scratch, lane + lane_scratch.COMMON_FIRST))
-    rise = dot(wide_lanes.vector(scratch, lane + lane_scratch.COMMON_TURN), way)
-    points[lane + contact_point.TAKES_PART] = share
-    scratch[lane + lane_scratch.COMMON_COUNT] += share
-    scratch[lane + lane_scratch.COMMON_MASS] += stiff
-    scratch[lane + lane_scratch.COMMON_DRIVE] += stiff * bias + iota * impulse
-    scratch[lane + lane_scratch.COMMON_SOFTNESS] += iota
-    scratch[lane + lane_scratch.COMMON_LENGTHS] += share * dot(way, way)
-    scratch[lane + lane_scratch.COMMON_RISES] += share * (rise * rise)
-    wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_ARM_A, share, own_a)
-    wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_ARM_B, share, own_b)
-
-
-def _apply_to_point(lane: int, points: Array, scratch: Array) -> None:
-    """Give a point its part, and add that to what all have been given so far."""
-    field = contact_point.RESTITUTION_NORMAL if BOUNCING else contact_point.NORMAL_IMPULSE
-    impulse = points[lane + field]
-    common = scratch[lane + lane_scratch.COMMON_CHANGE]
-    # else it keeps its bits
-    takes_part = (points[lane + contact_point.TAKES_PART] > 0.0) & (common != 0.0)
-    # half of the warm start is still to come, before the motion, of what presses
-    warm = points[lane + contact_point.WARM_NORMAL] if SOFT else 0.0
-    before = impulse - warm if impulse > 0.0 else 0.0
-    now = before + common
-    now = now if now > 0.0 else 0.0
-    now = now if takes_part else before
-    new = now + warm if now > 0.0 else 0.0
-    points[lane + field] = new if takes_part else impulse
-    change = now - before
-    size, largest = abs(change), scratch[lane + lane_scratch.LARGEST_CHANGE]
-    arm_a, arm_b = wide_lanes.arms(points, lane)
-    scratch[lane + lane_scratch.LARGEST_CHANGE] = size if size > largest else largest
-    scratch[lane + lane_scratch.COMMON_TOTAL] += change
-    wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_MOMENT_A, change, arm_a)
-    wide_lanes.add_to_vector(scratch, lane + lane_scratch.COMMON_MOMENT_B, change, arm_b)
+    arm_a, arm_b = wide_lanes.arms(points, row)
+    way = subtract(arm_b, origin)
+    rise = dot(motion[1], way)
+    points[row + contact_point.TAKES_PART] = share
+    return (
+        share, stiff, stiff * bias + iota * impulse, iota, share * dot(way, way),
+        share * (rise * rise), scale(share, arm_a), scale(share, arm_b),
+    )  # fmt: skip
 
 
 @inline
-def _move_alike(lane: int, scratch: Array) -> Any:
+def _added(sums: Any, more: Any) -> Any:
+    """Add the sums of points."""
+    return (
+        sums[0] + more[0], sums[1] + more[1], sums[2] + more[2], sums[3] + more[3],
+        sums[4] + more[4], sums[5] + more[5], add(sums[6], more[6]), add(sums[7], more[7]),
+    )  # fmt: skip
+
+
+@inline
+def _move_alike(sums: Any, motion: Any, origin: Any) -> Any:
     """
     Tell whether the turn gives the points that take part one velocity along the normal: they
     differ by less than those of a face that turns by TURNING.
     """
-    count = scratch[lane + lane_scratch.COMMON_COUNT]
+    count, lengths, rises = sums[0], sums[4], sums[5]
     share = 1.0 / (count if count > 1.0 else 1.0)
-    origin = wide_lanes.vector(scratch, lane + lane_scratch.COMMON_FIRST)
-    arm = wide_lanes.vector(scratch, lane + lane_scratch.COMMON_ARM_B)
-    middle = subtract(scale(share, arm), origin)
-    rise = dot(wide_lanes.vector(scratch, lane + lane_scratch.COMMON_TURN), middle)
-    spread = scratch[lane + lane_scratch.COMMON_LENGTHS] - count * dot(middle, middle)
-    rises = scratch[lane + lane_scratch.COMMON_RISES] - count * (rise * rise)
-    return rises < 0.5 * TURNING * TURNING * (spread - POINT)
+    middle = subtract(scale(share, sums[7]), origin)
+    rise = dot(motion[1], middle)
+    spread = lengths - count * dot(middle, middle)
+    return rises - count * (rise * rise) < 0.5 * TURNING * TURNING * (spread - POINT)
 
 
-@inline
-def _stirs(lane: int, scratch: Array) -> Any:
-    """Tell whether a lane has anything to be solved in common."""
-    mass = scratch[lane + lane_scratch.COMMON_MASS]
-    drive = scratch[lane + lane_scratch.COMMON_DRIVE]
-    return abs(mass * scratch[lane + lane_scratch.COMMON_ALONG] + drive) > STILL * mass
+def _sum_up(
+    lanes: int, near: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
+    slop: float, cap: float,
+) -> None:  # fmt: skip
+    """
+    Add up what takes part of each lane, and find the lanes that stir: of those that are visited,
+    and whose points move alike.
+
+    near   : points of each lane that are asked
+    points : all points of each lane
+    """
+    for lane in range(lanes):
+        motion = _find_motion(lane, TURNS, constraints, scratch)
+        origin = wide_lanes.vector(points, lane + contact_point.ARM_B)
+        found = law(constraints, points, lane, lane, motion[0], inverse_h, slop, cap)
+        sums = _sums_of_point(lane, near > 0, motion, origin, found, points)
+        row = lane + WIDTH
+        found = law(constraints, points, lane, row, motion[0], inverse_h, slop, cap)
+        sums = _added(sums, _sums_of_point(row, near > 1, motion, origin, found, points))
+        row = lane + 2 * WIDTH
+        found = law(constraints, points, lane, row, motion[0], inverse_h, slop, cap)
+        sums = _added(sums, _sums_of_point(row, near > 2, motion, origin, found, points))
+        row = lane + 3 * WIDTH
+        found = law(constraints, points, lane, row, motion[0], inverse_h, slop, cap)
+        sums = _added(sums, _sums_of_point(row, near > 3, motion, origin, found, points))
+        count, mass, drive, softness = sums[0], sums[1], sums[2], sums[3]
+        stirs = abs(mass * motion[0] + drive) > STILL * mass
+        stirs = stirs & (scratch[lane + lane_scratch.ACTIVE] > 0.0)
+        stirs = stirs & _move_alike(sums, motion, origin)
+        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if stirs else 0.0
+        scratch[lane + lane_scratch.COMMON_COUNT] = count
+        scratch[lane + lane_scratch.COMMON_MASS] = mass
+        scratch[lane + lane_scratch.COMMON_DRIVE] = drive
+        scratch[lane + lane_scratch.COMMON_SOFTNESS] = softness
+        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_A, sums[6])
+        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_ARM_B, sums[7])
 
 
 @inline
@@ -223,17 +237,47 @@ def _change(lane: int, turns: bool, constraints: Array, scratch: Array) -> Any:
         + dot(moment_b, turn_b)
     )
     stiffness = count * rate * mass + scratch[lane + lane_scratch.COMMON_SOFTNESS]
-    solvable = several & (stiffness > 0.0) & _stirs(lane, scratch)
+    stirs = scratch[lane + lane_scratch.COMMON_STIRS] > 0.0
+    solvable = several & (stiffness > 0.0) & stirs
     return -(mass * velocity + drive) / (stiffness if solvable else 1.0) if solvable else 0.0
 
 
+def _give_to_point(row: int, common: float, points: Array) -> Any:
+    """Give a point its part; return what it is given, and that times its arms."""
+    field = contact_point.RESTITUTION_NORMAL if BOUNCING else contact_point.NORMAL_IMPULSE
+    impulse = points[row + field]
+    # else it keeps its bits
+    takes_part = (points[row + contact_point.TAKES_PART] > 0.0) & (common != 0.0)
+    # half of the warm start is still to come, before the motion, of what presses
+    warm = points[row + contact_point.WARM_NORMAL] if SOFT else 0.0
+    before = impulse - warm if impulse > 0.0 else 0.0
+    now = before + common
+    now = now if now > 0.0 else 0.0
+    now = now if takes_part else before
+    new = now + warm if now > 0.0 else 0.0
+    points[row + field] = new if takes_part else impulse
+    change = now - before
+    arm_a, arm_b = wide_lanes.arms(points, row)
+    return change, scale(change, arm_a), scale(change, arm_b)
+
+
 @inline
-def _apply_all(lane: int, constraints: Array, scratch: Array) -> None:
-    """Give the bodies of a lane what all its points have been given."""
+def _together(given: Any, more: Any) -> Any:
+    """Add what points have been given."""
+    return given[0] + more[0], add(given[1], more[1]), add(given[2], more[2])
+
+
+@inline
+def _larger(one: float, other: float) -> Any:
+    """Return the larger one of two sizes."""
+    return other if other > one else one
+
+
+@inline
+def _apply(lane: int, given: Any, constraints: Array, scratch: Array) -> None:
+    """Give the bodies of a lane what all its points have been given: see `_give_to_point`."""
+    total, moment_a, moment_b = given
     normal = wide_lanes.vector(constraints, lane + constraint.NORMAL)
-    total = scratch[lane + lane_scratch.COMMON_TOTAL]
-    moment_a = wide_lanes.vector(scratch, lane + lane_scratch.COMMON_MOMENT_A)
-    moment_b = wide_lanes.vector(scratch, lane + lane_scratch.COMMON_MOMENT_B)
     angular_a = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_A)
     angular_b = wide_lanes.vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B)
     angular_a = subtract(angular_a, cross(moment_a, normal))
@@ -243,51 +287,23 @@ def _apply_all(lane: int, constraints: Array, scratch: Array) -> None:
     wide_lanes.put_vector(scratch, lane + lane_scratch.ANGULAR_MOMENTUM_B, angular_b)
 
 
-def _sum_up(
-    lanes: int, near: int, constraints: Array, points: Array, scratch: Array, inverse_h: float,
-    slop: float, cap: float,
-) -> None:  # fmt: skip
-    """
-    Add up what takes part of each lane, and find the lanes that stir: of those that are visited,
-    and whose points move alike.
-
-    near   : points of each lane that are asked
-    points : all points of each lane
-    """
-    for lane in range(lanes):
-        _begin_sums(lane, TURNS, constraints, points, scratch)
-    for point in range(near):
-        own = points[point * WIDTH : (point + 1) * WIDTH]
-        for lane in range(lanes):
-            along = scratch[lane + lane_scratch.COMMON_ALONG]
-            found = law(constraints, own, lane, along, inverse_h, slop, cap)
-            _add_point(lane, found, own, scratch)
-    for lane in range(lanes):
-        active = scratch[lane + lane_scratch.ACTIVE] > 0.0
-        stirs = active & _stirs(lane, scratch) & _move_alike(lane, scratch)
-        scratch[lane + lane_scratch.COMMON_STIRS] = 1.0 if stirs else 0.0
-
-
-def _give(lanes: int, near: int, constraints: Array, points: Array, scratch: Array) -> None:
+def _give(lanes: int, constraints: Array, points: Array, scratch: Array) -> None:
     """
     Give what the points of each lane that stirs have in common to them and to its bodies.
 
-    near   : points of each lane that are asked
     points : all points of each lane
     """
     for lane in range(lanes):
-        stirs = scratch[lane + lane_scratch.COMMON_STIRS] > 0.0
         common = _change(lane, TURNS, constraints, scratch)
-        scratch[lane + lane_scratch.COMMON_CHANGE] = common if stirs else 0.0
-        scratch[lane + lane_scratch.COMMON_TOTAL] = 0.0
-        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_MOMENT_A, (0.0, 0.0, 0.0))
-        wide_lanes.put_vector(scratch, lane + lane_scratch.COMMON_MOMENT_B, (0.0, 0.0, 0.0))
-    for point in range(near):
-        own = points[point * WIDTH : (point + 1) * WIDTH]
-        for lane in range(lanes):
-            apply_to_point(lane, own, scratch)
-    for lane in range(lanes):
-        _apply_all(lane, constraints, scratch)
+        one = give_to_point(lane, common, points)
+        two = give_to_point(lane + WIDTH, common, points)
+        three = give_to_point(lane + 2 * WIDTH, common, points)
+        four = give_to_point(lane + 3 * WIDTH, common, points)
+        largest = _larger(scratch[lane + lane_scratch.LARGEST_CHANGE], abs(one[0]))
+        largest = _larger(_larger(largest, abs(two[0])), abs(three[0]))
+        scratch[lane + lane_scratch.LARGEST_CHANGE] = _larger(largest, abs(four[0]))
+        given = _together(_together(_together(one, two), three), four)
+        _apply(lane, given, constraints, scratch)
 
 
 def visit(kind: str, width: int, *, turns: bool) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -305,7 +321,7 @@ def visit(kind: str, width: int, *, turns: bool) -> tuple[Callable[..., Any], Ca
         'TURNS': turns,
     }
     name = f'{kind}_{width}'
-    for slot_name, source in (('law', _law), ('apply_to_point', _apply_to_point)):
+    for slot_name, source in (('law', _law), ('give_to_point', _give_to_point)):
         offered[slot_name] = specialise(source, name=name, inlined=True, offered=offered)
     return (
         specialise(_sum_up, name=name, offered=offered),

@@ -71,7 +71,7 @@ solve_all_in_common = slot('kernel (lanes, used, ...): soft normals, what is com
 relax_all_in_common = slot('kernel (lanes, used, ...): the same after the motion')
 restore_all_in_common = slot('kernel (lanes, used, ...): the same of restitution')
 sum_up = slot('kernel (lanes, near, ...): sums of what points have in common')
-give_in_common = slot('kernel (lanes, near, starts, ...): gives it to them')
+give_in_common = slot('kernel (lanes, constraints, ...): gives it to them')
 update_points = slot('kernel (lanes, constraints, points, scratch): update separation and arms')
 update_normals = slot('kernel (lanes, constraints, points, scratch): the same without friction')
 
@@ -137,7 +137,7 @@ def _all_in_common(
     """
     sum_up(lanes, near, constraints, points, scratch, inverse_h, slop, cap)
     if common_impulse.any_stirs(used, scratch):
-        give_in_common(lanes, near, constraints, points, scratch)
+        give_in_common(lanes, constraints, points, scratch)
 
 
 @kernel

@@ -252,7 +252,7 @@ def mark_carried(used: int, constraints: Array, scratch: Array, bodies: Array) -
 
 @inline
 def soft_law(
-    constraints: Array, points: Array, lane: int, separation: float, impulse: float,
+    constraints: Array, lane: int, mass: float, separation: float, impulse: float,
     inverse_h: float, slop: float, cap: float,
 ) -> Any:  # fmt: skip
     """
@@ -263,10 +263,10 @@ def soft_law(
     beyond what bears the load, -(iota J/(m sigma) + pace), its part with J cancels iota J: then
     iota is 0.
 
+        mass    : [kg] effective mass along the normal
         impulse : [N s] J
         cap     : [m/s] speed at which a deep overlap goes, at most
     """
-    mass = points[lane + contact_point.NORMAL_MASS]
     is_open = separation > OPEN
     depth = separation + slop
     depth = depth if depth < 0.0 else 0.0
@@ -314,8 +314,9 @@ def _solve_normals(
             rolls = scratch[lane + lane_scratch.RIM_ROLLS]
             separation += rolls * constraints[lane + constraint.SINK]
             beyond -= 2.0 * rolls * points[lane + contact_point.WARM_NORMAL]
+        mass = points[lane + contact_point.NORMAL_MASS]
         stiff, bias, iota = soft_law(
-            constraints, points, lane, separation, beyond, inverse_h, slop, cap
+            constraints, lane, mass, separation, beyond, inverse_h, slop, cap
         )
         if BENDS:
             bias += bends.bend_of_point(lane, LAYERED, points, scratch)
