@@ -10,7 +10,7 @@ import pytest
 from rigid_body_sim.physics.simulation import Simulation
 from rigid_body_sim.runs.run import Run, RunSettings
 
-from .touching import box, ground, scene
+from .touching import ball, box, ground, scene
 
 EDGE = 0.2  # [m]
 
@@ -58,6 +58,24 @@ def test_what_falls_through_says_so_while_it_happens_and_each_pair_once():
     assert len(of_pair) == 1
     assert 'sinking into each other' in of_pair[0]  # before they overlap by a tenth
     assert of_pair[0] in run.warnings
+
+
+@pytest.mark.parametrize(('mass', 'speed'), [(190.0, 2.6), (1e4, 0.18), (2.5e4, 1.3), (4e5, 0.13)])
+def test_an_overlap_is_told_at_the_end_of_the_tick_that_makes_it(mass, speed):
+    """
+    A cube that falls on a ball of 1 kg; the ball cannot give way but into the ground and the cube.
+    """
+    light = ball('light', 0.5 * EDGE, (0, 0, 0.5 * EDGE))
+    heavy = box('heavy', EDGE, (0, 0, 1.6 * EDGE), mass=mass, velocity=(0, 0, -speed))
+    sim = Simulation(scene([ground(), light, heavy], dt=0.004))
+    for _ in range(100):
+        sim.step(1)
+        _, ball_at, cube_at = sim.state.position[:3, 2]
+        depth = max(0.5 * EDGE - ball_at, EDGE - (cube_at - ball_at))
+        if depth > 0.1 * EDGE:
+            break
+    assert depth > 0.1 * EDGE
+    assert [text for text in sim.overlap_warnings.values() if 'more than a tenth' in text]
 
 
 def test_bodies_that_overlap_from_the_start_are_named_with_their_depth():

@@ -315,9 +315,9 @@ def _advance(ticks, tick, h, world):
         crew.post(crew.GROUPS, parts, world.crew)
         pass_groups(tick, h, world)
         crew.wait_for_parts(parts, world.crew)
-        left_sinking.list_sinking(
-            counts[tick_counts.MANIFOLDS], substeps, colliders.table, constraints.manifolds,
-            constraints.rows, world.overlaps,
+        left_sinking.list_left(
+            passed + 1 == ticks, substeps, WIDTH, counts[tick_counts.MANIFOLDS], colliders.table,
+            world.overlap_limits, constraints.manifolds, constraints.rows, world.overlaps,
         )  # fmt: skip
         evaluated = COUPLED and not VELOCITY_DEPENDENT
         if BOUNCES and counts[tick_counts.BATCHES] > 0:

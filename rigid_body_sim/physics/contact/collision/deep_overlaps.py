@@ -9,8 +9,9 @@ happens.
 
 Something heavy on something light, or a scene that begins so: what lies in the ground comes out no
 faster than `energy.gain_bound` lets it, by some 0.06 mm/s in ticks of 4 ms. The kernel of the
-ticks looks at the manifolds as they are found, and lists pairs of bodies with the greatest depth;
-Python reads the list and says each pair once.
+ticks looks at the manifolds as they are found, and at the end of a call at what presses
+(`islands.left_sinking`), and lists pairs of bodies with the greatest depth; Python reads the list
+and says each pair once.
 """
 
 from __future__ import annotations

@@ -14,6 +14,9 @@ the passes bring through, in every one. So a tick warns of a constraint between 
 1:100 (HEAVY) if all its substeps have left it with
 
     v > SINKS r          r : [m] radius of the smaller of the two
+
+And what presses at the end of a call, and then lies too deep, is listed there and then: in the
+next tick, which may never come, `collision.deep_overlaps` would find it.
 """
 
 from __future__ import annotations
@@ -24,7 +27,7 @@ from rigid_body_sim.physics.contact.collision import (
     deep_overlaps,
     manifold_record,
 )
-from rigid_body_sim.physics.contact.solver import constraint
+from rigid_body_sim.physics.contact.solver import constraint, contact_point
 from rigid_body_sim.physics.contact.solver.softness import DEEP
 from rigid_body_sim.physics.contact.solver.solve import ratio_of_masses
 from rigid_body_sim.physics.contact.touching import lane_of
@@ -46,18 +49,40 @@ def note(lane: int, speed: float, rows: Array) -> None:
         rows[lane + constraint.LEFT_SUBSTEPS] = count + 1.0
 
 
+@inline
+def _overlap(lane: int, point_count: int, width: int, rows: Array) -> float:
+    """Depth of the deepest point of a constraint that presses now [m]."""
+    least = 0.0
+    for point in range(point_count):
+        row = lane + constraint.SIZE + point * width
+        if rows[row + contact_point.NORMAL_IMPULSE] > 0.0:
+            separation = rows[row + contact_point.SEPARATION] + rows[lane + constraint.SINK]
+            least = min(least, separation)
+    return -least
+
+
 @kernel
-def list_sinking(
-    manifold_count: int, substeps: int, table: Indices, manifolds: Array, rows: Array,
-    overlaps: Array,
+def list_left(
+    ends: bool, substeps: int, width: int, manifold_count: int, table: Indices, limits: Array,
+    manifolds: Array, rows: Array, overlaps: Array,
 ) -> None:  # fmt: skip
-    """List the pairs that all substeps of a tick have left sinking in."""
+    """
+    List the pairs that all substeps of a tick have left sinking in, or, where the call ends with
+    it, overlapping too deeply.
+
+    ends   : whether it does
+    width  : numbers of a point
+    limits : of the overlaps of colliders: `deep_overlaps.overlap_limits`
+    """
     for m in range(manifold_count):
-        lane = lane_of(m, manifolds)
+        lane, record = lane_of(m, manifolds), m * manifold_record.SIZE
+        a = int(manifolds[record + manifold_record.COLLIDER_A])
+        b = int(manifolds[record + manifold_record.COLLIDER_B])
         if rows[lane + constraint.LEFT_SUBSTEPS] == substeps:
-            record = m * manifold_record.SIZE
-            a = int(manifolds[record + manifold_record.COLLIDER_A])
-            b = int(manifolds[record + manifold_record.COLLIDER_B])
-            deep_overlaps.list_pair(
-                a, b, 0.0, rows[lane + constraint.LEFT_SPEED], 0.0, table, overlaps
-            )
+            speed = rows[lane + constraint.LEFT_SPEED]
+            deep_overlaps.list_pair(a, b, 0.0, speed, 0.0, table, overlaps)
+        if ends:
+            points = int(manifolds[record + manifold_record.POINT_COUNT])
+            depth = _overlap(lane, points, width, rows)
+            if depth > min(limits[a], limits[b]):
+                deep_overlaps.list_pair(a, b, depth, 0.0, 0.0, table, overlaps)
