@@ -44,7 +44,8 @@ def simulation(*bodies, **more):
 
 def moved(name='deck', *, position=(0, 0, -0.1), shape=DECK, motion=None, friction=0.5, **more):
     initial = {'position': list(position)}
-    initial |= {key: more.pop(key) for key in ('velocity', 'angular_velocity') if key in more}
+    initial |= {key: more.pop(key) for key in ('velocity', 'angular_velocity', 'orientation')
+                if key in more}  # fmt: skip
     return {'name': name, 'shape': shape, 'motion': motion or {}, 'initial': initial,
             'friction': friction, **more}  # fmt: skip
 
@@ -163,6 +164,80 @@ def test_belt_brings_a_box_to_its_speed_by_friction_and_keeps_still(heading):
     assert sim.state.position[1, :2] @ along[:2] == pytest.approx(way, abs=2e-3)
     assert np.array_equal(sim.state.position[0], [0, 0, -0.1])
     assert not sim.state.velocity[0].any()
+
+
+LYING = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+ROUND = {
+    'sphere': {'type': 'sphere', 'radius': 0.1},
+    'cylinder': {'type': 'cylinder', 'radius': 0.1, 'length': 0.3},
+    'capsule': {'type': 'capsule', 'radius': 0.1, 'length': 0.3},
+}
+
+
+def rollers(shape, spin, friction):
+    """
+    Two round bodies, 1 m apart, whose tops run towards each other.
+    """
+    return [
+        moved(
+            name, shape=ROUND[shape], position=(side * 0.5, 0, -0.1), motion={}, friction=friction,
+            orientation=LYING, angular_velocity=(0, -side * spin, 0),
+        )
+        for name, side in (('left', -1), ('right', 1))
+    ]  # fmt: skip
+
+
+PLATE = {'type': 'box', 'size': (4.0, 0.2, 0.02)}
+
+
+@pytest.mark.parametrize('shape', ROUND)
+@pytest.mark.parametrize('spin', [10.0, 60.0, 200.0])
+def test_spin_of_a_moved_body_about_its_own_axis_lifts_nothing(shape, spin):
+    """
+    Its surface does not move along its normal. What is left is the sink that the load finds.
+    """
+    plate = free(shape=PLATE, position=(0, 0, 0.01), friction=0.0)
+    sim = simulation(*rollers(shape, spin, 0.0), plate)
+    for _ in range(50):
+        sim.step(1)
+        assert abs(sim.state.velocity[2, 2]) < 1e-6
+        assert sim.state.position[2, 2] < 0.01 + 1e-12
+
+
+@pytest.mark.parametrize('shape', ['cylinder', 'capsule'])
+@pytest.mark.parametrize('spin', [10.0, 60.0])
+def test_plate_on_two_moved_rollers_swings_as_friction_law_says(shape, spin):
+    """
+    x'' = -mu g x/(d - mu h): Timoshenko's oscillator, h half the thickness.
+    """
+    half, friction, start = 0.5, 0.3, 0.1
+    plate = free(shape=PLATE, position=(start, 0, 0.01), friction=friction)
+    sim = simulation(*rollers(shape, spin, friction), plate)
+    rate = math.sqrt(friction * 9.81 / (half - friction * 0.01))
+    for _ in range(750):
+        sim.step(1)
+        x, _, z = sim.state.position[2]
+        assert x == pytest.approx(start * math.cos(rate * sim.time), abs=2e-3 * start)
+        assert z == pytest.approx(0.01, abs=5e-6)
+
+
+@pytest.mark.parametrize('shape', ROUND)
+def test_height_of_a_bounce_does_not_depend_on_the_spin_of_what_is_hit(shape):
+    """
+    Without friction: e^2 of the fall, to 1e-3.
+    """
+    roller = moved(
+        shape=ROUND[shape], motion={}, orientation=LYING, angular_velocity=(0, 60.0, 0),
+        friction=0.0, restitution=0.5,
+    )  # fmt: skip
+    ball = free(shape=ROUND['sphere'], position=(0, 0, 0.6), friction=0.0, restitution=0.5)
+    sim = simulation(roller, ball)
+    highest = 0.0
+    for _ in range(300):
+        sim.step(1)
+        if sim.time > 0.35:
+            highest = max(highest, sim.state.position[1, 2] - 0.1)
+    assert highest == pytest.approx(0.25 * 0.5, rel=1e-3)
 
 
 def test_belt_stands_still_for_what_touches_its_ends():

@@ -20,6 +20,9 @@ on others is the impulse times the mean velocity of its point, both in the middl
         velocity then
         J_r : [N m s] of rolling and torsional friction
 
+What is round about an axis turns with that alone in all but friction: its surface does not move
+along its normal however fast it spins, and points of contact follow it, as on a body that is free.
+
 A belt stands still, but its surface has a velocity along the faces that it runs in: where the
 normal is not square to it, it counts as standing.
 """
@@ -43,7 +46,14 @@ from rigid_body_sim.physics.contact.collision import (
     pose,
     swept_aabbs,
 )
-from rigid_body_sim.physics.contact.collision.collider import ColliderArrays, world_aabb
+from rigid_body_sim.physics.contact.collision.collider import (
+    CAPSULE,
+    CYLINDER,
+    SPHERE,
+    ColliderArrays,
+    world_aabb,
+)
+from rigid_body_sim.physics.contact.collision.face_normal import along_face
 from rigid_body_sim.physics.contact.collision.geometry.manifold import MOST
 from rigid_body_sim.physics.contact.islands import sleep_record
 from rigid_body_sim.physics.contact.solver import (
@@ -104,8 +114,10 @@ SIZE = drive.size
 
 SUBSTEP, BOUNCE = range(2)  # of what works are asked for
 NO_PATH = -1.0
-FACE = 0.999  # [-] cosine: a normal nearer to an axis of a shape is that of a face; it may turn by
-# 0.04 rad in a tick
+FACE = (
+    0.999  # [-] cosine: a normal nearer to that of a face is its own; it may turn by 0.04 rad in
+)
+# a tick
 ALONG = 1e-6  # [-] of the speed of a belt: how square to it the normal of a face is
 NO_VECTOR = (0.0, 0.0, 0.0)
 NO_TURN = (0.0, 0.0, 0.0, 1.0)
@@ -170,15 +182,24 @@ def _put_pose(place: int, out: Array, poses: Array) -> None:
 
 
 @inline
-def _begin(row: int, bodies: Array) -> None:
-    """Let a solver body be one that no impulse moves."""
+def _begin(row: int, kind: int, bodies: Array) -> None:
+    """
+    Let a solver body be one that no impulse moves; kind: of its collider, which may be round about
+    the axis z of its shape: its surface does not turn with it.
+    """
     for entry in range(solver_bodies.SIZE):
         bodies[row + entry] = 0.0
     bodies[row + solver_bodies.INVERSE_MASS] = HELD
     for diagonal in (0, 3, 5):
         bodies[row + solver_bodies.INVERSE_INERTIA + diagonal] = HELD
     bodies[row + solver_bodies.TURN_SCALAR] = 1.0
-    bodies[row + solver_bodies.SYMMETRY] = solver_bodies.AS_IT_IS
+    symmetry = solver_bodies.AS_IT_IS
+    if kind == SPHERE:
+        symmetry = solver_bodies.CENTRED_BALL
+    elif kind == CYLINDER or kind == CAPSULE:
+        symmetry = solver_bodies.ABOUT_AXIS
+    bodies[row + solver_bodies.SYMMETRY] = symmetry
+    store(bodies, row + solver_bodies.SYMMETRY_AXIS, (0.0, 0.0, 1.0))
 
 
 @kernel
@@ -194,7 +215,8 @@ def begin_tick(
         entry = number * SIZE
         collider, row = int(drives[entry + COLLIDER]), int(drives[entry + ROW])
         row *= solver_bodies.SIZE
-        _begin(row, bodies)
+        kind = colliders.table[collider * collider_record.SIZE + collider_record.TYPE]
+        _begin(row, kind, bodies)
         if drives[entry + PATH] == NO_PATH:
             velocity = load(drives, entry + SURFACE)
             _put_velocity(row, velocity, NO_VECTOR, bodies)
@@ -259,8 +281,13 @@ def begin_substep(time: float, h: float, driven: PrescribedBodies, bodies: Array
         _put_velocity(row, mean, spin, bodies)
         store(bodies, row + solver_bodies.SUBSTEP_POSITION, start)
         store(bodies, row + solver_bodies.DISPLACEMENT, moved)
-        store(bodies, row + solver_bodies.TURN, turn)
-        bodies[row + solver_bodies.TURN_SCALAR] = scalar
+        store(bodies, row + solver_bodies.SUBSTEP_ORIENTATION, u)
+        bodies[row + solver_bodies.SUBSTEP_ORIENTATION + 3] = w
+        if bodies[row + solver_bodies.SYMMETRY] == solver_bodies.AS_IT_IS:
+            store(bodies, row + solver_bodies.TURN, turn)
+            bodies[row + solver_bodies.TURN_SCALAR] = scalar
+        else:
+            solver_bodies.put_turn(bodies, row, (v[0], v[1], v[2], s))
 
 
 @kernel
@@ -323,27 +350,28 @@ def _half_turn_of(number: int, static: int, bodies: Array) -> Any:
 
 
 @inline
-def _is_face(lane: int, number: int, drives: Array, poses: Array, rows: Array) -> bool:
+def _is_face(
+    lane: int, number: int, drives: Array, colliders: ColliderArrays, rows: Array
+) -> bool:  # fmt: skip
     """Tell whether the normal of a constraint belongs to a face of a driven body that moves."""
     if drives[number * SIZE + PATH] == NO_PATH:
         return False
-    place = int(drives[number * SIZE + COLLIDER]) * pose.SIZE
-    local = pose.to_shape(poses, place, vector(rows, lane + constraint.NORMAL))
-    return max(abs(local[0]), abs(local[1]), abs(local[2])) >= FACE
+    collider = int(drives[number * SIZE + COLLIDER])
+    return along_face(collider, vector(rows, lane + constraint.NORMAL), colliders) >= FACE
 
 
 @kernel
 def turn_faces(
-    batch_count: int, static: int, driven: PrescribedBodies, poses: Array,
+    batch_count: int, static: int, driven: PrescribedBodies, colliders: ColliderArrays,
     constraints: Constraints, bodies: Array,
 ) -> None:  # fmt: skip
     """
-    Let normals and tangents that belong to a face of a driven body, along an axis of its shape,
-    turn as it does in half of a substep: before separations are updated, which so see the normal
-    of its middle, and after. Else what slides on it with v would sink by v omega h in a tick h.
+    Let normals and tangents that belong to a face of a driven body turn as it does in half of a
+    substep: before separations are updated, which so see the normal of its middle, and after. Else
+    what slides on it with v would sink by v omega h in a tick h.
 
-    static : index of what cannot move
-    poses  : of the colliders at the start of the tick
+    static    : index of what cannot move
+    colliders : where they are at the start of the tick
     """
     batches, rows = constraints.batches, constraints.rows
     for batch in range(batch_count):
@@ -351,7 +379,7 @@ def turn_faces(
         begin = batches[record + batch_record.BEGIN]
         for lane in range(begin, begin + batches[record + batch_record.LANE_COUNT]):
             number, _ = _number_of(lane, static, rows)
-            if number < 0 or not _is_face(lane, number, driven.drives, poses, rows):
+            if number < 0 or not _is_face(lane, number, driven.drives, colliders, rows):
                 continue
             half = _half_turn_of(number, static, bodies)
             for field in (constraint.NORMAL, constraint.TANGENT_1, constraint.TANGENT_2):
@@ -422,8 +450,8 @@ def _work_of_rolling(lane: int, place: int, spin: Any, back: Any, rows: Array) -
 
 @kernel
 def find_works(
-    when: int, manifold_count: int, static: int, width: int, angular: bool, poses: Array,
-    driven: PrescribedBodies, constraints: Constraints, bodies: Array,
+    when: int, manifold_count: int, static: int, width: int, angular: bool,
+    colliders: ColliderArrays, driven: PrescribedBodies, constraints: Constraints, bodies: Array,
 ) -> None:  # fmt: skip
     """
     Find the work of driven bodies on each other body. In a substep it is that of each impulse at
@@ -433,7 +461,7 @@ def find_works(
               restitution, at the velocities of now
     static  : index of what cannot move;   width : numbers of a point
     angular : whether anything rolls or twists with friction
-    poses   : of the colliders at the start of the tick
+    colliders : where they are at the start of the tick
     """
     drives, manifolds, rows = driven.drives, constraints.manifolds, constraints.rows
     for body in range(len(driven.of_bodies)):
@@ -455,7 +483,7 @@ def find_works(
         else:
             half = _half_turn_of(number, static, bodies)
             of_arm = (-half[0], -half[1], -half[2], half[3])
-            if _is_face(lane, number, drives, poses, rows):
+            if _is_face(lane, number, drives, colliders, rows):
                 of_axes = of_arm
         points = int(manifolds[record + manifold_record.POINT_COUNT])
         work = 0.0

@@ -338,11 +338,11 @@ def gather_moved(group: Group, bodies: Array) -> None:
             place = at(k, blocks.ROTATION)
             store(bodies, row + ANGULAR_MOMENTUM, _vector(motion.rotation, place + blocks.LX))
             _put_inverse_inertia(bodies, row, motion.rotation, place)
-            _put_turn(bodies, row, _orientation(motion.rotation, place))
+            put_turn(bodies, row, _orientation(motion.rotation, place))
 
 
 @inline
-def _put_turn(bodies: Array, row: int, orientation: Any) -> None:
+def put_turn(bodies: Array, row: int, orientation: Any) -> None:
     """Write the turn of a body over the substep; of its axis alone where it is round about it."""
     kind = bodies[row + SYMMETRY]
     if kind == CENTRED_BALL:

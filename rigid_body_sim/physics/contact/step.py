@@ -322,7 +322,7 @@ def _advance(ticks, tick, h, world):
         evaluated = COUPLED and not VELOCITY_DEPENDENT
         if BOUNCES and counts[tick_counts.BATCHES] > 0:
             bound_bounces(
-                touching, motion, colliders.poses, constraints, energy, bodies, flows, driven,
+                touching, motion, colliders, constraints, energy, bodies, flows, driven,
                 counts,
             )  # fmt: skip
         take_back_gains(
@@ -531,10 +531,10 @@ def _drive(now, driven, colliders, bodies, state, counts):
     return True
 
 
-def _find_works_of_drives(when, motion, driven, poses, constraints, bodies, counts):
+def _find_works_of_drives(when, motion, driven, colliders, constraints, bodies, counts):
     """Find what driven bodies did on others: see `prescribed_bodies.find_works`."""
     prescribed_bodies.find_works(
-        when, counts[tick_counts.MANIFOLDS], motion.body_count, WIDTH, ANGULAR, poses, driven,
+        when, counts[tick_counts.MANIFOLDS], motion.body_count, WIDTH, ANGULAR, colliders, driven,
         constraints, bodies,
     )  # fmt: skip
 
@@ -977,13 +977,13 @@ def _end_substep(index, now, group, constraints, world):
         time = now.start + (index + 1) * now.substep
         correct_forces(time, now, group.members, world.motion, world.forces, world.bodies)
     follow_and_relax(
-        index, now, group, world.colliders.poses, constraints, world.bodies, world.flows,
+        index, now, group, world.colliders, constraints, world.bodies, world.flows,
         world.driven, world.settings, world.counts,
     )  # fmt: skip
 
 
 def _follow_and_relax(
-    index, now, group, poses, constraints, bodies, flows, driven, settings, counts
+    index, now, group, colliders, constraints, bodies, flows, driven, settings, counts
 ):  # fmt: skip
     """
     Update separations, with the second half of the warm start; then relax; index: of the substep.
@@ -1003,12 +1003,12 @@ def _follow_and_relax(
         variable_mass.scale_to_present_mass(flows, bodies)
     if DRIVES:
         prescribed_bodies.turn_faces(
-            batch_count, motion.body_count, driven, poses, constraints, bodies
+            batch_count, motion.body_count, driven, colliders, constraints, bodies
         )
     update_separation(lanes, batch_count, rows, scratch, batches, bodies)
     if DRIVES:
         prescribed_bodies.turn_faces(
-            batch_count, motion.body_count, driven, poses, constraints, bodies
+            batch_count, motion.body_count, driven, colliders, constraints, bodies
         )
     goes_on, further, iteration = True, 0, 0
     while goes_on:
@@ -1026,7 +1026,7 @@ def _follow_and_relax(
             further += 1
     if DRIVES:
         find_works_of_drives(
-            prescribed_bodies.SUBSTEP, motion, driven, poses, constraints, bodies, counts
+            prescribed_bodies.SUBSTEP, motion, driven, colliders, constraints, bodies, counts
         )
         prescribed_bodies.add_works(touching, driven, bodies)
     if not last:
@@ -1048,7 +1048,7 @@ def scatter_momenta(group: Group, bodies: Array) -> None:
 
 
 def _bound_bounces(
-    touching, motion, poses, constraints, energy, bodies, flows, driven, counts
+    touching, motion, colliders, constraints, energy, bodies, flows, driven, counts
 ):  # fmt: skip
     """Apply restitution, and bound what it returns."""
     batch_count = counts[tick_counts.BATCHES]
@@ -1066,7 +1066,7 @@ def _bound_bounces(
     )  # fmt: skip
     if DRIVES:
         find_works_of_drives(
-            prescribed_bodies.BOUNCE, motion, driven, poses, constraints, bodies, counts
+            prescribed_bodies.BOUNCE, motion, driven, colliders, constraints, bodies, counts
         )
     restitution_bound.bound_restitution(
         counts[tick_counts.MANIFOLDS], batch_count, motion.body_count, WIDTH, touching,
@@ -1074,7 +1074,7 @@ def _bound_bounces(
     )  # fmt: skip
     if DRIVES:
         find_works_of_drives(
-            prescribed_bodies.BOUNCE, motion, driven, poses, constraints, bodies, counts
+            prescribed_bodies.BOUNCE, motion, driven, colliders, constraints, bodies, counts
         )
         prescribed_bodies.add_works(touching, driven, bodies)
     if FLOWS:

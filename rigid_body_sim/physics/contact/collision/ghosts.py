@@ -57,6 +57,7 @@ from rigid_body_sim.physics.contact.collision.conservative_advancement import (
     has_cylinder,
     miss_finder,
 )
+from rigid_body_sim.physics.contact.collision.face_normal import face_beneath
 from rigid_body_sim.physics.contact.collision.geometry.manifold import (
     POINT,
     POSITION,
@@ -69,6 +70,7 @@ from rigid_body_sim.physics.contact.collision.ground_misses import (
 from rigid_body_sim.physics.contact.collision.shape_parameters import RADIUS
 from rigid_body_sim.physics.contact.collision.support import is_inside, reach
 from rigid_body_sim.physics.vectors import (
+    add,
     add_scaled,
     cross,
     dot,
@@ -123,6 +125,15 @@ def _velocity(body: int, bodies: Array) -> Any:
     )
 
 
+@inline
+def _is_ball_on_flat(a: int, b: int, table: Any) -> bool:
+    """Tell whether a pair is a ball on a polyhedron: it may leave an edge, with its load."""
+    type_a = table[a * collider_record.SIZE + collider_record.TYPE]
+    type_b = table[b * collider_record.SIZE + collider_record.TYPE]
+    flat_a, flat_b = type_a == BOX or type_a == HULL, type_b == BOX or type_b == HULL
+    return bool((type_a == SPHERE and flat_b) or (flat_a and type_b == SPHERE))
+
+
 @kernel
 def _may_bind(
     record: int, a: int, b: int, horizon: float, stretch: float, colliders: ColliderArrays,
@@ -143,9 +154,12 @@ def _may_bind(
     nearer = dot(load(manifolds, record + manifold_record.NORMAL), approach) * horizon - fall
     nearer += stretch * (swept[row_a + swept_aabbs.TURNING] + swept[row_b + swept_aabbs.TURNING])
     flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
+    touches_flat = _is_ball_on_flat(a, b, colliders.table)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         gap = manifolds[record + manifold_record.POINTS + POINT * index + SEPARATION]
         if (nearer > CALM or gap > flush) and (nearer + fall) * WIDE > gap:
+            return True
+        if touches_flat and gap <= flush:
             return True
     return False
 
@@ -158,7 +172,9 @@ def _would_bind(
     """
     Tell whether some row of the manifold that begins at a place would act in the tick: where the
     bodies close by more than the gap, at the velocities of now, and by what forces and the turn of
-    the rows add where the gap is none of a contact at rest.
+    the rows add where the gap is none of a contact at rest. A ball on a polyhedron acts where it
+    touches: one that has gone over an edge onto a flush tile would leave its load with the edge
+    behind it, whose normal is no longer that of the surface.
     """
     table = colliders.table
     a = int(manifolds[record + manifold_record.COLLIDER_A])
@@ -185,6 +201,7 @@ def _would_bind(
     speed = math.sqrt(dot(passing, passing))
     # what rolls leaves the edge behind it by less than that: its load is not for the edge
     near = CALM if has_cylinder(a, b, table) else flush
+    touches_flat = _is_ball_on_flat(a, b, table)
     for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
         place = record + manifold_record.POINTS + POINT * index
         point = load(manifolds, place + POSITION)
@@ -200,7 +217,41 @@ def _would_bind(
             return True
         if gap < -CALM and has_cylinder(a, b, table):
             return True
+        if touches_flat and gap <= flush:
+            return True
     return False
+
+
+@kernel
+def _rank(
+    record: int, horizon: float, colliders: ColliderArrays, bodies: Array, manifolds: Array
+) -> float:  # fmt: skip
+    """
+    Return when a manifold that would bind comes: below 0 what touches, first what moves least
+    along its normal, which is how what carries differs from edges ahead and behind; then, by the
+    share of the horizon, what will be met; last what closes by forces alone.
+    """
+    a = int(manifolds[record + manifold_record.COLLIDER_A])
+    b = int(manifolds[record + manifold_record.COLLIDER_B])
+    normal = load(manifolds, record + manifold_record.NORMAL)
+    row_a = collider_record.solver_body(a, colliders.table)
+    row_b = collider_record.solver_body(b, colliders.table)
+    velocity_a, spin_a, center_a = _velocity(row_a, bodies)
+    velocity_b, spin_b, center_b = _velocity(row_b, bodies)
+    flush = FLUSH * smaller_radius(colliders.local_bounds, a, b)
+    first = math.inf
+    for index in range(int(manifolds[record + manifold_record.POINT_COUNT])):
+        place = record + manifold_record.POINTS + POINT * index
+        point = load(manifolds, place + POSITION)
+        surface_a = add(velocity_a, cross(spin_a, subtract(point, center_a)))
+        surface_b = add(velocity_b, cross(spin_b, subtract(point, center_b)))
+        nearer = dot(normal, subtract(surface_a, surface_b)) * horizon
+        gap = manifolds[place + SEPARATION]
+        if gap <= flush:
+            first = min(first, abs(nearer) / (abs(nearer) + flush) - 1.0)
+        elif nearer > 0.0:
+            first = min(first, gap / nearer)
+    return first
 
 
 @kernel
@@ -316,6 +367,8 @@ def _is_covered_by(
     same = SAME if kind == BOX or kind == HULL else SAME_ROUND
     if 1.0 - dot(towards, normal) < same:
         return False
+    # flush tiles are seen along their faces, not along that of what leans on one of them
+    normal = face_beneath(holder, normal, colliders)
     height, sunk = _surface(cover, side_c, normal, manifolds)
     flush = FLUSH * smaller_radius(colliders.local_bounds, own, other)
     place = record + manifold_record.POINTS
@@ -341,7 +394,8 @@ def _find_cover(
 ) -> int:  # fmt: skip
     """
     Find the manifold that covers the one that begins at a place, for its collider A or B (side 0
-    or 1), and is nearest to touching; -1: none.
+    or 1), and is nearest to touching; -1: none. Of two that would bind the one that comes first
+    covers the other: a floor the edge ahead, and the one behind.
 
         least, most : states that a cover may have
         returns     : twice where it begins, and 1 if its collider B is of the body
@@ -352,14 +406,21 @@ def _find_cover(
         return -1
     cover = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD])
     best, nearest = -1, math.inf
+    rank = _rank(record, horizon, colliders, bodies, manifolds)
     while cover >= 0:
         first = int(manifolds[cover + manifold_record.COLLIDER_A])
         side_c = 0 if _body_of(first, table) == body else 1
         state = manifolds[cover + manifold_record.STATE]
         if cover != record and least <= state <= most:
             gap = manifolds[_nearest_point(cover, manifolds) + SEPARATION]
-            if gap < nearest and _is_covered_by(
-                record, side, cover, side_c, horizon, colliders, bodies, manifolds
+            if (
+                gap < nearest
+                and _is_covered_by(
+                    record, side, cover, side_c, horizon, colliders, bodies, manifolds
+                )
+                and (
+                    state == CARRIES or _rank(cover, horizon, colliders, bodies, manifolds) <= rank
+                )
             ):
                 best, nearest = 2 * cover + side_c, gap
         cover = int(manifolds[cover + manifold_record.NEXT_OF_A + side_c])

@@ -35,7 +35,12 @@ from rigid_body_sim.physics.contact.solver import (
     wide_lanes,
 )
 from rigid_body_sim.physics.contact.solver.softness import DEEP, Softness, soften
-from rigid_body_sim.physics.contact.solver_bodies import ABOUT_AXIS, CENTRED_BALL, FIXED
+from rigid_body_sim.physics.contact.solver_bodies import (
+    ABOUT_AXIS,
+    AS_IT_IS,
+    CENTRED_BALL,
+    FIXED,
+)
 from rigid_body_sim.physics.state.blocks import LANES, RX, TRANSLATION, at
 from rigid_body_sim.physics.vectors import add_scaled, cross, dot, load, load_strided, subtract
 
@@ -158,13 +163,23 @@ def are_curved(collider_a: int, collider_b: int, table: Indices, bodies: Array) 
 
 
 @inline
+def _symmetry_of_surface(collider: int, table: Indices, bodies: Array) -> float:
+    """Tell how the surface of a collider turns: also of what is round and moved as told."""
+    body = table[collider * collider_record.SIZE + collider_record.BODY]
+    row = collider_record.solver_body(collider, table) * solver_bodies.SIZE
+    if _is_driven(body, row, bodies) and bodies[row + solver_bodies.SYMMETRY] > AS_IT_IS:
+        return bodies[row + solver_bodies.SYMMETRY]
+    return _symmetry(body, bodies)
+
+
+@inline
 def surface_weight(collider_a: int, collider_b: int, table: Indices, bodies: Array) -> float:
     """
     Tell whose surface the points follow: that of the body that moves, of the rounder one, else of
     both.
     """
-    symmetry_a = _symmetry(table[collider_a * collider_record.SIZE + collider_record.BODY], bodies)
-    symmetry_b = _symmetry(table[collider_b * collider_record.SIZE + collider_record.BODY], bodies)
+    symmetry_a = _symmetry_of_surface(collider_a, table, bodies)
+    symmetry_b = _symmetry_of_surface(collider_b, table, bodies)
     if symmetry_a == symmetry_b:
         return 0.5
     return 0.0 if symmetry_a > symmetry_b else 1.0
