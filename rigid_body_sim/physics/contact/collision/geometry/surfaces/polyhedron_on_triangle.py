@@ -126,6 +126,7 @@ from rigid_body_sim.physics.vectors import (
 Array = NDArray[np.float64]
 
 SAME = 1e-3  # [-] sine within which a direction is a normal of the face, or lies in a cone
+BESIDE = 0.1  # [-] of the size of the body: an overlap that is less by more is one with others
 FRONT, BACK = 0, 1  # faces of the flat polyhedron
 
 PLANES_AT = VERTICES + 3 * VERTEX
@@ -244,18 +245,26 @@ def _axis_overlapping(
     a: Hull, b: Hull, half: float, poses: Array, pose_a: int, parameters: Array, surface: int,
     row: int, work: Array,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Find the normal of least overlap among those that the surface has at this triangle."""
+    """
+    Find the normal of least overlap among those that the surface has at this triangle; OF_A with a
+    face below 0, where some face of the body tells that it is in the triangle by far less: there
+    it touches what lies beside.
+    """
     out = from_b(work, load(b.numbers, planes_of(b)))
     most, guess_a, guess_b = separation(a, b, work, negate(out), 0, 0)
     side, face, floor = OF_B, FRONT, most + EDGE_GAIN * half + EDGE_SHARE * abs(most)
+    nearest = most
     for index in range(int(a.numbers[a.begin + FACES])):
         normal = load(a.numbers, planes_of(a) + PLANE * index)
         along, guess_a, guess_b = separation(a, b, work, normal, guess_a, guess_b)
+        nearest = max(nearest, along)
         if along > floor and is_outer(
             negate(_world(normal, poses, pose_a)), parameters, surface, row
         ):
             side, face, most, floor = OF_A, index, along, along
     edge_a, edge_b, along = _best_edges(a, b, floor, poses, pose_a, parameters, surface, row, work)
+    if max(most, along) < nearest - BESIDE * half:
+        return OF_A, -1, most
     if edge_a >= 0:
         nearest_on_edges(a, b, work, edge_a, edge_b)
         return NONE, 0, along
