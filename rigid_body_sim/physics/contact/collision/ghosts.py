@@ -381,7 +381,8 @@ def _is_covered_by(
         return False
     if top + _rise(other, holder, normal, horizon, colliders, bodies) > height + flush:
         return False
-    if own != held:
+    on_ground = colliders.table[holder * collider_record.SIZE + collider_record.TYPE] == SURFACE
+    if own != held or on_ground:  # of ground a manifold tells of what lies over its facet alone
         low = -reach(own, own * pose.SIZE, negate(normal), colliders)
         return low >= top - 2.0 * (sunk + flush)
     return True
