@@ -54,6 +54,25 @@ def test_what_rolls_on_a_line_is_not_tilted_where_its_line_goes_over_to_another_
         assert hop < HOP, (kind, how, speed)
 
 
+@pytest.mark.parametrize('floor', ghosts.FLOORS)
+def test_a_slow_ball_leaves_no_load_with_the_edge_behind_it(floor):
+    """A share of 1e-3 of its weight for two ticks is 1e-3 of 0.1 m/s."""
+    options = SimpleNamespace(**{**vars(OPTIONS), 'seed': 4, 'speed': (0.1, 0.3)})
+    for _, how, speed, _, error, hop in ghosts.run_floors(floor, ('ball',), 8, options):
+        assert error < 2e-5, (how, speed)
+        assert hop < HOP, (how, speed)
+
+
+def test_flush_prisms_are_seen_along_their_faces_not_along_what_leans_on_one():
+    """A disc that leaned by 2e-5 rad was stopped by a prism 0.3 m away, at 2.7 m/s."""
+    options = SimpleNamespace(**{**vars(OPTIONS), 'seed': 2, 'speed': (1.0, 10.0)})
+    for kind, how, speed, _, error, hop in ghosts.run_floors(
+        'prisms', ('cylinder', 'puck'), 10, options
+    ):
+        assert error < SPEED, (kind, how, speed)
+        assert hop < HOP, (kind, how, speed)
+
+
 def test_what_misses_keeps_every_bit():
     """Random pairs that pass at 1e-4 m and more, moving and spinning: exactly nothing."""
     found = ghosts.run_misses(60, OPTIONS)

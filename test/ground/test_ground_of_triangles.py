@@ -229,6 +229,56 @@ def test_nothing_falls_through_at_any_speed(shape):
         assert np.all(position[over, 2] > lowest)
 
 
+CYLINDER = {'type': 'cylinder', 'radius': 0.08, 'length': 0.36}
+
+
+def rolling(ground, yaw, speed):
+    """
+    A cylinder that rolls over the origin of a floor, in a direction, and its velocity.
+    """
+    half = 0.5 * yaw
+    turn = np.array([np.cos(half), np.sin(half), np.sin(half), np.cos(half)]) * np.sqrt(0.5)
+    heading = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    body = {
+        'name': 'body', 'mass': 1.0, 'friction': 0.3, 'shape': CYLINDER,
+        'initial': {
+            'position': [0, 0, 0.08], 'velocity': (speed * heading).tolist(),
+            'orientation': turn.tolist(),
+            'angular_velocity': (speed / 0.08 * np.cross([0, 0, 1], heading)).tolist(),
+        },
+    }  # fmt: skip
+    floor = [
+        {'name': f'floor_{k}', 'fixed': True, 'friction': 0.3,
+         'shape': {'type': 'heightfield', 'heights': [[0, 0], [0, 0]], 'spacing': [x, y],
+                   'origin': [*corner, 0]}}
+        for k, (x, y, corner) in enumerate(ground)
+    ]  # fmt: skip
+    scene = {'dt': DT, 'gravity': [0, 0, -G], 'contact': {'mode': 'timestep'},
+             'bodies': [*floor, body]}  # fmt: skip
+    return Simulation(load_scene(scene)), speed * heading
+
+
+@pytest.mark.parametrize('speed', [0.3, 1.0, 3.0, 4.6])
+@pytest.mark.parametrize(
+    ('ground', 'yaw'),
+    [
+        ([(3.15, 3.0, (-3.0, -1.5)), (4.85, 3.0, (0.15, -1.5))], 0.3),
+        ([(3.15, 3.0, (-3.0, -1.5)), (4.85, 3.0, (0.15, -1.5))], 0.0),
+        ([(6.0, 2.0, (-1.0, -1.94))], 0.0),
+    ],
+    ids=['over a joint at an angle', 'over a joint', 'partly over the border'],
+)
+def test_the_line_of_a_cylinder_is_carried_as_far_as_ground_lies_under_it(ground, yaw, speed):
+    """
+    Two fields, flush; and one whose border it overhangs by a third.
+    """
+    sim, velocity = rolling(ground, yaw, speed)
+    for _ in range(int(0.5 / speed / DT)):
+        sim.step(1)
+        assert np.linalg.norm(sim.state.velocity[-1] - velocity) < SPEED_KEPT * speed
+        assert abs(sim.state.position[-1, 2] - 0.08) < HEIGHT
+
+
 def height_over(surface, x, y):
     """
     Height of a surface over points, which lie over one triangle at least each.

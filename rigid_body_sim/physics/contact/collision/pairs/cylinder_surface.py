@@ -23,11 +23,24 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.polyhedron_on_tr
     axis_to_triangle,
     polyhedron_on_triangle,
 )
+from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
+    BY_FACES,
+    MOST_SLOTS,
+    SLOTS_USED,
+)
 from rigid_body_sim.physics.contact.collision.pairs import cylinder_plane
-from rigid_body_sim.physics.contact.collision.shape_parameters import HALF_LENGTH, RADIUS
-from rigid_body_sim.physics.vectors import load
+from rigid_body_sim.physics.contact.collision.shape_parameters import (
+    HALF_LENGTH,
+    NORMAL,
+    RADIUS,
+)
+from rigid_body_sim.physics.vectors import dot, load
 
 Array = NDArray[np.float64]
+
+LIES = (
+    0.7  # [-] cosine between the axis and the normal of a face, below which a cylinder lies on it
+)
 
 
 @kernel
@@ -47,7 +60,13 @@ def collide_triangle(
     parameters: Array, shape: int, poses: Array, place: int, surface: int, row: int, plane: int,
     number: float, margin: float, along: Any, found: Array,
 ) -> None:  # fmt: skip
-    """Add the contacts of the prism of a cylinder with a triangle."""
+    """
+    Add the contacts of the prism of a cylinder with a triangle; along its face only of one that
+    stands: of one that lies the line on the plane of the face is known, and the prism is lower.
+    """
+    cosine = dot(pose.axis(poses, place, 2), load(parameters, plane + NORMAL))
+    all_asked = found[SLOTS_USED] < MOST_SLOTS
+    found[BY_FACES] = 0.0 if abs(cosine) < LIES and all_asked else 1.0
     polyhedron_on_triangle(
         parameters, shape + PRISM, parameters, surface, row, plane, number, poses, place, margin,
         along, found,
@@ -67,5 +86,5 @@ def find_axis(
 
 collide = surface_collider(
     'cylinder', find_reach=find_reach, collide_plane=cylinder_plane.collide,
-    collide_triangle=collide_triangle, find_axis=find_axis,
+    collide_triangle=collide_triangle, find_axis=find_axis, lines=True,
 )  # fmt: skip

@@ -9,6 +9,7 @@ A body on ground of triangles: its manifolds with a surface, one for each facet 
    On a flat part of a mesh a body moves to the last digit as on a plane, whatever its triangles.
 2. A facet that carries the body with all points of its plane, and which the body touches, covers
    whatever lies wholly behind that plane: nothing there can be touched in this tick.
+   The line of a cylinder that lies partly beside a facet is cut off at its border.
 3. Triangles of other facets are asked one by one; what they add joins the points that do lie over
    their facet.
 
@@ -49,6 +50,7 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.near_triangles i
     END,
     ROOT,
     corner_of,
+    edge_side,
     lies_over,
     list_near,
 )
@@ -60,6 +62,8 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.results import (
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records import (
     ASKED,
+    CONCAVE,
+    EDGE_KIND,
     FACET,
     FACET_HIGH,
     FACET_LOW,
@@ -71,6 +75,7 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records 
     TRIANGLES,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
+    BY_FACES,
     COUNT,
     KEY,
     KEYS,
@@ -93,27 +98,32 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch 
     SLOT_AREA,
     SLOT_COUNT,
     SLOT_FACET,
+    SLOT_FROM,
     SLOT_MIDDLE,
     SLOT_NORMAL,
     SLOT_OVER,
     SLOT_POINTS,
     SLOT_RADIUS,
     SLOT_SQUARE,
+    SLOT_TO,
     SLOTS,
     SLOTS_USED,
 )
 from rigid_body_sim.physics.contact.collision.shape_parameters import NORMAL as FACET_NORMAL
 from rigid_body_sim.physics.contact.collision.shape_parameters import OFFSET
-from rigid_body_sim.physics.vectors import add_scaled, dot, load, negate, store
+from rigid_body_sim.physics.vectors import add_scaled, dot, load, negate, store, subtract
 
 Array = NDArray[np.float64]
 
 FLUSH = 1e-4  # [-] of half the diagonal of the AABB: what stands out by no more is flush
 DEEP = 0.5  # [-] of the extent of the body over its middle
 NO_SLOT = -1  # in place of the slot of a facet: it has none
+LEVEL = 0.02  # [-] slope of a line over a plane, beyond which it stands on its end
+SHORT = 1e-6  # [-] of a line: so little of it over a facet is nothing
 DIAGONAL = 0.6  # [-] share of the next axis in the direction by which points are chosen: not along
 #                 the side of any face
 
+LINES = slot('[-] whether two points on a plane are the ends of a line: of cylinders')
 find_reach = slot('kernel (parameters, shape, poses, pose): middle and half edges of its AABB')
 collide_plane = slot('kernel (parameters, shape_a, shape_b, ...): the pair kernel with a plane')
 collide_triangle = slot(
@@ -177,6 +187,7 @@ def _ask_plane(
     at = SLOTS + SLOT * int(found[SLOTS_USED])
     found[SLOTS_USED] += 1.0
     found[at + SLOT_FACET], found[at + SLOT_COUNT], found[at + SLOT_OVER] = facet, count, 0.0
+    found[at + SLOT_FROM], found[at + SLOT_TO] = 1.0, 0.0
     found[at + SLOT_AREA], found[at + SLOT_RADIUS] = found[FACE_AREA], found[FACE_RADIUS]
     found[at + SLOT_SQUARE] = found[FACE_SQUARE]
     store(found, at + SLOT_MIDDLE, load(found, FACE_MIDDLE))
@@ -207,10 +218,86 @@ def _note_points_over(at: int, parameters: Array, surface: int, row: int, found:
     found[at + SLOT_OVER] = over
 
 
+@kernel
+def _note_line_over(at: int, parameters: Array, surface: int, row: int, found: Array) -> None:
+    """Note which part of a level line between the two points of a slot lies over a triangle."""
+    normal, seam = load(found, at + SLOT_NORMAL), parameters[surface + FLATNESS]
+    first, second = at + SLOT_POINTS, at + SLOT_POINTS + POINT
+    start = load(found, first)
+    way = subtract(load(found, second), start)
+    slope = found[second + SEPARATION] - found[first + SEPARATION]
+    if slope * slope > LEVEL * LEVEL * dot(way, way):
+        return
+    begin, end = 0.0, 1.0
+    for edge in range(3):
+        side = edge_side(parameters, row, edge, normal)
+        free = found[NEAR] if parameters[row + EDGE_KIND + edge] == CONCAVE else seam
+        out = dot(side, subtract(start, corner_of(parameters, row, edge)))
+        out -= free * math.sqrt(dot(side, side))
+        rate = dot(side, way)
+        if rate > 0.0:
+            end = min(end, -out / rate)
+        elif rate < 0.0:
+            begin = max(begin, -out / rate)
+        elif out > 0.0:
+            end = -1.0
+    if end - begin > SHORT:
+        found[at + SLOT_FROM] = min(found[at + SLOT_FROM], begin)
+        found[at + SLOT_TO] = max(found[at + SLOT_TO], end)
+
+
+@inline
+def _has_line(at: int, found: Array) -> bool:
+    """Tell whether some of a line between two points lies over the facet."""
+    return found[at + SLOT_COUNT] == 2.0 and found[at + SLOT_TO] > found[at + SLOT_FROM]
+
+
+@kernel
+def _cut_line(at: int, found: Array) -> None:
+    """Let the two points of a slot be the ends of what lies over the facet of the line."""
+    begin, end = found[at + SLOT_FROM], found[at + SLOT_TO]
+    over = int(found[at + SLOT_OVER])
+    first, second = at + SLOT_POINTS, at + SLOT_POINTS + POINT
+    start, stop = load(found, first), load(found, second)
+    gap, change = found[first + SEPARATION], found[second + SEPARATION] - found[first + SEPARATION]
+    way = subtract(stop, start)
+    if not over & 1:
+        store(found, first, add_scaled(start, begin, way))
+        found[first + SEPARATION] = gap + begin * change
+    if not over & 2:
+        store(found, second, add_scaled(start, end, way))
+        found[second + SEPARATION] = gap + end * change
+    found[at + SLOT_OVER] = 3.0
+
+
 @inline
 def _is_done(at: int, found: Array) -> bool:
     """Tell whether all points of the body on a plane lie over the facet."""
     return int(found[at + SLOT_OVER]) == (1 << int(found[at + SLOT_COUNT])) - 1
+
+
+@kernel
+def _note_over(
+    at: int, lines: bool, parameters: Array, surface: int, row: int, found: Array
+) -> bool:  # fmt: skip
+    """
+    Note what of a slot lies over a triangle; tell whether there is something to keep of it.
+
+    lines : whether two points are the ends of a line
+    """
+    if not _is_done(at, found):
+        _note_points_over(at, parameters, surface, row, found)
+        if lines and found[at + SLOT_COUNT] == 2.0:
+            _note_line_over(at, parameters, surface, row, found)
+    return found[at + SLOT_OVER] != 0.0 or _has_line(at, found)
+
+
+@kernel
+def _cut_lines(found: Array) -> None:
+    """Cut off what lies beside their facets of the lines of all slots."""
+    for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
+        if _has_line(at, found) and not _is_done(at, found):
+            _cut_line(at, found)
 
 
 @kernel
@@ -351,7 +438,7 @@ def _collide_on_surface(
         found[QUERY_LOW + axis] = low - found[NEAR] + min(motion[axis], 0.0)
         found[QUERY_HIGH + axis] = high + found[NEAR] + max(motion[axis], 0.0)
     found[SLOTS_USED] = found[RESULTS_USED] = 0.0
-    found[OVERLAP] = -math.inf
+    found[OVERLAP], found[BY_FACES] = -math.inf, 1.0
     planes = shape_b + int(parameters[shape_b + PLANES])
     triangles = shape_b + int(parameters[shape_b + TRIANGLES])
     asked, node = False, ROOT
@@ -374,11 +461,11 @@ def _collide_on_surface(
                 )  # fmt: skip
             if at == NO_SLOT:
                 continue
-            if not _is_done(at, found):
-                _note_points_over(at, parameters, shape_b, row, found)
-            if found[at + SLOT_OVER] == 0.0:  # nothing to keep of it
+            if not _note_over(at, LINES, parameters, shape_b, row, found):
                 found[SLOTS_USED] -= 1.0
                 asked = True
+    if LINES:
+        _cut_lines(found)
     flush = FLUSH * math.sqrt(dot(half, half))
     _take_out_covered(flush, parameters, planes, found)
     for at in range(SLOTS, SLOTS + SLOT * int(found[SLOTS_USED]), SLOT):
@@ -411,12 +498,13 @@ def _collide_on_surface(
 
 def surface_collider(
     name: str, *, find_reach: Callable[..., Any], collide_plane: Callable[..., Any],
-    collide_triangle: Callable[..., Any], find_axis: Callable[..., Any],
+    collide_triangle: Callable[..., Any], find_axis: Callable[..., Any], lines: bool = False,
 ) -> Callable[..., Any]:  # fmt: skip
     """
     Make the pair kernel of a type of shape and ground.
 
         name             : of the type
+        lines            : whether two points on a plane are the ends of a line on which it lies
         find_reach       : kernel (parameters, shape, poses, pose): middle and half edges of the
                            AABB, world [m]
         collide_plane    : pair kernel of the type and a plane
@@ -428,7 +516,7 @@ def surface_collider(
     ask = specialise(_ask_plane, name=name, collide_plane=collide_plane)
     return specialise(
         _collide_on_surface, name=name, find_reach=find_reach, ask_plane=ask,
-        collide_triangle=collide_triangle, find_axis=find_axis,
+        collide_triangle=collide_triangle, find_axis=find_axis, LINES=lines,
     )  # fmt: skip
 
 

@@ -102,6 +102,7 @@ from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_records 
     NORMAL as TRIANGLE_NORMAL,
 )
 from rigid_body_sim.physics.contact.collision.geometry.surfaces.surface_scratch import (
+    BY_FACES,
     FREE,
     OVERLAP,
     OVERLAP_KEY,
@@ -126,7 +127,7 @@ from rigid_body_sim.physics.vectors import (
 Array = NDArray[np.float64]
 
 SAME = 1e-3  # [-] sine within which a direction is a normal of the face, or lies in a cone
-BESIDE = 0.1  # [-] of the size of the body: an overlap that is less by more is one with others
+BESIDE = 0.05  # [-] of the radius of the body: an overlap that is less by more is one with others
 FRONT, BACK = 0, 1  # faces of the flat polyhedron
 
 PLANES_AT = VERTICES + 3 * VERTEX
@@ -263,7 +264,7 @@ def _axis_overlapping(
         ):
             side, face, most, floor = OF_A, index, along, along
     edge_a, edge_b, along = _best_edges(a, b, floor, poses, pose_a, parameters, surface, row, work)
-    if max(most, along) < nearest - BESIDE * half:
+    if max(most, along) < nearest - BESIDE * a.numbers[a.begin + RADIUS]:
         return OF_A, -1, most
     if edge_a >= 0:
         nearest_on_edges(a, b, work, edge_a, edge_b)
@@ -380,7 +381,7 @@ def polyhedron_on_triangle(
         side, face, least = _axis_overlapping(
             a, b, half, poses, pose_a, parameters, surface, row, found
         )
-    if face < 0 or not least <= margin:
+    if face < 0 or not least <= margin or (side == OF_B and found[BY_FACES] == 0.0):
         return
     count = write_patch(a, b, side, face, least, state, margin, half, found)
     to_world(center, poses, pose_a, found, count)

@@ -17,6 +17,10 @@ slot = Record()  # a facet under the body, and what the body would touch of its 
 SLOT_FACET = slot.number('-', 'number of the facet')
 SLOT_COUNT = slot.number('-', 'points on the plane')
 SLOT_OVER = slot.number('-', 'bit k: point k lies over the facet')
+SLOT_FROM = slot.number(
+    '-', 'of two points, the part of the way between them over the facet: begin'
+)
+SLOT_TO = slot.number('-', 'its end; no more than the begin: none')
 SLOT_AREA = slot.number('m^2', 'of the face on the plane: `geometry.manifold`')
 SLOT_RADIUS = slot.number('m', 'mean distance of that face from its middle')
 SLOT_SQUARE = slot.number('m^2', 'mean square of that distance')
@@ -43,6 +47,7 @@ QUERY_LOW = on_surface.vector('m', 'low corner of the box that is asked for')
 QUERY_HIGH = on_surface.vector('m', 'high corner')
 REST = on_surface.number('m', 'what counts as near at rest, a part of the margin')
 NEAR = on_surface.number('m', 'separation that counts as near but for MOTION')
+BY_FACES = on_surface.number('-', '1: triangles that are asked alone may be met along their faces')
 SLOTS_USED = on_surface.number('-', 'facets that have a slot: some point lies over them')
 RESULTS_USED = on_surface.number('-', 'manifolds that were found')
 OVERLAP = on_surface.number('m', 'the least overlap that no manifold holds, below 0; or -inf')
