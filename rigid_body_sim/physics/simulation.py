@@ -635,10 +635,11 @@ class Simulation:
     def accelerations(self) -> tuple[Array, Array]:
         """
         Accelerations at this instant under all that acts at the start of the coming tick, gravity
-        and commands too.
+        and commands too; of what is moved as told (`motion`), the second derivative of its path.
 
         returns : linear (n, 3) [m/s^2] of the centres of mass and angular (n, 3) [rad/s^2], scene
-                  order, world axes
+                  order, world axes; zero for what stands still. At the ends of a table of `motion`
+                  the acceleration jumps; there it is that of the coming tick
         """
         self._settle()
         slots = self._held.slots  # who looks ends no command: a tick does, and tells of it
@@ -650,6 +651,7 @@ class Simulation:
             self._held.slots = slots
         found[0, self._layout.moving] = linear
         found[1, self._layout.moving[: self._layout.n_rigid]] = angular
+        self._reader.put_accelerations_told(found, self.scene_time)
         return found[0], found[1]
 
     def motion_of(self, body: str, point: Sequence[float] | Array) -> PointMotion:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Velocities and accelerations of points of bodies."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics.diagnostics.point_motion import motion_of
 from rigid_body_sim.physics.errors import InvalidModel
 
+TURN = 2 * math.pi
 ROUND_OFF = 1e-13  # [-] some ten products
 
 
@@ -122,6 +125,74 @@ def test_the_acceleration_of_a_rocket_jumps_at_its_burn_out():
         sim.step(ticks)
         found.append(sim.accelerations()[0][0, 2])
     assert found == pytest.approx([100 / 10, 100 / 9.5, 0.0], rel=1e-12)
+
+
+def told(initial=None, **motion):
+    """A box that is moved as told."""
+    return {
+        'name': 'deck',
+        'shape': {'type': 'box', 'size': [1, 1, 1]},
+        'motion': motion,
+        'initial': initial or {},
+    }
+
+
+@pytest.mark.parametrize('way', ['surge', 'sway', 'heave', 'roll', 'pitch', 'yaw'])
+def test_at_the_crest_of_a_wave_the_acceleration_is_its_amplitude_times_the_rate_squared(way):
+    size, period = 0.5, 1.0
+    sim = Simulation(scene(told(**{way: {'amplitude': size, 'period': period}}), dt=0.01))
+    sim.step(25)
+    place = ['surge', 'sway', 'heave', 'roll', 'pitch', 'yaw'].index(way)
+    expected = np.zeros((2, 3))
+    expected[place // 3, place % 3] = -size * (TURN / period) ** 2
+    found = np.array(sim.accelerations())[:, 0]
+    assert found == pytest.approx(expected, abs=1e-12 * abs(expected).max())
+    at_centre = sim.motion_of('deck', (0, 0, 0)).acceleration
+    assert at_centre == pytest.approx(found[0], abs=1e-12)
+
+
+def test_acceleration_of_what_moves_as_told_is_the_derivative_of_its_velocity_at_every_point():
+    """All six ways at once, a table, spin, and a followed point off the centre."""
+    wave = {'amplitude': 0.3, 'period': 0.7, 'phase': 0.4}
+    table = [[0, 0, 0, 0, 0, 0, 0], [0.2, 0.1, -0.2, 0.3, 0.2, -0.1, 0.4], [0.5] + [0] * 6]
+    ways = dict.fromkeys(('surge', 'heave', 'roll', 'pitch', 'yaw'), wave)
+    start = {'velocity': [0.1, 0.2, 0.3], 'angular_velocity': [1, -2, 0.5]}
+    deck = told(start, **ways, table=table, point=[0.3, -0.2, 0.1])
+    h = 1e-5
+    sim = Simulation(scene(deck, dt=h))
+    points = [[0, 0, 0], [0.3, -0.2, 0.1], [0.4, 0.5, -0.5]]
+    sim.step(30_000)
+    seen = []
+    for _ in range(3):
+        motion = sim.motion_of('deck', points)
+        seen.append((motion, sim.state.angular_velocity[0], sim.accelerations()[1][0]))
+        sim.step()
+    (before, spin_before, _), (now, _, alpha), (after, spin_after, _) = seen
+    # truncation h^2 x/6 with x near 1e4 m/s^4, and round-off of velocities over h
+    second = (after.velocity - before.velocity) / (2 * h)
+    assert now.acceleration == pytest.approx(second, abs=1e-6)
+    assert alpha == pytest.approx((spin_after - spin_before) / (2 * h), abs=1e-6)
+    assert np.linalg.norm(now.acceleration, axis=1).min() > 1.0
+
+
+def test_acceleration_by_a_table_jumps_at_its_ends_and_is_none_beyond():
+    """One span from rest to rest is 3 u^2 - 2 u^3: its acceleration begins with 6 D/T^2."""
+    span, way = 0.3, 0.2
+    sim = Simulation(scene(told(table=[[0.1, 0, 0, 0], [0.1 + span, way, 0, 0]]), dt=0.001))
+    found = []
+    for ticks in (0, 100, 150, 149, 1, 1):
+        sim.step(ticks)
+        found.append(sim.accelerations()[0][0, 0])
+    most = 6 * way / span**2
+    assert found == pytest.approx([0, most, 0, -most * 149 / 150, 0, 0], abs=1e-11 * most)
+
+
+def test_the_acceleration_of_what_is_told_goes_by_the_time_since_the_reset():
+    sim = Simulation(scene(told(heave={'amplitude': 0.5, 'period': 1.0}), dt=0.01))
+    sim.step(37)
+    sim.reset()
+    sim.step(25)
+    assert sim.accelerations()[0][0, 2] == pytest.approx(-0.5 * TURN**2, rel=1e-12)
 
 
 def test_an_unknown_body_is_refused():

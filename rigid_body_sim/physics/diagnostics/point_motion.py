@@ -7,7 +7,9 @@ Direct kinematics of a point of a body: from the motion of the body to that of t
         d : [m] the point less the centre of mass, body axes     w : [rad/s] angular velocity,
             world axes
 
-Points are given in shape coordinates, like the anchors of springs. Source: Goldstein, Classical
+Points are given in shape coordinates, like the anchors of springs. Of a body that is moved as told
+(`motion`), r'' and w' are the second derivatives of its path, those of the spline of a table too
+(`model.prescribed_motion`). Source: Goldstein, Classical
 Mechanics, section 4.9.
 """
 

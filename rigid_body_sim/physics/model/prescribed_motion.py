@@ -52,6 +52,7 @@ UNITS = ('m', 'm', 'm', 'rad', 'rad', 'rad')
 SHORT_ROW, LONG_ROW = 4, 7  # numbers of a row of a table: time and path, without and with angles
 CUBIC = 4  # coefficients
 LONGEST = LONGEST_NS * 1e-9  # [s] of a run
+NEAR = 1e-9  # [s] a tick so near to an end of a table is at it: times of ticks are rounded
 LARGEST = 1e150  # [m, rad, s^-n] of what a motion is made of: products of two are finite
 
 head = Record()
@@ -236,6 +237,20 @@ def path_of(body: Body, point: Vector, turn: Any = so3.IDENTITY) -> Array:
         intervals = _intervals(motion)
         numbers_of_head[INTERVALS] = len(motion.table) - 1
     return np.concatenate((numbers_of_head, np.array(waves, dtype=np.float64).ravel(), intervals))
+
+
+def from_end_of_table(path: Array, time: float) -> float:
+    """
+    Give the time [s] itself, or the end of the table that it is at but for rounding: from there
+    on the acceleration is another.
+    """
+    if path[INTERVALS] == 0.0:
+        return time
+    first = float(path[HEAD + WAVE * int(path[WAVES]) + BEGIN])
+    for end in (first, float(path[-1])):
+        if abs(time - end) < NEAR:
+            return end
+    return time
 
 
 def _intervals(motion: PrescribedMotion) -> Array:

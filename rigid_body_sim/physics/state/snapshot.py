@@ -21,7 +21,7 @@ from rigid_body_sim.physics.model import prescribed_motion
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.inertia_over_time import moments_at
 from rigid_body_sim.physics.model.pivot import arm_of
-from rigid_body_sim.physics.model.prescribed_motion import path_of
+from rigid_body_sim.physics.model.prescribed_motion import from_end_of_table, path_of
 from rigid_body_sim.physics.model.variable_mass import flow_of, masses_at
 from rigid_body_sim.physics.state import blocks
 from rigid_body_sim.physics.state.blocks import (
@@ -127,10 +127,16 @@ def _move_to_centers(count, pivots, values):
         store(values, row + ANGULAR_MOMENTUM, subtract(about_pivot, cross(arm, momentum)))
 
 
-def _put_told(row: Array, path: Array, time: float) -> None:
-    """Write the motion at a time [s] of a body that is moved as told."""
+def _told(path: Array, time: float) -> Array:
+    """Evaluate the path of a body that is moved as told: `prescribed_motion.instant`."""
     out = np.zeros(prescribed_motion.INSTANT)
     prescribed_motion.motion_at(argument(path), 0, time, argument(out))
+    return out
+
+
+def _put_told(row: Array, path: Array, time: float) -> None:
+    """Write the motion at a time [s] of a body that is moved as told."""
+    out = _told(path, time)
     q = out[prescribed_motion.AT_ORIENTATION : prescribed_motion.AT_VELOCITY]
     spin = out[prescribed_motion.AT_SPIN : prescribed_motion.AT_ACCELERATION]
     row[POSITION:ORIENTATION] = out[: prescribed_motion.AT_ORIENTATION]
@@ -327,6 +333,20 @@ class StateReader:
             block, lane = divmod(core, LANES)
             inverse = blocks.rows(rotation, ROTATION, blocks.INVERSE_MOMENTS, 3)
             inverse[block, :, lane] = 1.0 / moments
+
+    def put_accelerations_told(self, found: Array, time: float) -> None:
+        """
+        Write the accelerations of the bodies that are moved as told, from a time on: second
+        derivatives of their paths, no differences.
+
+        found : (2, n, 3) [m/s^2] of the centres of mass, [rad/s^2]; scene order, world axes
+        time  : [s] since the start of the scene
+        """
+        linear = slice(prescribed_motion.AT_ACCELERATION, prescribed_motion.AT_ACCELERATION + 3)
+        angular = slice(linear.stop, linear.stop + 3)
+        for i, path in self._told:
+            out = _told(path, from_end_of_table(path, time))
+            found[0, i], found[1, i] = out[linear], out[angular]
 
     def read(self, translation: Array, rotation: Array, time: float) -> State:
         """Read the state of all bodies, `time` [s] after the start of the scene."""
