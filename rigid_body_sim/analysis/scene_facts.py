@@ -173,7 +173,7 @@ def moment_of(
     scene: Scene, name: str, *, direction: ArrayLike, point: ArrayLike | None = None
 ) -> dict[str, Any]:
     """
-    Return the moment of inertia of a body about an axis.
+    Return the moment of inertia of a body about an axis, at the start of the scene.
 
     direction : (3,)      along the axis, body axes
     point     : (3,) [m]  of the axis, shape coordinates; None: the centre of mass

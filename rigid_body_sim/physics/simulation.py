@@ -666,13 +666,16 @@ class Simulation:
         self, body: str, *, direction: Sequence[float], point: Sequence[float] | None = None
     ) -> float:
         """
-        Moment of inertia [kg m^2] of a body about an axis fixed to it.
+        Moment of inertia [kg m^2] of a body about an axis fixed to it, now: with the mass and the
+        inertia of this tick where they change.
 
         direction : (3,)      along the axis, body axes
         point     : (3,) [m]  of the axis, shape coordinates; None: the centre of mass
+
+        Raises InvalidModel for an unknown body, a fixed one without mass, and no axis.
         """
-        index = self.body_index(body)
-        return moment_of_body(self.scene.bodies[index], direction=direction, point=point)
+        record = self.scene.bodies[self.body_index(body)]
+        return moment_of_body(record, direction=direction, point=point, time=self.scene_time)
 
     def orientation_drift(self) -> float | None:
         """

@@ -233,12 +233,16 @@ class ReferenceRun:
 
 
 def _spread_of_moments(simulation: Simulation) -> float:
-    """Largest ratio of two moments of a body [-]: what the rounding of an attitude is worth."""
-    tensors = [
-        body.inertia
-        for body in simulation.scene.bodies
-        if body.inertia is not None and not body.fixed
-    ]
+    """
+    Largest ratio of two moments that a body ever has [-]: what the rounding of an attitude is
+    worth.
+    """
+    tensors = []
+    for body in simulation.scene.bodies:
+        if body.inertia is not None and not body.fixed:
+            law = body.inertia_over_time
+            rows = () if law is None else law.table
+            tensors += [body.inertia, *(np.diag(row[1:]) for row in rows)]
     if not tensors:
         return 1.0
     moments = np.linalg.eigvalsh(np.array(tensors, dtype=np.float64))

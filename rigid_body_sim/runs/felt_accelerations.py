@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.model import rotation as so3
-from rigid_body_sim.physics.model.inertia_over_time import moments_at
+from rigid_body_sim.physics.model.inertia_over_time import inertia_at
 from rigid_body_sim.physics.simulation import Simulation
 
 Array = NDArray[np.float64]
@@ -46,11 +46,10 @@ def felt_accelerations(simulation: Simulation) -> tuple[Array, Array]:
             continue
         mass = body.mass if state.masses is None else float(state.masses[i])
         linear[i] += force[i] / mass
-        if body.inertia is None:
+        inertia = inertia_at(body, simulation.scene_time)
+        if inertia is None:
             continue
-        law = body.inertia_over_time
-        inertia = body.inertia if law is None else np.diag(moments_at(law, simulation.scene_time))
         q = state.orientation[i]
-        turn = np.linalg.solve(inertia * (mass / body.mass), so3.rotate_back(q, torque[i]))
+        turn = np.linalg.solve(inertia, so3.rotate_back(q, torque[i]))
         angular[i] += so3.rotate(q, turn)
     return linear, angular

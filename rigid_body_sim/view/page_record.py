@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from rigid_body_sim.physics.model import shapes
 from rigid_body_sim.physics.model.scene import Body, Scene
+from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state.impacts import Impacts
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.view.contact_arrows import arrows_of, read_arrows
@@ -380,7 +381,7 @@ def _facts(body: Body | None) -> str:
         return f'{shape}, moved as the scene tells'
     if body.fixed:
         return f'{shape}, fixed'
-    mass = f'{body.mass:.5g} kg'
+    mass = f'{body.mass:.5g} kg' + (' at the start' if flow_of(body) is not None else '')
     if body.inertia is None:
         return f'point mass, {mass}'
     if body.shape is None:

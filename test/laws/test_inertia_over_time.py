@@ -17,6 +17,7 @@ from rigid_body_sim.physics.model.inertia_over_time import (
     rates_at,
 )
 from rigid_body_sim.physics.model.scene import InertiaOverTime
+from rigid_body_sim.runs.error_estimate import _spread_of_moments
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
 from rigid_body_sim.scene.shipped_scenes import find_scene
 
@@ -92,6 +93,35 @@ def test_the_drive_gives_the_energy_that_the_body_gains():
     alpha = sim.accelerations()[1][0]
     sim.step()
     assert alpha == pytest.approx((sim.state.angular_velocity[0] - before) / 2e-4, abs=1e-6)
+
+
+@pytest.mark.parametrize('axis', [0, 1, 2])
+def test_the_moment_of_inertia_is_that_of_now(axis):
+    """I_n omega_n = L_n about each principal axis, at every time and after a reset."""
+    sim = Simulation(load_scene(scene()), dt=0.01)
+    direction = np.eye(3)[axis]
+    law, mass = sim.scene.bodies[0].inertia_over_time, sim.scene.bodies[0].mass
+    start = sim.moment_of_inertia('b', direction=direction)
+    found = []
+    for _ in range(3):
+        sim.step(70)
+        found.append(sim.moment_of_inertia('b', direction=direction))
+        assert found[-1] == pytest.approx(moments_at(law, sim.time)[axis], rel=1e-12)
+        state = sim.state
+        along = rotation.rotate_back(state.orientation[0], state.angular_momentum[0])[axis]
+        expected = along / state.angular_velocity_body[0, axis]
+        assert found[-1] == pytest.approx(expected, rel=1e-12)
+    off = sim.moment_of_inertia('b', direction=direction, point=np.eye(3)[axis - 1])
+    assert off == pytest.approx(found[-1] + mass, rel=1e-12)
+    assert max(found) != pytest.approx(start, rel=0.01)
+    sim.reset()
+    assert sim.moment_of_inertia('b', direction=direction) == start
+
+
+def test_the_estimate_of_rounding_knows_the_most_slender_shape_of_a_changing_body():
+    law = {'table': [*ROWS[:1], [9.0, 0.001, 1.0, 1.0]]}
+    found = _spread_of_moments(Simulation(load_scene(scene(inertia_over_time=law))))
+    assert found == pytest.approx(1000.0, rel=1e-12)
 
 
 def test_the_state_belongs_to_the_time_of_the_scene():

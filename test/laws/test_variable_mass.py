@@ -299,3 +299,15 @@ def test_an_impossible_flow_is_refused(flow, said):
     body = Body(name='rocket', shape=None, mass=10.0, mass_flow=flow)
     with pytest.raises(InvalidModel, match=said):
         Simulation(Scene(name='x', dt_ns=1000000, bodies=(body,)))
+
+
+def test_the_moment_of_inertia_goes_with_the_mass():
+    sim = Simulation(scene(shape=TANK, gravity=0.0, final_mass=7.0), integrator='dmv6')
+    z, beside = (0, 0, 1), (1, 0, 0)
+    for ticks, mass in ((0, 10.0), (100, 8.5), (200, 7.0)):
+        sim.step(ticks)
+        own = mass * 0.2**2 / 2  # of the cylinder about its axis
+        found = sim.moment_of_inertia('rocket', direction=z)
+        assert found == pytest.approx(own, rel=1e-12)
+        found = sim.moment_of_inertia('rocket', direction=z, point=beside)
+        assert found == pytest.approx(own + mass, rel=1e-12)

@@ -1,6 +1,9 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""The moment of inertia of a body about an axis: I_n = n . I_C n + m |n x (r_c - point)|^2."""
+"""
+The moment of inertia of a body about an axis: I_n = n . I_C n + m |n x (r_c - point)|^2, with mass
+and inertia of an instant where they change (`variable_mass`, `inertia_over_time`).
+"""
 
 from __future__ import annotations
 
@@ -8,16 +11,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.physics.model.inertia_over_time import inertia_at
 from rigid_body_sim.physics.model.mass_properties import MassProperties, moment_about
 from rigid_body_sim.physics.model.scene import Body
+from rigid_body_sim.physics.model.variable_mass import mass_at
 
 
-def moment_of_body(body: Body, *, direction: ArrayLike, point: ArrayLike | None = None) -> float:
+def moment_of_body(
+    body: Body, *, direction: ArrayLike, point: ArrayLike | None = None, time: float = 0.0
+) -> float:
     """
     Return the moment of inertia [kg m^2] of a body about an axis fixed to it.
 
     direction : (3,)      along the axis, body axes, of any length but zero
     point     : (3,) [m]  any point of the axis, shape coordinates; None: the centre of mass
+    time      : [s] since the start of the scene, for a mass or an inertia that changes
 
     Raises InvalidModel for a fixed body without mass, and for an axis that is none.
     """
@@ -27,5 +35,8 @@ def moment_of_body(body: Body, *, direction: ArrayLike, point: ArrayLike | None 
     at = center if point is None else np.asarray(point, dtype=np.float64)
     if at.shape != (3,) or not np.all(np.isfinite(at)):
         raise InvalidModel(f'the point of an axis is three finite numbers, got {at.tolist()}')
-    tensor = np.zeros((3, 3)) if body.inertia is None else body.inertia
-    return moment_about(MassProperties(body.mass, center, tensor), point=at, direction=direction)
+    tensor = inertia_at(body, time)
+    if tensor is None:
+        tensor = np.zeros((3, 3))
+    properties = MassProperties(mass_at(body, time), center, tensor)
+    return moment_about(properties, point=at, direction=direction)

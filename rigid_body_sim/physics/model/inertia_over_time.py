@@ -37,6 +37,7 @@ from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.inertia_tensor import check_inertia
 from rigid_body_sim.physics.model.numbers import numbers
 from rigid_body_sim.physics.model.scene import Body, InertiaOverTime, Scene
+from rigid_body_sim.physics.model.variable_mass import mass_at
 
 Array = NDArray[np.float64]
 
@@ -95,6 +96,18 @@ def inertia_at_start(body: Body) -> Array | None:
     """Inertia (3, 3) [kg m^2] at the start of the scene; that of the body where it stays."""
     law = body.inertia_over_time
     return body.inertia if law is None else np.diag(moments_at(law, 0.0))
+
+
+def inertia_at(body: Body, time: float) -> Array | None:
+    """
+    Inertia about the centre of mass (3, 3) [kg m^2], body axes, at a time [s] since the start of
+    the scene; None for a body without.
+    """
+    if body.inertia is None:
+        return None
+    if body.inertia_over_time is not None:
+        return np.diag(moments_at(body.inertia_over_time, time))
+    return body.inertia * (mass_at(body, time) / body.mass) if body.mass_flow else body.inertia
 
 
 def moments_at(law: InertiaOverTime, time: float) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.model.scene import Body, Scene
+from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state.snapshot import State
 from rigid_body_sim.ros.standard.extents import Extent, Pose, extent_of
 from rigid_body_sim.ros.standard.posix_expressions import BadExpression, Expression
@@ -124,7 +125,7 @@ def _entity(body: Body) -> Entity:
     kind = 'fixed' if body.fixed else 'point_mass' if body.is_point else 'rigid'
     said = {'fixed': 'fixed body', 'point_mass': 'point mass', 'rigid': 'rigid body'}[kind]
     if not body.fixed:
-        said += f' of {body.mass:g} kg'
+        said += f' of {body.mass:g} kg' + (' at the start' if flow_of(body) is not None else '')
     if shape is not None and not body.is_point:
         said += f', {shape.replace("_", " ")}'
     return Entity(
