@@ -169,6 +169,8 @@ def limits_as_markdown() -> str:
         cells = ['–' if np.isinf(number) else f'{number:g}' for number in numbers]
         if limits.gyroscopic:
             cells[0] += ' / s'
+        if limits.slender is not None or limits.matrix_slender is not None:
+            cells[0] += ' ‡'
         if limits.resists:
             cells[1] += ' *'
         if integrator.refuses(free_body(*BODIES['top'], dt=0.1)) is not None:

@@ -9,7 +9,8 @@ them but what its scene states, a point mass no inertia.
 
 Of an integrator: whether it takes the scene, and at a tick the products of its step h with the
 rates of the scene at the start (`physics.diagnostics.step_limits`), beside the largest that it
-stays within (that of rotation is longer where the moments of a body are near one another).
+stays within (that of rotation is longer where the moments of a body are near one another, with
+some methods shorter where they are far apart; `beyond` counts both).
 `recommended` are those of order four and up that take the scene, stay within all limits and are
 no reference methods; where none of them does, those of lower order that do. The order is that of
 free bodies where nothing pushes or holds them but uniform gravity and commands. Rates change while

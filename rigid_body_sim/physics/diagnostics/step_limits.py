@@ -3,7 +3,8 @@
 """
 Whether the step of a run is within the limits of its integrator: rotation, springs, drag.
 
-    rotation    : h |omega|  of each rigid body, at this instant
+    rotation    : h |omega|  of each rigid body, at this instant; some methods have a limit that
+                  falls with its I_max/I_min (`Limits.slender`)
     oscillation : h omega,   omega^2 <= S_a + S_b over the ties of a body, S_i = sum k w_i; some
                   methods have a limit of their own where a tie is bent: its force is not linear
                   in the state, because it has a rest length or holds a body off its centre
@@ -126,10 +127,7 @@ class StabilityWatch:
         """Give the limits of all moving bodies, core order."""
         limits, n = self._integrator.limits, self._layout.n_moving
         rotation = np.full(n, limits.rotation)
-        if limits.gyroscopic and self._layout.n_rigid:
-            moments = self._layout.moments
-            spread = moments.max(axis=1) / moments.min(axis=1) - 1.0
-            rotation[: len(moments)] /= np.minimum(spread, 1.0)
+        rotation[: self._layout.n_rigid] = limits.rotation_of(self._ratios)
         oscillation = np.full(n, self._oscillation)
         if limits.resists:
             rates = self.rates(state)
@@ -149,6 +147,18 @@ class StabilityWatch:
         if any(force.depends_on_velocity() for force in self._scene.forces):
             return limits.oscillation_with_velocity or limits.oscillation
         return limits.oscillation
+
+    @cached_property
+    def _ratios(self) -> Array:
+        """I_max/I_min of the rigid bodies, core order: the largest that each ever has."""
+        moments = self._layout.moments
+        ratios = moments.max(axis=1, initial=0.0) / moments.min(axis=1, initial=np.inf)
+        for core in range(self._layout.n_rigid):
+            law = self._layout.body(core).inertia_over_time
+            if law is not None:
+                rows = np.array(law.table)[:, 1:]  # between two the ratio is between theirs
+                ratios[core] = max(np.max(rows.max(axis=1) / rows.min(axis=1)), ratios[core])
+        return ratios
 
     @cached_property
     def _least_inertia(self) -> dict[int, float]:

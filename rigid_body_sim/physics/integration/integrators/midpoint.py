@@ -3,7 +3,7 @@
 """Explicit midpoint rule: the slope at the half step carries the whole one."""
 
 from rigid_body_sim.physics.integration.integrator import Integrator
-from rigid_body_sim.physics.integration.limits import Limits
+from rigid_body_sim.physics.integration.limits import Limits, Slender
 from rigid_body_sim.physics.integration.orientation import ORIENTATION, oriented
 from rigid_body_sim.physics.integration.schemes.runge_kutta import RungeKutta
 
@@ -22,6 +22,7 @@ INTEGRATOR = Integrator(
         rotation=0.05,
         gyroscopic=True,
         matrix=0.05,
+        matrix_slender=Slender(ratio=1e3, power=0.25),
         oscillation=0.053,
         resists=True,
         relaxation=2.0,

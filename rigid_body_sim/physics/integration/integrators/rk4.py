@@ -3,7 +3,7 @@
 """The classical Runge–Kutta method of order four."""
 
 from rigid_body_sim.physics.integration.integrator import Integrator
-from rigid_body_sim.physics.integration.limits import Limits
+from rigid_body_sim.physics.integration.limits import Limits, Slender
 from rigid_body_sim.physics.integration.orientation import ORIENTATION, oriented
 from rigid_body_sim.physics.integration.schemes.runge_kutta import RungeKutta
 
@@ -18,5 +18,12 @@ INTEGRATOR = Integrator(
     scheme=RungeKutta(a=((), (0.5,), (0.0, 0.5), (0.0, 0.0, 1.0)), b=(1 / 6, 1 / 3, 1 / 3, 1 / 6)),
     options=ORIENTATION,
     configure=oriented,
-    limits=Limits(rotation=0.25, gyroscopic=True, matrix=0.16, oscillation=2.82, relaxation=2.78),
+    limits=Limits(
+        rotation=0.25,
+        gyroscopic=True,
+        matrix=0.16,
+        matrix_slender=Slender(ratio=200.0, power=0.25),
+        oscillation=2.82,
+        relaxation=2.78,
+    ),
 )

@@ -7,7 +7,7 @@ The cheapest way here to high accuracy with any smooth force: twelve evaluations
 """
 
 from rigid_body_sim.physics.integration.integrator import Integrator
-from rigid_body_sim.physics.integration.limits import Limits
+from rigid_body_sim.physics.integration.limits import Limits, Slender
 from rigid_body_sim.physics.integration.orientation import ORIENTATION, oriented
 from rigid_body_sim.physics.integration.schemes.runge_kutta import RungeKutta
 
@@ -52,5 +52,12 @@ INTEGRATOR = Integrator(
     scheme=RungeKutta(a=A, b=B),
     options=ORIENTATION,
     configure=oriented,
-    limits=Limits(rotation=1.25, gyroscopic=True, matrix=0.5, oscillation=5.96, relaxation=6.39),
+    limits=Limits(
+        rotation=1.25,
+        gyroscopic=True,
+        matrix=0.5,
+        matrix_slender=Slender(ratio=300.0, power=0.25),
+        oscillation=5.96,
+        relaxation=6.39,
+    ),
 )
