@@ -253,8 +253,17 @@ INITIAL = Mappings(
         'orientation': Key(
             QUATERNION, 'xyzw, body to world; scaled to length one', default=NO_TURN
         ),
-        'velocity': Key(VELOCITY, 'of the centre of mass, world axes', default=ZERO),
-        'angular_velocity': Key(SPIN, 'world axes', default=ZERO),
+        'velocity': Key(
+            VELOCITY,
+            'of the centre of mass, world axes; with `motion` that of the point that follows the '
+            'path, for the whole run, and waves and table come on top',
+            default=ZERO,
+        ),
+        'angular_velocity': Key(
+            SPIN,
+            'world axes; with `motion` for the whole run, and roll, pitch and yaw come on top',
+            default=ZERO,
+        ),
         'angular_velocity_body': Key(SPIN, 'body axes', otherwise='angular_velocity counts'),
     },
     (Rule('one of the two angular velocities, not both', given=SPINS[:1], excludes=SPINS[1:]),),

@@ -10,6 +10,7 @@ import pytest
 from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.physics.diagnostics.point_motion import motion_of
 from rigid_body_sim.physics.errors import InvalidModel
+from rigid_body_sim.scene.grammar import INITIAL
 
 TURN = 2 * math.pi
 ROUND_OFF = 1e-13  # [-] some ten products
@@ -185,6 +186,19 @@ def test_acceleration_by_a_table_jumps_at_its_ends_and_is_none_beyond():
         found.append(sim.accelerations()[0][0, 0])
     most = 6 * way / span**2
     assert found == pytest.approx([0, most, 0, -most * 149 / 150, 0, 0], abs=1e-11 * most)
+
+
+def test_the_initial_velocity_of_what_is_told_is_that_of_the_point_that_follows_the_path():
+    """`position` is that of the centre, which circles about the point; so the reference says."""
+    start = {'position': [1, 2, 3], 'velocity': [0.1, 0.2, 0], 'angular_velocity': [0, 0, 2]}
+    point = [0.5, 0, 0]
+    sim = Simulation(scene(told(start, point=point), dt=0.01))
+    assert sim.state.position[0] == pytest.approx([1, 2, 3], abs=ROUND_OFF)
+    assert sim.state.velocity[0] == pytest.approx([0.1, 0.2 - 1.0, 0], abs=ROUND_OFF)
+    for _ in range(2):
+        assert sim.motion_of('deck', point).velocity == pytest.approx([0.1, 0.2, 0], abs=1e-12)
+        sim.step(100)
+    assert 'of the point that follows the path' in INITIAL.keys['velocity'].meaning
 
 
 def test_the_acceleration_of_what_is_told_goes_by_the_time_since_the_reset():

@@ -10,7 +10,10 @@ A point P of the body follows a path, about which the body turns:
     R(t) = Rz(yaw) Ry(pitch) Rx(roll) exp(t [w_0]) R_0
     d = (surge, sway, heave), each of the six a sum of A sin(2 pi t/T + phase) and of a table
 
-        x_0, R_0, v_0, w_0 : position of P, orientation, velocity, angular velocity of `initial`
+        x_0                : of P, which the position of `initial` (of the centre of mass) puts
+        R_0, v_0, w_0      : orientation, velocity and angular velocity of `initial`: v_0 is that
+                             of P, so that a centre of mass beside P circles about a point that
+                             goes straight
         angles             : [rad] about axes that stand as those of the world
 
     omega = (cos yaw cos pitch roll' - sin yaw pitch', sin yaw cos pitch roll' + cos yaw pitch',

@@ -36,8 +36,9 @@ class Motion:
 
     position         : (3,) [m]      centre of mass, world
     orientation      : (4,) [-]      unit quaternion xyzw, body to world
-    velocity         : (3,) [m/s]    centre of mass, world
-    angular_velocity : (3,) [rad/s]  world axes
+    velocity         : (3,) [m/s]    centre of mass, world; of a body that is moved as told, the
+                       steady part of that of the point that follows the path
+    angular_velocity : (3,) [rad/s]  world axes; of a body that is moved as told, the steady part
 
     An orientation of another length is scaled to one, as that of a scene file is.
     """
