@@ -42,9 +42,10 @@ from rigid_body_sim.physics.forces.acting_elements import ActingElements
 from rigid_body_sim.physics.forces.power import DRIVES, Powers
 from rigid_body_sim.physics.forces.schedule import SNAP
 from rigid_body_sim.physics.integration.integrator import Integrator
+from rigid_body_sim.physics.integration.schemes.scipy_reference import too_many_evaluations
 from rigid_body_sim.physics.integration.schemes.splitting import Splitting
 from rigid_body_sim.physics.integration.schemes.state_space.no_rotation import for_points
-from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
+from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE, TOO_MANY_EVALUATIONS
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.blocks import (
     ANGULAR_MOMENTUM,
@@ -54,6 +55,7 @@ from rigid_body_sim.physics.state.blocks import (
     LANES,
     MOMENTUM,
     ORIENTATION,
+    POSITION,
     ROTATION,
     ROTATION_STATE,
     TORQUE,
@@ -640,12 +642,19 @@ class Stepper:
                 status = kernel(count, first, h, *self._arguments)
             if status == 0.0:
                 return True
-            self.cause = self._integrator.failure if status == DID_NOT_CONVERGE else ''
+            self.cause = self._cause_of(status)
             return False
         except (ArithmeticError, ValueError) as error:
             if not left_the_numbers(error):
                 raise
             return False
+
+    def _cause_of(self, status: float) -> str:
+        """Say why a kernel stopped early; empty: a state left the finite numbers."""
+        if status == TOO_MANY_EVALUATIONS:
+            at = gather(self.translation, TRANSLATION, POSITION, 3, self._layout.n_moving)
+            return too_many_evaluations(float(np.linalg.norm(at, axis=1).max()))
+        return self._integrator.failure if status == DID_NOT_CONVERGE else ''
 
     def _parts_of(self, kernel: Callable[..., Any], first: tuple[Any, ...]) -> list[Any]:
         """

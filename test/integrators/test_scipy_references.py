@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from rigid_body_sim import Simulation
+from rigid_body_sim import Simulation, load_scene
 from rigid_body_sim.exact import free_asymmetric_top, oscillator
 from rigid_body_sim.physics.errors import SimulationDiverged
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
@@ -81,6 +81,49 @@ def test_a_solver_that_fails_stops_the_run(name):
     sim = Simulation(scenes.top(omega=(1e160, 1e160, 1e159), dt=1.0), integrator=name)
     with pytest.raises(SimulationDiverged, match='scipy'):
         sim.step()
+
+
+def linked_far_away(distance, *, integrator, options=None):
+    """A rigid body and a point on a spring between them, far from the origin of the world."""
+    inertia = {'ixx': 0.2, 'iyy': 0.3, 'izz': 0.4, 'ixy': 0.03, 'ixz': -0.02, 'iyz': 0.01}
+    body = {
+        'name': 'a',
+        'mass': 1.0,
+        'inertia': inertia,
+        'initial': {'position': [distance, 0, 0], 'angular_velocity': [1, 2, 3]},
+    }
+    point = {
+        'name': 'c',
+        'mass': 1.0,
+        'shape': {'type': 'particle'},
+        'initial': {'position': [distance + 1, 0, 0.3]},
+    }
+    spring = {'type': 'spring', 'a': 'a', 'b': 'c', 'a_point': [0.1, 0.1, 0], 'stiffness': 30}
+    scene = load_scene({'dt': 0.01, 'bodies': [body, point], 'forces': [spring]})
+    return Simulation(scene, integrator=integrator, integrator_options=options)
+
+
+@pytest.mark.parametrize(
+    'name',
+    [
+        'scipy_dop853',
+        pytest.param('scipy_lsoda', marks=pytest.mark.long),
+        pytest.param('scipy_radau', marks=pytest.mark.long),
+    ],
+)
+def test_a_tick_that_rounding_far_from_the_origin_would_never_let_end_is_refused(name):
+    sim = linked_far_away(1e9, integrator=name)
+    before = sim.state_bytes()
+    with pytest.raises(SimulationDiverged, match=r'1e\+09 m from the origin.* rounded to 2e-07 m'):
+        sim.step()
+    assert (sim.tick, sim.state_bytes()) == (0, before)
+    near = linked_far_away(0.0, integrator=name)
+    near.step()
+    allowed = {'rtol': 1e-5, 'atol': 1e-5}
+    far = linked_far_away(1e9, integrator=name, options=allowed)
+    far.step()
+    moved = [s.state.position[1] - s.state.position[0] for s in (near, far)]
+    assert moved[0] == pytest.approx(moved[1], abs=1e-6)
 
 
 def test_scipy_integrate_is_not_imported_before_a_reference_runs():

@@ -4,3 +4,4 @@
 
 DONE = 0.0  # all ticks done; NaN where a number left the finite ones
 DID_NOT_CONVERGE = 1.0  # its equations could not be solved
+TOO_MANY_EVALUATIONS = 2.0  # a tick asks for more of them than anybody would wait for

@@ -9,6 +9,10 @@ the whole scene.
 The same forces, an independent solver: for comparison, not for speed (about a millisecond a tick).
 q is scaled to unit length where forces are evaluated and after each tick. Nothing is remembered
 from tick to tick; scipy is imported when the first tick runs.
+
+Positions are rounded to 1e-16 of their distance from the origin, and the forces of springs with
+them. Where that is more than the tolerances ask, the solver takes the noise for motion and its
+steps shrink to nothing: such a tick ends with TOO_MANY_EVALUATIONS, as does one that is too long.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigid_body_sim.physics.integration.schemes.steps import finite, start_evaluation
-from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE
+from rigid_body_sim.physics.integration.status import DID_NOT_CONVERGE, TOO_MANY_EVALUATIONS
 from rigid_body_sim.physics.state.blocks import (
     ANGULAR_MOMENTUM,
     FORCE,
@@ -44,6 +48,23 @@ Array = NDArray[np.float64]
 POINT, R, P = 6, slice(0, 3), slice(3, 6)
 RIGID, Q, OMEGA = 7, slice(0, 4), slice(4, 7)
 AXIS, SCALAR = slice(0, 3), slice(3, 4)
+MOST = 100_000  # evaluations of a tick: some ten seconds
+FIRST_LOOK = 20_000  # evaluations after which a tick that would take five times MOST is ended
+
+
+class _TooMany(ArithmeticError):
+    """A tick asks for too many evaluations."""
+
+
+def too_many_evaluations(distance: float) -> str:
+    """Say what has happened, and what to do; the farthest position is a distance [m] away."""
+    rounding = distance * np.finfo(float).eps
+    return (
+        f'the solver of scipy would evaluate its forces more than {MOST} times in this tick. The '
+        f'farthest body is {distance:.3g} m from the origin, where positions are rounded to '
+        f'{rounding:.1g} m: if rtol and atol ask for more than that leaves of the forces, move '
+        'the scene to the origin or allow more; else the tick is too long for it'
+    )
 
 
 @dataclass(frozen=True)
@@ -70,8 +91,11 @@ class ScipyReference:
         def advance(ticks: int, tick: int, h: float, *arrays: Any) -> float:
             equations = _Equations(evaluate, *arrays)
             for passed in range(ticks):
-                if not equations.advance(self.method, tick + passed, h):
-                    return DID_NOT_CONVERGE
+                try:
+                    if not equations.advance(self.method, tick + passed, h):
+                        return DID_NOT_CONVERGE
+                except _TooMany:
+                    return TOO_MANY_EVALUATIONS
             return equations.finite()
 
         return advance
@@ -106,6 +130,8 @@ class _Equations:
         self._arguments = (translation, rotation, elements, ranges)
         self._blocks = (np.asarray(translation), np.asarray(rotation))
         self._tolerances = {'rtol': workspace[0], 'atol': workspace[1]}
+        self._tick = (0.0, 1.0)  # [s] begin and length of that which is solved
+        self._evaluations = 0  # of it so far
         self._inverse_mass = gather(self._blocks[0], TRANSLATION, INVERSE_MASS, 1, n_bodies)
         self._moments = gather(self._blocks[1], ROTATION, MOMENTS, 3, n_rigid)
         self._inverses = gather(self._blocks[1], ROTATION, INVERSE_MOMENTS, 3, n_rigid)
@@ -147,6 +173,7 @@ class _Equations:
 
     def slope(self, time: float, y: Array) -> Array:
         """y' at a time [s]."""
+        self._count(time)
         points, q, omega = self._unpack(y)
         self._write(points, q, omega)
         translation, rotation, elements, ranges = self._arguments
@@ -169,10 +196,21 @@ class _Equations:
             raise FloatingPointError('a slope is not finite')
         return out
 
+    def _count(self, time: float) -> None:
+        """Count an evaluation at a time [s]; end the tick if there would be too many."""
+        self._evaluations += 1
+        if self._evaluations >= MOST:
+            raise _TooMany
+        if self._evaluations == FIRST_LOOK:
+            begin, h = self._tick
+            if (time - begin) * 5 * MOST < FIRST_LOOK * h:
+                raise _TooMany
+
     def advance(self, method: str, tick: int, h: float) -> bool:
         """Advance over one tick; tell whether the solver reached its end."""
         from scipy.integrate import solve_ivp
 
+        self._tick, self._evaluations = (tick * h, h), 0
         start = self._read()
         with np.errstate(
             all='ignore'
@@ -185,6 +223,8 @@ class _Equations:
                     method=method,
                     **self._tolerances,
                 )
+            except _TooMany:
+                raise
             except (
                 ArithmeticError,
                 ValueError,
