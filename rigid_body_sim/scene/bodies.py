@@ -212,7 +212,7 @@ def _with_mass(body: Body, value: Value) -> Body:
         body = _changed(body, inertia_over_time=read_inertia_over_time(over_time))
         inertia_value, inertia = over_time, inertia_at_start(body)
     center = None if center_value is None else center_value.vector(unit='m')
-    if body.fixed and mass is None and density_value is None:
+    if body.fixed and not mass and density_value is None:  # 0 kg is that of what has none
         return _changed(
             body, center_of_mass=center or _center_of_fixed(body.shape, value), inertia=inertia
         )

@@ -338,6 +338,14 @@ def test_fixed_bodies_need_no_mass() -> None:
     assert heavy.fixed and heavy.mass == 12.0
 
 
+def test_a_fixed_body_of_no_mass_is_one_that_says_none() -> None:
+    told, silent = (load_body(fixed=True, mass=mass) for mass in (0, None))
+    assert told.mass == silent.mass == 0.0 and told.inertia is silent.inertia is None
+    assert told.center_of_mass == silent.center_of_mass
+    with pytest.raises(UserError, match='mass is 0'):
+        load_body(mass=0)
+
+
 def test_angular_velocity_may_be_given_in_body_axes() -> None:
     quarter = [0, 0, math.sqrt(0.5), math.sqrt(0.5)]  # about z: body x is world y
     read = load_body(initial={'orientation': quarter, 'angular_velocity_body': [3, 0, 0]})
