@@ -659,6 +659,9 @@ class Simulation:
         Motion of points fixed to a body: position [m], velocity [m/s] and acceleration [m/s^2].
 
         point : (..., 3) [m]  shape coordinates; see `diagnostics.point_motion`
+
+        Raises InvalidModel for an unknown body, and for anything but points of three finite
+        numbers.
         """
         return motion_of(self, body, point)
 

@@ -209,6 +209,22 @@ def test_the_acceleration_of_what_is_told_goes_by_the_time_since_the_reset():
     assert sim.accelerations()[0][0, 2] == pytest.approx(-0.5 * TURN**2, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    'point', [(math.nan, 0, 0), (1, 2), 'abc', ('a', 0, 0), 3.0, None, [[0, 0, 0], [1, 2]], 1j]
+)
+def test_a_point_or_an_axis_that_is_none_is_refused_with_what_is_allowed(point):
+    sim = Simulation(scene(BOX))
+    with pytest.raises(InvalidModel, match=r"motion_of 'box': point .*; allowed: three finite"):
+        sim.motion_of('box', point)
+    for key in ('direction', 'point'):
+        if point is not None:
+            axis = {'direction': (0, 0, 1), key: point}
+            with pytest.raises(InvalidModel, match=rf"'box': {key} .*; allowed: three finite"):
+                sim.moment_of_inertia('box', **axis)
+    assert sim.motion_of('box', np.zeros((2, 4, 3))).velocity.shape == (2, 4, 3)
+    assert sim.motion_of('box', np.zeros((0, 3), dtype=int)).position.shape == (0, 3)
+
+
 def test_an_unknown_body_is_refused():
     with pytest.raises(InvalidModel, match="no body is named 'crate'"):
         motion_of(Simulation(scene(BOX)), 'crate', (0, 0, 0))

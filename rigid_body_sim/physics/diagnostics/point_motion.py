@@ -20,7 +20,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
+from rigid_body_sim.physics.model.numbers import shown
 from rigid_body_sim.physics.model.scene import Scene
 from rigid_body_sim.physics.state.snapshot import State
 
@@ -62,14 +64,17 @@ class Moving(Protocol):
 
 def motion_of(simulation: Moving, body: str, point: ArrayLike) -> PointMotion:
     """
-    Give the motion of points of a body now; InvalidModel for an unknown body.
+    Give the motion of points of a body now.
 
     point : (..., 3) [m]  shape coordinates
+
+    Raises InvalidModel for an unknown body, and for anything but points of three finite numbers.
     """
     index = simulation.body_index(body)
+    points = _points(body, point)
     state = simulation.state
     linear, angular = simulation.accelerations()
-    arm = np.asarray(point, dtype=np.float64) - simulation.scene.bodies[index].center_of_mass
+    arm = points - simulation.scene.bodies[index].center_of_mass
     arm = so3.rotate(state.orientation[index], arm)
     omega = state.angular_velocity[index]
     spin = np.cross(omega, arm)
@@ -78,3 +83,18 @@ def motion_of(simulation: Moving, body: str, point: ArrayLike) -> PointMotion:
         state.velocity[index] + spin,
         linear[index] + np.cross(angular[index], arm) + np.cross(omega, spin),
     )
+
+
+def _points(body: str, given: ArrayLike) -> Array:
+    """Return points as an array (..., 3) [m]; InvalidModel for anything else."""
+    try:
+        plain = np.asarray(given)
+        points = plain.astype(np.float64) if plain.dtype.kind in 'iuf' else np.full(3, np.nan)
+    except (TypeError, ValueError, OverflowError):  # rows of different lengths
+        points = np.full(3, np.nan)
+    if points.ndim == 0 or points.shape[-1] != 3 or not np.isfinite(points).all():
+        raise InvalidModel(
+            f'motion_of {body!r}: point {shown(given)}; allowed: three finite numbers [m] in '
+            'shape coordinates, or an array (..., 3) of them'
+        )
+    return points

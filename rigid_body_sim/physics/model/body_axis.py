@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model.inertia_over_time import inertia_at
 from rigid_body_sim.physics.model.mass_properties import MassProperties, moment_about
+from rigid_body_sim.physics.model.numbers import checked_vector
 from rigid_body_sim.physics.model.scene import Body
 from rigid_body_sim.physics.model.variable_mass import mass_at
 
@@ -32,11 +33,11 @@ def moment_of_body(
     if body.mass == 0.0 or (body.fixed and body.inertia is None):
         raise InvalidModel(f'{body.name!r} is fixed and states no inertia: it has no moment')
     center = np.asarray(body.center_of_mass, dtype=np.float64)
-    at = center if point is None else np.asarray(point, dtype=np.float64)
-    if at.shape != (3,) or not np.all(np.isfinite(at)):
-        raise InvalidModel(f'the point of an axis is three finite numbers, got {at.tolist()}')
+    said = f'the axis in {body.name!r}'
+    along = checked_vector(said, 'direction', direction)
+    at = center if point is None else np.array(checked_vector(said, 'point', point))
     tensor = inertia_at(body, time)
     if tensor is None:
         tensor = np.zeros((3, 3))
     properties = MassProperties(mass_at(body, time), center, tensor)
-    return moment_about(properties, point=at, direction=direction)
+    return moment_about(properties, point=at, direction=along)
