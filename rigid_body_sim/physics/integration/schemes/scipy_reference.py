@@ -8,7 +8,8 @@ the whole scene.
 
 The same forces, an independent solver: for comparison, not for speed (about a millisecond a tick).
 q is scaled to unit length where forces are evaluated and after each tick. Nothing is remembered
-from tick to tick; scipy is imported when the first tick runs.
+from tick to tick, and the solver counts time from the begin of the tick, so that its steps do not
+depend on when that is; scipy is imported when the first tick runs.
 
 Positions are rounded to 1e-16 of their distance from the origin, and the forces of springs with
 them. Where that is more than the tolerances ask, the solver takes the noise for motion and its
@@ -172,14 +173,14 @@ class _Equations:
         return np.concatenate((points.ravel(), np.hstack((q, omega)).ravel()))
 
     def slope(self, time: float, y: Array) -> Array:
-        """y' at a time [s]."""
+        """y' at a time [s] since the begin of the tick."""
         self._count(time)
         points, q, omega = self._unpack(y)
         self._write(points, q, omega)
         translation, rotation, elements, ranges = self._arguments
         n_bodies, n_rigid = self._sizes
         start_evaluation(n_bodies, n_rigid, translation, rotation)
-        self._evaluate(0, float(time), translation, rotation, elements, ranges)
+        self._evaluate(0, self._tick[0] + float(time), translation, rotation, elements, ranges)
         force = gather(self._blocks[0], TRANSLATION, FORCE, 3, n_bodies)
         out = np.empty_like(y)
         of_points, of_rotations = self._parts(out)
@@ -197,13 +198,13 @@ class _Equations:
         return out
 
     def _count(self, time: float) -> None:
-        """Count an evaluation at a time [s]; end the tick if there would be too many."""
+        """Count an evaluation at a time [s] of the tick, which ends if there would be too many."""
         self._evaluations += 1
         if self._evaluations >= MOST:
             raise _TooMany
         if self._evaluations == FIRST_LOOK:
-            begin, h = self._tick
-            if (time - begin) * 5 * MOST < FIRST_LOOK * h:
+            h = self._tick[1]
+            if time * 5 * MOST < FIRST_LOOK * h:
                 raise _TooMany
 
     def advance(self, method: str, tick: int, h: float) -> bool:
@@ -218,7 +219,7 @@ class _Equations:
             try:
                 result = solve_ivp(
                     self.slope,
-                    (tick * h, (tick + 1) * h),
+                    (0.0, h),
                     start,
                     method=method,
                     **self._tolerances,
