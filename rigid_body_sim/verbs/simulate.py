@@ -56,6 +56,7 @@ DRIFT_SAMPLES = (
 )
 PROGRESS_EVERY = 0.2  # [s] wall
 PUBLISH_RATE = 100.0  # [Hz] unless one is given
+NEAR = 1e-6  # [-] of a duration: rounded by less to whole ticks it is not worth a word
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +68,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '-o', '--output', type=Path, required=True, metavar='BAG', help='bag to write'
     )
     parser.add_argument(
-        '--duration', type=float, default=10.0, metavar='S', help='simulated time [s], default 10'
+        '--duration',
+        type=float,
+        default=10.0,
+        metavar='S',
+        help='simulated time [s], to the nearest whole tick, default 10',
     )
     parser.add_argument(
         '--dt', type=float, metavar='S', help='tick length [s], default: of the scene'
@@ -244,7 +249,11 @@ def _advance(
 
 
 def whole_ticks(duration: float, simulation: Simulation) -> int:
-    """Count the ticks of a duration [s]; UserError unless positive and at least one."""
+    """
+    Count the ticks of a duration [s], the nearest whole number, and say so where it is rounded.
+
+    Raises UserError unless it is positive, at least one tick, and what a bag can count.
+    """
     if not math.isfinite(duration) or duration <= 0:
         raise UserError(f'--duration {duration:g} s; allowed: a positive number of seconds')
     ticks = round(min(duration, 2.0**31) * 1e9 / simulation.dt_ns)
@@ -257,6 +266,12 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
         raise UserError(
             f'--duration {duration:g} s: a bag counts less than 2^32 ticks and 2^31 s; make it '
             'shorter'
+        )
+    whole = ticks * simulation.dt
+    if abs(whole - duration) > NEAR * duration:
+        say(
+            f'rigid_body_sim simulate: --duration {duration:g} s is no whole number of ticks of '
+            f'{simulation.dt:g} s; the run takes {ticks} of them, {whole:.9g} s'
         )
     return ticks
 

@@ -56,7 +56,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         'stand in FILE.parts until it is done, and the same command goes on from them'
     )  # fmt: skip
     parser.add_argument(
-        '--duration', type=float, default=10.0, metavar='S', help='of each run [s], default 10'
+        '--duration',
+        type=float,
+        default=10.0,
+        metavar='S',
+        help='of each run [s], to the nearest whole tick, default 10',
     )
     parser.add_argument(
         '--every',

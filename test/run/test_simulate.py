@@ -52,6 +52,19 @@ def test_json_names_the_run_and_nothing_else_is_printed(as_json, tmp_path):
     assert result['ns_per_body_tick'] > 0
 
 
+def test_a_duration_that_is_no_whole_number_of_ticks_is_rounded_and_said(verb, tmp_path):
+    scene = SCENES / 'free_fall.yaml'
+    for name, duration, ticks in (
+        ('up', '0.0106', 11),
+        ('down', '0.0104', 10),
+        ('whole', '0.3', 0),
+    ):
+        code, _, err = verb('simulate', scene, '-o', tmp_path / name, '--duration', duration)
+        assert code == 0
+        rounded = f'--duration {duration} s is no whole number of ticks of 0.001 s; '
+        assert (rounded + f'the run takes {ticks} of them' in err) == bool(ticks)
+
+
 def test_a_bag_of_free_fall_holds_the_parabola(verb, tmp_path):
     scene = tmp_path / 'fall.yaml'
     scene.write_text(
