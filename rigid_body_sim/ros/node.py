@@ -28,7 +28,6 @@ from std_srvs.srv import SetBool, Trigger
 from rigid_body_sim.recording.batch import Batch
 from rigid_body_sim.recording.topics import CLOCK_TOPIC, COMMAND_TYPES, Topic, body_topic
 from rigid_body_sim.ros import conversions, parameters, qos
-from rigid_body_sim.ros.bags import Bags
 from rigid_body_sim.ros.endpoints import Endpoints
 from rigid_body_sim.ros.health import Health
 from rigid_body_sim.ros.inbox import Inbox
@@ -202,9 +201,9 @@ class SimNode(Node):
         health = self._whole_health()
         return health.summary() if health is not None else ''
 
-    def serve(self, loop: RunLoop, bags: Bags) -> None:
+    def serve(self, loop: RunLoop) -> None:
         """Offer the services and the live parameters."""
-        self._loop, self._bags = loop, bags
+        self._loop = loop
         period = min(LOOK_AROUND, self.settings.diagnostics_period)
         self.create_timer(period, self._look_around, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.create_service(SetBool, '~/pause', partial(self._switch, 'pause'))
@@ -243,16 +242,16 @@ class SimNode(Node):
         for parameter in given:
             if parameter.name == 'use_sim_time' and parameter.value:
                 return _refused('this node makes the simulation time and must not wait for it')
-            if parameter.name == 'command_timeout' and self._bags.is_open:
-                return _refused(
-                    'command_timeout cannot be changed while recording, because a replay could '
-                    'not know; call ~/record with false first'
-                )
+        wanted = [each.value for each in given if each.name == 'command_timeout']
+        if wanted:  # the thread of the run alone knows whether a recording goes on
+            answer = self._ask('command_timeout', wanted[-1])
+            if not answer.granted:
+                return _refused(answer.message)
         return SetParametersResult(successful=True)
 
     def _apply(self, given: list[Parameter]) -> None:
         for parameter in given:
-            if parameter.name in ('real_time_factor', 'stop_time', 'command_timeout'):
+            if parameter.name in ('real_time_factor', 'stop_time'):
                 assert isinstance(parameter.value, int | float)  # as they were declared
                 self._loop.requests.post(parameter.name, parameter.value)
 

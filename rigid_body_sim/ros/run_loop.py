@@ -311,8 +311,19 @@ class RunLoop:
             case 'stop_time':
                 self._stop_tick = self._tick_of(request.value)
             case 'command_timeout':
-                self._run.command_timeout_ns = round(request.value * 1e9)
-                self._note_terms()
+                return self._set_command_timeout(request.value)
+        return Answer(True, '')
+
+    def _set_command_timeout(self, seconds: float) -> Answer:
+        if self._bags.is_open:
+            return Answer(
+                False,
+                f'command_timeout: got {seconds:g} s while recording to {self._bags.path}; it '
+                'cannot be changed there, because a replay could not know; call ~/record with '
+                'false first',
+            )
+        self._run.command_timeout_ns = round(seconds * 1e9)
+        self._note_terms()
         return Answer(True, '')
 
     def _tick_of(self, stop_time: float) -> int:

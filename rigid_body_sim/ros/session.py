@@ -139,7 +139,7 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
         bags.start()
     turns = _make_turns(node, run, gate) if gate is not None else None
     loop = _make_loop(node, run, inbox, bags, turns)
-    node.serve(loop, bags)
+    node.serve(loop)
     more = standard.offer(node, loop, run, world_frame=node.settings.world_frame)
     log.info(_ready_line(node, run, bags))
     ending = _spin(node, loop, context, more)

@@ -9,7 +9,9 @@ from functools import cached_property
 
 import pytest
 from geometry_msgs.msg import Point, Quaternion, Vector3, Vector3Stamped
+from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient
+from rclpy.parameter import Parameter
 
 from rigid_body_sim.recording.bag_reader import Bag
 
@@ -38,6 +40,13 @@ class Client(Peer):
         name = ''.join(f'_{c.lower()}' if c.isupper() else c for c in kind).lstrip('_')
         service = getattr(srv, kind)
         return self.call(service, f'rigid_body_sim/{name}', service.Request(**fields))
+
+    def ready(self, kind, name):
+        """
+        A client of a service that has answered before: calls may be made without waiting.
+        """
+        self.call(kind, f'rigid_body_sim/{name}', kind.Request())
+        return self._clients[kind, f'rigid_body_sim/{name}']
 
     @cached_property
     def action(self):
@@ -344,6 +353,33 @@ def test_the_standard_way_to_quit_ends_the_node(installed, tmp_path):
     finally:
         client.close()
         node.close()
+
+
+def test_no_command_timeout_slips_in_while_a_reset_changes_bags(installed, tmp_path):
+    from simulation_interfaces.srv import ResetSimulation
+
+    node = start(tmp_path, '/slip', record='true', record_path='bag')
+    client = Client('/slip')
+    reset = client.ready(ResetSimulation, 'reset_simulation')
+    change = client.ready(SetParameters, 'set_parameters')
+    try:
+        answers = []
+        for turn in range(12):
+            done = reset.call_async(ResetSimulation.Request(scope=2))
+            while not done.done():
+                value = Parameter('command_timeout', value=1.0 + turn).to_parameter_msg()
+                asked = change.call_async(SetParameters.Request(parameters=[value]))
+                client.until(asked.done, 'an answer')
+                answers += asked.result().results
+            assert result_of(done.result()) == OK
+        assert answers
+        assert not [answer for answer in answers if answer.successful]
+        assert all('~/record' in answer.reason for answer in answers)
+    finally:
+        client.close()
+        code = node.stop()
+        node.close()
+    assert code == 0, node.said
 
 
 def test_the_page_tells_each_service():
