@@ -158,6 +158,20 @@ class BagWriter:
         finally:
             self._stream.close()
 
+    def break_off(self) -> None:
+        """
+        Write what was handed in and leave the bag without an ending, as a killed run does: `bag
+        recover` restores it.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            self._queue.stop()
+            self._raise_failure()
+        finally:
+            self._stream.close()
+
     def _number(self, topic: str) -> None:
         """Give a topic the next channel id, if it has none."""
         if topic in self._channels:

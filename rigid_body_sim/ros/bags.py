@@ -24,6 +24,7 @@ class Bags:
 
     asked : path of the first bag; later ones get _2, _3 and so on; None: a name with date and time
     path  : the open bag, or the last one; None if there was none
+    torn  : whether the last one has no ending, because the run failed inside a tick
     """
 
     def __init__(self, run: Run, asked: Path | None) -> None:
@@ -31,6 +32,7 @@ class Bags:
         self._asked = asked
         self._recorder: RunRecorder | None = None
         self.path: Path | None = None
+        self.torn = False
 
     @property
     def is_open(self) -> bool:
@@ -61,6 +63,7 @@ class Bags:
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
             recorder.close(reason)
+            self.torn = recorder.is_torn
 
     def _next_paths(self) -> Iterator[Path]:
         """Yield the paths to try, best first."""

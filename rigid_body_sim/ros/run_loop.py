@@ -29,7 +29,7 @@ from rigid_body_sim.ros.stepping import Steps
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.pace import Pace
-from rigid_body_sim.runs.run import Run
+from rigid_body_sim.runs.run import Run, last_tick
 from rigid_body_sim.stop_signals import STOP
 
 LONGEST_SLEEP = 20_000_000  # [ns] without looking at requests
@@ -125,6 +125,7 @@ class RunLoop:
         self._next_repeat = now
         self._next_report = now + self._report_period
         self._pacer = Pacer(dt_ns=run.simulation.dt_ns, factor=factor, now=now)
+        self._last_tick = last_tick(run.simulation.dt_ns)
         self._stop_tick = self._tick_of(stop_time)
 
     def run(self) -> None:
@@ -158,6 +159,8 @@ class RunLoop:
                 self._serve()
             if simulation.tick >= self._stop_tick:
                 return 'stop_time'
+            if simulation.tick >= self._last_tick:
+                raise RunError(self._at_the_last_tick())
             now = time.monotonic_ns()
             if now >= self._next_report:
                 self._tell(now)
@@ -173,7 +176,7 @@ class RunLoop:
 
     def _free_turn(self, now: int) -> None:
         """Do what is due by the wall clock, or wait for it."""
-        pacer, left = self._pacer, self._stop_tick - self._run.simulation.tick
+        pacer, left = self._pacer, self._end - self._run.simulation.tick
         if not pacer.factor:
             pacer.begin(self._advance(left), now)
             self._breathe(now)
@@ -206,7 +209,7 @@ class RunLoop:
         assert lockstep is not None
         commands = lockstep.take(self._inbox.take(), now)
         tick = simulation.tick
-        end = min(tick + lockstep.period, self._stop_tick)
+        end = min(tick + lockstep.period, self._end)
         while simulation.tick < end and not self._stopped:
             self._do(end - simulation.tick, commands)
             commands = []
@@ -329,6 +332,19 @@ class RunLoop:
     def _tick_of(self, stop_time: float) -> int:
         return -(-round(stop_time * 1e9) // self._run.simulation.dt_ns) if stop_time else NEVER
 
+    @property
+    def _end(self) -> int:
+        """The tick at which the run ends if nobody ends it."""
+        return min(self._stop_tick, self._last_tick)
+
+    def _at_the_last_tick(self) -> str:
+        return (
+            f'{self._run.simulation.scene.name}: the run has come to {self._where()}, the last '
+            'tick that messages can bear: ROS stamps count less than 2^31 s, recordings less than '
+            '2^32 ticks; start the node anew, with a longer dt if need be, or give a stop_time '
+            'before it'
+        )
+
     def _where(self) -> str:
         simulation = self._run.simulation
         return f'tick {simulation.tick}, {simulation.time:g} s'
@@ -367,7 +383,7 @@ class RunLoop:
         elif now < steps.due:
             self._doze(now, steps.due)
         elif lockstep is None:
-            steps.note(self._advance(min(steps.stretch, self._stop_tick - tick)))
+            steps.note(self._advance(min(steps.stretch, self._end - tick)))
             self._breathe(now)
         elif missing := lockstep.no_answer():
             lockstep.wait(now, self._next_report)
@@ -411,7 +427,7 @@ class RunLoop:
         if self._lockstep is not None:
             return self._step_period(self._lockstep)
         simulation = self._run.simulation
-        end = min(simulation.tick + ticks, self._stop_tick)
+        end = min(simulation.tick + ticks, self._end)
         while simulation.tick < end and not self._stopped:
             self._advance(end - simulation.tick)
         return Answer(simulation.tick == end, f'at {self._where()}')
@@ -424,12 +440,19 @@ class RunLoop:
         return Answer(True, f'at {self._where()}')
 
     def _reset(self) -> Answer:
+        lockstep, tick = self._lockstep, self._run.simulation.tick
+        goes_on = tick if lockstep is None else lockstep.next_instant(tick)
+        if goes_on > self._last_tick:
+            return Answer(
+                False,
+                f'no reset at {self._where()}: it goes on at the next instant, tick {goes_on}, '
+                f'and messages can bear ticks up to {self._last_tick}; start the node anew',
+            )
         self._break_off('reset')
         recorded = self._bags.is_open
         self._bags.stop('reset')
         self._inbox.clear()
-        lockstep, tick = self._lockstep, self._run.simulation.tick
-        self._run.reset(None if lockstep is None else lockstep.next_instant(tick))
+        self._run.reset(goes_on)
         said = f'reset at {self._where()}; time goes on'
         if recorded:
             said += f'; closed {self._bags.path}'

@@ -147,8 +147,15 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
         turns.close()
     log.info(f'{ending.reason}: {node.last_words()}')
     if bags.path is not None:
-        log.info(f'recorded: {bags.path}')
+        log.info(f'recorded: {bags.path}{_unfinished(bags.path) if bags.torn else ""}')
     return ending
+
+
+def _unfinished(path: Path) -> str:
+    return (
+        ', up to the tick in which the run failed and without an ending; restore it with: bag '
+        f'recover {path} -o NEW'
+    )
 
 
 def _make_node(words: Sequence[str], context: Context) -> SimNode:

@@ -50,6 +50,7 @@ class RunRecorder:
     a second (wall) later at most: a thread of its own writes.
 
     path       : of the bag; None: nothing is written, but manifest and ending are known
+    is_torn    : it was closed without an ending, because the run failed inside a tick
     look_every : ticks between looks at what should have stayed the same; 0: somebody else looks,
                  and not at ticks that a replay could know
     """
@@ -66,7 +67,8 @@ class RunRecorder:
         start = run.simulation.state_bytes()
         if run.energy.begun_at != run.simulation.tick:
             run.energy.begin()  # as a replay will
-        self.first_tick = run.simulation.tick
+        self.first_tick = self._recorded = run.simulation.tick
+        self.is_torn = False
         self.manifest = self._manifest(start)
         self._writer = None if path is None else self._open(path, start)
 
@@ -144,6 +146,7 @@ class RunRecorder:
         every = self._run.settings.publish_every
         if counted % (every * CHAIN_EVERY) == 0:
             self._chain.update(self._run.simulation.state_bytes())
+        self._recorded = output.tick
 
     def _write_choices(self) -> None:
         """Write the changes of integrator since the last ones."""
@@ -154,10 +157,16 @@ class RunRecorder:
 
     def close(self, reason: str) -> None:
         """
-        Finish the bag.
+        Finish the bag. Where the run failed inside a tick, its state is ahead of the messages, and
+        an ending would tell of what was never recorded: then the bag gets none.
 
         reason : duration, stop_time, signal, stopped, reset, replayed, diverged, error
         """
+        if reason != 'diverged' and self._run.simulation.tick != self._recorded:
+            self.is_torn = True  # what diverged stands at the tick before
+            if self._writer is not None:
+                self._writer.break_off()
+            return
         ending = self.ending(reason)
         if self._writer is not None:
             self._write_choices()

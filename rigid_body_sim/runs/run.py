@@ -52,6 +52,7 @@ from rigid_body_sim.recording.topics import COMMAND_TYPES
 from rigid_body_sim.runs.commands import Command, CommandRules, topics_of
 from rigid_body_sim.runs.energy_log import EnergyLog
 from rigid_body_sim.runs.error_estimate import ErrorEstimate, ReferenceRun
+from rigid_body_sim.runs.manifest_values import MOST_NS, MOST_TICKS
 from rigid_body_sim.runs.pace import Pace
 from rigid_body_sim.runs.viewing import Viewing, ViewSettings, bodies_with_topics
 
@@ -114,6 +115,11 @@ def command_rules(
 
 RATES = (1e-9, 1e9)  # [Hz] of publishing; ticks are at least a nanosecond, runs less than 2^31 s
 MOST_TOPICS = 65535  # [-] channels of a recording: their numbers have 16 bits
+
+
+def last_tick(dt_ns: int) -> int:
+    """Tell the last tick of dt_ns [ns] whose number and stamp a message can bear."""
+    return min(MOST_TICKS, (MOST_NS - 1) // dt_ns)
 
 
 def need_numbers(scene: str, bodies: Sequence[str]) -> None:

@@ -184,6 +184,35 @@ def test_stop_time_ends_the_run_with_a_whole_bag(start_node):
     assert bag.counts['/clock'] == 201  # with that of t = 0
 
 
+@pytest.mark.parametrize('publish_rate', [1e-6, 1e-9])
+def test_the_run_ends_before_the_tick_that_no_message_can_bear(
+    start_node, tmp_path, run_verb, publish_rate
+):
+    scene = tmp_path / 'ages.yaml'
+    scene.write_text(
+        'version: 1\nname: ages\ndt: 1000000\ngravity: [0, 0, 0]\nbodies:\n'
+        '  - {name: b, shape: {type: particle}, mass: 1.0, initial: {velocity: [1, 0, 0]}}\n'
+    )
+    node = start_node(
+        scene=scene,
+        record='true',
+        record_path='ages',
+        real_time_factor=0.0,
+        publish_rate=publish_rate,
+    )
+    assert node.wait() == 1
+    assert 'Traceback' not in node.said
+    last = node.said.strip().splitlines()[-1]
+    assert 'tick 2147, 2.147e+09 s' in last
+    assert '2^31 s' in last
+    assert 'stop_time' in last
+    bag = Bag(node.folder / 'ages')
+    assert (bag.ending['end_reason'], bag.ending['last_tick']) == ('error', '2147')
+    assert bag.counts['/clock'] == 1 + 2147 // round(1e-6 / publish_rate)
+    assert run_verb('bag', 'check', bag.path).returncode == 0
+    assert replayed(run_verb, bag.path)['identical']
+
+
 def test_a_full_disk_ends_the_run_with_1_and_says_what_is_safe(start_node):
     def small_files():
         resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))

@@ -10,10 +10,11 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
 from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim.errors import RunError
 from rigid_body_sim.physics.integration.integrators import INTEGRATORS
 from rigid_body_sim.runs.commands import Command
-from rigid_body_sim.runs.recorder import RunRecorder
-from rigid_body_sim.runs.run import Run, RunSettings
+from rigid_body_sim.runs.recorder import RunRecorder, recording
+from rigid_body_sim.runs.run import Run, RunSettings, last_tick
 
 from ..integrators.scenes import OF_EACH_KIND, mostly_long
 from .conftest import SCENES
@@ -194,6 +195,36 @@ def test_a_bag_begun_in_mid_run_with_commands_held_is_identical(as_json, tmp_pat
     recorder.close('stopped')
     code, result = as_json('replay', tmp_path / 'mid')
     assert (code, result['identical'], result['ticks']) == (0, True, 400 - 117)
+
+
+def test_a_run_that_fails_inside_a_tick_leaves_no_ending_ahead_of_its_messages(
+    as_json, verb, tmp_path
+):
+    scene = load_scene(
+        {
+            'name': 'ages',
+            'dt': 1_000_000,
+            'gravity': [0, 0, 0],
+            'bodies': [{'name': 'b', 'shape': {'type': 'particle'}, 'mass': 1.0}],
+        }
+    )
+    run, bag = Run(Simulation(scene), RunSettings(publish_every=1)), tmp_path / 'ages'
+    with pytest.raises(RunError, match='does not fit'), recording(run, bag, done='') as recorder:
+        for tick, output in run.follow({}, 3000):
+            recorder.record(output, tick=tick)
+    assert run.simulation.tick == 2148  # ahead of what any message can bear
+    assert recorder.is_torn
+    assert not (bag / 'metadata.yaml').exists()
+    assert verb('bag', 'recover', bag, '-o', tmp_path / 'saved')[0] == 0
+    code, result = as_json('replay', tmp_path / 'saved')
+    assert (code, result['identical'], result['ticks']) == (0, True, 2147)
+
+
+def test_the_last_tick_is_one_that_messages_bear():
+    assert last_tick(1) == 2**32 - 1
+    assert last_tick(500_000_000) == 2**32 - 1  # half a second before the stamps end
+    assert last_tick(1_000_000_000) == 2**31 - 1
+    assert last_tick(10**15) == 2147
 
 
 def test_what_is_no_recording_is_refused(verb, tmp_path):
