@@ -49,6 +49,25 @@ def create(directory: Path) -> Path:
     return directory
 
 
+def open_file(directory: Path) -> FileIO:
+    """Make the MCAP file in the directory of a new bag, which goes away again where it cannot."""
+    file = directory / file_name(directory)
+    try:
+        return file.open('xb', buffering=0)
+    except OSError as error:
+        directory.rmdir()
+        raise UserError(
+            f'{file}: cannot be created ({error.strerror}); choose a place that can be written, '
+            'or a shorter name'
+        ) from error
+
+
+def remove(directory: Path) -> None:
+    """Take a bag away again that was begun and holds nothing."""
+    (directory / file_name(directory)).unlink(missing_ok=True)
+    directory.rmdir()
+
+
 def finish(
     directory: Path,
     file: McapFile,

@@ -12,7 +12,8 @@ the summary, and `metadata.yaml`. A directory without `metadata.yaml` is an unfi
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from rigid_body_sim.errors import RunError, UserError
@@ -86,9 +87,7 @@ class BagWriter:
         self._safe_tick = 0
         self._failure: RunError | None = None
         self._closed = False
-        self._stream = (bag_directory.create(self.path) / bag_directory.file_name(self.path)).open(
-            'xb', buffering=0
-        )
+        self._stream = bag_directory.open_file(bag_directory.create(self.path))
         try:
             version = manifest.get('package_version', '')
             self._file = McapFile(self._stream, library=f'rigid_body_sim {version}'.rstrip())
@@ -99,9 +98,24 @@ class BagWriter:
                 media_type = _MEDIA_TYPES.get(Path(name).suffix, 'application/octet-stream')
                 self._file.write_attachment(name, media_type, content)
         except OSError as error:
-            self._stream.close()
-            raise self._failed(error) from error
+            raise self._not_begun(error) from error
         self._queue: Queue = (ThreadedQueue if background else DirectQueue)(self._write_chunk)
+
+    def begin(self, batches: Iterable[Batch]) -> None:
+        """
+        Record the states where a run begins, and hand them to the operating system. RunError where
+        they cannot be written; nothing is left of the bag then.
+        """
+        try:
+            for batch in batches:
+                self.write(batch)
+            self.flush()
+        except RunError as failure:
+            with suppress(RunError):
+                self.break_off()
+            if not isinstance(failure.__cause__, OSError):
+                raise
+            raise self._not_begun(failure.__cause__) from failure.__cause__
 
     def write(self, batch: Batch) -> None:
         """Record a batch. RunError if an earlier one could not be written."""
@@ -240,6 +254,16 @@ class BagWriter:
     def _raise_failure(self) -> None:
         if self._failure is not None:
             raise self._failure
+
+    def _not_begun(self, error: OSError) -> RunError:
+        """Take away what was begun, so that its path is free again."""
+        self._stream.close()
+        with suppress(OSError):
+            bag_directory.remove(self.path)
+        return RunError(
+            f'{self.path}: no bag could be begun there ({error.strerror}), and nothing is '
+            'recorded; make room, or choose another place, and begin again'
+        )
 
     def _failed(self, error: OSError) -> RunError:
         self._failure = RunError(

@@ -84,9 +84,7 @@ class RunRecorder:
             attachments={SCENE_FILE: scene.source, START_FILE: start, **scene.files},
             background=True,
         )
-        for batch in run.start():
-            writer.write(batch)
-        writer.flush()
+        writer.begin(run.start())
         return writer
 
     def _manifest(self, start: bytes) -> dict[str, str]:

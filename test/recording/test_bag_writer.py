@@ -308,17 +308,19 @@ def test_a_full_disk_ends_the_recording_and_names_what_is_safe(tmp_path, mode):
     assert check(tmp_path / 'saved') == []
 
 
-def test_a_device_without_room_fails_at_the_first_byte(tmp_path, run, monkeypatch):
+def test_a_device_without_room_fails_at_the_first_byte_and_leaves_nothing(
+    tmp_path, run, monkeypatch
+):
     if not Path('/dev/full').exists():
         pytest.skip('no /dev/full here')
-    monkeypatch.setattr(bag_writer.bag_directory, 'file_name', lambda path: '/dev/full')
 
     def full(path, *_, **__):
         return open('/dev/full', 'wb', 0)  # noqa: PTH123  (it stands in for Path.open)
 
     monkeypatch.setattr(bag_writer.Path, 'open', full)
-    with pytest.raises(RunError, match=r'No space left on device.*ticks up to 0 are safe'):
+    with pytest.raises(RunError, match=r'run: .*No space left on device.*nothing is recorded'):
         run.open(tmp_path / 'run')
+    assert not (tmp_path / 'run').exists()
 
 
 @pytest.mark.parametrize('background', [False, True])

@@ -224,6 +224,26 @@ def test_a_full_disk_ends_the_run_with_1_and_says_what_is_safe(start_node):
     assert 'Traceback' not in node.said
 
 
+def test_a_recording_that_could_not_begin_on_a_full_disk_can_be_begun_later(
+    start_node, meet, run_verb
+):
+    node = start_node(record_path='later')
+    peer = meet(node)
+    limit = resource.RLIMIT_FSIZE
+    free = resource.prlimit(node.process.pid, limit)
+    for most in (1_000, 10_000):  # room for its head alone, and for no states
+        resource.prlimit(node.process.pid, limit, (most, free[1]))
+        refused = peer.switch('record', True)
+        assert not refused.success
+        assert 'nothing is recorded' in refused.message
+        assert not (node.folder / 'later').exists()
+    resource.prlimit(node.process.pid, limit, free)
+    assert 'recording to later from' in peer.switch('record', True).message
+    assert peer.switch('record', False).success
+    assert node.stop() == 0
+    assert replayed(run_verb, node.folder / 'later')['identical']
+
+
 def test_a_run_that_diverges_ends_with_1_and_a_readable_bag(start_node, tmp_path):
     scene = tmp_path / 'stiff.yaml'
     scene.write_text(
