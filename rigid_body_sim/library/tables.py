@@ -18,8 +18,7 @@ up to 17 digits that say as much. Missing numbers are NaN. pandas, pyarrow and x
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,7 +30,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.library.run_arrays import RunArrays
 from rigid_body_sim.missing_packages import missing
 from rigid_body_sim.physics.state.impacts import KINDS
-from rigid_body_sim.recording.new_output import check_folder
+from rigid_body_sim.recording.new_output import replacing
 
 if TYPE_CHECKING:
     import pandas
@@ -152,7 +151,7 @@ def _write_parquet(pyarrow: Any, run: RunArrays, table: dict[str, Any], path: Pa
     arrays = {name: np.ascontiguousarray(values) for name, values in table.items()}
     made = pyarrow.table({n: pyarrow.array(a, from_pandas=False) for n, a in arrays.items()})
     told = {f'rigid_body_sim.{key}': str(value) for key, value in _facts(run).items()}
-    with _replacing(path) as new:
+    with replacing(path) as new:
         parquet.write_table(made.replace_schema_metadata(told), new)
 
 
@@ -163,7 +162,7 @@ def write_impacts(run: RunArrays, path: str | os.PathLike[str]) -> None:
         _write_parquet(_need('pyarrow'), run, table, place)
         return
     rows = zip(*(column.tolist() for column in table.values()), strict=True)
-    with _replacing(place) as new, new.open('w', encoding='utf-8', newline='') as file:
+    with replacing(place) as new, new.open('w', encoding='utf-8', newline='') as file:
         file.write(','.join(table) + '\n')
         file.writelines(','.join(map(str, row)) + '\n' for row in rows)
 
@@ -174,26 +173,12 @@ def write_csv(
     """Write the table as a CSV file, numbers as `repr` has them, as a whole or not at all."""
     table = columns(run)
     arrays = [*table.values()]
-    with _replacing(Path(path)) as new, new.open('w', encoding='utf-8', newline='') as file:
+    with replacing(Path(path)) as new, new.open('w', encoding='utf-8', newline='') as file:
         file.write(','.join(table) + '\n')
         for start in range(0, len(run.time), ROWS):
             rows = np.stack([array[start : start + ROWS] for array in arrays], axis=1).tolist()
             file.writelines(','.join(map(repr, row)) + '\n' for row in rows)
             progress(len(rows))
-
-
-@contextmanager
-def _replacing(path: Path) -> Iterator[Path]:
-    """Give a path beside another, which takes its place when all is written."""
-    check_folder(path)
-    new = path.with_name(f'.{path.name}.{os.getpid()}.part')
-    try:
-        yield new
-        os.replace(new, path)  # noqa: PTH105  (says what it does)
-    except OSError as error:
-        raise UserError(f'{path}: cannot be written: {error.strerror or error}') from error
-    finally:
-        new.unlink(missing_ok=True)
 
 
 def _need(package: str) -> Any:

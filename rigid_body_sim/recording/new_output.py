@@ -1,10 +1,15 @@
 # Copyright 2026 rigid_body_sim maintainers
 # SPDX-License-Identifier: Apache-2.0
-"""Whether something new can be written at a path: asked before a run, not after it."""
+"""
+Whether something new can be written at a path: asked before a run, not after it. What replaces
+something is written beside it first.
+"""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from rigid_body_sim.errors import UserError
@@ -25,6 +30,26 @@ def check_folder(path: Path) -> None:
         raise UserError(
             f'{_shown(path)}: the folder {_shown(path.parent)} does not exist; create it first'
         )
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """
+    Give a path beside another, which takes its place when all is written; until then what is there
+    stays. UserError, with the path, for what cannot be written.
+    """
+    check_folder(path)
+    new = path.with_name(f'.{path.name}.{os.getpid()}.part')
+    try:
+        yield new
+        os.replace(new, path)  # noqa: PTH105  (says what it does)
+    except OSError as error:
+        raise UserError(
+            f'{_shown(path)}: cannot be written: {error.strerror or error}; what was there before '
+            'is as it was; make room, or choose another place'
+        ) from error
+    finally:
+        new.unlink(missing_ok=True)
 
 
 def is_taken(path: Path) -> bool:

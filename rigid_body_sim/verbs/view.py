@@ -18,7 +18,7 @@ from rigid_body_sim.physics.errors import choose_from
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.every_body import with_every_body
 from rigid_body_sim.recording.mcap_scan import MOST_TIME
-from rigid_body_sim.recording.new_output import check_folder
+from rigid_body_sim.recording.new_output import check_folder, replacing
 from rigid_body_sim.recording.record_values import RecordValues
 from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.scene import load_scene
@@ -140,8 +140,8 @@ def _draw(arguments: argparse.Namespace) -> int:
         content = page.encode()
         if arguments.output.suffix in SUFFIXES:
             content = _film(page, arguments.output, settings, motion)
-    with STOP.kept():  # half a picture looks like a whole one
-        arguments.output.write_bytes(content)
+    with STOP.kept(), replacing(arguments.output) as new:  # half a picture looks like a whole one
+        new.write_bytes(content)
     bodies = len(motion.tracks)
     print(f'{arguments.output}: {bodies} bod{"y" if bodies == 1 else "ies"}')
     return 0

@@ -9,6 +9,7 @@ The recorded motions are closed forms, so that the numbers in the picture are kn
 from __future__ import annotations
 
 import argparse
+import resource
 from pathlib import Path
 
 import matplotlib.image
@@ -17,6 +18,7 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
+from rigid_body_sim.__main__ import main
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.exact import ballistic, free_asymmetric_top
 from rigid_body_sim.exact.attitude import rotate
@@ -255,6 +257,23 @@ def test_other_outputs_are_refused(name, tmp_path):
     """A format that is not drawn, and a folder that is not there."""
     with pytest.raises(UserError, match=r'give FILE\.png|create it first'):
         draw(tmp_path / 'nothing', tmp_path / Path(name))
+
+
+@pytest.mark.parametrize('suffix', ['png', 'html'])
+def test_what_was_drawn_before_outlives_a_full_disk(throw, tmp_path, capsys, suffix):
+    bag = throw()
+    output = tmp_path / f'out.{suffix}'
+    output.write_text('drawn before')
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, hard))
+    try:
+        code = main(['view', str(bag), '-o', str(output)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert code == 2
+    assert f'{output}: cannot be written: File too large' in capsys.readouterr().err
+    assert output.read_text() == 'drawn before'
+    assert not list(tmp_path.glob('.*'))
 
 
 def test_a_bag_without_poses_is_refused(tmp_path):
