@@ -457,7 +457,10 @@ class RunLoop:
         if recorded:
             said += f'; closed {self._bags.path}'
         if recorded and self._rerecord:
-            said += f'; recording to {self._bags.start()}'
+            begun = self._begin_bag()
+            said += f'; {begun.message}'
+            if not begun.granted:
+                self._run.add_warning(begun.message)
         self._publish_start()
         # closing a bag waits for the disk, most of a second where both are busy: no tick's fault
         self._pacer.restart(time.monotonic_ns())
@@ -470,10 +473,17 @@ class RunLoop:
         if not wanted:
             self._bags.stop('stopped')
             return Answer(True, f'closed {self._bags.path}')
+        begun = self._begin_bag()
+        return Answer(True, f'{begun.message} from {self._where()}') if begun.granted else begun
+
+    def _begin_bag(self) -> Answer:
+        """Begin the next bag; where it cannot be, the run goes on without one."""
         try:
-            return Answer(True, f'recording to {self._bags.start()} from {self._where()}')
+            return Answer(True, f'recording to {self._bags.start()}')
         except (UserError, RunError, OSError) as error:
-            return Answer(False, str(error))
+            return Answer(
+                False, f'not recording from {self._where()} on: {error}; then call ~/record'
+            )
 
     def _tell(self, now: int) -> str:
         self._report(self.health(now))

@@ -150,6 +150,25 @@ def test_a_reset_ends_the_bag_and_begins_another(start_node, meet, run_verb):
     assert replayed(run_verb, second.path)['identical']
 
 
+def test_a_reset_goes_on_where_the_next_bag_cannot_be_made(start_node, meet, run_verb):
+    folder = 'b' * 248  # the names of the next bag and of the file in it are too long
+    node = start_node(record='true', record_path=folder, start_paused='true', step_count=25)
+    peer = meet(node)
+    assert peer.trigger('step').success
+    answer = peer.trigger('reset')
+    assert answer.success
+    assert 'not recording from tick 25' in answer.message
+    assert '~/record' in answer.message
+    assert peer.trigger('step').message.startswith('at tick 50')
+    assert not peer.switch('record', True).success
+    assert node.stop() == 0
+    assert 'Traceback' not in node.said
+    assert 'WARN' in node.said
+    assert [path.name for path in node.folder.glob('b*')] == [folder]
+    assert Bag(node.folder / folder).ending['end_reason'] == 'reset'
+    assert replayed(run_verb, node.folder / folder)['identical']
+
+
 def test_a_killed_recording_can_be_recovered_and_replayed(start_node, meet, messages, run_verb):
     node = start_node(record='true', record_path='torn')
     peer = meet(node)
