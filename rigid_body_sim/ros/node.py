@@ -242,6 +242,10 @@ class SimNode(Node):
         for parameter in given:
             if parameter.name == 'use_sim_time' and parameter.value:
                 return _refused('this node makes the simulation time and must not wait for it')
+            if parameter.name == 'real_time_factor':
+                problem = parameters.factor_problem(parameter.value)
+                if problem is not None:
+                    return _refused(problem)
         wanted = [each.value for each in given if each.name == 'command_timeout']
         if wanted:  # the thread of the run alone knows whether a recording goes on
             answer = self._ask('command_timeout', wanted[-1])

@@ -23,6 +23,7 @@ from rigid_body_sim.physics.errors import nearest
 from rigid_body_sim.runs.viewing import EVERY_BODY, MARKER_RATE
 
 LARGEST = 1e9  # upper end of ranges that have no natural one
+LEAST_FACTOR = 1e-9  # real-time factor; with less a tick would not come in years, or never
 _BUILT_IN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 
@@ -63,7 +64,8 @@ PARAMETERS = (
     Entry(
         'real_time_factor',
         1.0,
-        'seconds of simulation time per second of wall time; 0.0: as fast as possible',
+        'seconds of simulation time per second of wall time, at least 1e-09; 0.0: as fast as '
+        'possible',
         (0.0, LARGEST),
         live=True,
     ),
@@ -256,11 +258,24 @@ def declare(node: Node) -> Settings:
         )
     settings = Settings(**{entry.name: _declare(node, entry) for entry in PARAMETERS})
     _judge_lockstep(settings)
+    problem = factor_problem(settings.real_time_factor)
+    if problem is not None:
+        raise UserError(f'parameter {problem}')
     if not settings.world_frame or '\0' in settings.world_frame:
         raise UserError(
             f'parameter world_frame: got {settings.world_frame!r}; allowed: a name, such as world'
         )
     return settings
+
+
+def factor_problem(factor: float) -> str | None:
+    """Say why a real-time factor cannot be used; None where it can."""
+    if factor == 0 or factor >= LEAST_FACTOR:
+        return None
+    return (
+        f'real_time_factor: got {factor:g}; allowed: 0.0 (as fast as possible), or a number from '
+        f'{LEAST_FACTOR:g} to {LARGEST:g}; to stand still, call ~/pause with true'
+    )
 
 
 def _judge_lockstep(settings: Settings) -> None:

@@ -100,6 +100,7 @@ def test_the_real_time_factor_is_live_and_zero_starves_nobody(lab):
         ('dt', 0.01, 'read-only'),
         ('scene', 'demo', 'read-only'),
         ('real_time_factor', -1.0, 'range'),
+        ('real_time_factor', 1e-320, '1e-09 to 1e+09'),
         ('real_time_factor', 1, 'type'),
         ('use_sim_time', True, 'must not wait'),
     ],

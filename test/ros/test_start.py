@@ -22,6 +22,7 @@ ROOT = Path(__file__).parents[2]
         ('publish_rate:=100', ['publish_rate', '100.0']),
         ('publish_rate:=-1.0', ['publish_rate', '-1.0']),
         ('real_time_factor:=.nan', ['real_time_factor', 'nan']),
+        ('real_time_factor:=1.0e-12', ['real_time_factor', '1e-12', '~/pause']),
         ('dt:=0.3333333333333333', ['nanosecond']),
         ('scene:=no_such_scene', ['no_such_scene', 'ten_bodies']),
         ('integrator:=rk5', ['rk5', 'dmv6']),
