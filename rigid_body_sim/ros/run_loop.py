@@ -366,9 +366,21 @@ class RunLoop:
             ask=ask,
         )
 
+    def _not_held(self) -> str:
+        """
+        Say why no steps can be asked for; empty where somebody has paused the run. One that waits
+        too long for answers counts as paused, and goes on by itself with the last of them.
+        """
+        if self._paused:
+            return ''
+        lockstep = self._lockstep
+        if lockstep is not None and lockstep.timed_out and (missing := lockstep.no_answer()):
+            return f'{missing}, at {self._where()}'
+        return f'not paused, at {self._where()}: call ~/pause with true first'
+
     def _begin_steps(self, request: Request) -> Answer | None:
-        if not self._paused:
-            return Answer(False, f'not paused, at {self._where()}: pause the run first')
+        if refusal := self._not_held():
+            return Answer(False, refusal)
         if self._steps is not None:
             return Answer(False, _still(self._steps))
         self._steps = Steps(request)
@@ -420,8 +432,8 @@ class RunLoop:
             self._lockstep.restart(now, self._pacer.factor)
 
     def _step(self, ticks: int) -> Answer:
-        if not self._paused:
-            return Answer(False, 'not paused: call ~/pause with true first')
+        if refusal := self._not_held():
+            return Answer(False, refusal)
         if self._steps is not None:
             return Answer(False, _still(self._steps))
         if self._lockstep is not None:

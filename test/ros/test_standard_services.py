@@ -382,6 +382,30 @@ def test_no_command_timeout_slips_in_while_a_reset_changes_bags(installed, tmp_p
     assert code == 0, node.said
 
 
+def test_lockstep_that_timed_out_is_paused_to_all_and_names_what_is_missing(installed, tmp_path):
+    node = start(
+        tmp_path,
+        '/late',
+        step_mode='lockstep',
+        lockstep_topics='[box/torque]',
+        lockstep_timeout=0.1,
+    )
+    client = Client('/late')
+    try:
+        client.until(lambda: 'paused: ' in node.said, 'the time-out')
+        assert client.is_in() == 2
+        refused = client.ask('StepSimulation', steps=1)
+        assert result_of(refused) == FAILED
+        for text in (refused.result.error_message, client.trigger('step').message):
+            assert 'box/torque' in text
+            assert 'not paused' not in text
+    finally:
+        client.close()
+        code = node.stop()
+        node.close()
+    assert code == 0, node.said
+
+
 def test_the_page_tells_each_service():
     from rigid_body_sim.ros.standard.offered import SERVICES
 
