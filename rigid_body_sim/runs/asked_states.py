@@ -27,6 +27,7 @@ from rigid_body_sim.recording import cdr
 
 NO_VECTOR: Vector = (0.0, 0.0, 0.0)
 KIND = 'set_state'
+LONGEST_SHOWN = 100  # [-] letters of a name that a refusal shows
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,11 @@ class AskedState:
     def axes(self, body: str) -> str:
         """Axes of the twist, as `Simulation.set_state` names them."""
         return 'body' if self.child_frame_id == body else 'world'
+
+
+def quoted(name: str) -> str:
+    """Write a name that came over the wire, of a long one the beginning."""
+    return repr(name if len(name) <= LONGEST_SHOWN else f'{name[:LONGEST_SHOWN]}…')
 
 
 def encode(state: AskedState, *, stamp_ns: int, frame_id: str) -> bytes:
@@ -88,7 +94,7 @@ def refusal(
     """Say why a movable body cannot be put into a state, in one line; None if it can."""
     if frame_id not in ('', world_frame):
         return (
-            f'{KIND} for {body.name!r} in frame {frame_id!r}; a pose is told in the world: '
+            f'{KIND} for {body.name!r} in frame {quoted(frame_id)}; a pose is told in the world: '
             f"allowed: '', {world_frame!r}"
         )
     child = state.child_frame_id

@@ -178,7 +178,7 @@ class CommandRules:
     def _refused_frame(self, command: Command, body: Body, frame: Frame | None) -> str | None:
         """Say why nobody knows which frame is meant, or whose; None where one does."""
         name, plain = command.frame_id, ('', self._world_frame, body.name)
-        said = f'{command.kind} for {body.name!r} in frame {name!r}'
+        said = f'{command.kind} for {body.name!r} in frame {asked_states.quoted(name)}'
         if (name in plain) is not (frame is not None):
             return None
         allowed = (*plain, *(full_name(body, own) for own in body.frames))

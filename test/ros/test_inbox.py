@@ -6,6 +6,7 @@ The inbox judges bytes as they come over the wire.
 
 import math
 import struct
+from dataclasses import replace
 
 import pytest
 from geometry_msgs.msg import WrenchStamped
@@ -13,6 +14,7 @@ from rclpy.serialization import serialize_message
 
 from rigid_body_sim.ros import inbox as inbox_module
 from rigid_body_sim.ros.inbox import OTHER, Inbox
+from rigid_body_sim.runs.asked_states import AskedState
 from rigid_body_sim.runs.commands import Command, CommandRules, encode
 from rigid_body_sim.scene import load_scene
 
@@ -71,6 +73,18 @@ def test_refusals_are_counted_by_reason_and_a_flood_of_reasons_fills_no_memory(i
     assert len(inbox.refused) <= 51
     assert inbox.refused[OTHER] == 150
     assert "'f1'" in inbox.last_refusal
+
+
+def test_of_a_frame_with_a_very_long_name_the_beginning_is_told(inbox):
+    name = 'frame' * 12_000
+    asked = Command('box', 'set_state', state=AskedState((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
+    for command in (Command('box', 'force', frame_id=name), replace(asked, frame_id=name)):
+        assert 'frame' in inbox.receive('box', command.kind, encode(command))
+    for reason in inbox.refused:
+        assert len(reason) < 400
+        assert name[:100] in reason
+        assert 'box' in reason
+    assert len(inbox.refused) == 2
 
 
 def test_a_full_inbox_refuses(inbox, monkeypatch):
