@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
+from rcl_interfaces.msg import Log, ParameterEvent
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -50,6 +51,9 @@ class Endpoints:
         self._overrides = QosOverrides(given)
         self.watched = True
         self._lost: dict[int, int] = {}  # by subscription
+        self._taken: dict[tuple[str, str], tuple[str, type]] = {}  # wire name -> own name, type
+        self.claim('topic', '/rosout', Log)  # every node has these two
+        self.claim('topic', '/parameter_events', ParameterEvent)
 
     @property
     def lost(self) -> int | None:
@@ -66,9 +70,29 @@ class Endpoints:
         """
         self.watched = topics <= MOST_WATCHED
 
+    def claim(self, what: str, own: str, kind: type) -> str:
+        """
+        Take the name on the wire; UserError where remapping leads another type there.
+
+        what    : topic, service
+        own     : its name before remapping
+        returns : the name on the wire
+        """
+        node = self._node
+        resolve = node.resolve_topic_name if what == 'topic' else node.resolve_service_name
+        wire = resolve(own)
+        other, its_kind = self._taken.setdefault((what, wire), (own, kind))
+        if its_kind is not kind:
+            raise UserError(
+                f'arguments for ROS: remapping makes one {what} {wire} of {other} '
+                f'({_type_name(its_kind)}) and {own} ({_type_name(kind)}), and it can have one '
+                'type only; leave one of them its own name, or give it one that is free'
+            )
+        return wire
+
     def publisher(self, kind: type, topic: str, profile: QoSProfile) -> Publisher:
-        """Publish on a topic; UserError for overrides that cannot be."""
-        name = self._node.resolve_topic_name(topic)
+        """Publish on a topic; UserError for overrides that cannot be, or a name that is taken."""
+        name = self.claim('topic', topic, kind)
         options = self._overrides.options(name, PUBLISHER)
         events = PublisherEventCallbacks(use_default_callbacks=self.watched)
         if options is None:
@@ -86,11 +110,12 @@ class Endpoints:
         self, kind: type, topic: str, profile: QoSProfile, *, must_be_reliable: bool = False
     ) -> Subscription:
         """
-        Take the bytes of a topic, for an `OwnWaitSet`; UserError for overrides that cannot be.
+        Take the bytes of a topic, for an `OwnWaitSet`; UserError for overrides that cannot be, or
+        a name that is taken.
 
         must_be_reliable : refuse best effort, where the run waits for every message
         """
-        name = self._node.resolve_topic_name(topic)
+        name = self.claim('topic', topic, kind)
         profile = _copy(profile)
         options = self._overrides.options(name, SUBSCRIPTION, must_be_reliable=must_be_reliable)
         place = len(self._lost)
@@ -126,6 +151,10 @@ def _refusing(topic: str) -> Iterator[None]:
     except _REFUSALS as error:
         said = ' '.join(str(error).split()).partition(', at /')[0]
         raise UserError(f'quality of service of {topic}: {said}; allowed: {ALLOWED}') from None
+
+
+def _type_name(kind: type) -> str:
+    return f'{kind.__module__.partition(".")[0]}/{kind.__name__}'
 
 
 def _copy(profile: QoSProfile) -> QoSProfile:

@@ -41,6 +41,7 @@ from rigid_body_sim.runs.commands import KINDS
 
 NAME = 'rigid_body_sim'
 LOOK_AROUND = 1.0  # [s] between looks for neighbours, at most
+SERVICES = {'~/pause': SetBool, '~/record': SetBool, '~/step': Trigger, '~/reset': Trigger}
 ARRIVAL = 0.5  # [s] for the last messages to arrive, all together
 ANSWER_PERIOD = (
     0.05  # [s] between looks whether the run has ended while a service waits for its answer
@@ -67,6 +68,8 @@ class SimNode(Node):
         """Publish the states and take commands: those that answer states for the gate."""
         state = qos.of_states(self.settings.state_depth or qos.depth_of_states(len(topics)))
         command = qos.of_commands(self.settings.command_reliability)
+        for name, kind in SERVICES.items():
+            self._endpoints.claim('service', name, kind)
         self._endpoints.watch(len(topics) + len(KINDS) * len(bodies))
         publishers = {
             topic.name: self._endpoints.publisher(
@@ -206,10 +209,14 @@ class SimNode(Node):
         self._loop = loop
         period = min(LOOK_AROUND, self.settings.diagnostics_period)
         self.create_timer(period, self._look_around, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self.create_service(SetBool, '~/pause', partial(self._switch, 'pause'))
-        self.create_service(SetBool, '~/record', partial(self._switch, 'record'))
-        self.create_service(Trigger, '~/step', self._step)
-        self.create_service(Trigger, '~/reset', self._reset)
+        answers = {
+            '~/pause': partial(self._switch, 'pause'),
+            '~/record': partial(self._switch, 'record'),
+            '~/step': self._step,
+            '~/reset': self._reset,
+        }
+        for name, kind in SERVICES.items():
+            self.create_service(kind, name, answers[name])
         self.add_on_set_parameters_callback(self._judge)
         self.add_post_set_parameters_callback(self._apply)
 

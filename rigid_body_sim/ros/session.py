@@ -139,8 +139,12 @@ def _serve(node: SimNode, run: Run, context: Context) -> Ending:
         bags.start()
     turns = _make_turns(node, run, gate) if gate is not None else None
     loop = _make_loop(node, run, inbox, bags, turns)
-    node.serve(loop)
-    more = standard.offer(node, loop, run, world_frame=node.settings.world_frame)
+    try:
+        node.serve(loop)
+        more = standard.offer(node, loop, run, world_frame=node.settings.world_frame)
+    except rclpy_implementation.RCLError as error:  # a service of another package has its name
+        bags.stop('error')
+        raise UserError(f'arguments for ROS: {_first_of(error)}; change the remapping') from None
     log.info(_ready_line(node, run, bags))
     ending = _spin(node, loop, context, more)
     if turns is not None:
@@ -167,8 +171,12 @@ def _make_node(words: Sequence[str], context: Context) -> SimNode:
     except InvalidParameterTypeException as error:  # of a parameter that every node has
         raise UserError(f'parameters: {error}') from None
     except (rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
-        said = ' '.join(str(error).split()).partition(', at /')[0]
-        raise UserError(f'arguments for ROS: {said}; see: sim_node --help') from None
+        raise UserError(f'arguments for ROS: {_first_of(error)}; see: sim_node --help') from None
+
+
+def _first_of(error: Exception) -> str:
+    """Give what the middleware said, without the places in its sources."""
+    return ' '.join(str(error).split()).partition(', at /')[0]
 
 
 def _record_path(settings: Settings) -> Path | None:

@@ -4,6 +4,7 @@
 
 import json
 
+import pytest
 import yaml
 from geometry_msgs.msg import Vector3Stamped, WrenchStamped
 
@@ -68,6 +69,29 @@ def test_a_remapped_topic_is_recorded_under_the_name_on_the_wire(
     assert json.loads(capsys.readouterr().out)['topics'].keys() == wire.keys()
     assert main(['replay', str(bag), '-o', str(node.folder / 'again')]) == 0
     assert Bag(node.folder / 'again').wire_names == opened.wire_names
+
+
+@pytest.mark.parametrize(
+    ('rule', 'named'),
+    [
+        ('satellite/pose:=satellite/twist', ['/satellite/pose', '/satellite/twist']),
+        ('/clock:=/satellite/pose', ['/clock', '/satellite/pose']),
+        ('/diagnostics:=/satellite/pose', ['/diagnostics', '/satellite/pose']),
+        ('satellite/force:=inspector/wrench', ['/satellite/force', '/inspector/wrench']),
+        ('/clock:=/rosout', ['/clock', '/rosout']),
+        ('~/pause:=~/step', ['~/pause', '~/step']),
+    ],
+)
+def test_one_name_for_two_types_exits_2_with_one_line(tmp_path, monkeypatch, capfd, rule, named):
+    monkeypatch.chdir(tmp_path)
+    given = ['-p', 'scene:=satellite', '-p', 'record:=true', '-r', rule]
+    assert main(['sim_node', '--ros-args', *given]) == 2
+    said = capfd.readouterr().err
+    (line,) = [line for line in said.splitlines() if 'error' in line]
+    assert line.startswith('rigid_body_sim sim_node: error: arguments for ROS: remapping makes')
+    assert all(name in line for name in named), line
+    assert 'Traceback' not in said
+    assert not list(tmp_path.iterdir())
 
 
 def test_names_that_would_meet_stay_apart():
