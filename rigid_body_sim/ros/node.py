@@ -16,10 +16,12 @@ from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.context import Context
 from rclpy.duration import Duration
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.subscription import Subscription
@@ -35,7 +37,7 @@ from rigid_body_sim.ros.listener import Listener, OwnWaitSet, Taker
 from rigid_body_sim.ros.lockstep import Gate
 from rigid_body_sim.ros.neighbours import Neighbours
 from rigid_body_sim.ros.publishing import Senders
-from rigid_body_sim.ros.requests import Answer
+from rigid_body_sim.ros.requests import ENDED, Answer, Answered, Request
 from rigid_body_sim.ros.run_loop import RunLoop
 from rigid_body_sim.runs.commands import KINDS
 
@@ -43,6 +45,7 @@ NAME = 'rigid_body_sim'
 LOOK_AROUND = 1.0  # [s] between looks for neighbours, at most
 SERVICES = {'~/pause': SetBool, '~/record': SetBool, '~/step': Trigger, '~/reset': Trigger}
 ARRIVAL = 0.5  # [s] for the last messages to arrive, all together
+LAST_SPINS, LAST_SPIN = 20, 0.02  # looks, and [s] of each, for answers when a run has ended
 ANSWER_PERIOD = (
     0.05  # [s] between looks whether the run has ended while a service waits for its answer
 )
@@ -207,6 +210,8 @@ class SimNode(Node):
     def serve(self, loop: RunLoop) -> None:
         """Offer the services and the live parameters."""
         self._loop = loop
+        self._last_step: Request | None = None
+        self._steps_asked = 0
         period = min(LOOK_AROUND, self.settings.diagnostics_period)
         self.create_timer(period, self._look_around, clock=Clock(clock_type=ClockType.STEADY_TIME))
         answers = {
@@ -215,8 +220,11 @@ class SimNode(Node):
             '~/step': self._step,
             '~/reset': self._reset,
         }
+        group = ReentrantCallbackGroup()  # a step that takes long lets others in
+        groups = {'~/step': group}
+        self._stepped = self.create_guard_condition(_nothing, callback_group=group)
         for name, kind in SERVICES.items():
-            self.create_service(kind, name, answers[name])
+            self.create_service(kind, name, answers[name], callback_group=groups.get(name))
         self.add_on_set_parameters_callback(self._judge)
         self.add_post_set_parameters_callback(self._apply)
 
@@ -225,10 +233,32 @@ class SimNode(Node):
     ) -> SetBool.Response:
         return conversions.answered(response, self._ask(name, conversions.wanted(request)))
 
-    def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    async def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Answer when the last tick is done; the executor goes on meanwhile."""
+        self._senders.look()
         ticks = self.get_parameter('step_count').value
-        assert isinstance(ticks, int)  # as it was declared
-        return conversions.answered(response, self._ask('step', ticks))
+        request = Request('step', ticks, self._stepped.trigger)
+        before, self._last_step = self._last_step, request
+        self._steps_asked += 1
+        try:
+            if before is not None:  # calls that come together are done one after the other
+                await Answered(before, self._has_ended)
+            answer = await Answered(self._loop.requests.put(request), self._has_ended)
+        finally:
+            self._steps_asked -= 1
+        if not answer.granted:
+            self.get_logger().info(f'step: {answer.message}')
+        return conversions.answered(response, answer)
+
+    def _has_ended(self) -> bool:
+        return self._loop.ending is not None
+
+    def settle(self, executor: Executor) -> None:
+        """Let the answers to ~/step go out that the end of the run has met."""
+        spins = 0
+        while self._steps_asked and spins < LAST_SPINS:
+            executor.spin_once(timeout_sec=LAST_SPIN)
+            spins += 1
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         return conversions.answered(response, self._ask('reset'))
@@ -239,7 +269,7 @@ class SimNode(Node):
         request = self._loop.requests.post(name, value)
         while not request.answered.wait(ANSWER_PERIOD):
             if self._loop.ending is not None:
-                request.give(Answer(False, 'the run has ended'))
+                request.give(Answer(False, ENDED))
         assert request.answer is not None
         if name == 'record' or not request.answer.granted:
             self.get_logger().info(f'{name}: {request.answer.message}')
@@ -265,6 +295,10 @@ class SimNode(Node):
             if parameter.name in ('real_time_factor', 'stop_time'):
                 assert isinstance(parameter.value, int | float)  # as they were declared
                 self._loop.requests.post(parameter.name, parameter.value)
+
+
+def _nothing() -> None:
+    """Wake the executor, which is all that is wanted."""
 
 
 def _refused(reason: str) -> SetParametersResult:

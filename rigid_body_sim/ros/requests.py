@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
+
+ENDED = 'the run has ended'
 
 
 class Answer(NamedTuple):
@@ -61,7 +63,33 @@ class RequestQueue:
         self, name: str, value: Any = 0.0, told: Callable[[], object] | None = None
     ) -> Request:
         """Add a wish and wake whoever serves them."""
-        request = Request(name, value, told)
+        return self.put(Request(name, value, told))
+
+    def put(self, request: Request) -> Request:
+        """Add a wish that was made before, and wake whoever serves them."""
         self.waiting.append(request)
         self._call()
         return request
+
+
+class Answered:
+    """
+    To be awaited: goes on when a request is answered, or nobody is left to answer it.
+
+    has_ended : whether the run has ended
+    """
+
+    def __init__(self, request: Request, has_ended: Callable[[], bool]) -> None:
+        self._request = request
+        self._has_ended = has_ended
+
+    def __await__(self) -> Generator[None, None, Answer]:
+        request, looks = self._request, 0
+        while not request.answered.is_set():
+            looks += self._has_ended()
+            if looks > 1:  # the run answers what it finds when it ends, and nothing after that
+                request.give(Answer(False, ENDED))
+            else:
+                yield
+        assert request.answer is not None
+        return request.answer

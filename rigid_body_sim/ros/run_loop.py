@@ -25,7 +25,7 @@ from rigid_body_sim.ros.inbox import Inbox
 from rigid_body_sim.ros.lockstep_turns import LockstepTurns
 from rigid_body_sim.ros.pacer import Pacer
 from rigid_body_sim.ros.requests import Answer, Request, RequestQueue
-from rigid_body_sim.ros.stepping import Steps
+from rigid_body_sim.ros.stepping import Steps, StepsAsked
 from rigid_body_sim.runs import choices
 from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.pace import Pace
@@ -294,7 +294,7 @@ class RunLoop:
             case 'pause':
                 return self._pause(bool(request.value))
             case 'step':
-                return self._step(int(request.value))
+                return self._step(request)
             case 'steps':
                 return self._begin_steps(request)
             case 'stop_steps':
@@ -431,18 +431,16 @@ class RunLoop:
         if self._lockstep is not None:
             self._lockstep.restart(now, self._pacer.factor)
 
-    def _step(self, ticks: int) -> Answer:
+    def _step(self, request: Request) -> Answer | None:
+        """Begin so many ticks, which others may break off; in lock-step do a period."""
         if refusal := self._not_held():
             return Answer(False, refusal)
         if self._steps is not None:
             return Answer(False, _still(self._steps))
         if self._lockstep is not None:
             return self._step_period(self._lockstep)
-        simulation = self._run.simulation
-        end = min(simulation.tick + ticks, self._end)
-        while simulation.tick < end and not self._stopped:
-            self._advance(end - simulation.tick)
-        return Answer(simulation.tick == end, f'at {self._where()}')
+        request.value = StepsAsked(int(request.value))
+        return self._begin_steps(request)
 
     def _step_period(self, lockstep: LockstepTurns) -> Answer:
         """Do one period, whose answers must be there: nobody waits for them here."""

@@ -339,6 +339,7 @@ def _spin(node: SimNode, loop: RunLoop, context: Context, more: Standard | None)
     try:
         while loop.ending is None:
             executor.spin_once(timeout_sec=SPIN)
+        node.settle(executor)
         if more is not None:
             more.settle(executor)
     finally:

@@ -34,7 +34,7 @@ class StepsAsked:
 
 
 class Steps:
-    """The steps of one request, which is answered with the last of them."""
+    """The steps of one request, `steps` or `step`, which is answered with the last of them."""
 
     def __init__(self, request: Request) -> None:
         self.request = request
@@ -76,4 +76,6 @@ class Steps:
     def end(self, why: str, where: str) -> None:
         """Answer the request; `why` it was broken off, empty where all were done."""
         said = f'{self.done} of {self._asked.count} steps, at {where}'
+        if self.request.name == 'step' and not why:
+            said = f'at {where}'
         self.request.give(Answer(not why, f'{said}: {why}' if why else said))

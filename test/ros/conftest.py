@@ -209,6 +209,12 @@ class Peer:
         """
         return self.call(SetBool, f'rigid_body_sim/{name}', SetBool.Request(data=on))
 
+    def begin(self, name):
+        """
+        Call ~/step or ~/reset, which was called before, and wait for nothing: the answer to come.
+        """
+        return self._clients[Trigger, f'rigid_body_sim/{name}'].call_async(Trigger.Request())
+
     def set(self, name, value):
         """
         Set a parameter; returns the result.

@@ -4,6 +4,7 @@
 Services and live parameters: each is answered at a tick boundary.
 """
 
+import signal
 import time
 from importlib.util import find_spec
 
@@ -37,6 +38,39 @@ def test_a_paused_run_moves_by_steps_alone(start_node, meet):
     answer = peer.trigger('step')
     assert not answer.success
     assert 'pause' in answer.message
+
+
+def test_a_step_of_many_ticks_lets_others_in(start_node, meet):
+    node = start_node(start_paused='true')
+    peer = meet(node)
+    clock = peer.listen('/clock', Clock)
+    assert peer.trigger('step').success
+
+    def begun():
+        assert peer.set('step_count', 2_000_000_000).successful
+        count, answer = len(clock), peer.begin('step')
+        peer.until(lambda: len(clock) > count, 'some ticks')
+        assert peer.set('step_count', 1).successful
+        assert not answer.done()
+        return answer
+
+    broken = begun()
+    assert peer.switch('pause', True).success
+    peer.until(broken.done, 'its answer')
+    assert not broken.result().success
+    assert 'of 2000000000 steps' in broken.result().message
+    assert 'paused' in broken.result().message
+    # calls that come together are all done
+    together = [peer.begin('step') for _ in range(5)]
+    peer.until(lambda: all(answer.done() for answer in together), 'all answers')
+    assert all(answer.result().success for answer in together)
+    assert len({answer.result().message for answer in together}) == 5
+    # and who waits for one is told of the end
+    last = begun()
+    node.process.send_signal(signal.SIGINT)
+    peer.until(last.done, 'its answer')
+    assert 'the run has ended' in last.result().message
+    assert node.wait() == 0
 
 
 def test_pause_stops_time(lab):

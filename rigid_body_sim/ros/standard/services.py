@@ -10,7 +10,7 @@ answer has come.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Generator, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -23,7 +23,7 @@ from rclpy.node import Node
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.state import snapshot
 from rigid_body_sim.physics.state.snapshot import State
-from rigid_body_sim.ros.requests import Answer, Request
+from rigid_body_sim.ros.requests import Answer, Answered, Request
 from rigid_body_sim.ros.run_loop import RunLoop, Visit
 from rigid_body_sim.ros.standard.entities import Entities, Refused, Unsupported
 from rigid_body_sim.ros.standard.messages import EntityMotion, Messages, MotionAsked
@@ -36,29 +36,9 @@ from rigid_body_sim.runs.commands import Command
 from rigid_body_sim.runs.felt_accelerations import felt_accelerations
 from rigid_body_sim.runs.run import Run
 
-ENDED = 'the run has ended'
 _LAST_SPINS = 20  # of the executor, for answers that are on their way when a run has ended
 _RESULTS = 5  # of them for the results of actions, which go out a task after their goals
 _SPIN = 0.02  # [s]
-
-
-class _Answered:
-    """To be awaited: goes on when a request is answered, or nobody is left to answer it."""
-
-    def __init__(self, request: Request, loop: RunLoop) -> None:
-        self._request = request
-        self._loop = loop
-
-    def __await__(self) -> Generator[None, None, Answer]:
-        request, looks = self._request, 0
-        while not request.answered.is_set():
-            looks += self._loop.ending is not None
-            if looks > 1:  # the run answers what it finds when it ends, and nothing after that
-                request.give(Answer(False, ENDED))
-            else:
-                yield
-        assert request.answer is not None
-        return request.answer
 
 
 class Standard:
@@ -150,9 +130,9 @@ class Standard:
             f'no entity is named {entity[:100]!r}; the scene has: {listed}',
         )
 
-    def _post(self, name: str, value: object = 0.0) -> tuple[Request, _Answered]:
+    def _post(self, name: str, value: object = 0.0) -> tuple[Request, Answered]:
         request = self._loop.requests.post(name, value, self._answered.trigger)
-        return request, _Answered(request, self._loop)
+        return request, Answered(request, lambda: self._loop.ending is not None)
 
     async def _ask(self, name: str, value: object = 0.0) -> Answer:
         """Wait for the tick boundary at which the run's thread grants a request or refuses it."""
