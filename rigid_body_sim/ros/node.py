@@ -280,11 +280,13 @@ class SimNode(Node):
             if parameter.name == 'use_sim_time' and parameter.value:
                 return _refused('this node makes the simulation time and must not wait for it')
             if parameter.name == 'real_time_factor':
+                assert isinstance(parameter.value, float)  # as it was declared
                 problem = parameters.factor_problem(parameter.value)
                 if problem is not None:
                     return _refused(problem)
         wanted = [each.value for each in given if each.name == 'command_timeout']
         if wanted:  # the thread of the run alone knows whether a recording goes on
+            assert isinstance(wanted[-1], float)  # as it was declared
             answer = self._ask('command_timeout', wanted[-1])
             if not answer.granted:
                 return _refused(answer.message)
