@@ -395,8 +395,8 @@ def _find_cover(
 ) -> int:  # fmt: skip
     """
     Find the manifold that covers the one that begins at a place, for its collider A or B (side 0
-    or 1), and is nearest to touching; -1: none. Of two that would bind the one that comes first
-    covers the other: a floor the edge ahead, and the one behind.
+    or 1), and is nearest to touching; -1: none. Of two of a cylinder that would bind the one that
+    comes first covers the other: a floor the edge ahead, and the one behind.
 
         least, most : states that a cover may have
         returns     : twice where it begins, and 1 if its collider B is of the body
@@ -407,7 +407,9 @@ def _find_cover(
         return -1
     cover = int(bodies[body * solver_bodies.SIZE + solver_bodies.FIRST_MANIFOLD])
     best, nearest = -1, math.inf
-    rank = _rank(record, horizon, colliders, bodies, manifolds)
+    own = int(manifolds[record + manifold_record.COLLIDER_A + side])
+    ranked = table[own * collider_record.SIZE + collider_record.TYPE] == CYLINDER
+    rank = _rank(record, horizon, colliders, bodies, manifolds) if ranked else math.inf
     while cover >= 0:
         first = int(manifolds[cover + manifold_record.COLLIDER_A])
         side_c = 0 if _body_of(first, table) == body else 1
