@@ -422,7 +422,9 @@ def _find_cover(
                     record, side, cover, side_c, horizon, colliders, bodies, manifolds
                 )
                 and (
-                    state == CARRIES or _rank(cover, horizon, colliders, bodies, manifolds) <= rank
+                    state == CARRIES
+                    or not ranked
+                    or _rank(cover, horizon, colliders, bodies, manifolds) <= rank
                 )
             ):
                 best, nearest = 2 * cover + side_c, gap
