@@ -120,3 +120,24 @@ def test_the_first_look_after_a_restore_knows_of_no_overlap_before():
     assert sim.overlap_warnings
     sim.restore(tick=0, state=start, slots={})
     assert not sim.overlap_warnings
+
+
+@pytest.mark.parametrize(
+    ('edge', 'count', 'dt', 'told'),
+    [(2e-3, 10, 0.004, True), (2e-3, 10, 0.001, False), (2e-3, 1, 0.004, False),
+     (4e-3, 10, 0.004, False)],
+)  # fmt: skip
+def test_bodies_too_small_for_the_tick_are_named_before_their_stack_falls_over(
+    edge, count, dt, told
+):
+    """
+    The cure that is named is one: at that tick nothing is said.
+    """
+    cubes = [box(f'cube_{k}', edge, (0, 0, (k + 0.5) * edge)) for k in range(count)]
+    found = Simulation(scene([ground(), *cubes], dt=dt)).scene_warnings
+    assert [f"'cube_0' and {count - 1} more are too small" in text for text in found] == told * [
+        True
+    ]
+    if told:
+        cure = float(found[0].partition('at most ')[2].split()[0])
+        assert Simulation(scene([ground(), *cubes], dt=cure)).scene_warnings == ()

@@ -19,7 +19,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import rotation as so3
 from rigid_body_sim.physics.model.height_field import height_field
-from rigid_body_sim.physics.model.shapes import Part, Sphere, Surface, Union
+from rigid_body_sim.physics.model.shapes import Cylinder, Part, Sphere, Surface, Union
 
 G = 9.81  # [m/s^2]
 DT = 0.004  # [s]
@@ -293,8 +293,39 @@ def height_over(surface, x, y):
     return height
 
 
-@pytest.mark.parametrize('seed', [1, 3, 5])
-def test_boxes_that_tumble_on_rough_ground_are_no_deeper_in_it_than_contacts_tell(seed):
+def drawn_shape(kind, rng):
+    """
+    Draw a box or a cylinder of some decimetres.
+    """
+    if kind == 'box':
+        return {'type': 'box', 'size': rng.uniform(0.15, 0.3, 3).tolist()}
+    radius, length = rng.uniform((0.07, 0.05), (0.14, 0.3)).tolist()
+    return {'type': 'cylinder', 'radius': radius, 'length': length}
+
+
+def samples_of(shape):
+    """
+    Points on the surface of a box or a cylinder, in its axes.
+    """
+    if isinstance(shape, Cylinder):
+        half = 0.5 * shape.length
+        section = [(1.0, z) for z in np.linspace(-half, half, 9)]
+        section += [(share, z) for share in (0.25, 0.5, 0.75) for z in (-half, half)]
+        return np.array(
+            [
+                (share * shape.radius * np.cos(angle), share * shape.radius * np.sin(angle), z)
+                for angle in np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+                for share, z in section
+            ]
+        )
+    samples = np.stack(np.meshgrid(*[np.linspace(-0.5, 0.5, 9)] * 3), axis=-1).reshape(-1, 3)
+    return samples[np.abs(samples).max(axis=1) == 0.5] * shape.size
+
+
+@pytest.mark.parametrize(
+    ('kind', 'seed'), [('box', 1), ('box', 3), ('box', 5), ('cylinder', 4), ('cylinder', 15)]
+)
+def test_what_tumbles_on_rough_ground_is_no_deeper_in_it_than_contacts_tell(kind, seed):
     """
     Ridges, peaks and saddles: what lies over one facet is not what is in front of its plane. The
     sink of an impact on a corner is 2 to 3 mm, in ticks of 4 ms at 1 to 2 m/s.
@@ -306,8 +337,8 @@ def test_boxes_that_tumble_on_rough_ground_are_no_deeper_in_it_than_contacts_tel
     spots = np.array([(x, y, 0.45) for y in (-0.4, 0.4) for x in (-0.7, 0.0, 0.7)])
     bodies = [
         {
-            'name': f'box_{index}', 'density': 500.0, 'friction': 0.3,
-            'shape': {'type': 'box', 'size': rng.uniform(0.15, 0.3, 3).tolist()},
+            'name': f'body_{index}', 'density': 500.0, 'friction': 0.3,
+            'shape': drawn_shape(kind, rng),
             'initial': {
                 'position': spot.tolist(), 'orientation': rng.normal(size=4).tolist(),
                 'velocity': rng.uniform(-1, 1, 3).tolist(),
@@ -328,8 +359,6 @@ def test_boxes_that_tumble_on_rough_ground_are_no_deeper_in_it_than_contacts_tel
     below, *above = scene.bodies
     below = dataclasses.replace(below, shape=ground)
     sim = Simulation(dataclasses.replace(scene, bodies=(below, *above)))
-    samples = np.stack(np.meshgrid(*[np.linspace(-0.5, 0.5, 9)] * 3), axis=-1).reshape(-1, 3)
-    samples = samples[np.abs(samples).max(axis=1) == 0.5]
     for tick in range(200):
         sim.step(1)
         contacts = sim.contacts()
@@ -338,7 +367,7 @@ def test_boxes_that_tumble_on_rough_ground_are_no_deeper_in_it_than_contacts_tel
             continue
         for index, body in enumerate(above, start=1):
             state = sim.state
-            points = so3.rotate(state.orientation[index], samples * body.shape.size)
+            points = so3.rotate(state.orientation[index], samples_of(body.shape))
             x, y, z = (points + state.position[index]).T
             assert np.all(z - height_over(ground, x, y) > -5e-3)
     assert not sim.overlap_warnings

@@ -45,6 +45,7 @@ from rigid_body_sim.physics.contact.collision.held_features import KINDS as HELD
 from rigid_body_sim.physics.contact.collision.narrow_phase import manifold_finder
 from rigid_body_sim.physics.contact.collision.pairs import collide_kernel
 from rigid_body_sim.physics.contact.collision.recycling import RECYCLED_KINDS
+from rigid_body_sim.physics.contact.collision.small_bodies import small_body_warnings
 from rigid_body_sim.physics.contact.events import cuts, flight_record, impact_list
 from rigid_body_sim.physics.contact.events.read_impacts import of_last_tick, read_impacts
 from rigid_body_sim.physics.contact.helpers import Helpers
@@ -111,7 +112,7 @@ class ContactWorld:
         self._layout = layout
         self._integrator = integrator
         colliders = Colliders.of(scene, layout)
-        self.warnings = convexity_warnings(scene)
+        self.warnings = convexity_warnings(scene) + small_body_warnings(scene, colliders)
         self._kinds = colliders.pairs()
         materials = colliders.materials.reshape(-1, material_record.SIZE)
         rules = pair_rules(scene.contact, layout.names)

@@ -362,7 +362,8 @@ def polyhedron_on_triangle(
     number: float, poses: Array, pose_a: int, margin: float, along: Any, found: Array,
 ) -> None:  # fmt: skip
     """
-    Add the contacts of a polyhedron with a triangle.
+    Add the contacts of a polyhedron with a triangle. An overlap that is one with other triangles,
+    or is told elsewhere, is held along the face in case nothing else touches: `_hold_overlap`.
 
     numbers_a, hull_a : the array of its record, and where that begins
     row, plane        : where the triangle and the plane of its facet begin
@@ -381,14 +382,19 @@ def polyhedron_on_triangle(
         side, face, least = _axis_overlapping(
             a, b, half, poses, pose_a, parameters, surface, row, found
         )
-    if face < 0 or not least <= margin or (side == OF_B and found[BY_FACES] == 0.0):
+    elsewhere = face < 0 or (side == OF_B and found[BY_FACES] == 0.0)
+    if not least <= margin or (elsewhere and (state == GAP or found[OVERLAP] >= least)):
         return
+    if face < 0:
+        front = negate(from_b(found, load(b.numbers, planes_of(b))))
+        least, _, _ = separation(a, b, found, front, 0, 0)
+        side, face = OF_B, FRONT
     count = write_patch(a, b, side, face, least, state, margin, half, found)
     to_world(center, poses, pose_a, found, count)
     key = parameters[row + FACET_OF] if side == OF_B else FREE + number
     normal, seam = load(found, NORMAL), parameters[surface + FLATNESS]
     held = False
-    for place in range(POINTS, POINTS + POINT * count, POINT):
+    for place in range(POINTS, POINTS + POINT * (0 if elsewhere else count), POINT):
         point, gap = load(found, place), found[place + SEPARATION]
         if side == OF_B and not lies_over(
             parameters, row, negate(normal), point, -gap, seam, max(gap, seam)
