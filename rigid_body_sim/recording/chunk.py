@@ -72,10 +72,10 @@ def message_indexes(chunk: Chunk) -> tuple[bytes, NDArray[np.uint16], NDArray[np
     counts = np.diff(starts, append=len(channels))
     records: list[bytes] = []
     ids, places, base = [], [], 0
-    for count in np.unique(counts):
+    for count in sorted(set(counts.tolist())):
         first = starts[counts == count]
         entries = first[:, None] + np.arange(count)
-        table = np.empty(len(first), _index_dtype(int(count)))
+        table = np.empty(len(first), _index_dtype(count))
         table['opcode'] = _INDEX_OPCODE
         table['length'] = 6 + 16 * count
         table['channel'] = channels[first]

@@ -99,8 +99,8 @@ class ContactPacker:
         force  : (m, 3) [N]  on the second, world axes
         """
         owners, points = self._of_each_body(bodies, point, normal, gap, force)
-        places, counts = np.unique(owners, return_counts=True)
-        found = dict(zip(places.tolist(), counts.tolist()))
+        counts = np.bincount(owners)
+        found = {place: int(counts[place]) for place in np.flatnonzero(counts).tolist()}
         told = sorted(found.keys() | self.touching)
         self.touching = frozenset(found)
         if not told:

@@ -17,9 +17,8 @@ import threading
 import time
 from collections.abc import Callable
 
-from tqdm import tqdm
-
 from rigid_body_sim.physics.model.scene import Scene
+from rigid_body_sim.terminal import progress_bar
 
 EVERY = 0.5  # [s] between two looks; nothing is shown before the first
 # functions compiled: tumbling_box 38, two_bodies 62; rolling_sphere 460, stack 575
@@ -110,7 +109,7 @@ class CompileNote:
             self._forget = None
 
     def _show(self) -> None:
-        with tqdm(total=0, bar_format='{desc}', leave=False) as bar:
+        with progress_bar(total=0, bar_format='{desc}') as bar:
             while not self._over.wait(EVERY):
                 if self._forget is None:
                     self._listen()

@@ -4,16 +4,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 
-from tqdm import tqdm
+from rigid_body_sim.terminal import write_beside_bars
 
 
 def warning_printer(verb: str) -> Callable[[str], None]:
     """Make what prints the warnings of a verb."""
 
     def warn(text: str) -> None:
-        tqdm.write(f'rigid_body_sim {verb}: warning: {text}', file=sys.stderr)
+        write_beside_bars(f'rigid_body_sim {verb}: warning: {text}')
 
     return warn

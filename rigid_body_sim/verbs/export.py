@@ -21,10 +21,7 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
-
-from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.library import tables
@@ -33,6 +30,7 @@ from rigid_body_sim.library.run import Run
 from rigid_body_sim.recording.new_output import check_folder
 from rigid_body_sim.runs.reading_guard import reads_recording
 from rigid_body_sim.stop_signals import STOP, say
+from rigid_body_sim.terminal import progress_bar
 
 SUMMARY = 'poses, twists, wrenches and energies of a bag as one table'
 
@@ -71,8 +69,8 @@ def run(arguments: argparse.Namespace) -> int:
         )
     check_folder(output)
     STOP.stage = f'before {output} was written'
-    hidden = arguments.json or not sys.stderr.isatty()
-    with tqdm(unit=' messages', unit_scale=True, disable=hidden, leave=False) as bar:
+    shown = not arguments.json
+    with progress_bar(unit=' messages', unit_scale=True, shown=shown) as bar:
         found = open_bag(arguments.bag, progress=bar.update)
     if arguments.impacts:
         with STOP.kept():
@@ -81,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     with (
         STOP.kept(),  # half a table looks like a whole one
-        tqdm(total=len(found.time), unit=' rows', disable=hidden, leave=False) as bar,
+        progress_bar(total=len(found.time), unit=' rows', shown=shown) as bar,
     ):
         write(found, output, progress=bar.update)
     _tell(arguments, found)

@@ -12,12 +12,9 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
-
-from tqdm import tqdm
 
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.recording.new_output import check_new
@@ -25,7 +22,7 @@ from rigid_body_sim.runs.compile_note import CompileNote, expected_functions
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.replay import Comparison, Errors, Progress, compare, measure
 from rigid_body_sim.runs.warning_lines import warning_printer
-from rigid_body_sim.terminal import printable
+from rigid_body_sim.terminal import NoBar, printable, progress_bar
 
 SUMMARY = 're-run a bag from its own scene and commands and compare bit by bit'
 DIFFERS = 3
@@ -86,13 +83,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _shown_on(note: CompileNote, bars: ExitStack, *, shown: bool) -> Progress:
     """Show the ticks as a bar, from the first of them on: until then kernels are compiled."""
-    bar: list[tqdm] = []
+    bar: list[NoBar] = []
 
     def progress(tick: int, last_tick: int) -> None:
         if not bar:
             note.end()
-            off = not shown or not sys.stderr.isatty()
-            made = tqdm(total=last_tick, unit='tick', unit_scale=True, disable=off, leave=False)
+            made = progress_bar(total=last_tick, unit='tick', unit_scale=True, shown=shown)
             bar.append(bars.enter_context(made))
         bar[0].total = last_tick
         bar[0].update(tick - bar[0].n)

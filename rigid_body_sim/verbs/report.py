@@ -12,14 +12,11 @@ from __future__ import annotations
 import argparse
 import math
 import os
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from tqdm import tqdm
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
@@ -40,6 +37,7 @@ from rigid_body_sim.runs.warning_lines import warning_printer
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP, say
+from rigid_body_sim.terminal import progress_bar
 
 SUMMARY = 'speed against error: tables, plots, one HTML page'
 ALL = 'all'
@@ -279,9 +277,7 @@ class _Progress:
 
     def __init__(self, title: str) -> None:
         self._title = title
-        self._bar = tqdm(
-            total=0, bar_format='{desc}', disable=not sys.stderr.isatty(), leave=False
-        )
+        self._bar = progress_bar(total=0, bar_format='{desc}')
 
     def show(self, text: str) -> None:
         """Replace the line."""

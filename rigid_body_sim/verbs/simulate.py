@@ -14,8 +14,6 @@ from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 
-from tqdm import tqdm
-
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.compile.kernels import warn_if_plain
 from rigid_body_sim.physics.errors import SimulationDiverged
@@ -49,6 +47,7 @@ from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.experiment import URDF_SUFFIX
 from rigid_body_sim.scene.shipped_scenes import find_scene
 from rigid_body_sim.stop_signals import STOP, say
+from rigid_body_sim.terminal import progress_bar
 
 SUMMARY = 'run a scene without ROS, as fast as possible, into a bag'
 DRIFT_SAMPLES = (
@@ -231,13 +230,7 @@ def _advance(
         for tick, group in groupby(timed, lambda item: item[0])
     }
     due = 0.0
-    with tqdm(
-        total=ticks,
-        unit='tick',
-        unit_scale=True,
-        disable=quiet or not sys.stderr.isatty(),
-        leave=False,
-    ) as bar:
+    with progress_bar(total=ticks, unit='tick', unit_scale=True, shown=not quiet) as bar:
         for tick, output in whole.follow(commands, ticks):
             recorder.record(output, tick=tick)
             if STOP.number:
@@ -288,9 +281,7 @@ class _Note:
     """One line on a terminal that says what is waited for, and goes away."""
 
     def __init__(self, text: str, *, shown: bool) -> None:
-        self._bar = tqdm(
-            total=0, bar_format='{desc}', disable=not shown or not sys.stderr.isatty(), leave=False
-        )
+        self._bar = progress_bar(total=0, bar_format='{desc}', shown=shown)
         self.show(text)
 
     def show(self, text: str) -> None:

@@ -28,6 +28,7 @@ from rigid_body_sim.errors import RunError, UserError
 from rigid_body_sim.stop_signals import STOP, say
 from rigid_body_sim.sweeps import DIVERGED, DONE, GROUPS, REFUSED
 from rigid_body_sim.sweeps.nursery import Nursery
+from rigid_body_sim.terminal import progress_bar
 
 if TYPE_CHECKING:  # what takes time to import is, where it is needed
     from rigid_body_sim.sweeps.ensemble import Outcome
@@ -198,11 +199,7 @@ class _Bar:
     """How far the sweep is: on a terminal, and in the words of a signal that ends it."""
 
     def __init__(self, plan: Sweep, *, quiet: bool) -> None:
-        self._bar: Any = None
-        if not quiet and sys.stderr.isatty():
-            from tqdm import tqdm
-
-            self._bar = tqdm(total=plan.runs, unit='run', leave=False)
+        self._bar = progress_bar(total=plan.runs, unit='run', shown=not quiet)
         self._due = 0.0
         self._is_first = True
 
@@ -212,7 +209,7 @@ class _Bar:
             f'after {int(done)} of {runs} runs; what is done is kept, and the same command goes '
             'on from there'
         )
-        if self._bar is None or time.monotonic() < self._due:
+        if self._bar.disable or time.monotonic() < self._due:
             return
         self._due = time.monotonic() + PROGRESS_EVERY
         if self._is_first:  # those of an earlier process say nothing of the pace of this one
@@ -224,8 +221,7 @@ class _Bar:
         return self
 
     def __exit__(self, *_exception: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
+        self._bar.close()
 
 
 def _report(plan: Sweep, arguments: argparse.Namespace, outcome: Outcome, *, wall: float) -> int:
