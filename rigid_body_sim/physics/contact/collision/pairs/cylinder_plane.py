@@ -4,8 +4,10 @@
 A cylinder on a plane, with its true round rim (`geometry.cylinders.rim`).
 
 The lowest points of both ends are the lowest line of a lying cylinder, which rolls without bumps.
-The lower end also has points a quarter turn to either side and, unless the other end is nearer,
-one opposite: a standing cylinder rests on four points.
+The lower end also has points a quarter turn to either side and, if the cylinder stands rather than
+lies, one opposite: it rests on four points. Which of opposite point and other end can touch within
+the tick is a matter of the angle to turn by, not of height: the end of a slender rod comes down by
+many diameters in a tick.
 """
 
 from __future__ import annotations
@@ -76,7 +78,7 @@ def on_plane(
     write_normal(found, negate(out))
     upper_end = rise < 0.0  # the end at +z is the lower one
     fall = radius * (tilt_x * up_x + tilt_y * up_y)
-    other = half * abs(rise) < fall  # the other end is lower than the point opposite
+    other = abs(rise) < sine  # it lies: the other end is nearer, by angle, than the point opposite
     count = 0
     for number in range(MOST):
         end = half if upper_end else -half
@@ -100,7 +102,7 @@ def on_plane(
         position = add(center, subtract(on_rim, scale(0.5 * separation, out)))
         write_point(found, count, position, separation, feature)
         count += 1
-    if count == MOST and not other:
+    if count == MOST and half * abs(rise) >= fall:
         write_disc(found, radius, add_scaled(center, half if upper_end else -half, axis))
     found[RIM] = 1.0
     return count

@@ -278,7 +278,7 @@ def _over_face(
         side * found[OFFSET + face] - parameters[box + face] - half * abs(rise),
     )
     end_x, end_y = (u_of_x, v_of_x, tilt_x), (u_of_y, v_of_y, tilt_y)
-    lies = half * abs(rise) < radius * (tilt_x * to_lowest_x + tilt_y * to_lowest_y)
+    lies = abs(rise) < tilt_x * to_lowest_x + tilt_y * to_lowest_y
     count = 0
     for k in range(3 if lies else 4):
         x, y = -radius * to_lowest_x, -radius * to_lowest_y
