@@ -842,6 +842,21 @@ class Simulation:
         """Those of the warnings that hold from the start, whatever the state."""
         return self._stepper.warnings()
 
+    def deepest_gap(self) -> float | None:
+        """
+        Smallest gap [m] of two bodies that touched, of all ticks since the start or the last
+        restore; negative: they overlapped. None where nothing touched.
+
+        Gaps are those at the start of each tick and, now, of `contacts`; 0 where bodies touched
+        and were apart at each of these instants.
+        """
+        self._settle()
+        found = self._stepper.deepest_gap()
+        last = float(np.min(self._stepper.contacts().gap, initial=math.inf))
+        if found is None:
+            return last if last < math.inf else None
+        return min(found, last)
+
     def contacts(self) -> Contacts:
         """
         Where bodies touched in the last tick, and the impulses that acted there; none after

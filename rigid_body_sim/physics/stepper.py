@@ -309,6 +309,10 @@ class Stepper:
         """Warn of pairs of bodies (scene indices) that have overlapped too deeply."""
         return {} if self.contact is None else self.contact.overlap_warnings()
 
+    def deepest_gap(self) -> float | None:
+        """Give the smallest gap of two bodies that touched, at the start of any tick [m]."""
+        return None if self.contact is None else self.contact.deepest_gap()
+
     def contacts(self) -> Contacts:
         """Give the contacts of the last tick; none in a scene without contact."""
         return NO_CONTACTS if self.contact is None else self.contact.contacts()

@@ -243,7 +243,6 @@ class Run:
         self._groups = ConservedGroups(simulation.scene)
         self._restart_groups()
         self._commanded = bool(simulation.held_slots)
-        self._deepest_gap = math.inf
         self._orientation_drift = simulation.orientation_drift()
         if settings.estimate_error and self.has_contact:
             raise UserError(
@@ -570,7 +569,6 @@ class Run:
         if self.contact_packer is None:
             return None
         simulation = self.simulation
-        self._note_depth(found)
         return self.contact_packer.pack(
             simulation.tick,
             bodies=found.bodies,
@@ -604,10 +602,10 @@ class Run:
 
     def deepest_gap(self) -> float | None:
         """
-        Smallest distance [m] of two bodies in contact, at any look so far (of `sample_drift` and
-        of packed contacts); negative: they overlapped. None where nothing touched.
+        Smallest distance [m] of two bodies in contact, in any tick since the start or the last
+        reset (`Simulation.deepest_gap`); negative: they overlapped. None where nothing touched.
         """
-        return self._deepest_gap if self._deepest_gap < math.inf else None
+        return self.simulation.deepest_gap()
 
     def orientation_drift(self) -> float | None:
         """
@@ -616,13 +614,8 @@ class Run:
         """
         return self._orientation_drift
 
-    def _note_depth(self, contacts: Contacts) -> None:
-        self._deepest_gap = min(self._deepest_gap, float(np.min(contacts.gap, initial=math.inf)))
-
     def _sample(self, *, commanded: bool) -> None:
         simulation = self.simulation
-        if self.has_contact:
-            self._note_depth(simulation.contacts())
         if self._orientation_drift is not None:
             self._orientation_drift = max(
                 self._orientation_drift, simulation.orientation_drift() or 0.0
@@ -650,7 +643,6 @@ class Run:
         self._applied = np.zeros_like(self._applied)
         self._commanded = False
         self._impacts = []
-        self._deepest_gap = math.inf
         self._orientation_drift = self.simulation.orientation_drift()
         self._meter = DriftMeter(
             self.simulation.invariants, self.simulation.state, time=self.simulation.time

@@ -88,7 +88,8 @@ class Looks:
     def look_at_contacts(self, simulation: Simulation) -> None:
         """Take contact forces and gaps of a run that stands alone into the extremes."""
         contacts = simulation.contacts()
-        self._gap[0] = min(self._gap[0], float(np.min(contacts.gap, initial=math.inf)))
+        gap = simulation.deepest_gap()
+        self._gap[0] = math.inf if gap is None else gap
         force, _ = contacts.wrenches(simulation.state.position, simulation.dt)
         x, y, z = force[self._at].T
         self._pressed[0] = np.fmax(self._pressed[0], np.sqrt(x * x + y * y + z * z))

@@ -111,7 +111,10 @@ def _print_contacts(bag: Bag, contacts: dict[str, Any] | None) -> None:
         if scene_has_contact(bag):
             print(f'contacts:   not recorded; {HOW_TO_RECORD}')
         return
-    print(f'contacts:   {contacts["contacts"]} in {contacts["messages"]} messages')
+    print(
+        f'contacts:   {contacts["contacts"]} in {contacts["messages"]} messages (of published '
+        'ticks; what is between them is not recorded)'
+    )
     for key, unit in (('largest_force', 'N'), ('deepest_gap', 'm')):
         if (extreme := contacts[key]) is not None:
             print(

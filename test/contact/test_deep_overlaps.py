@@ -141,3 +141,25 @@ def test_bodies_too_small_for_the_tick_are_named_before_their_stack_falls_over(
     if told:
         cure = float(found[0].partition('at most ')[2].split()[0])
         assert Simulation(scene([ground(), *cubes], dt=cure)).scene_warnings == ()
+
+
+def test_the_deepest_gap_is_that_of_every_tick_whoever_looks():
+    """
+    A ball that bounces touches for one tick; looks a second apart see nothing of it.
+    """
+    lively = {'restitution': 0.9}
+    dropped = scene(
+        [ground(material=lively), ball('ball', 0.1, (0, 0, 1.1), material=lively)], dt=0.004
+    )
+    seldom, often = Simulation(dropped), Simulation(dropped)
+    assert seldom.deepest_gap() is None
+    seen = []
+    for _ in range(250):
+        often.step(1)
+        seen.append(often.contacts().gap.min(initial=1.0))
+    seldom.step(250)
+    assert not len(seldom.contacts().gap)
+    assert seldom.deepest_gap() == often.deepest_gap()
+    assert min(seen) - 1e-5 < seldom.deepest_gap() <= min(0.0, *seen)
+    seldom.reset()
+    assert seldom.deepest_gap() is None

@@ -217,6 +217,7 @@ class ContactWorld:
             self._sleepers.recall(numbers[end:])
             numbers = numbers[:end]
         self._overlaps = {}
+        self._overlap_counts[deep_overlaps.DEEPEST] = deep_overlaps.UNTOUCHED
         self._restart_from(numbers)
 
     def snapshot(self) -> tuple[Any, ...]:
@@ -224,7 +225,7 @@ class ContactWorld:
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
         return (
             self.arrays.cache_in_use.copy(), sleepers, self.work_of_drives, dict(self._overlaps),
-            len(self.impacts),
+            self._overlap_counts[deep_overlaps.DEEPEST], len(self.impacts),
         )  # fmt: skip
 
     def keep(self) -> tuple[Any, ...]:
@@ -238,13 +239,17 @@ class ContactWorld:
             self._kept = arrays.version, kept, copy, is_all
         copy()
         if is_all and not self._overlaps:
-            return kept, None, 0.0, {}, 0
+            return kept, None, 0.0, {}, self._overlap_counts[deep_overlaps.DEEPEST], 0
         sleepers = None if self._sleepers is None else self._sleepers.snapshot()
-        return kept, sleepers, self.work_of_drives, self._overlaps.copy(), len(self.impacts)
+        return (
+            kept, sleepers, self.work_of_drives, self._overlaps.copy(),
+            self._overlap_counts[deep_overlaps.DEEPEST], len(self.impacts),
+        )  # fmt: skip
 
     def return_to(self, snapshot: tuple[Any, ...]) -> None:
         """Return to a snapshot."""
-        cache, sleepers, self.arrays.works[0], overlaps, impacts = snapshot
+        cache, sleepers, self.arrays.works[0], overlaps, deepest, impacts = snapshot
+        self._overlap_counts[deep_overlaps.DEEPEST] = deepest
         kept = self.impacts[:impacts]
         self._overlaps = dict(overlaps)
         self.arrays.forget()
@@ -313,6 +318,14 @@ class ContactWorld:
             (first, second): overlap_warning(names[first], names[second], found)
             for (first, second), found in self._overlaps.items()
         }
+
+    def deepest_gap(self) -> float | None:
+        """
+        Give the smallest gap of two bodies that touched, at the start of any tick since the start
+        or what was restored last [m]; negative: an overlap. None where nothing touched.
+        """
+        deepest = self._overlap_counts[deep_overlaps.DEEPEST]
+        return None if deepest < 0.0 else 0.0 - deepest
 
     def contacts(self) -> Contacts:
         """Read the contacts of the last tick; none before the first."""
@@ -535,6 +548,8 @@ class ContactWorld:
         if h != self._whole:
             cuts.count_in(found, h, self._whole)
         self.impacts.append(found)
+        if self._overlap_counts[deep_overlaps.DEEPEST] < 0.0:
+            self._overlap_counts[deep_overlaps.DEEPEST] = 0.0
         self.arrays.counts[tick_counts.IMPACTS] = 0
 
     def _advance_by_impacts(
@@ -765,10 +780,11 @@ class ContactWorld:
         to who wants it.
         """
         table, works, overlaps = self.arrays.table, self.work_of_drives, self._overlaps
-        mark = len(self.impacts)
+        mark, deepest = len(self.impacts), self._overlap_counts[deep_overlaps.DEEPEST]
         while True:
             del self.impacts[mark:]
             self.arrays.works[0], self._overlaps = works, dict(overlaps)
+            self._overlap_counts[deep_overlaps.DEEPEST] = deepest
             for blocks, values in zip(motion, start, strict=False):
                 np.asarray(blocks)[:] = values
             self.arrays.put_cache(start[-1])

@@ -11,7 +11,8 @@ Something heavy on something light, or a scene that begins so: what lies in the 
 faster than `energy.gain_bound` lets it, by some 0.06 mm/s in ticks of 4 ms. The kernel of the
 ticks looks at the manifolds as they are found, and at the end of a call at what presses
 (`islands.left_sinking`), and lists pairs of bodies with the greatest depth; Python reads the list
-and says each pair once.
+and says each pair once. The deepest overlap of all, and whether anything has touched at all, are
+kept beside, tick for tick: between the instants at which somebody looks impacts come and go.
 """
 
 from __future__ import annotations
@@ -33,10 +34,12 @@ Indices = NDArray[np.int64]
 
 DEEP = 0.1  # [-] of the smaller collider; less names what rests under a load in coarse ticks
 BEGUN = 0.005  # [-] in the first tick, before anything has given way
+UNTOUCHED = -1.0  # [m]
 ROOM = 32  # [-] pairs that are listed between two looks; further ones are not named
 
 head = Record()
 COUNT = head.number('-', 'pairs that follow')
+DEEPEST = head.number('m', 'overlap at the start of any tick; UNTOUCHED: nothing has pressed yet')
 HEAD = head.size
 
 pair = Record()
@@ -49,7 +52,9 @@ PAIR_SIZE = pair.size
 
 def make_overlaps() -> Array:
     """Make the list, empty."""
-    return np.zeros(HEAD + ROOM * PAIR_SIZE)
+    overlaps = np.zeros(HEAD + ROOM * PAIR_SIZE)
+    overlaps[DEEPEST] = UNTOUCHED
+    return overlaps
 
 
 def overlap_limits(local_bounds: Array) -> Array:
@@ -92,8 +97,10 @@ def list_deep_overlaps(
     overlaps: Array,
 ) -> None:  # fmt: skip
     """
-    List the pairs whose surfaces overlap too deeply at the start of a tick; begins: the first.
+    List the pairs whose surfaces overlap too deeply at the start of a tick, and keep the greatest
+    overlap; begins: whether it is the first tick.
     """
+    deepest = overlaps[DEEPEST]
     for m in range(manifold_count):
         record = m * manifold_record.SIZE
         least = 0.0
@@ -101,6 +108,7 @@ def list_deep_overlaps(
             found = record + manifold_record.POINTS + point * manifold.POINT
             least = min(least, manifolds[found + manifold.SEPARATION])
         if least < 0.0:
+            deepest = max(deepest, -least)
             a = int(manifolds[record + manifold_record.COLLIDER_A])
             b = int(manifolds[record + manifold_record.COLLIDER_B])
             limit = min(limits[a], limits[b])
@@ -108,6 +116,7 @@ def list_deep_overlaps(
                 list_pair(a, b, -least, 0.0, 0.0, table, overlaps)
             elif begins and -least > BEGUN / DEEP * limit:
                 list_pair(a, b, 0.0, 0.0, -least, table, overlaps)
+    overlaps[DEEPEST] = deepest
 
 
 def take_overlaps(overlaps: Array, into: dict[tuple[int, int], Array]) -> None:

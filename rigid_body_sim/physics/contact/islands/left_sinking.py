@@ -62,13 +62,25 @@ def _overlap(lane: int, point_count: int, width: int, rows: Array) -> float:
 
 
 @kernel
+def _presses(lane: int, point_count: int, width: int, rows: Array) -> bool:
+    """Tell whether a constraint has pressed in the tick."""
+    for point in range(point_count):
+        row = lane + constraint.SIZE + point * width
+        if rows[row + contact_point.TOTAL_IMPULSE] > 0.0:
+            return True
+        if rows[row + contact_point.NORMAL_IMPULSE] > 0.0:
+            return True
+    return False
+
+
+@kernel
 def list_left(
     ends: bool, substeps: int, width: int, manifold_count: int, table: Indices, limits: Array,
     manifolds: Array, rows: Array, overlaps: Array,
 ) -> None:  # fmt: skip
     """
     List the pairs that all substeps of a tick have left sinking in, or, where the call ends with
-    it, overlapping too deeply.
+    it, overlapping too deeply; note the first time that anything presses.
 
     ends   : whether it does
     width  : numbers of a point
@@ -81,8 +93,10 @@ def list_left(
         if rows[lane + constraint.LEFT_SUBSTEPS] == substeps:
             speed = rows[lane + constraint.LEFT_SPEED]
             deep_overlaps.list_pair(a, b, 0.0, speed, 0.0, table, overlaps)
+        points = int(manifolds[record + manifold_record.POINT_COUNT])
+        if overlaps[deep_overlaps.DEEPEST] < 0.0 and _presses(lane, points, width, rows):
+            overlaps[deep_overlaps.DEEPEST] = 0.0
         if ends:
-            points = int(manifolds[record + manifold_record.POINT_COUNT])
             depth = _overlap(lane, points, width, rows)
             if depth > min(limits[a], limits[b]):
                 deep_overlaps.list_pair(a, b, depth, 0.0, 0.0, table, overlaps)
