@@ -138,14 +138,23 @@ def check_frames(scene: Scene, settings: ViewSettings, world_frame: str) -> None
             f'world_frame: got {world_frame!r}; allowed with publish_tf: a name without / at its '
             'start, because tf2 refuses it'
         )
-    if settings.transforms or settings.odometry:
-        for body in scene.bodies:
-            for name in (body.name, *(full_name(body, frame) for frame in body.frames)):
-                if prefix + name == world_frame:
-                    raise UserError(
-                        f'frame {world_frame!r}: it is that of the world and of a body; rename '
-                        'one, or set world_frame or frame_prefix'
-                    )
+
+
+def check_world_frame(scene: Scene, settings: ViewSettings, world_frame: str) -> None:
+    """
+    Refuse a name of the world axes that is also that of a body, or in full of a frame of one; with
+    the prefix or without, as a frame_id may have it; UserError.
+    """
+    prefix = settings.frame_prefix
+    for body in scene.bodies:
+        for name in (body.name, *(full_name(body, frame) for frame in body.frames)):
+            if world_frame in (name, prefix + name):
+                said = f' and frame_prefix {prefix!r}' if prefix else ''
+                raise UserError(
+                    f'world_frame: got {world_frame!r}{said}; that names {name!r} of the scene '
+                    'too, and a frame_id could mean either; allowed: a name that is no frame of '
+                    'a body, such as world; set another, or rename the body'
+                )
 
 
 def check_view(scene: Scene, settings: ViewSettings, world_frame: str) -> list[str]:
@@ -155,6 +164,7 @@ def check_view(scene: Scene, settings: ViewSettings, world_frame: str) -> list[s
     returns : names of the bodies that have topics of their own
     """
     check_frames(scene, settings, world_frame)
+    check_world_frame(scene, settings, world_frame)
     if settings.contact_wrenches and scene.contact.get('mode', 'none') == 'none':
         raise UserError(
             f'contact wrenches of the scene {scene.name!r}: asked for, but its bodies do not '

@@ -34,6 +34,7 @@ ROOT = Path(__file__).parents[2]
         ('frame_prefix:=/lab', ['frame_prefix', '/lab']),
         ('body_topics:=nobody', ['body_topics', 'nobody']),
         ("world_frame:=''", ['world_frame']),
+        ('world_frame:=box', ['world_frame', "'box' of the scene", 'such as world']),
         ('command_reliability:=maybe', ['command_reliability', 'best_effort']),
         ('record_path:=taken', ['taken', 'exists']),
     ],

@@ -11,6 +11,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from rigid_body_sim import Simulation, load_scene
+from rigid_body_sim.errors import UserError
 from rigid_body_sim.analysis.recorded_poses import from_bag
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
@@ -20,7 +21,7 @@ from rigid_body_sim.runs.commands import Command, CommandRules
 from rigid_body_sim.runs.recorded_run import RecordedRun
 from rigid_body_sim.runs.recorder import RunRecorder
 from rigid_body_sim.runs.run import Run, RunSettings
-from rigid_body_sim.runs.viewing import ViewSettings
+from rigid_body_sim.runs.viewing import ViewSettings, check_view
 
 ALL = ('--odometry', '--tf', '--markers', '--arrays', '--contact-wrenches')
 LANDING = """
@@ -230,6 +231,26 @@ def test_frames_of_bodies_may_be_named_with_the_prefix_and_without(scene):
         assert rules.frame(command) == meant
     for frame in ('lab/world', 'lab/', 'lab/lab/box', 'other/box', 'lab/stone'):
         assert rules.refusal(Command('box', 'force', frame_id=frame)) is not None, frame
+
+
+@pytest.mark.parametrize(
+    ('world_frame', 'prefix', 'named'),
+    [
+        *(('box', '', 'box'), ('ground', '', 'ground'), ('box/nose', '', 'box/nose')),
+        *(('box', 'lab/', 'box'), ('lab/box', 'lab/', 'box'), ('world', 'wor', 'ld')),
+    ],
+)
+def test_no_frame_id_means_both_the_world_and_a_body(world_frame, prefix, named):
+    text = LANDING.replace('name: stone', 'name: ld')
+    settings = ViewSettings(frame_prefix=prefix)
+    with pytest.raises(UserError, match=f"world_frame: got '{world_frame}'.*names '{named}'"):
+        check_view(load_scene(text.encode()), settings, world_frame)
+
+
+def test_a_world_frame_of_its_own_is_anything_that_no_body_is_called():
+    read = load_scene(LANDING.encode())
+    for world_frame in ('world', 'map', 'lab', 'nose', 'other/box'):
+        assert check_view(read, ViewSettings(), world_frame) == ['ground', 'box', 'stone']
 
 
 def test_a_state_may_be_asked_for_as_odometry_tells_it(scene):
