@@ -279,9 +279,9 @@ class SimNode(Node):
         for parameter in given:
             if parameter.name == 'use_sim_time' and parameter.value:
                 return _refused('this node makes the simulation time and must not wait for it')
-            if parameter.name == 'real_time_factor':
-                assert isinstance(parameter.value, float)  # as it was declared
-                problem = parameters.factor_problem(parameter.value)
+            if parameter.name in ('real_time_factor', 'command_timeout'):
+                assert isinstance(parameter.value, float)  # as they were declared
+                problem = parameters.problem_of(parameter.name, parameter.value)
                 if problem is not None:
                     return _refused(problem)
         wanted = [each.value for each in given if each.name == 'command_timeout']

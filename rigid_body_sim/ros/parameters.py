@@ -20,6 +20,7 @@ from rclpy.parameter import Parameter
 
 from rigid_body_sim.errors import UserError
 from rigid_body_sim.physics.errors import nearest
+from rigid_body_sim.runs.timeouts import timeout_problem
 from rigid_body_sim.runs.viewing import EVERY_BODY, MARKER_RATE
 
 LARGEST = 1e9  # upper end of ranges that have no natural one
@@ -99,15 +100,15 @@ PARAMETERS = (
         'lockstep_timeout',
         10.0,
         'how long answers may take [s of wall time] before the node counts as paused and names '
-        'what is missing; it goes on when the answers come; 0.0: for ever',
+        'what is missing; it goes on when the answers come; at least 1e-09; 0.0: for ever',
         (0.0, LARGEST),
     ),
     Entry('step_count', 1, 'ticks per call of ~/step', (1, 2**31 - 1), live=True),
     Entry(
         'command_timeout',
         0.2,
-        'how long a held command lasts [s of simulation time]; 0.0: until changed; '
-        'not to be changed while recording',
+        'how long a held command lasts [s of simulation time], at least 1e-09; 0.0: until '
+        'changed; not to be changed while recording',
         (0.0, LARGEST),
         live=True,
     ),
@@ -258,9 +259,10 @@ def declare(node: Node) -> Settings:
         )
     settings = Settings(**{entry.name: _declare(node, entry) for entry in PARAMETERS})
     _judge_lockstep(settings)
-    problem = factor_problem(settings.real_time_factor)
-    if problem is not None:
-        raise UserError(f'parameter {problem}')
+    for name in ('real_time_factor', 'command_timeout', 'lockstep_timeout'):
+        problem = problem_of(name, getattr(settings, name))
+        if problem is not None:
+            raise UserError(f'parameter {problem}')
     if not settings.world_frame or '\0' in settings.world_frame:
         raise UserError(
             f'parameter world_frame: got {settings.world_frame!r}; allowed: a name, such as world'
@@ -268,8 +270,19 @@ def declare(node: Node) -> Settings:
     return settings
 
 
-def factor_problem(factor: float) -> str | None:
-    """Say why a real-time factor cannot be used; None where it can."""
+def problem_of(name: str, value: float) -> str | None:
+    """Say why a parameter cannot have a value within its range; None where it can."""
+    match name:
+        case 'real_time_factor':
+            return _factor_problem(value)
+        case 'command_timeout':
+            return timeout_problem(name, value, never='until changed')
+        case 'lockstep_timeout':
+            return timeout_problem(name, value, never='for ever')
+    return None
+
+
+def _factor_problem(factor: float) -> str | None:
     if factor == 0 or factor >= LEAST_FACTOR:
         return None
     return (

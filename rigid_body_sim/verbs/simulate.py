@@ -42,6 +42,7 @@ from rigid_body_sim.runs.run import (
     start_alone_note,
 )
 from rigid_body_sim.runs.simulation_of_scene import simulation_of
+from rigid_body_sim.runs.timeouts import timeout_problem
 from rigid_body_sim.runs.warning_lines import warning_printer
 from rigid_body_sim.scene import load_scene
 from rigid_body_sim.scene.experiment import URDF_SUFFIX
@@ -270,10 +271,9 @@ def whole_ticks(duration: float, simulation: Simulation) -> int:
 
 
 def _nanoseconds(seconds: float) -> int:
-    if seconds != 0.0 and not 1e-9 <= seconds <= 1e9:
-        raise UserError(
-            f'--command-timeout {seconds:g} s; allowed: 0 (until changed), or 1e-09 to 1e+09 s'
-        )
+    problem = timeout_problem('--command-timeout', seconds, never='until changed')
+    if problem is not None:
+        raise UserError(problem)
     return round(seconds * 1e9)
 
 

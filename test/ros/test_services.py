@@ -104,6 +104,14 @@ def test_reset_puts_every_body_back_and_lets_time_go_on(lab, messages):
     assert all(p.position == back.position for p in poses[count:])
 
 
+def test_a_command_timeout_that_would_round_to_never_is_refused(lab):
+    refusal = lab.set('command_timeout', 4e-10)
+    assert not refusal.successful
+    assert 'got 4e-10 s; allowed: 0 (until changed), or 1e-09 to 1e+09 s' in refusal.reason
+    assert lab.set('command_timeout', 1e-9).successful
+    assert lab.set('command_timeout', 0.2).successful
+
+
 def test_the_real_time_factor_is_live_and_zero_starves_nobody(lab):
     def tick():
         return int(lab.switch('pause', False).message.split()[3].rstrip(','))

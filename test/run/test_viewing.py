@@ -11,8 +11,8 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from rigid_body_sim import Simulation, load_scene
-from rigid_body_sim.errors import UserError
 from rigid_body_sim.analysis.recorded_poses import from_bag
+from rigid_body_sim.errors import UserError
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.bag_reader import Bag
 from rigid_body_sim.recording.every_body import with_every_body
