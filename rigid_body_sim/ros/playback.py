@@ -3,12 +3,15 @@
 """
 Sends commands to a node: one wrench over and over, an impulse once, or what a bag holds.
 
-Deadlines are absolute; messages are sent as bytes.
+Deadlines are absolute; messages are sent as bytes. All of a burst is kept until it has arrived,
+and beyond BURST it is sent no faster than FASTEST: what overflows a history at either end is lost
+without a word. Acknowledgements cannot pace it: with Fast DDS each takes up to 3 s, measured.
 """
 
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -33,7 +36,9 @@ from rigid_body_sim.stop_signals import STOP
 MATCHING = 10.0  # [s] for a subscriber to be found; discovery takes up to 2.5 s on a quiet machine
 LOOK_EVERY = 0.02  # [s] between looks for it, or for a signal
 LONGEST = 255  # [-] letters of a topic that a message shows
-LAST_WORDS = 5.0  # [s] for the last message to arrive
+LAST_WORDS = 30.0  # [s] for the last message to arrive; what was lost on the way is sent again
+BURST = 1000  # [messages] of a topic that are sent at once; more than the node keeps may be lost
+FASTEST = 2000.0  # [1/s] messages of a topic beyond; the node takes 5000 a second of all
 
 
 class Message(NamedTuple):
@@ -58,6 +63,7 @@ class Sender:
             start_parameter_services=False,
         )
         self._publishers: dict[str, Publisher] = {}
+        self._taken: dict[str, float] = {}  # [s] when all of a topic would be, at FASTEST
 
     def __enter__(self) -> Sender:
         return self
@@ -70,12 +76,17 @@ class Sender:
         """Wall time [ns], for stamps."""
         return self._node.get_clock().now().nanoseconds
 
-    def open(self, topics: Sequence[Topic]) -> None:
-        """Publish on these topics; RunError if after 10 s one of them has no listener."""
+    def open(self, topics: Sequence[Topic], *, most: int = 1) -> None:
+        """
+        Publish on these topics; RunError if after 10 s one of them has no listener.
+
+        most : messages that one of them will have, all of which are kept until they have arrived
+        """
+        profile = qos.of_commands(depth=max(most, qos.COMMAND_DEPTH))
         for topic in topics:
             kind = conversions.MESSAGE_TYPES[topic.type]
             try:
-                publisher = self._node.create_publisher(kind, topic.name, qos.of_commands())
+                publisher = self._node.create_publisher(kind, topic.name, profile)
             except (NameValidationException, rclpy_implementation.RCLError) as error:
                 said = ' '.join(str(error).split()).partition(', at /')[0]
                 raise UserError(f'topic {topic.name[:LONGEST]!r}: {said}') from None
@@ -95,20 +106,30 @@ class Sender:
         self._publishers[topic].publish(data)
 
     def play(self, messages: Iterator[Message] | Sequence[Message]) -> int:
-        """Send each message at its time; return how many."""
+        """Send each message at its time, a burst as fast as it is taken; return how many."""
         start = time.monotonic()
         count = 0
         for message in messages:
-            _sleep_until(start + message.time)
+            _sleep_until(max(start + message.time, self._room_from(message.topic)))
             STOP.check(lambda: f'after {count} messages')  # noqa: B023  (called at once)
             self.send(message.topic, message.data)
             count += 1
         return count
 
-    def finish(self) -> None:
-        """Wait until what was sent has arrived."""
-        for publisher in self._publishers.values():
-            publisher.wait_for_all_acked(Duration(seconds=LAST_WORDS))
+    def _room_from(self, topic: str) -> float:
+        """Count one more message on a topic; tell from when on [s] it may be sent."""
+        now = time.monotonic()
+        taken = max(now, self._taken.get(topic, now))
+        self._taken[topic] = taken + 1.0 / FASTEST
+        return taken - BURST / FASTEST
+
+    def finish(self) -> list[str]:
+        """Wait until what was sent has arrived; name the topics on which not all has."""
+        return [
+            name
+            for name, publisher in self._publishers.items()
+            if not publisher.wait_for_all_acked(Duration(seconds=LAST_WORDS))
+        ]
 
 
 def _sleep_until(end: float) -> None:
@@ -152,13 +173,19 @@ def play_bag(path: Path, *, topics: Sequence[str], rate_factor: float) -> int:
 
     topics      : names to send; empty: every command topic of the bag
     rate_factor : 2 plays twice as fast
-    returns     : messages sent
+    returns     : messages sent; RunError where not all of them have arrived
     """
     chosen, messages = commands_of_bag(path, topics=topics, rate_factor=rate_factor)
+    most = max(Counter(message.topic for message in messages).values())
     with Sender() as sender:
-        sender.open(chosen)
+        sender.open(chosen, most=most)
         count = sender.play(messages)
-        sender.finish()
+        missed = sender.finish()
+    if missed:
+        raise RunError(
+            f'{path}: {count} messages sent, but after {LAST_WORDS:g} s not all of them have '
+            f'arrived on {", ".join(missed)}; is the node still running, and not stopped?'
+        )
     return count
 
 

@@ -31,7 +31,10 @@ from rclpy.subscription import Subscription
 STATE_DEPTH = 1000  # [messages] of a topic
 MOST_KEPT = 300_000  # [messages] of all topics together, a quarter of a GB if all wait
 LEAST_DEPTH = 10  # [messages]
-COMMAND_DEPTH = 1000  # [messages] 10 lost some of a burst on a busy machine
+# [messages] of a topic that wait where the node is busy, or for one that was lost on the way and
+# is repeated after up to 3 s. With 1000, half of a burst of 5000 was lost; what nobody waits for
+# takes no memory
+COMMAND_DEPTH = 10_000
 MOST_WATCHED = 1000  # [topics] whose peers are watched: the executor goes through all each time
 LOOK = 0.01  # [s] enough for a few rounds of the executor
 
@@ -46,9 +49,9 @@ def of_states(depth: int) -> QoSProfile:
     return _profile(depth, 'reliable')
 
 
-def of_commands(reliability: str = 'reliable') -> QoSProfile:
+def of_commands(reliability: str = 'reliable', *, depth: int = COMMAND_DEPTH) -> QoSProfile:
     """Make the profile of commands, at either end; reliability: 'reliable' or 'best_effort'."""
-    return _profile(COMMAND_DEPTH, reliability)
+    return _profile(depth, reliability)
 
 
 def _profile(depth: int, reliability: str) -> QoSProfile:

@@ -15,6 +15,7 @@ from rigid_body_sim.__main__ import main
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.cdr import PoseStamped
 from rigid_body_sim.recording.cdr import WrenchStamped as Applied
+from rigid_body_sim.recording.topics import Topic
 from rigid_body_sim.ros import playback
 
 from ..patience import PATIENCE
@@ -163,6 +164,56 @@ def test_a_bag_is_played_twice_as_fast_on_request(foreign_bag):
     _, fast = playback.commands_of_bag(foreign_bag, topics=['/lab/stone/force'], rate_factor=2.0)
     assert [m.time for m in slow] == pytest.approx([0.02 * k for k in range(10)])
     assert [m.time for m in fast] == pytest.approx([0.01 * k for k in range(10)])
+
+
+def test_of_a_burst_at_one_instant_nothing_is_lost(lab, tmp_path, monkeypatch, capsys):
+    applied = lab.listen('stone/applied_wrench', Applied)
+    clock = OwnTime()
+    monkeypatch.setattr(playback, 'time', clock)
+    count, push = 3000, cdr.WrenchStamped(0, 0, '', (0.0, 2.0**-20, 0.0), (0.0, 0.0, 0.0))
+    burst = [playback.Message(0.0, '/lab/stone/impulse', cdr.encode(push))] * count
+    topic = Topic('/lab/stone/impulse', push.TYPE)
+    monkeypatch.setattr(playback, 'commands_of_bag', lambda *_, **__: ([topic], burst))
+    assert main(['wrench_pub', '--bag', str(tmp_path)]) == 0
+    assert f'{count} messages sent' in capsys.readouterr().out
+    # force [N] over ticks of 1 ms; the sum is exact
+    lab.until(lambda: sum(a.force[1] for a in applied) >= count * 2.0**-20 / 0.001, 'all of it')
+
+
+def test_the_beginning_of_a_burst_goes_at_once_and_the_rest_as_fast_as_it_is_taken(monkeypatch):
+    clock = OwnTime()
+    clock.SENDING = 0.0
+    monkeypatch.setattr(playback, 'time', clock)
+    monkeypatch.setattr(clock, 'sleep', lambda seconds: setattr(clock, 'now', clock.now + seconds))
+    monkeypatch.setattr(playback.Sender, 'send', clock.note(lambda *_: None))
+    with playback.Sender() as sender:
+        messages = [playback.Message(0.0, topic, b'') for topic in ('a', 'b') for _ in range(3000)]
+        assert sender.play(messages) == 6000
+    for topic in ('a', 'b'):
+        when = [moment for name, moment in clock.sent if name == topic]
+        assert when[999] - when[0] == pytest.approx(0.0, abs=1e-9)  # round-off
+        assert when[-1] - when[0] == pytest.approx(2000 / playback.FASTEST, abs=1e-3)  # a message
+
+
+def test_a_stream_slower_than_it_is_taken_is_not_delayed(monkeypatch):
+    clock = OwnTime()
+    clock.SENDING = 0.0
+    monkeypatch.setattr(playback, 'time', clock)
+    monkeypatch.setattr(clock, 'sleep', lambda seconds: setattr(clock, 'now', clock.now + seconds))
+    monkeypatch.setattr(playback.Sender, 'send', clock.note(lambda *_: None))
+    with playback.Sender() as sender:
+        sender.play([playback.Message(0.001 * k, 'a', b'') for k in range(5000)])
+    when = [moment for _, moment in clock.sent]
+    assert when == pytest.approx([0.001 * k for k in range(5000)], abs=1e-9)  # round-off
+
+
+def test_what_has_not_arrived_is_told_and_exits_1(lab, foreign_bag, monkeypatch, capsys):
+    missed = ['/lab/stone/force']
+    monkeypatch.setattr(playback.Sender, 'finish', lambda sender: missed)
+    assert main(['wrench_pub', '--bag', str(foreign_bag)]) == 1
+    said = capsys.readouterr()
+    assert '11 messages sent, but after 30 s not all of them have arrived on /lab/st' in said.err
+    assert said.err.count('\n') == 1 and 'sent' not in said.out
 
 
 def test_a_wrench_of_the_command_line_acts_and_is_let_go(lab, run_verb):
