@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.analysis.piecewise_spline import DEGREE
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model.numbers import array_of_numbers
 
 Array = NDArray[np.float64]
 
@@ -44,10 +45,7 @@ def need_bandwidth(bandwidth: float | None) -> None:
 
 def vector_of(what: str, values: ArrayLike) -> Array:
     """Return three finite numbers; UserError for anything else."""
-    try:
-        found = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        found = np.zeros(0)
-    if found.shape != (3,) or not np.all(np.isfinite(found)):
+    found = array_of_numbers(values)
+    if found is None or found.shape != (3,) or not np.all(np.isfinite(found)):
         raise UserError(f'{what} {values!r}; allowed: three finite numbers')
     return found

@@ -30,7 +30,7 @@ from rigid_body_sim.errors import UserError
 from rigid_body_sim.library.simulation import AnyScene, Simulation
 from rigid_body_sim.missing_packages import missing
 from rigid_body_sim.physics.errors import InvalidModel, SimulationDiverged
-from rigid_body_sim.physics.model.numbers import number
+from rigid_body_sim.physics.model.numbers import array_of_numbers, number, shown
 from rigid_body_sim.physics.model.tick_length import whole_ticks
 from rigid_body_sim.physics.state.snapshot import StateOfBody
 
@@ -117,7 +117,14 @@ class BodyEnv(Env):
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Hold an action over `every`; a run that diverges has reward -inf."""
-        action = np.clip(np.asarray(action, dtype=np.float64), -1.0, 1.0)
+        given = array_of_numbers(action)
+        if given is None or given.shape != self._limits.shape or not np.isfinite(given).all():
+            raise InvalidModel(
+                f'action of {self._body!r}: got {shown(action)} of shape {np.shape(given)}; '
+                f'allowed: finite numbers {self._limits.shape}, as action_space.sample() gives '
+                'them; they are cut off at -1 and 1'
+            )
+        action = np.clip(given, -1.0, 1.0)
         asked = action * self._limits
         force = asked[:3].tolist() if self._pushes else NOTHING
         torque = asked[-3:].tolist() if len(asked) > 3 or not self._pushes else NOTHING

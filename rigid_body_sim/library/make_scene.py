@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from rigid_body_sim.physics.errors import InvalidModel
 from rigid_body_sim.physics.model import mass_properties, rotation
-from rigid_body_sim.physics.model.numbers import number, numbers
+from rigid_body_sim.physics.model.numbers import array_of_numbers, number, numbers, shown
 from rigid_body_sim.physics.model.scene import (
     Body,
     Frame,
@@ -199,16 +199,13 @@ def _with_mass(
 
 
 def _tensor(inertia: ArrayLike) -> np.ndarray:
-    try:
-        tensor = np.array(inertia, dtype=np.float64)
-    except (TypeError, ValueError):
-        tensor = np.zeros(0)
-    if tensor.shape == (3,):
+    tensor = array_of_numbers(inertia)
+    if tensor is not None and tensor.shape == (3,):
         return np.diag(tensor)
-    if tensor.shape != (3, 3):
+    if tensor is None or tensor.shape != (3, 3):
+        got = shown(inertia) if tensor is None else f'the shape {tensor.shape}'
         raise InvalidModel(
-            f'inertia: got the shape {tensor.shape}; (3, 3), or three principal moments, '
-            '[kg m^2] are needed'
+            f'inertia: got {got}; numbers (3, 3), or three principal moments, [kg m^2] are needed'
         )
     return tensor
 

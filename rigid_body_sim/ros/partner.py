@@ -35,6 +35,7 @@ from rclpy.serialization import serialize_message
 from rclpy.subscription import Subscription
 
 from rigid_body_sim.errors import UserError
+from rigid_body_sim.physics.model.numbers import array_of_numbers
 from rigid_body_sim.recording import cdr
 from rigid_body_sim.recording.topics import COMMAND_TYPES
 from rigid_body_sim.ros import conversions, qos
@@ -319,10 +320,8 @@ def encoded(topic: str, command: Any, stamp: int) -> bytes:
         command.header.stamp.sec, command.header.stamp.nanosec = divmod(stamp, 10**9)
         return serialize_message(command)
     count = NUMBERS.get(kind, 0)
-    try:
-        numbers = np.asarray(command, dtype=np.float64).ravel().tolist()
-    except (TypeError, ValueError):
-        numbers = []
+    given = array_of_numbers(command)
+    numbers = [] if given is None else given.ravel().tolist()
     if not count or len(numbers) != count:
         raise UserError(
             f'{topic}: the controller returned {command!r}; allowed: '

@@ -60,6 +60,52 @@ def test_what_is_given_is_copied():
     assert np.array_equal(simulation.applied_wrench()[0], FORCE)
 
 
+def _held(values):
+    """
+    Say what commands to all bodies and to each one make of the same rows.
+    """
+    said = []
+    for each in (False, True):
+        simulation = Simulation(SCENE)
+        try:
+            if each:
+                for body, row in zip(simulation.scene.bodies, values, strict=True):
+                    if not body.fixed:
+                        simulation.set_wrench(body.name, force=row)
+            else:
+                simulation.set_wrenches(force=values)
+        except InvalidModel as error:
+            said.append(str(error))
+        else:
+            said.append(simulation.applied_wrench()[0].tolist())
+    return said
+
+
+MASKED = np.ma.masked_array(FORCE, mask=FORCE != 0.0)
+OBJECTS = FORCE.astype(object)
+
+
+@pytest.mark.parametrize(
+    ('values', 'is_held'),
+    [
+        *((FORCE.astype('f4'), True), (FORCE.astype(int), True), (OBJECTS, True)),
+        *((FORCE.tolist(), True), (list(FORCE), True), (FORCE.astype(np.longdouble), True)),
+        *((np.ma.masked_array(FORCE), True), (MASKED, False), (FORCE.astype(str), False)),
+        *((FORCE.astype(str).tolist(), False), (FORCE != 0.0, False), (FORCE * 1j, False)),
+        ((FORCE != 0.0).tolist(), False),
+        (FORCE.astype('m8[s]'), False),
+        (list(FORCE.astype('m8[s]')), False),
+        (np.where(FORCE != 0.0, 10**400, OBJECTS).tolist(), False),
+        (np.where(FORCE != 0.0, 10**400, OBJECTS), False),
+        (np.where(FORCE != 0.0, np.inf, FORCE).tolist(), False),
+    ],
+)
+def test_what_is_a_number_does_not_depend_on_whether_one_body_is_asked_or_all(values, is_held):
+    of_all, of_each = _held(values)
+    assert isinstance(of_all, list) is isinstance(of_each, list) is is_held
+    assert of_all == of_each if is_held else 'three finite numbers' in of_all
+
+
 @pytest.mark.parametrize(
     ('asked', 'reason'),
     [

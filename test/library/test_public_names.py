@@ -100,6 +100,17 @@ def test_a_notebook_plays_a_run_in_a_frame_of_its_own(run, bag, tab, tmp_path):
 
 
 @pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize(
+    'action', [[0.1, 0.2], [[0.1, 0.2, 0.3]], 0.5, [], ['1', '2', '3'], [True] * 3, [np.nan] * 3]
+)
+def test_an_action_of_another_shape_or_kind_is_refused(action):
+    env = rbs.BodyEnv('satellite', 'satellite', torque=0.5, every=0.1)
+    env.reset(seed=1)
+    with pytest.raises(rbs.InvalidModel, match=r"action of 'satellite'.*allowed.*\(3,\)"):
+        env.step(action)
+    assert env.simulation.tick == 0
+
+
 def test_the_environment_passes_the_check_of_gymnasium_without_a_warning():
     import gymnasium
     from gymnasium.utils.env_checker import check_env

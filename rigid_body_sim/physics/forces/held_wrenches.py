@@ -33,7 +33,14 @@ from rigid_body_sim.physics.model.named_frames import (
     at_center,
     frame_of,
 )
-from rigid_body_sim.physics.model.numbers import FLOATS, checked_vector, shown, vector
+from rigid_body_sim.physics.model.numbers import (
+    FLOATS,
+    array_of_numbers,
+    checked_vector,
+    is_list,
+    shown,
+    vector,
+)
 from rigid_body_sim.physics.model.scene import Vector
 from rigid_body_sim.physics.model.variable_mass import flow_of
 from rigid_body_sim.physics.state.blocks import (
@@ -489,22 +496,29 @@ class HeldWrenches:
         layout = self._layout
         if values is None:
             return self._nothing
-        try:
-            given = np.asarray(values, dtype=np.float64)
-        except (TypeError, ValueError):
-            given = np.zeros(0)
-        if given.shape != self._shape:
+        given = array_of_numbers(values)
+        if given is None:
+            self._refuse_row(name, values)
+        if given is None or given.shape != self._shape:
+            shape = '' if given is None else f' of shape {given.shape}'
             raise InvalidModel(
-                f'commands to all bodies: {name} {shown(values)} of shape {np.shape(given)}; '
-                f'allowed: an array {self._shape}, a row for each body in the order of the scene, '
+                f'commands to all bodies: {name} {shown(values)}{shape}; allowed: an array '
+                f'{self._shape} of finite numbers, a row for each body in the order of the scene, '
                 'or None'
             )
         wrong = ~np.isfinite(given).all(axis=1)
         wrong[self._still] |= given[self._still].any(axis=1)
         if wrong.any():
             row = int(np.argmax(wrong))
+            checked_vector(f'command to {layout.names[row]!r}', name, given[row])
             self.checked(layout.names[row], given[row], NO_VECTOR, 'world')  # says the reason
         return np.ascontiguousarray(given) + 0.0  # no zero is negative
+
+    def _refuse_row(self, name: str, values: Any) -> None:
+        """Name the first row that is none, where there is one for each body."""
+        if is_list(values) and len(values) == len(self._layout.names):
+            for body, row in zip(self._layout.names, values, strict=True):
+                checked_vector(f'command to {body!r}', name, row)
 
     def drop_expired(self, tick: int) -> bool:
         """Let go of what ends before this tick; tell whether there was any."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rigid_body_sim.physics.errors import InvalidModel, blaming
-from rigid_body_sim.physics.model.numbers import is_number, numbers, shown
+from rigid_body_sim.physics.model.numbers import array_of_numbers, is_number, numbers, shown
 from rigid_body_sim.physics.model.shapes import Surface
 
 Array = NDArray[np.float64]
@@ -59,12 +59,11 @@ def height_field(
 def _grid(heights: ArrayLike) -> Array:
     """Check the heights."""
     with blaming('heights'):
-        try:
-            grid = np.array(heights, dtype=np.float64)
-        except (TypeError, ValueError):
+        grid = array_of_numbers(heights)
+        if grid is None:
             raise InvalidModel(
                 f'got {shown(heights)}; a matrix of heights [m] is needed: rows of as many numbers'
-            ) from None
+            )
         if grid.ndim != 2 or min(grid.shape) < 2:
             raise InvalidModel(
                 f'got the shape {grid.shape}; at least two rows of two heights [m] are needed'

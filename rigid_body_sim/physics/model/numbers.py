@@ -18,6 +18,7 @@ import numpy as np
 from rigid_body_sim.physics.errors import InvalidModel
 
 NUMBERS = (int, float, np.integer, np.floating)
+NONE = (bool, np.timedelta64)  # which are of those classes, and no numbers
 USUAL = frozenset((float, np.float64))  # what they are as a rule
 FLOATS = np.dtype(np.float64)
 COUNTS = {3: 'three', 4: 'four'}
@@ -31,7 +32,7 @@ def is_list(value: object) -> TypeGuard[Sequence[Any]]:
 def is_number(value: object) -> bool:
     """Tell whether something is a finite number."""
     if type(value) is not float:
-        if isinstance(value, bool) or not isinstance(value, NUMBERS):
+        if isinstance(value, NONE) or not isinstance(value, NUMBERS):
             return False
         try:
             value = float(value)
@@ -103,6 +104,32 @@ def vector(value: Any) -> tuple[float, float, float] | None:
         return (x, y, z) if total - total == 0.0 else None  # no infinity, and a number
     except (TypeError, ValueError):  # an array or a list of another shape
         return None
+
+
+def array_of_numbers(values: Any) -> np.ndarray | None:
+    """
+    Return an array of floats, finite or not, of rows of numbers or of what numpy takes for one;
+    None where something in it is no number: a text, a truth value, a duration, what is masked, a
+    whole number beyond the floats, rows of different lengths.
+    """
+    try:
+        return np.asarray(values, dtype=np.float64) if _are_numbers(values) else None
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def _are_numbers(values: Any) -> bool:
+    kind = values.__class__
+    if kind is list or kind is tuple:
+        return USUAL.issuperset(map(type, values)) or all(map(_are_numbers, values))
+    if isinstance(values, NUMBERS):
+        return not isinstance(values, NONE)
+    if np.any(getattr(values, 'mask', False)):
+        return False
+    array = np.asarray(values)
+    return array.dtype.kind in 'iuf' or (
+        array.dtype.kind == 'O' and array.ndim > 0 and _are_numbers(array.tolist())
+    )
 
 
 def checked_vector(said: str, name: str, values: Any) -> tuple[float, float, float]:
